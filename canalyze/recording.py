@@ -21,6 +21,7 @@ from canalyze.errors import CanalyzeError, OutputError
 from canalyze.sinks.target import suffixes
 from canalyze.sources.live import BUS, MESSAGES, RECORDS, heads
 from canalyze.words import Words
+from canalyze.writing import in_place
 
 FORMS: Final = ("candump", "asc", "mcap", "pcapng")
 """Formats that are readable up to where a process was killed."""
@@ -29,8 +30,6 @@ _LOOK_S: Final = 1.0
 """How often it is looked whether a file is still there."""
 _LOSSES: Final = 20
 """Most lines of losses that are kept of one recording."""
-_AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
-"""Where the system would else translate line ends."""
 
 _LIMIT: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*([A-Za-z]+)")
 _BYTES: Final = {
@@ -159,14 +158,13 @@ class Recording:
     def _open(self, name: str) -> None:
         from canalyze._core import Session
 
-        flags = os.O_WRONLY | os.O_CREAT | (0 if self._force else os.O_EXCL)
         self._replaces = os.path.lexists(name)
         with suppress(OSError, ValueError):  # opening it says what is wrong
             mode = Path(name).stat().st_mode
             if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # receiving would wait for whoever reads a pipe
                 raise OutputError("record.no_file", name=name)
         try:
-            self._fd = os.open(name, flags | _AS_IT_IS, 0o666)
+            self._fd = in_place(name, force=self._force, typed=self._limit is None)
         except FileExistsError as error:
             if Path(name).is_dir():
                 raise OutputError("output.write", name=name, error=IsADirectoryError(errno.EISDIR, "")) from error

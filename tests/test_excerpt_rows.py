@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import random
+import struct
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -115,6 +116,27 @@ def test_what_is_pasted_is_read(canalyze: Runner, tmp_path: Path, form: str) -> 
     assert info(canalyze, name)["left_out"] is None
 
 
+@pytest.mark.parametrize("mark", ["`{}`", "<p>{}</p>", "{}<br>", "> `{}`", "| {} |"])
+@pytest.mark.parametrize("form", ROWS)
+def test_mark_up_around_rows_is_none_of_them(canalyze: Runner, tmp_path: Path, form: str, mark: str) -> None:
+    rows = [mark.format(row) for row in listing(ROWS[form], session())]
+    name = write(tmp_path / "a.txt", rows)
+    assert frames_of(canalyze, name) == session()
+    assert (info(canalyze, name)["left_out"], info(canalyze, name)["unreadable"]) == (None, None)
+    shorter = write(tmp_path / "b.txt", [*rows[:-1], rows[-1].replace(" 00", "", 1)])
+    assert len(frames_of(canalyze, shorter)) == len(session()) - 1
+
+
+def test_a_damaged_file_is_not_called_whole(canalyze: Runner, tmp_path: Path) -> None:
+    packet = bytes.fromhex("0000060108000000") + bytes(8)
+    record = struct.pack("<IIII", 1, 0, 16, 16) + packet
+    whole = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 227) + 3 * record
+    for data, damages in ((whole, 0), (whole[:-3], 1)):
+        (tmp_path / "a.pcap").write_bytes(data)
+        assert ("no loss reported" in canalyze("summary", "--lang", "en", "a.pcap").out) is (damages == 0)
+        assert json.loads(canalyze("summary", "--format", "jsonl", "a.pcap").lines[0])["damages"] == damages
+
+
 @pytest.mark.parametrize("form", HEADERS)
 def test_a_header_says_the_same(canalyze: Runner, tmp_path: Path, form: str) -> None:
     rows = listing(TRC[form], session())
@@ -131,7 +153,7 @@ def test_a_jump_of_the_numbers_is_a_gap(canalyze: Runner, tmp_path: Path, form: 
     rows = listing(ROWS[form], session())
     name = write(tmp_path / "a.txt", [*rows[:12], *rows[12 + missing :]])
     assert info(canalyze, name)["left_out"] == {"places": 1, "uncounted": 0, "rows": missing}
-    for lang, good in (("en", "nothing dropped"), ("zh", "无丢帧")):
+    for lang, good in (("en", "no loss reported"), ("zh", "未见丢帧记录")):
         report = canalyze("summary", "--lang", lang, name)
         assert good not in report.out
         assert f"CAP008 row 12 is followed by row {13 + missing}" in report.err or lang == "zh"
@@ -159,9 +181,9 @@ def test_a_mark_is_a_gap_and_the_numbers_tell_how_many(canalyze: Runner, tmp_pat
         name = write(tmp_path / "a.txt", [*rows[:12], mark, *listing(ROWS[form], session()[18:])])
         record = info(canalyze, name)
         assert (record["left_out"], record["unreadable"]) == (left_out, None), mark
-        assert "nothing dropped" not in canalyze("summary", "--lang", "en", name).out
+        assert "no loss reported" not in canalyze("summary", "--lang", "en", name).out
         whole = write(tmp_path / "b.txt", rows)
-        assert "nothing dropped" in canalyze("summary", "--lang", "en", whole).out
+        assert "no loss reported" in canalyze("summary", "--lang", "en", whole).out
 
 
 @pytest.mark.parametrize("form", ROWS)

@@ -33,6 +33,8 @@ _ROWS: Final[tuple[tuple[str, str, re.Pattern[str]], ...]] = tuple(
 _UNDECIDED: Final = 1000
 """Lines without a header and of no version's form that are read before it is taken for the first version."""
 _NUMBER: Final = re.compile(r"(\d{1,12})(?:\)\s|\s+[\d.]+\s)")
+_MARKS: Final = re.compile(r"^(?:[`|\s]|</?[A-Za-z][^<>]*>)+|(?:[`|\s]|</?[A-Za-z][^<>]*>)+$")
+"""Mark-up around a row, as the core's readers have it."""
 _REMARK: Final = re.compile(r"\s+(?:;|#|//|<-|\u2190).*$")
 _VERSIONS: Final = frozenset({"1.0", "1.1", "1.2", "1.3", "2.0", "2.1"})
 
@@ -155,9 +157,9 @@ class Trc:
 
     def change(self, line: str) -> str | None:
         """Take a line: those of the header are kept back, those of version 1.2 become what 1.3 would have."""
-        if line[0] in ">`":
-            line = _unquoted(line)
-            if not line or line.startswith("```"):
+        if line[0] in ">`|<" or line[-1] in "`|>":
+            line = _MARKS.sub("", _unquoted(line))
+            if not line:
                 return None
         if not line.startswith(";"):
             self.complete = True

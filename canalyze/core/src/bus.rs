@@ -211,7 +211,7 @@ impl Bus {
         let key = (node, self.roles.channel(frame.id));
         let next = self.read_ahead(cx);
         if self.channels.len() >= CHANNELS && !self.channels.contains_key(&key) {
-            return self.message(Role::Foreign, frame, cx);
+            return self.message(Role::Unassigned, frame, cx);
         }
         let nodes = &self.nodes;
         let heard_ns = frame.t_ns.zip(self.began_ns).map_or(0, |(now, began)| now.saturating_sub(began));
@@ -402,6 +402,10 @@ impl Bus {
             Message::BootUp { node } => {
                 self.reset(Some(node), cx);
                 self.booted.insert(node);
+                self.channels
+                    .values_mut()
+                    .filter(|channel| channel.node() == node)
+                    .for_each(|channel| channel.boot_up());
             }
             Message::ErrorFrame if error_frame::is_deaf(frame) => self.lost(None, false, cx),
             Message::Nmt { command, node: 0 } if nmt::is_reset(command) => self.reset(None, cx),

@@ -55,7 +55,8 @@ pub enum Role {
     LssRequest,
     /// An identifier that CiA 301 keeps reserved.
     Reserved,
-    /// An 11-bit identifier outside the pre-defined connection set, free for use.
+    /// An 11-bit identifier that no object is known to have: outside the pre-defined connection set, or its object has
+    /// another one.
     Unassigned,
     /// A 29-bit identifier: no CANopen meaning unless configured.
     Foreign,

@@ -1,9 +1,10 @@
 //! What one node's communication objects hold, and from where that is known.
 //!
 //! Values come from acknowledged SDO writes and successful reads, from options, from a DCF, from an EDS, in this
-//! order of trust. What was only asked for, by writes of which the capture shows no answer, is kept apart from them. What was written does not survive a reset unless it was stored (1010h); what was read before any
-//! write is the stored value and does; restored defaults (1011h) hold from the next reset on (CiA 301, 7.5.2.13 and
-//! .14). It must not know what the values mean to a service.
+//! order of trust. What was only requested, by writes of which the capture shows no answer, is kept apart from them.
+//! What was written does not survive a reset unless it was stored (1010h); what was read before any write is the stored
+//! value and does; restored defaults (1011h) hold from the next reset on (CiA 301, 7.5.2.13 and .14). It must not know
+//! what the values mean to a service.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -24,10 +25,10 @@ pub enum Provenance {
     /// The standard's default: the pre-defined connection set.
     Default,
     /// A write in the capture, with this frame, to which the capture shows no answer. Frames that agree with it are decoded
-    /// by it, but nobody is judged by it.
+    /// by it, but no check uses it.
     Unconfirmed(u64),
     /// The capture, with this frame; but it may be another value by now: frames were lost since, or it was written with
-    /// a transfer of which nobody knows whether it succeeded. Frames are still decoded by it, but nobody is judged by it.
+    /// a transfer whose result is not known. Frames are still decoded by it, but no check uses it.
     Doubted(u64),
     /// An EDS.
     Eds,
@@ -60,7 +61,7 @@ impl Provenance {
         }
     }
 
-    /// It may not hold: nobody is judged by it.
+    /// It may not hold: no check uses it.
     pub fn is_doubted(self) -> bool {
         matches!(self, Self::Doubted(_) | Self::Unconfirmed(_))
     }

@@ -131,6 +131,10 @@ pub struct Stamp {
     pub decimals: u8,
 }
 
+/// The last whole second that nanoseconds of 64 bits can tell, 2262-04-11 23:47:16: readers give it for a later stamp,
+/// and what lies as far before 1970 for an earlier one.
+pub const LAST_SECOND_NS: i64 = i64::MAX / 1_000_000_000 * 1_000_000_000;
+
 /// The forms of a time stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StampForm {

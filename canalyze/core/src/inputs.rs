@@ -29,6 +29,8 @@ pub struct File {
     pub dated: bool,
     /// What of it could not be read.
     pub unreadable: Unreadable,
+    /// Frames whose stamps are further off than nanoseconds of 64 bits can tell.
+    pub beyond: u64,
     /// The last frame of each bus, by its number.
     pub last: Vec<Option<FrameRef>>,
     /// Its stamps are not what they were taken for, which was said.

@@ -1,7 +1,8 @@
-//! What writes ask for that nobody is seen to answer: the answering direction is not recorded, or the response was lost.
+//! Mappings and COB-IDs of writes without a response in the capture: the server's direction is not recorded, or the
+//! response was lost.
 //!
-//! PDOs are decoded by it where frames agree, and a later answer, or a frame that does not agree, ends it. It must not
-//! tell any check: nobody is judged by what may not hold.
+//! PDOs are decoded by them where the frames agree; a later response, or a frame that does not agree, ends that. No check
+//! may use them, since they may not hold.
 
 use super::{Bus, known};
 use crate::checks::PdoName;
@@ -17,7 +18,7 @@ use crate::services::sdo::channel::UNANSWERED_NS;
 use crate::services::sdo::wire::Mux;
 
 impl Bus {
-    /// A PDO on an identifier that only an unanswered write gives it: it is shown, and judges nobody.
+    /// A PDO on an identifier that only an unanswered write gives it: it is decoded, and no check uses it.
     pub(super) fn unconfirmed(&mut self, name: PdoName, content: Signals, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync: None };

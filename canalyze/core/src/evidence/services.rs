@@ -4,8 +4,8 @@
 //! such traffic are no messages of NMT, SYNC, TIME, EMCY or error control, and nothing may be judged by them. A device
 //! at fault sends the same wrong frame again and again, or right ones too. Several wrong frames that differ, or many
 //! that are the same where the node is not known, are certain to be something else; until then findings wait. A single
-//! frame like an emergency is not judged where nothing else is like CANopen. SDO and
-//! LSS have their own proofs, which rest on requests and answers. It must not raise a finding.
+//! frame like an emergency is not judged where nothing else is like CANopen. SDO and LSS have their own proofs, which
+//! rest on requests and responses. It must not raise a finding.
 
 use crate::cob_id::Role;
 use crate::finding::Finding;

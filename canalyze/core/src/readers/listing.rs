@@ -5,7 +5,7 @@
 //! word for cutting, or a count of rows with such a word. A line that holds any other word is a comment, because a
 //! false gap takes judgement away where nothing is missing. Must not: know what a row is.
 
-use super::candump::lex::{is_blank, skip_blanks};
+use super::candump::lex::{is_blank, is_hex, skip_blanks};
 use super::{Item, Marker, Place};
 use crate::frame::Buses;
 
@@ -28,6 +28,86 @@ pub fn unquoted(mut text: &[u8]) -> &[u8] {
         text = skip_blanks(rest);
     }
     text
+}
+
+/// The text without mark-up around it: back-ticks, bars of a table, tags.
+pub fn unmarked(mut text: &[u8]) -> &[u8] {
+    loop {
+        text = skip_blanks(text).trim_ascii_end();
+        text = match text {
+            [b'`' | b'|', rest @ ..] | [rest @ .., b'`' | b'|'] => rest,
+            [b'<', rest @ ..] if let Some(end) = tag(rest) => rest.get(end + 1..).unwrap_or_default(),
+            [rest @ .., b'>']
+                if let Some(begin) = rest.iter().rposition(|&byte| byte == b'<')
+                    && tag(text.get(begin + 1..).unwrap_or_default()).is_some() =>
+            {
+                rest.get(..begin).unwrap_or_default()
+            }
+            _ => return text,
+        };
+    }
+}
+
+/// Where the tag ends that begins in front of this text: `pre>`, `/code>`, `br/>`, `span class="x">`.
+fn tag(text: &[u8]) -> Option<usize> {
+    let name = text.strip_prefix(b"/").unwrap_or(text);
+    let end = text.iter().position(|&byte| matches!(byte, b'<' | b'>'))?;
+    let is_tag = name.first().is_some_and(u8::is_ascii_alphabetic) && text.get(end) == Some(&b'>');
+    is_tag.then_some(end)
+}
+
+/// Whether the line begins as comments do, an arrow among them: what stands in it was said, not recorded.
+pub fn is_comment(text: &[u8]) -> bool {
+    matches!(
+        text,
+        [b'#' | b';' | b'%' | 0x80.., ..] | [b'/', b'/' | b'*', ..] | [b'-' | b'<', b'-', ..] | [b'-' | b'=', b'>', ..]
+    )
+}
+
+/// How the bytes of a row are written, where that tells itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Digits {
+    /// With two digits, as hexadecimal ones always are, and a letter or a zero in front.
+    Hexadecimal,
+    /// One has three digits, and none is as above.
+    Decimal,
+    /// One has a single digit, and none is as above: decimal, or damaged.
+    Single,
+}
+
+/// What the words for bytes tell of all of them.
+pub fn digits<'a>(bytes: impl Iterator<Item = &'a [u8]>) -> Option<Digits> {
+    let mut found = None;
+    for byte in bytes {
+        match byte {
+            [high, low] if is_hex(byte) && (*high == b'0' || !(high.is_ascii_digit() && low.is_ascii_digit())) => {
+                return Some(Digits::Hexadecimal);
+            }
+            [b'1' | b'2', _, _] if byte.iter().all(u8::is_ascii_digit) => found = Some(Digits::Decimal),
+            [b'0'..=b'9'] if found.is_none() => found = Some(Digits::Single),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Whether the rows of a file are decimal, from one row after another.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Base {
+    single: u8,
+}
+
+impl Base {
+    /// Takes a row; tells as soon as it is known.
+    pub fn take(&mut self, row: Digits) -> Option<bool> {
+        const SURE: u8 = 3;
+        self.single += u8::from(row == Digits::Single);
+        match row {
+            Digits::Hexadecimal => Some(false),
+            Digits::Single if self.single < SURE => None,
+            Digits::Decimal | Digits::Single => Some(true),
+        }
+    }
 }
 
 /// What stands behind the bullet of a list, `- ` or `* `.
@@ -77,8 +157,7 @@ pub fn omission(line: &[u8]) -> Option<Omission> {
         let only_dots = text.chars().all(|char| !matches!(char, '/' | '#' | ';') && is_decoration(char));
         return (dots && only_dots).then_some(Omission { count: None });
     }
-    let decorated = dots || !text.starts_with(char::is_alphanumeric);
-    in_english(inner, decorated, dots).or_else(|| in_chinese(inner))
+    in_english(inner, text, dots).or_else(|| in_chinese(inner))
 }
 
 fn is_decoration(char: char) -> bool {
@@ -88,9 +167,9 @@ fn is_decoration(char: char) -> bool {
     ) || matches!(char, ';' | ' ' | '\t' | '\u{FF08}' | '\u{FF09}' | '\u{3010}' | '\u{3011}' | '\u{3002}' | '\u{2014}')
 }
 
-/// `25 frames omitted`, `snip`, `... 25 more lines ...`: every word is one of few, or it is prose. `decorated`: it does
-/// not begin as a sentence does; `dots`: it has an ellipsis.
-fn in_english(text: &str, decorated: bool, dots: bool) -> Option<Omission> {
+/// `25 frames omitted`, `snip`, `... 25 more lines ...`: every word is one of few, or it is prose. `whole`: with what
+/// stands around it; `dots`: it has an ellipsis.
+fn in_english(text: &str, whole: &str, dots: bool) -> Option<Omission> {
     const CUTS: &[&str] = &[
         "dropped",
         "omitted",
@@ -111,16 +190,20 @@ fn in_english(text: &str, decorated: bool, dots: bool) -> Option<Omission> {
         "left",
         "shortened",
         "shown",
+        "gap",
     ];
     const ROWS: &[&str] = &[
         "frame", "frames", "message", "messages", "line", "lines", "row", "rows", "packet", "packets", "record",
         "records", "entry", "entries",
     ];
     const OTHER: &[&str] = &[
-        "more", "can", "other", "some", "many", "several", "are", "were", "was", "is", "of", "the", "here", "not",
-        "out", "a", "few",
+        "can", "other", "some", "many", "several", "are", "were", "was", "is", "of", "the", "here", "not", "out", "a",
+        "few", "and", "so", "these", "such", "similar", "same", "times", "log", "output", "trace", "listing",
     ];
-    let (mut count, mut cuts, mut rows, mut more, mut words) = (None, 0, 0, false, 0);
+    // What goes on, and is not shown.
+    const ON: &[&str] =
+        &["more", "on", "etc", "until", "till", "continues", "continued", "repeat", "repeats", "repeated", "repeating"];
+    let (mut count, mut cuts, mut rows, mut on, mut words) = (None, 0, 0, false, 0);
     for word in text.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
         let word = word.trim_matches(is_decoration).to_ascii_lowercase();
         let is = |list: &[&str]| list.contains(&word.as_str());
@@ -130,18 +213,22 @@ fn in_english(text: &str, decorated: bool, dots: bool) -> Option<Omission> {
             Ok(_) => return None,
             Err(_) if is(CUTS) => cuts += 1,
             Err(_) if is(ROWS) => rows += 1,
-            Err(_) if is(OTHER) || word.is_empty() => more |= word == "more",
+            Err(_) if is(ON) => on = true,
+            Err(_) if is(OTHER) || word.is_empty() => {}
             Err(_) => return None,
         }
     }
+    let decorated = dots || !whole.starts_with(char::is_alphanumeric);
+    let enclosed = dots || whole.starts_with(['[', '(', '<', '{', '-', '*', '=', '~']);
     let count = count.filter(|count| *count > 0);
     let said = match (cuts, rows) {
         (1.., 1..) => true,
         (1.., 0) => decorated && words <= 3 || matches!(text, "snip" | "SNIP" | "omitted" | "snipped"),
-        (0, 1..) => (more || dots) && count.is_some(),
-        _ => false,
+        (0, 1..) => on && (enclosed || count.is_some()) || dots && count.is_some(),
+        _ => on && enclosed,
     };
-    (said && words <= 8).then_some(Omission { count })
+    // Without a word for rows it counts something else.
+    (said && words <= 8).then_some(Omission { count: count.filter(|_| cuts + rows > 0) })
 }
 
 /// `省略25帧`, `中间略`: made of few pieces, one of them a word for leaving out.
@@ -242,7 +329,7 @@ impl Gaps {
 
 #[cfg(test)]
 mod tests {
-    use super::{Omission, numbered, omission, unquoted};
+    use super::{Omission, numbered, omission, unmarked, unquoted};
 
     #[test]
     fn marks_of_omission() {
@@ -275,6 +362,14 @@ mod tests {
             ("... 25 frames left out ...", Some(25)),
             ("# 7 CAN frames lost", Some(7)),
             ("(some lines were removed here)", None),
+            ("[many more of these]", None),
+            ("<more frames>", None),
+            ("... until ...", None),
+            ("... and so on", None),
+            ("... (repeats 100 times)", None),
+            ("[gap]", None),
+            ("<log truncated>", None),
+            ("*** output truncated ***", None),
             ("... (omitted) ...", None),
             ("省略", None),
             ("(略)", None),
@@ -309,6 +404,13 @@ mod tests {
             "the frame is dropped by the node",
             "cut",
             "lost",
+            "# more frames",
+            "more frames",
+            "until",
+            "(the same)",
+            "the log",
+            "gap",
+            "--- 5 seconds later ---",
             "// 5 of 7",
             "can0  601   [8]  40 18 10 01 00 00 00 00",
             "601#4018100100000000",
@@ -318,6 +420,18 @@ mod tests {
             "没有丢失",
         ] {
             assert_eq!(omission(line.as_bytes()), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn mark_up() {
+        for text in
+            ["`601#40`", "| 601#40 |", "<p>601#40</p>", "<pre><code class=\"x\">601#40", "601#40<br/>", "601#40"]
+        {
+            assert_eq!(unmarked(text.as_bytes()), b"601#40", "{text}");
+        }
+        for text in ["<---- 601#40", "-> 601#40", "# 601#40", "601#40 <- here", "a > b", "1 < 2"] {
+            assert_eq!(unmarked(text.as_bytes()), text.as_bytes());
         }
     }
 

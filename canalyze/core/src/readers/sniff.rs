@@ -5,7 +5,7 @@
 //! says line by line what it cannot read. Must not: look further than [`HEAD`].
 
 use super::candump;
-use super::listing::{numbered, unquoted};
+use super::listing::{numbered, unmarked, unquoted};
 use crate::frame::Buses;
 
 /// Most that is ever looked at.
@@ -82,7 +82,7 @@ fn text(head: &[u8], complete: bool) -> Option<&'static str> {
             return None;
         }
         let (line, after) = rest.split_at_checked(end.unwrap_or(rest.len())).unwrap_or((rest, &[]));
-        let line = unquoted(line.trim_ascii());
+        let line = unmarked(unquoted(line.trim_ascii()));
         if let Some(name) = line_of(line) {
             return Some(name);
         }

@@ -63,6 +63,15 @@ rules! {
         Compression { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
             "压缩数据损坏; 跳过{bytes}字节"
             "compressed data are damaged; {bytes} bytes were passed over";
+        ChecksumUncounted { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
+            "校验和不符; 跳过的字节数不明"
+            "the check sum does not match; how many bytes were passed over is not known";
+        StructureUncounted { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
+            "长度或类型无效; 跳过的字节数不明"
+            "a length or type that cannot be; how many bytes were passed over is not known";
+        CompressionUncounted { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
+            "压缩数据损坏; 跳过的字节数不明"
+            "compressed data are damaged; how many bytes were passed over is not known";
         Rest { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
             "文件的其余部分无法读取"
             "the rest of the file cannot be read";

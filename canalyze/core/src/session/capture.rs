@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::filter::Clock;
 use crate::finding::{Code, Finding, Verdict};
-use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
+use crate::frame::{BusId, Buses, Frame, FrameRef, LAST_SECOND_NS, Stamp};
 use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
 use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
 use crate::render::jsonl;
@@ -105,17 +105,23 @@ impl Capture {
         }
     }
 
-    /// Counts a frame.
-    pub(super) fn count(&mut self) {
+    /// Counts a frame that is not placed.
+    pub(super) fn count(&mut self, frame: &Frame) {
         self.numbered += 1;
         self.frames += 1;
+        self.arrived(frame);
+    }
+
+    /// A frame of the file has come.
+    fn arrived(&mut self, frame: &Frame) {
         self.file.frames += 1;
+        self.file.beyond += u64::from(frame.t_ns.is_some_and(|t_ns| t_ns.unsigned_abs() >= LAST_SECOND_NS as u64));
     }
 
     /// Gives the next frame its number and its time among the capture's.
     pub(super) fn place(&mut self, frame: &mut Frame) {
         self.numbered += 1;
-        self.file.frames += 1;
+        self.arrived(frame);
         frame.no = self.numbered;
         if self.file.frames == 1 {
             self.begins(frame);
@@ -157,6 +163,12 @@ impl Capture {
         }
         let before = self.file.last.get_mut(bus)?.replace(frame.reference());
         before.filter(|_| !self.file.misread)
+    }
+
+    /// A line of the file that is no frame, as a place on this bus: behind its last frame in the file, if there is one.
+    pub(super) fn behind(&self, bus: BusId, line: Option<u64>) -> FrameRef {
+        let last = self.file.last.get(usize::from(bus.0)).copied().flatten();
+        FrameRef { line, ..last.unwrap_or_default() }
     }
 
     /// The first frame of a file. Files whose stamps are absolute and files whose stamps count from a date follow one
@@ -229,16 +241,21 @@ impl Capture {
             Place::Line(at) | Place::Byte(at) => Some(at),
             Place::Live => None,
         };
-        let what: Verdict = match (kind, frames) {
-            (DamageKind::Cut, _) => Cap005::Cut { offset, bytes, frames }.into(),
-            (DamageKind::Checksum, None) => Cap004::Checksum { offset, bytes }.into(),
-            (DamageKind::Checksum, Some(frames)) => Cap004::ChecksumWithFrames { offset, bytes, frames }.into(),
-            (DamageKind::Structure, None) => Cap004::Structure { offset, bytes }.into(),
-            (DamageKind::Structure, Some(frames)) => Cap004::StructureWithFrames { offset, bytes, frames }.into(),
-            (DamageKind::Compression, None) => Cap004::Compression { offset, bytes }.into(),
-            (DamageKind::Compression, Some(frames)) => Cap004::CompressionWithFrames { offset, bytes, frames }.into(),
-            (DamageKind::Rest, _) => Cap004::Rest { offset, bytes, frames }.into(),
-            (DamageKind::Undefined, _) => Cap004::Undefined { offset, bytes, frames }.into(),
+        let what: Verdict = match (kind, bytes, frames) {
+            (DamageKind::Cut, ..) => Cap005::Cut { offset, bytes, frames }.into(),
+            (DamageKind::Checksum, None, _) => Cap004::ChecksumUncounted { offset, bytes, frames }.into(),
+            (DamageKind::Checksum, _, None) => Cap004::Checksum { offset, bytes }.into(),
+            (DamageKind::Checksum, _, Some(frames)) => Cap004::ChecksumWithFrames { offset, bytes, frames }.into(),
+            (DamageKind::Structure, None, _) => Cap004::StructureUncounted { offset, bytes, frames }.into(),
+            (DamageKind::Structure, _, None) => Cap004::Structure { offset, bytes }.into(),
+            (DamageKind::Structure, _, Some(frames)) => Cap004::StructureWithFrames { offset, bytes, frames }.into(),
+            (DamageKind::Compression, None, _) => Cap004::CompressionUncounted { offset, bytes, frames }.into(),
+            (DamageKind::Compression, _, None) => Cap004::Compression { offset, bytes }.into(),
+            (DamageKind::Compression, _, Some(frames)) => {
+                Cap004::CompressionWithFrames { offset, bytes, frames }.into()
+            }
+            (DamageKind::Rest, ..) => Cap004::Rest { offset, bytes, frames }.into(),
+            (DamageKind::Undefined, ..) => Cap004::Undefined { offset, bytes, frames }.into(),
         };
         let finding = self.finding(what, place, BusId(0));
         self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));
@@ -250,6 +267,13 @@ impl Capture {
         self.file.unreadable.add(place);
         if self.file.unreadable.count <= NAMED {
             self.complaints.push(complaints::unreadable(self.lang, &self.file.name, place, reason));
+        }
+    }
+
+    /// The file is over: stamps that could not be taken as they are.
+    pub(super) fn end_of_stamps(&mut self) {
+        if self.file.beyond > 0 {
+            self.complaints.push(complaints::beyond(self.lang, &self.file.name, self.file.beyond));
         }
     }
 

@@ -399,8 +399,8 @@ impl Stream {
             return;
         }
         if let Some(info) = self.output.info() {
-            if let Item::Frame(_) = item {
-                self.capture.count();
+            if let Item::Frame(frame) = &item {
+                self.capture.count(frame);
             }
             return info.take(&item);
         }
@@ -511,7 +511,7 @@ impl Stream {
             self.decoding.all_lost(self.capture.last, buses);
         }
         if let Marker::Error { bus, place, .. } = marker {
-            let at = FrameRef { line: place.line(), ..self.capture.last };
+            let at = self.capture.behind(bus, place.line());
             self.decoding.bare_error(bus, at, buses);
         }
         let finding = self.capture.marker(&marker, buses);
@@ -544,6 +544,7 @@ impl Stream {
     }
 
     fn end_of_file(&mut self, contents: &Contents, buses: &Buses, out: &mut Vec<u8>) {
+        self.capture.end_of_stamps();
         if let Some(info) = self.output.info() {
             return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
         }

@@ -75,6 +75,8 @@ pub struct Capture {
     pub unreadable: u64,
     /// Where a file itself shows that rows are left out.
     pub left_out: LeftOut,
+    /// Where a file is damaged, or ends in the middle of a record.
+    pub damages: u64,
 }
 
 impl Capture {
@@ -415,6 +417,7 @@ impl Summary {
             let id = if let Some(Quantity::Id(id)) = id { Some(id) } else { None };
             self.bus(finding.bus).identifiers.foreign(id);
         }
+        self.capture.damages += u64::from(matches!(finding.code, Code::Cap004 | Code::Cap005));
         raise(&mut self.findings, finding);
     }
 

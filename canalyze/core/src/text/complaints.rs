@@ -95,6 +95,16 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
     })
 }
 
+/// So many stamps of a file are further off than can be told.
+pub fn beyond(lang: Lang, file: &[u8], count: u64) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    say!(&mut out, lang;
+        zh: ": ", count, "个时间戳超出可表示的范围 (1677-09-21至2262-04-11), 已改为该范围的边界";
+        en: ": ", count, " stamps are out of the range that can be told, 1677-09-21 to 2262-04-11, and were taken as its end");
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// A file's identifiers are read in another byte order than its format has.
 pub fn swapped(lang: Lang, file: &[u8]) -> String {
     let mut out = Vec::new();

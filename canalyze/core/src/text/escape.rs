@@ -13,7 +13,8 @@ pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
         // What needs no escape is copied in runs: this is half of the time of a JSON line.
         let mut start = 0;
         for (at, c) in text.char_indices() {
-            if c != '"' && c != '\\' && !unsafe_on_a_terminal(c) {
+            let command = c == '[' && text.get(..at).is_some_and(|before| before.ends_with("##"));
+            if c != '"' && c != '\\' && !unsafe_on_a_terminal(c) && !command {
                 continue;
             }
             out.extend_from_slice(text.get(start..at).unwrap_or("").as_bytes());
@@ -24,7 +25,8 @@ pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
                 '\n' => out.extend_from_slice(b"\\n"),
                 '\r' => out.extend_from_slice(b"\\r"),
                 '\t' => out.extend_from_slice(b"\\t"),
-                // A JSON line may also be looked at on a terminal, so what is unsafe there is escaped here.
+                // A JSON line may also be looked at on a terminal, so what is unsafe there is escaped here; and so is
+                // what a runner of GitHub takes for a command, wherever it stands in a line.
                 c => {
                     for unit in c.encode_utf16(&mut [0; 2]) {
                         out.extend_from_slice(b"\\u");
@@ -102,6 +104,9 @@ mod tests {
         let mut out = Vec::new();
         json(&mut out, "a\"b\\c\n\u{1}\u{202e}".as_bytes());
         assert_eq!(String::from_utf8(out).unwrap(), r#""a\"b\\c\n\u0001\u202E""#);
+        let mut out = Vec::new();
+        json(&mut out, b"[#[##[error]x");
+        assert_eq!(String::from_utf8(out).unwrap(), r###""[#[##\u005Berror]x""###);
     }
 
     proptest! {

@@ -415,7 +415,7 @@ fn the_rest() {
     );
     check(&data(0x102, &[0xFE]), "SRDO1的取反数据: 1字节", "inverted data of SRDO1: 1 byte");
     check(&data(0x7FF, &[1]), "CiA 301保留的ID", "ID reserved by CiA 301");
-    check(&data(0x680, &[1]), "预定义连接集之外的ID", "ID outside the pre-defined connection set");
+    check(&data(0x680, &[1]), "未分配的ID", "ID that is not assigned");
     check(
         &Frame::classic(CanId::extended(0x18FE_F100), &[1]),
         "29位ID, 非CANopen预定义",

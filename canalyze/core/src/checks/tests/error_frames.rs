@@ -164,3 +164,13 @@ fn a_marker_without_content_counts_too() {
         assert_eq!((found[0].0.as_str(), found[0].4), ("BUS007", Some(count as u64)));
     }
 }
+
+#[test]
+fn a_marker_stands_behind_a_frame_of_its_own_bus() {
+    let text = "  can0  705   [1]  05\n  can1  706   [1]  05\n  can0  ERROR\n  can0  705   [1]  05\n";
+    assert_eq!(short(text), [one("BUS007", 1, None)]);
+    let text = "  can1  706   [1]  05\n  can0  ERROR\n  can0  705   [1]  05\n";
+    assert_eq!(short(text), [one("BUS007", 0, None)], "no frame of its bus is known by then");
+    let text = "  can1  706   [1]  05\n  can0  705   [1]  05\n  can0  ERROR\n";
+    assert_eq!(short(text), [one("BUS007", 2, None)]);
+}

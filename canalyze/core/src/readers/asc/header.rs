@@ -72,6 +72,12 @@ impl Header {
         Err(Fail { reason: Unreadable::NoFrame, end })
     }
 
+    /// No line says it, but the numbers are decimal ones.
+    pub(super) fn set_decimal(&mut self) {
+        self.decimal = true;
+        self.set("base", b"dec");
+    }
+
     /// `timestamps absolute`, which BusMaster leaves out.
     fn stamps(&mut self, mut words: Words<'_>) -> Said {
         while let Some(word) = words.next() {

@@ -5,6 +5,7 @@
 //! or as an event of another kind, and what is no frame is counted by kind. Requests to send (`TxRq`) are such: the
 //! frame follows as `Tx` when it is on the bus. Memory stays bounded whatever comes.
 
+mod base;
 mod classic;
 mod clock;
 mod date;
@@ -39,6 +40,8 @@ const MAX_CHANNELS: usize = 256;
 /// A reader of an ASC log. One for each file.
 #[derive(Debug, Default)]
 pub struct Asc {
+    /// The beginning of the file, held back until its header or its numbers tell their base.
+    head: base::Head,
     header: Header,
     clock: Clock,
     channels: Vec<(Channel, BusId)>,
@@ -72,7 +75,25 @@ enum Event<'a> {
 
 impl Asc {
     /// Takes the next bytes, in any chunking.
-    pub fn feed(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.head.is_open() {
+            let held = self.head.feed(bytes);
+            self.release(held, buses, sink);
+        } else {
+            self.split(bytes, buses, sink);
+        }
+    }
+
+    /// Reads what was held back, once it is known how.
+    fn release(&mut self, held: Option<(Vec<u8>, bool)>, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some((bytes, decimal)) = held else { return };
+        if decimal {
+            self.header.set_decimal();
+        }
+        self.split(&bytes, buses, sink);
+    }
+
+    fn split(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if self.skipping || !self.partial.is_empty() {
             let Some(end) = memchr(b'\n', bytes) else { return self.keep(bytes, buses, sink) };
             let (piece, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
@@ -95,6 +116,8 @@ impl Asc {
 
     /// Takes the end: a last line without a newline.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let held = self.head.finish();
+        self.release(held, buses, sink);
         let last = std::mem::take(&mut self.partial);
         if !last.is_empty() {
             self.line(&last, true, buses, sink);
@@ -105,6 +128,8 @@ impl Asc {
 
     /// Takes the end of what was read so far, where the reading was broken off: the last line is not there yet.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let held = self.head.finish();
+        self.release(held, buses, sink);
         self.gaps.settle(buses, sink);
         self.partial.clear();
         self.skipping = false;
@@ -163,7 +188,7 @@ impl Asc {
 
     fn other_line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
-        let text = listing::unquoted(text);
+        let text = listing::unmarked(listing::unquoted(text));
         let result = match text {
             [] | [b'#', ..] | [b'`', b'`', b'`', ..] => Ok(()),
             [b'/', b'/', ..] => {

@@ -499,3 +499,16 @@ fn what_is_pasted_from_a_forum() {
         "1: 1000000000 can0 rx 601 1 40\nLeft out 6 at 2\n3: 1500000000 can0 rx 601 1 40\n3 lines\n"
     );
 }
+
+#[test]
+fn a_piece_without_a_header_tells_its_base() {
+    let frames = |text: &str| items(text.as_bytes(), &[1; 40]).0;
+    let decimal = "0.0 1 385 Rx d 2 55 12\n0.1 1 385 Rx d 2 55 146\n0.2 1 1409 Rx d 1 5\n";
+    let said = frames(decimal);
+    assert_eq!((said.matches(" 181 2 ").count(), said.matches(" 581 1 05").count()), (2, 1), "{said}");
+    let hexadecimal = "0.0 1 385 Rx d 2 55 12\n0.1 1 385 Rx d 2 55 4\n0.2 1 385 Rx d 1 0A\n0.3 1 385 Rx d 1 5\n";
+    let said = frames(hexadecimal);
+    assert_eq!((said.matches(" 385 ").count(), said.matches("! Data").count()), (2, 2), "{said}");
+    let told = format!("base hex  timestamps absolute\n{decimal}");
+    assert_eq!(frames(&told).matches("! ").count(), 2, "what the header says holds");
+}

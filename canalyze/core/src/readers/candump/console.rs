@@ -8,6 +8,7 @@ use super::Fail;
 use super::lex::{byte, identifier, is_blank, is_hex, is_stray_byte, nibble, skip_blanks, word};
 use crate::frame::{Direction, Frame, Kind, LengthForm};
 use crate::readers::Unreadable;
+use crate::readers::listing::{self, Digits};
 
 /// Whether the words from here on are `ID [length]` or begin with a direction: no interface stands before.
 pub(super) fn is_meant(text: &[u8]) -> bool {
@@ -63,9 +64,17 @@ pub(super) fn frame(text: &[u8], frame: &mut Frame) -> Result<(), Fail> {
     Ok(())
 }
 
+/// How the bytes behind `ID [length]` are written, where the line tells.
+pub(super) fn digits(text: &[u8]) -> Option<Digits> {
+    let at = memchr::memchr(b'[', text)?;
+    let [count @ b'1'..=b'8', b']', rest @ ..] = text.get(at + 1..)? else { return None };
+    let bytes = rest.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    listing::digits(bytes.take(usize::from(count - b'0')))
+}
+
 /// `TX` and `RX`, as candump has them, and as people write them: `Rx`, `rx:`.
 #[inline(always)]
-fn way(word: &[u8]) -> Option<Direction> {
+pub(super) fn way(word: &[u8]) -> Option<Direction> {
     match word {
         [b'T' | b't', b'X' | b'x'] | [b'T' | b't', b'X' | b'x', b':'] => Some(Direction::Tx),
         [b'R' | b'r', b'X' | b'x'] | [b'R' | b'r', b'X' | b'x', b':'] => Some(Direction::Rx),

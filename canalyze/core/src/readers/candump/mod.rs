@@ -11,11 +11,11 @@ pub(super) mod stamp;
 #[cfg(test)]
 mod tests;
 
-use memchr::memchr;
+use memchr::{memchr, memchr3};
 
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
-use super::listing::{self, Gaps, Omission};
+use super::listing::{self, Base, Gaps, Omission};
 use super::{Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
 
@@ -59,6 +59,8 @@ pub struct Candump {
     gaps: Gaps,
     /// A number before a frame is the row's, and no interface's name: the beginning of the file shows it.
     rows: bool,
+    /// Its bytes are written in decimal digits, which nothing here reads.
+    decimal: bool,
 }
 
 impl Candump {
@@ -76,6 +78,7 @@ impl Candump {
             explained: None,
             gaps: Gaps::default(),
             rows: false,
+            decimal: false,
         }
     }
 
@@ -120,13 +123,16 @@ impl Candump {
         let end = if head.len() < HEAD { head.len() } else { memchr::memrchr(b'\n', &head).unwrap_or(0) };
         let mut plain = Vec::new();
         let mut numbers = Numbers::default();
+        let (mut base, mut decimal) = (Base::default(), None);
         let lines = head.get(..end).unwrap_or(&head).split(|&byte| byte == b'\n');
         self.clock.decide(lines.filter_map(|text| {
-            let line = general(without_colours(text, &mut plain), false);
+            let line = general(plain_text(text, &mut plain), false);
             numbers.take(&line);
+            decimal = decimal.or_else(|| base.take(console::digits(text)?));
             line.stamp.filter(|_| line.console)
         }));
         self.rows = numbers.are_rows();
+        self.decimal = decimal == Some(true);
         self.split(&head, buses, sink);
     }
 
@@ -190,6 +196,12 @@ impl Candump {
             frame.bus = self.bus;
             let line = Line { stamp: frame.stamp, console: false, bus: b"", row: None, what: What::Frame, frame };
             self.give(line, buses, sink);
+        } else if memchr(b'\r', text.trim_ascii()).is_some() {
+            // Lines that end with a carriage return alone.
+            let mut lines = text.trim_ascii_end().split(|&byte| byte == b'\r').peekable();
+            while let Some(line) = lines.next() {
+                self.other_line(line, last && lines.peek().is_none(), buses, sink);
+            }
         } else {
             self.other_line(text, last, buses, sink);
         }
@@ -198,7 +210,7 @@ impl Candump {
     fn other_line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
         let mut plain = std::mem::take(&mut self.plain);
-        let mut line = general(without_colours(text, &mut plain), self.rows);
+        let mut line = general(plain_text(text, &mut plain), self.rows);
         let indented = text.first() == Some(&b'\t');
         if indented && let Some(error) = &self.explained {
             let (frame, bare) = (&line.frame, line.stamp.is_none() && line.bus.is_empty());
@@ -225,7 +237,11 @@ impl Candump {
             fail.reason = Unreadable::Cut;
         }
         if let What::Frame = line.what {
-            line.frame.bus = buses.intern(line.bus);
+            if self.decimal && line.console {
+                line.what = What::Unreadable(Fail { reason: Unreadable::Data, end: false });
+            } else {
+                line.frame.bus = buses.intern(line.bus);
+            }
         }
         self.give(line, buses, sink);
         self.plain = plain;
@@ -271,7 +287,7 @@ impl Candump {
 pub fn line(text: &[u8], buses: &mut Buses) -> Option<Frame> {
     let text = text.strip_suffix(b"\n").unwrap_or(text);
     let mut plain = Vec::new();
-    let line = general(without_colours(text, &mut plain), false);
+    let line = general(plain_text(text, &mut plain), false);
     let What::Frame = line.what else { return None };
     Some(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..line.frame })
 }
@@ -289,6 +305,17 @@ struct Line<'a> {
     what: What,
     /// The frame, where it holds one; line, stamp and time are not set in it.
     frame: Frame,
+}
+
+impl Line<'_> {
+    /// Whether it was to be a frame, or a mark of candump's.
+    fn is_meant(&self) -> bool {
+        match self.what {
+            What::Frame | What::Dropped { .. } | What::Error => true,
+            What::Unreadable(fail) => fail.reason != Unreadable::NoFrame || self.stamp.is_some(),
+            What::Nothing | What::LeftOut(_) => false,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -318,21 +345,25 @@ struct Fail {
 fn general(text: &[u8], rows: bool) -> Line<'_> {
     let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
     let whole = text;
-    let text = listing::unquoted(text);
+    let unquoted = listing::unquoted(text);
+    let text = listing::unmarked(unquoted);
+    if text.len() < unquoted.len() {
+        let line = general(text, rows);
+        // A mark-up around anything else is a part of it.
+        if line.is_meant() || matches!(line.what, What::LeftOut(_)) {
+            return line;
+        }
+    }
+    let text = unquoted;
     if let Some((number, rest, bare)) = listing::numbered(text) {
         let line = unnumbered(rest);
-        let meant = match line.what {
-            What::Frame | What::Dropped { .. } | What::Error => true,
-            What::Unreadable(fail) => fail.reason != Unreadable::NoFrame || line.stamp.is_some(),
-            What::Nothing | What::LeftOut(_) => false,
-        };
         // `1  601   [8] ...` may as well have an interface with a number for a name.
-        if meant && (!bare || rows || line.stamp.is_some() || !line.bus.is_empty()) {
+        if line.is_meant() && (!bare || rows || line.stamp.is_some() || !line.bus.is_empty()) {
             return Line { row: Some(number), ..line };
         }
     }
     if let Some(item) = listing::item(text)
-        && let line @ Line { what: What::Frame, .. } = unnumbered(item)
+        && let line @ Line { what: What::Frame, .. } = unnumbered(listing::unmarked(item))
     {
         return line;
     }
@@ -341,7 +372,10 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
         match listing::omission(text) {
             Some(omission) => (line.stamp, line.what) = (None, What::LeftOut(omission)),
             // What is quoted and no frame is what somebody said.
-            None if text.len() < whole.len() && line.stamp.is_none() => line.what = What::Nothing,
+            None if text.len() < whole.len() && line.stamp.is_none() && !holds_frame(text) => line.what = What::Nothing,
+            None if matches!(line.what, What::Nothing) && !listing::is_comment(text) && holds_frame(text) => {
+                line.what = What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
+            }
             None => {}
         }
     }
@@ -382,6 +416,28 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
     line
 }
 
+/// Whether a frame stands behind other words of the line, none of them a command: it is not one, and no comment either.
+fn holds_frame(text: &[u8]) -> bool {
+    const WORDS: usize = 16;
+    let mut rest = text;
+    for _ in 0..WORDS {
+        let (first, after) = word(rest);
+        let mut frame = Frame::classic(CanId::standard(0), &[]);
+        let console = console::is_meant(rest) && console::frame(rest, &mut frame).is_ok();
+        if TOOLS.contains(&first) {
+            return false;
+        }
+        if console || log::is_meant(first) && log::frame(first, b"", &mut frame).is_ok() {
+            return true;
+        }
+        rest = skip_blanks(after);
+        if rest.is_empty() {
+            break;
+        }
+    }
+    false
+}
+
 /// What stands where an interface has its name, in the lines of a file's beginning.
 #[derive(Debug, Default)]
 struct Numbers {
@@ -417,8 +473,12 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     let rest = skip_blanks(after);
     let (second, after) = word(rest);
     if log::is_meant(second) && is_name(first) {
-        line.bus = first;
-        return made(log::frame(second, after, &mut line.frame));
+        let what = made(log::frame(second, after, &mut line.frame));
+        match console::way(first) {
+            Some(way) => _ = line.frame.dir.get_or_insert(way),
+            None => line.bus = first,
+        }
+        return what;
     }
     if console::is_meant(text) {
         line.console = true;
@@ -510,9 +570,11 @@ fn number(text: &[u8]) -> Option<(u64, &[u8])> {
     Some((std::str::from_utf8(digits).ok()?.parse().ok()?, rest))
 }
 
+/// Commands whose arguments are no record of the bus.
+const TOOLS: [&[u8]; 7] = [b"candump", b"cansend", b"cangen", b"canplayer", b"cansniffer", b"canopend", b"sudo"];
+
 /// A command line of a shell, pasted together with what it printed.
 fn is_prompt(text: &[u8]) -> bool {
-    const TOOLS: [&[u8]; 7] = [b"candump", b"cansend", b"cangen", b"canplayer", b"cansniffer", b"canopend", b"sudo"];
     let (first, rest) = word(text);
     // user@host:~$ candump can0, and with a blank before the dollar
     let at = memchr(b'@', first).is_some();
@@ -527,23 +589,33 @@ fn is_begun_name(text: &[u8], buses: &Buses) -> bool {
     !text.is_empty() && buses.names().any(|name| name.starts_with(text)) && !is_hex(text)
 }
 
-/// The line without ANSI escapes (`-c`).
+/// The line without ANSI escapes (`-c`), and with plain blanks for those of web pages.
 #[inline]
-fn without_colours<'a>(text: &'a [u8], room: &'a mut Vec<u8>) -> &'a [u8] {
+fn plain_text<'a>(text: &'a [u8], room: &'a mut Vec<u8>) -> &'a [u8] {
     const ESC: u8 = 0x1B;
-    if memchr(ESC, text).is_none() {
+    if memchr3(ESC, 0xC2, 0xE2, text).is_none() {
         return text;
     }
     room.clear();
     let mut rest = text;
-    while let Some(at) = memchr(ESC, rest) {
+    while let Some(at) = memchr3(ESC, 0xC2, 0xE2, rest) {
         room.extend_from_slice(rest.get(..at).unwrap_or_default());
-        rest = rest.get(at + 1..).unwrap_or_default();
+        rest = rest.get(at..).unwrap_or_default();
         // ESC [ parameters letter; any other ESC stands alone
-        if let [b'[', sequence @ ..] = rest {
+        if let [ESC, b'[', sequence @ ..] = rest {
             let end = sequence.iter().position(|byte| !matches!(byte, b'0'..=b'?' | b' '..=b'/'));
             rest = sequence.get(end.map_or(sequence.len(), |end| end + 1)..).unwrap_or_default();
+            continue;
         }
+        let (kept, after) = match rest {
+            [ESC, after @ ..] => (&b""[..], after),
+            // U+00A0, U+2000 to U+200A and U+202F have a width; U+200B to U+200F have none.
+            [0xC2, 0xA0, after @ ..] | [0xE2, 0x80, 0x80..=0x8A | 0xAF, after @ ..] => (&b" "[..], after),
+            [0xE2, 0x80, 0x8B..=0x8F, after @ ..] => (&b""[..], after),
+            _ => rest.split_at_checked(1).unwrap_or((rest, &[])),
+        };
+        room.extend_from_slice(kept);
+        rest = after;
     }
     room.extend_from_slice(rest);
     room

@@ -6,7 +6,7 @@
 
 use super::Stamps;
 use crate::calendar::{days_of, days_to};
-use crate::frame::{Stamp, StampForm};
+use crate::frame::{LAST_SECOND_NS, Stamp, StampForm};
 
 const SECOND: i64 = 1_000_000_000;
 /// Console stamps below this may be differences or counted from zero; above, they are an epoch (1973 on).
@@ -73,9 +73,8 @@ fn seconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
 /// Exact as long as it fits; else the last whole second that does, which stays the same when it is written and read.
 #[inline(always)]
 pub(in crate::readers) fn nanoseconds(seconds: i64, fraction: i64) -> i64 {
-    const LAST: i64 = i64::MAX / SECOND * SECOND;
     let exact = seconds.checked_mul(SECOND).and_then(|ns| ns.checked_add(fraction));
-    exact.unwrap_or(if seconds < 0 { -LAST } else { LAST })
+    exact.unwrap_or(if seconds < 0 { -LAST_SECOND_NS } else { LAST_SECOND_NS })
 }
 
 /// A number, how many digits it had, and what follows. Saturates.

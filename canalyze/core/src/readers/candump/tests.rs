@@ -283,6 +283,59 @@ fn what_is_no_frame_and_says_nothing() {
 }
 
 #[test]
+fn a_frame_behind_other_words_is_not_passed_over() {
+    for line in
+        ["| 0 | can0  601   [1]  40 |", "> he wrote: can0 601#40", "[12] -> 601   [1]  40", "(254) can0 601 [1] 4"]
+    {
+        assert_eq!(
+            read(line),
+            "1! NoFrame\n1 lines\n".replace("NoFrame", if line.ends_with('4') { "Cut" } else { "NoFrame" }),
+            "{line:?}"
+        );
+    }
+    for line in ["$ sudo cansend can0 601#40", "[me@host ~]$ cansend can0 601#40", "> so it is 601"] {
+        assert_eq!(read(line), "1 lines\n", "{line:?}");
+    }
+}
+
+#[test]
+fn mark_up_and_blanks_of_pages() {
+    for line in [
+        "`can0 601 [1] 40`",
+        "* `can0 601 [1] 40`",
+        "can0 601 [1] 40<br>",
+        "<p>can0 601 [1] 40</p>",
+        "<pre><code>can0 601 [1] 40",
+        "> `can0 601 [1] 40`",
+        "can0\u{A0}601\u{A0} [1]\u{2002}40",
+        "\u{200B}can0 601 [1] 40",
+    ] {
+        assert_eq!(read(line), "1: can0 601 1 40\n1 lines\n", "{line:?}");
+    }
+    assert_eq!(read("can0 701 [0]<br>"), "1: can0 701 0\n1 lines\n");
+    assert_eq!(read("`can0 601 [2] 40`"), "1! Cut\n1 lines\n");
+    assert_eq!(read("can0 601 [2] 40<br>\n"), "1! Data\n1 lines\n");
+    assert_eq!(read("<p>can0 is broken</p>\n"), "1 lines\n");
+}
+
+#[test]
+fn decimal_bytes_are_not_read_as_hexadecimal_ones() {
+    let decimal = "can0 385 [2] 55 12\ncan0 385 [2] 55 146\ncan0 701 [1] 5\n";
+    assert_eq!(read(decimal), "1! Data\n2! Data\n3! Data\n3 lines\n");
+    let damaged = "can0 385 [2] 55 12\ncan0 385 [2] 55 1\ncan0 701 [1] 05\n";
+    assert_eq!(read(damaged), "1: can0 385 2 5512\n2! Data\n3: can0 701 1 05\n3 lines\n");
+}
+
+#[test]
+fn carriage_returns_end_lines() {
+    let text = "can0 601 [1] 40\rcan0 581 [1] 60\rand so on\rcan0 701 [1] 05";
+    let expected = "1: can0 601 1 40\n2: can0 581 1 60\n3! NoFrame\n4: can0 701 1 05\n4 lines\n";
+    for end in ["", "\r", "\n", "\r\n"] {
+        assert_eq!(read(&format!("{text}{end}")), expected, "{end:?}");
+    }
+}
+
+#[test]
 fn rows_that_are_left_out() {
     let frame = "can0  601   [1]  40";
     let left_out = |count: Option<u64>, rows: Option<(u64, u64)>, line| {
@@ -328,6 +381,8 @@ fn what_people_write_before_a_frame() {
         ("* 601 [1] 40", "601 1 40"),
         ("Rx 601 [1] 40", "rx 601 1 40"),
         ("TX: 601 [1] 40", "tx 601 1 40"),
+        ("Rx 601#40", "rx 601 1 40"),
+        ("TX: 601#40", "tx 601 1 40"),
         ("can0 Tx 601 [1] 40", "can0 tx 601 1 40"),
         ("ID: 601 [1] 40", "601 1 40"),
         ("COB-ID 601 [1] 40", "601 1 40"),

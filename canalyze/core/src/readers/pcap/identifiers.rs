@@ -6,6 +6,8 @@
 //! zero, and on which side these are is not left to chance. Must not: judge a record by itself.
 
 use super::Order;
+use crate::frame::{Frame, Kind};
+use crate::readers::Unreadable;
 
 const EXTENDED: u32 = 0x8000_0000;
 const REMOTE: u32 = 0x4000_0000;
@@ -131,6 +133,42 @@ impl Votes {
             () if self.seen >= ENOUGH && self.big * 2 < self.seen => Reading::Neither,
             () => Reading::Big,
         }
+    }
+}
+
+/// What has been read of a file so far, and what that says of records of another order among those of one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Orders {
+    /// Identifiers of 11 bits have been read, and identifiers of 29 bits that are none of 11 bits in the other order.
+    standard: bool,
+    extended: bool,
+    /// The first identifier of 29 bits that is one of 11 bits in the other order.
+    odd: Option<u32>,
+    /// There are records of that order: some are no identifiers in this one, or several identifiers are odd.
+    mixed: bool,
+}
+
+impl Orders {
+    /// Gives the frame, unless its identifier is more likely one of 11 bits in the other order.
+    #[inline(always)]
+    pub(super) fn take(&mut self, frame: Frame) -> Result<Frame, Unreadable> {
+        if !frame.id.is_extended() || frame.kind == Kind::Error {
+            self.standard = true;
+            return Ok(frame);
+        }
+        let flags = if frame.kind == Kind::Remote { EXTENDED | REMOTE } else { EXTENDED };
+        if sense((frame.id.raw() | flags).swap_bytes()) != Sense::Standard {
+            self.extended = true;
+            return Ok(frame);
+        }
+        let various = *self.odd.get_or_insert(frame.id.raw()) != frame.id.raw();
+        self.mixed |= various && self.standard && !self.extended;
+        if self.mixed { Err(Unreadable::Identifier) } else { Ok(frame) }
+    }
+
+    /// A record could not be read.
+    pub(super) fn failed(&mut self, reason: Unreadable) {
+        self.mixed |= reason == Unreadable::Identifier;
     }
 }
 

@@ -124,10 +124,14 @@ impl Interface {
         if tally.reading == Reading::Neither && self.link == Link::SocketCan {
             return tally.pass(Passed::Packet(227));
         }
-        match link::frame(self.link, packet.data, packet.size, (order, tally.reading.order())) {
-            Ok(found) => {
-                let mut frame = found.frame;
-                frame.bus = self.bus(found.interface, buses);
+        let found = link::frame(self.link, packet.data, packet.size, (order, tally.reading.order()));
+        let found = found.and_then(|found| {
+            let frame = tally.orders.take(found.frame).map_err(Failed::Unreadable)?;
+            Ok((frame, found.interface))
+        });
+        match found {
+            Ok((mut frame, interface)) => {
+                frame.bus = self.bus(interface, buses);
                 frame.dir = packet.dir.or(frame.dir);
                 frame.t_ns = packet.units.map(|units| self.clock.moment(units));
                 let decimals = self.clock.decimals();
@@ -136,6 +140,7 @@ impl Interface {
             }
             Err(Failed::Passed(kind)) => tally.pass(kind),
             Err(Failed::Unreadable(reason)) => {
+                tally.orders.failed(reason);
                 sink(Item::Unreadable { place: Place::Byte(packet.at), reason }, buses);
             }
         }

@@ -5,7 +5,7 @@
 use std::io::Write;
 
 use super::Order;
-use super::identifiers::{Reading, Votes};
+use super::identifiers::{Orders, Reading, Votes};
 use crate::readers::Contents;
 
 /// Kinds that are counted apart; all others are counted together.
@@ -31,6 +31,8 @@ pub(super) enum Passed {
 pub(super) struct Tally {
     /// How identifiers are read where the format has them big-endian.
     pub(super) reading: Reading,
+    /// What they were so far.
+    pub(super) orders: Orders,
     /// Packets are only looked at to find that out.
     pub(super) votes: Option<Votes>,
     dialect: Vec<(&'static str, Vec<u8>)>,

@@ -79,6 +79,7 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
         | Command::BlockEnded
         | Command::Unknown(_)
         | Command::Truncated(_) => {}
+        Command::Undetermined(_) if step.place == Place::Outside => {}
         Command::Undetermined(bytes) => {
             put!(out; ",\"candidates\":[\"block_segment\"");
             let plain = wire::decode(step.side, bytes);

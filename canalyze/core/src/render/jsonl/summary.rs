@@ -2,7 +2,7 @@
 //!
 //! | kind | keys |
 //! |---|---|
-//! | `summary_capture` | `files frames unstamped buses first_t last_t seconds backward backward_most_us pause_us pause_frame reordered unreadable gaps dropped left_out bit_rate` |
+//! | `summary_capture` | `files frames unstamped buses first_t last_t seconds backward backward_most_us pause_us pause_frame reordered unreadable gaps dropped left_out damages bit_rate` |
 //! | `summary_bus` | `bus frames rate peak_rate_1s peak_rate_100ms sent_by_host remote fd fd_switched extended errors gaps dropped services bits load load_peak_1s load_peak_1s_frame load_peak_100ms load_peak_100ms_frame burst` |
 //! | `summary_sync` | `bus frames period counted counter_min counter_max counter_jumps` |
 //! | `summary_node` | `bus node name name_from frames sent tpdo rpdo tpdo_rate rpdo_rate state state_text state_name changes states boot_ups error_control heartbeats heartbeat sdo response aborts emcys emcy` |
@@ -102,7 +102,7 @@ fn capture(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
     put!(out; ",\"dropped\":", summary.buses.values().map(|bus| bus.dropped).fold(0, u64::saturating_add));
     put!(out; ",\"left_out\":");
     left_out(out, &capture.left_out);
-    put!(out; ",\"bit_rate\":");
+    put!(out; ",\"damages\":", capture.damages, ",\"bit_rate\":");
     number_or_null(out, summary.network.bit_rate.map(u64::from));
     put!(out; "}\n");
 }

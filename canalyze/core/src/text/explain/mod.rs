@@ -7,6 +7,7 @@
 pub mod command_byte;
 pub mod lss;
 pub mod mapping;
+pub mod parameter;
 pub mod pdo;
 pub mod sdo;
 pub mod services;

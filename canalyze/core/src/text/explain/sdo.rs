@@ -2,7 +2,7 @@
 //! Must not decide anything: what the frame means to its transfer comes in `Step`.
 
 use super::command_byte::command_byte;
-use super::{cob_id, line};
+use super::{cob_id, line, parameter};
 use crate::cob_id::Role;
 use crate::event::Step;
 use crate::frame::Frame;
@@ -38,6 +38,9 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
         Command::InitiateDownload(mux, i) | Command::UploadInitiated(mux, i) => {
             multiplexor(out, lang, mux);
             initiate(out, lang, i, frame.len);
+            if i.expedited {
+                parameter::bits(out, lang, mux, i.data.get(..i.expedited_len(frame.len)).unwrap_or_default());
+            }
         }
         Command::InitiateUpload(mux) | Command::DownloadInitiated(mux) => {
             multiplexor(out, lang, mux);

@@ -78,7 +78,7 @@ impl Put for Named {
                 say!(out, lang; zh: "29位ID, 非CANopen预定义"; en: "29-bit ID, not pre-defined in CANopen");
             }
             Role::Unassigned => {
-                say!(out, lang; zh: "预定义连接集之外的ID"; en: "ID outside the pre-defined connection set");
+                say!(out, lang; zh: "未分配的ID"; en: "ID that is not assigned");
             }
         }
     }

@@ -402,6 +402,34 @@ fn identifiers_in_the_wrong_byte_order() {
 }
 
 #[test]
+fn records_of_another_order_among_those_of_one() {
+    let file = |ids: &[u32]| {
+        let records: Vec<Vec<u8>> = ids.iter().map(|id| record(Order::Little, 1, 0, &classic(*id, &[5]))).collect();
+        [legacy(Order::Little, false, 227), records.concat()].concat()
+    };
+    let swapped = |id: u32| id.swap_bytes();
+    for (ids, unreadable) in [
+        // Several identifiers of 29 bits that are ones of 11 bits in the other order are none, nor is one where a record
+        // is of that order for certain.
+        (&[0x701, swapped(0x181), 0x702, swapped(0x281), swapped(0x181), swapped(0x080)][..], 3),
+        (&[0x701, swapped(0x601), swapped(0x181), swapped(0x181)], 3),
+        (&[0x701, 0x98FE_F103, swapped(0x601), swapped(0x181)], 2),
+        // Nothing but one odd identifier tells of another order.
+        (&[0x701, 0x98FE_F103, 0x8C00_0000], 0),
+        (&[0x8C00_0000, 0x98FE_F103, 0x701], 0),
+        (&[0x701, 0x8000_0000, 0x98FE_F103, 0x8C00_0000], 0),
+        (&[0x8C00_0000, 0x8C00_0000], 0),
+    ] {
+        let said = read(&file(ids));
+        assert_eq!(said.matches("Identifier").count(), unreadable, "{said}");
+        assert_eq!(said.lines().count(), ids.len(), "{said}");
+    }
+    let cooked = |id: u32| record(Order::Little, 1, 0, &sll(1, 12, &classic(id, &[5])));
+    let said = read(&[legacy(Order::Little, false, 113), [0x701, 0x181, 0x601].map(cooked).concat()].concat());
+    assert_eq!(said.matches("Identifier").count(), 3, "{said}");
+}
+
+#[test]
 fn packets_that_hold_no_identifiers() {
     let file: Vec<u8> =
         (0..100u32).flat_map(|no| record(Order::Little, 0, no, &classic(0x1234_5678 + no, &[1]))).collect();
