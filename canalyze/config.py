@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from canalyze import network
-from canalyze.check import policy
+from canalyze import bounded, network
+from canalyze.check import globs, policy
 from canalyze.errors import ConfigError
 from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.words import LANGUAGES
@@ -59,8 +59,8 @@ def _codes(value: object) -> tuple[str, ...] | None:
 
 def _globs(value: object) -> tuple[str, ...] | None:
     found = [text(one) for one in value] if isinstance(value, list) else [text(value)]
-    globs = tuple(one for one in found if one is not None)
-    return globs if globs and None not in found else None
+    texts = tuple(one for one in found if one is not None and len(one) <= globs.LONGEST)
+    return texts if texts and len(texts) == len(found) else None
 
 
 def _tolerance(value: object) -> int | None:
@@ -142,7 +142,7 @@ def read(file: str | None) -> Config:
     """Read the named file, or canalyze.toml of the current directory if there is one, and check every key."""
     path = Path(FILE if file is None else file)
     try:
-        content = path.read_bytes()
+        content = bounded.content(path)
     except FileNotFoundError as error:
         if file is None:
             return Config()

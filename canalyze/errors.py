@@ -4,7 +4,8 @@
     ├── ConfigError     canalyze.toml, CANALYZE_LANG or a global option says something that cannot be
     ├── SourceError     an input cannot be opened or read, or nothing in it can be understood
     ├── OutputError     a result cannot be written
-    │   └── ReaderGone  whoever read the pipe has seen enough: the end, but no failure
+    │   ├── ReaderGone  whoever read the pipe has seen enough: the end, but no failure
+    │   └── BrokenOff   a signal has ended the writing of a file, which stays a part
     └── CoreError       the compiled core is not there
 
 An error carries a key of `words` and its facts, not a sentence: it is put into words where it is shown. What a
@@ -12,7 +13,6 @@ capture contains is never an error here; the core answers that with findings and
 """
 
 import errno
-from typing import ClassVar
 
 from canalyze.words import Words
 
@@ -20,7 +20,7 @@ from canalyze.words import Words
 class CanalyzeError(Exception):
     """Root of the tree; `str()` gives the English sentence."""
 
-    exit_code: ClassVar[int] = 2
+    exit_code: int = 2
 
     def __init__(self, key: str, /, **facts: object) -> None:
         """Keep the key of the sentence and what fills it."""
@@ -52,6 +52,16 @@ class ReaderGone(OutputError):
     """Whoever read the pipe has seen enough: the end, but no failure."""
 
     exit_code = 0
+
+
+class BrokenOff(OutputError):
+    """A signal has ended the writing of a file; what was written stays beside its name."""
+
+    def __init__(self, name: str, part: str, by: SystemExit | KeyboardInterrupt) -> None:
+        """Keep what has ended it: the exit code is that of the signal."""
+        super().__init__("output.part", name=name, part=part)
+        code = getattr(by, "code", None)
+        self.exit_code = code if isinstance(code, int) else 130
 
 
 class CoreError(CanalyzeError):

@@ -1,7 +1,7 @@
 """Where results and complaints go: standard output, a file, standard error.
 
 Results are bytes in UTF-8 and are on their way as soon as `write` returns; only a terminal of another encoding gets
-them transcoded. A file is written beside its name and renamed when complete. Nothing here knows what is written.
+them transcoded. A file is a part beside its name until it is complete (`writing`). Nothing here knows what is written.
 """
 
 import errno
@@ -13,13 +13,16 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from canalyze.errors import OutputError, ReaderGone
+from canalyze.errors import BrokenOff, OutputError, ReaderGone
 from canalyze.layout import width
 from canalyze.words import Words
+from canalyze.writing import AS_IT_IS, Part, write_all
 
 _STDOUT: Final = 1
-_AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
-"""Where the system would else translate line ends."""
+_COMMAND: Final = re.compile(
+    rb"^((?:[\t\v\f\r ]|\xc2[\x85\xa0]|\xe1\x9a\x80|\xe2\x80[\x80-\xaf]|\xe2\x81\x9f|\xe3\x80\x80)*+):(?=:)", re.M
+)
+"""Blanks of any kind are passed over."""
 _UTF8: Final = frozenset({"utf-8", "utf8", "utf_8"})
 
 
@@ -35,9 +38,16 @@ def _escaped(char: str) -> str:
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
+def commandless(lines: bytes) -> bytes:
+    """Give lines without what the runner of GitHub takes for a command: `::` first in a line, `##[` anywhere."""
+    if b"##[" in lines:
+        lines = lines.replace(b"##[", b"##\\x5b")
+    return _COMMAND.sub(rb"\1\\x3a", lines) if b"::" in lines else lines
+
+
 def complain(line: str) -> None:
     """Write one line to standard error."""
-    _put(printable(line) + "\n")
+    _put(commandless(printable(line).encode("utf-8", "backslashreplace")).decode() + "\n")
 
 
 def _put(text: str) -> None:
@@ -91,6 +101,8 @@ def _is_pipe() -> bool:
 class Output:
     """Standard output, or the base of what is written instead; a context manager."""
 
+    name: str | None = None
+    """As the user has named the file; None for standard output."""
     is_terminal: bool
     """People read it as it comes."""
     is_quiet: bool
@@ -121,81 +133,109 @@ class Output:
         except OSError as error:
             raise OutputError("output.stdout", error=error) from error
 
+    def shown(self, lines: bytes) -> None:
+        """Write complete lines for people."""
+        self.write(commandless(lines))
+
     def text(self, text: str) -> None:
-        """Write text."""
-        self.write(text.encode("utf-8", "backslashreplace"))
+        """Write text for people."""
+        self.shown(text.encode("utf-8", "backslashreplace"))
 
     def drop(self) -> None:
         """There was nothing to write: leave no file."""
 
+    def leave(self) -> str | None:
+        """Take what was written for a part only, which keeps the name of one; give that name, None if there is none."""
+        return None
+
 
 class FileOutput(Output):
-    """A file, written beside its name and renamed at the end; kept if it exists, unless forced."""
+    """A file, complete when its block ends without an error; one that exists is kept, unless forced."""
 
     def __init__(self, name: str, *, force: bool) -> None:
-        """Open the file beside `name`; OutputError if `name` exists or cannot be written."""
+        """Make the part of the file; OutputError if `name` exists or cannot be written."""
+        self.name: str = name
         self.is_terminal = False
         self.is_quiet = True
         self._encoding = None
-        self._name = name
-        self._force = force
-        self._wanted = True
-        self._path = Path(os.path.realpath(name))
-        self._beside: Path | None = self._path.with_name(f"{self._path.name}.{os.getpid()}.part")
-        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC
+        self._wanted = self._complete = True
+        self._part: Part | None = None
+        # A link that the user names stands for what it points to; one that points to nothing is somebody's, too.
+        path = Path(os.path.realpath(name))
         try:
-            if self._is_device():
-                self._beside = None
-                flags = os.O_WRONLY
-            elif self._path.exists() and not force:
+            if _is_device(path):
+                self._path, self._fd = path, os.open(path, os.O_WRONLY | AS_IT_IS)
+                return
+            if not force and os.path.lexists(name):
                 raise OutputError("output.exists", name=name)
-            self._fd = os.open(self._beside or self._path, flags | _AS_IT_IS, 0o666)
+            self._part = Part(path, replace=force)
+            self._path, self._fd = self._part.path, self._part.fd
         except OSError as error:
             raise OutputError("output.write", name=name, error=error) from error
 
     @property
     def path(self) -> str:
         """Where it is being written, for another program's writer that opens by name."""
-        return str(self._beside or self._path)
+        return str(self._path)
 
-    def _is_device(self) -> bool:
-        """Tell whether the name stands for something that renaming would replace, such as /dev/null or a FIFO."""
-        try:
-            mode = self._path.stat().st_mode
-        except FileNotFoundError:
-            return False
-        if stat.S_ISDIR(mode):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        return not stat.S_ISREG(mode)
-
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        """Rename the file when the work came to its end, else leave nothing behind."""
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        """Give the file its name when the work came to its end; what a signal has ended keeps the name of a part."""
         try:
             os.close(self._fd)
-            if self._beside is None:
-                return
-            if kind is not None or not self._wanted:
-                self._beside.unlink()
-            elif self._path.exists() and not self._force:
-                self._beside.unlink()
-                raise OutputError("output.exists", name=self._name)
-            else:
-                self._beside.replace(self._path)
-        except OSError as error:
-            raise OutputError("output.write", name=self._name, error=error) from error
+            if self._part is not None:
+                self._settle(self._part, error)
+        except FileExistsError as taken:
+            raise OutputError("output.exists", name=self.name) from taken
+        except OSError as failure:
+            raise OutputError("output.write", name=self.name, error=failure) from failure
+
+    def _settle(self, part: Part, error: BaseException | None) -> None:
+        if isinstance(error, SystemExit | KeyboardInterrupt) and self._wanted and not part.empty:
+            raise BrokenOff(self.name, self._shown(part), error) from error
+        if error is not None or not self._wanted:
+            part.discard()
+        elif self._complete:
+            try:
+                part.complete()
+            except OSError:
+                part.discard()
+                raise
+
+    def _shown(self, part: Part) -> str:
+        """Give the name of the part as the user would write it."""
+        beside = Path(self.name).with_name(part.path.name)
+        return str(beside if beside.exists() else part.path)
 
     def write(self, data: bytes) -> None:
-        """Write to the file beside."""
+        """Write to the part."""
         try:
             write_all(self._fd, data)
         except BrokenPipeError as error:
             raise ReaderGone("output.gone") from error
         except OSError as error:
-            raise OutputError("output.write", name=self._name, error=error) from error
+            raise OutputError("output.write", name=self.name, error=error) from error
 
     def drop(self) -> None:
         """There was nothing to write: leave no file."""
         self._wanted = False
+
+    def leave(self) -> str | None:
+        """Take what was written for a part only."""
+        if self._part is None:
+            return None
+        self._complete = False
+        return self._shown(self._part)
+
+
+def _is_device(path: Path) -> bool:
+    """Tell whether a file is something that renaming would replace, such as /dev/null or a FIFO."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return False
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    return not stat.S_ISREG(mode)
 
 
 def open_output(name: str | None, *, force: bool) -> Output:
@@ -203,16 +243,22 @@ def open_output(name: str | None, *, force: bool) -> Output:
     return Output() if name is None or name == "-" else FileOutput(name, force=force)
 
 
-def write_all(fd: int, data: bytes) -> None:
-    """Write everything, also to a pipe that another program made non-blocking."""
-    view = memoryview(data)
-    while view:
-        try:
-            view = view[os.write(fd, view) :]
-        except BlockingIOError:
-            import select
+def told(code: int, out: Output, words: Words, *, stream: bool, some: bool = True) -> int:
+    """Say what is in an output where a signal has ended the reading; give the exit code as it is.
 
-            select.select([], [fd], [])
+    A file of which the input was not read to its end stays a part. stream: the input has no other end than a signal:
+    what was read is all of it. some: anything was read.
+    """
+    if code < 128 or (stream and out.name is None):
+        return code
+    name = words("convert.stdout") if out.name is None else out.name
+    if not some:
+        out.drop()
+        complain(f"canalyze: {words('output.dropped', name=name)}")
+        return code
+    part = None if stream else out.leave()
+    complain(f"canalyze: {words('output.part' if part else 'output.cut', name=name, part=part)}")
+    return code
 
 
 def _in_columns(text: str, columns: int) -> str:

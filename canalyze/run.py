@@ -12,7 +12,7 @@ from functools import partial
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 
-from canalyze.errors import SourceError
+from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import complain
 from canalyze.reading import Reading
 from canalyze.sources.format import Capture, open_capture
@@ -144,10 +144,14 @@ class Run:
     def over(self, names: tuple[str, ...]) -> int:
         """Read all of them, one after the other or joined by time, and finish the capture; give the exit code."""
         self._code = 0
-        with self._interrupt, closing(self._reading.over(names)) as results:
-            for result in results:
-                self._take(result)
-            self._progress.clear()
+        try:
+            with self._interrupt, closing(self._reading.over(names)) as results:
+                for result in results:
+                    self._take(result)
+                self._progress.clear()
+        except ReaderGone as gone:  # what could not be read before stays unread
+            gone.exit_code = self._code
+            raise
         ended_by = 0 if self._live and self.signal == signal.SIGINT else self.signal
         return 128 + ended_by if ended_by else self._code
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple, NoReturn, Self
 
 from canalyze import network
+from canalyze.bounded import short
 from canalyze.errors import ConfigError
 
 
@@ -50,6 +51,22 @@ def bit_rate(value: object) -> int | None:
 
 
 _HEADING: Final = re.compile(r"\s*\[{1,2}\s*([\w.-]+)\s*\]{1,2}\s*(?:#.*)?")
+_NAMED: Final = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([\w-]+))\s*[=.]""")
+_PIECE: Final = re.compile(
+    r"""(?P<blank>[ \t]++|\#[^\n]*+)
+    |(?P<string>\"{3}(?:[^"\\]++|\\.|"(?!""))*+\"{3,5}|'{3}(?:[^']++|'(?!''))*+'{3,5})
+    |(?P<open_string>\"{3}|'{3})
+    |(?P<name>[\w+-]++|"(?:[^"\\\n]++|\\[^\n])*+"|'[^'\n]*+')
+    |(?P<dot>\.)
+    |(?P<bracket>[\[\]{}])
+    |(?P<other>.)""",
+    re.VERBOSE | re.DOTALL,
+)
+"""No part of it gives back what it has taken: the time is that of the text's length."""
+_DEEPEST: Final = 32
+"""Brackets within each other, and parts of a dotted key; a file of ours needs three."""
+_LONGEST: Final = 128
+"""Characters of a number, or of a key without quotes."""
 
 
 class File:
@@ -58,27 +75,32 @@ class File:
     def __init__(self, path: Path, lines: list[str]) -> None:
         """Take the lines of its text."""
         self._path = path
-        self._lines = lines
-        headings = ((number, _HEADING.fullmatch(line)) for number, line in enumerate(lines, 1))
-        self._headings = [(number, match[1]) for number, match in headings if match]
+        self._tables: dict[str, list[int]] = {"": [0]}
+        """Where the headings of each table stand; what stands before the first one is under none."""
+        self._keys: dict[tuple[int, str], int] = {}
+        """Where each key stands first, by the heading that it is under."""
+        start = 0
+        for number, line in enumerate(lines, 1):
+            if match := _HEADING.fullmatch(line):
+                start = number
+                self._tables.setdefault(match[1], []).append(number)
+            elif match := _NAMED.match(line):
+                self._keys.setdefault((start, match[1] or match[2] or match[3] or ""), number)
 
     @classmethod
     def parsed(cls, path: Path, content: bytes) -> tuple[Self, dict[str, Any]]:
         """Give a file of this content, and its values; ConfigError if it is no TOML."""
         values = parsed(path, content)
-        return cls(path, content.decode("utf-8").splitlines()), values
+        return cls(path, [line.rstrip("\r") for line in content.decode("utf-8").split("\n")]), values
 
     def line(self, table: str, place: int, key: str = "") -> int | None:
         """Give the line of a key, or of its table, of which it is number `place`; None if neither is seen."""
-        starts = [0] if table == "" else [number for number, name in self._headings if name == table]
+        starts = self._tables.get(table, [])
         if place >= len(starts):  # not under a heading of its own: sync.period_us = 1, eds = [{...}]
             return self.line("", 0, table)
         start = starts[place]
-        end = next((number for number, _ in self._headings if number > start), len(self._lines) + 1)
-        pattern = re.compile(rf"""\s*["']?{re.escape(key)}["']?\s*[=.]""")
-        seen = (number for number in range(start + 1, end) if key and pattern.match(self._lines[number - 1]))
-        opened = (number for number, name in self._headings if not table and name == key)
-        return next(seen, None) or next(opened, start) or None
+        opened = self._tables.get(key, [0])[0] if not table and key else 0
+        return self._keys.get((start, key)) or opened or start or None
 
     def at(self, table: str, place: int, key: str = "") -> str:
         """Give FILE:LINE as `line` does; FILE if no line is seen."""
@@ -99,8 +121,8 @@ class File:
         """Say that there is no such key, and which one may be meant."""
         from difflib import get_close_matches
 
-        near = get_close_matches(name.lower(), allowed, n=1, cutoff=0.7)
-        shown = f"{table}.{name}" if table else name
+        near = get_close_matches(name[:_LONGEST].lower(), allowed, n=1, cutoff=0.7)
+        shown = short(f"{table}.{name}" if table else name)
         file, listed = self.at(table, place, name), ", ".join(allowed.values())
         if near:
             raise ConfigError("config.unknown_near", file=file, key=shown, near=allowed[near[0]], allowed=listed)
@@ -134,17 +156,44 @@ class File:
 
 
 def parsed(path: Path, text: bytes) -> dict[str, object]:
-    """Give the values of a file of this text; ConfigError if it is no TOML."""
+    """Give the values of a file of this text; ConfigError if it is no TOML, or nested beyond what has a meaning."""
     import tomllib
 
     try:
-        return tomllib.loads(text.decode("utf-8"))
+        decoded = text.decode("utf-8")
+        _limit(path, decoded)
+        return tomllib.loads(decoded)
     except UnicodeDecodeError as error:
         line = text.count(b"\n", 0, error.start) + 1
         raise ConfigError("config.not_utf8", file=path, line=line) from error
     except tomllib.TOMLDecodeError as error:
         line, column, problem = _place(str(error), text)
-        raise ConfigError("config.broken", file=path, line=line, column=column, problem=problem) from error
+        raise ConfigError("config.broken", file=path, line=line, column=column, problem=short(problem)) from error
+
+
+def _limit(path: Path, text: str) -> None:
+    """Refuse what tomllib would take without end: it recurses by brackets, copies by the parts of a dotted key.
+
+    Brackets, keys and numbers are counted as the text has them, outside of its strings and comments.
+    """
+    depth = parts = 0
+    dotted = False
+    for match in _PIECE.finditer(text):
+        kind = match.lastgroup
+        if kind == "blank":
+            continue
+        if kind == "open_string":  # tomllib gets no further either
+            return
+        if kind == "name":
+            parts = parts + 1 if dotted else 1
+        elif kind == "bracket":
+            depth = max(0, depth + (1 if match[0] in "[{" else -1))
+        dotted = kind == "dot"
+        long = kind == "name" and match[0][0] not in "\"'" and len(match[0]) > _LONGEST
+        if depth > _DEEPEST or parts > _DEEPEST or long:
+            key = "config.long" if long else "config.deep"
+            line = text.count("\n", 0, match.start()) + 1
+            raise ConfigError(key, file=path, line=line, most=_LONGEST if long else _DEEPEST)
 
 
 def _place(message: str, text: bytes) -> tuple[int, int, str]:
@@ -159,4 +208,4 @@ def _place(message: str, text: bytes) -> tuple[int, int, str]:
 def as_toml(value: object) -> str:
     """Give a value as the file has it."""
     write: Callable[[object], str] = str if not isinstance(value, bool) else lambda value: str(value).lower()
-    return f'"{value}"' if isinstance(value, str) else write(value)
+    return f'"{short(value)}"' if isinstance(value, str) else short(write(value))

@@ -20,6 +20,7 @@ from canalyze.network import Known
 from canalyze.options import ANY_PATH, CaptureOptions, Spelled, known_of
 from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
 from canalyze.words import Words
+from canalyze.writing import in_place
 
 if TYPE_CHECKING:
     from canalyze._core import Batch, Session
@@ -269,9 +270,8 @@ def _claim(name: str | None, *, force: bool) -> str | None:
     """
     if name is None:
         return None
-    flags = os.O_WRONLY | os.O_CREAT | (0 if force else os.O_EXCL)
     try:
-        os.close(os.open(name, flags, 0o666))
+        os.close(in_place(name, force=force, typed=True))
     except FileExistsError as error:
         raise OutputError("output.exists", name=name) from error
     except (OSError, ValueError) as error:

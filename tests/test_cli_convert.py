@@ -440,15 +440,18 @@ def test_an_interrupted_pipe_keeps_what_was_read(tmp_path: Path, number: signal.
     assert (tmp_path / "out.txt").read_text() == "".join(f"  {line}\n" for line in NOTES.splitlines())
 
 
-def test_an_interrupted_file_leaves_nothing(tmp_path: Path) -> None:
+def test_an_interrupted_file_stays_a_part(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "long.log").write_text(NOTES * 200_000)
     process = _piped(tmp_path, "long.log", "out.log.xz")
     _until(lambda: any(path.stat().st_size for path in tmp_path.glob("out.log.xz.*.part")))
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert err == b"canalyze: out.log.xz: interrupted, nothing was written\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["long.log"]
+    (part,) = tmp_path.glob("out.log.xz.*.part")
+    said = f"canalyze: out.log.xz: interrupted; what was read by then is in {part.name}"
+    assert err.decode().splitlines()[-1] == said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["long.log", part.name]
+    assert 0 < json.loads(canalyze("info", "--format", "jsonl", part.name).out)["frames"] < 2_000_000
 
 
 def _until(done: Callable[[], bool]) -> None:

@@ -28,7 +28,7 @@ KEYS = {
     "summary_capture": {
         *("kind", "files", "frames", "unstamped", "buses", "first_t", "last_t", "seconds", "backward"),
         *("backward_most_us", "pause_us", "pause_frame", "reordered", "unreadable", "gaps", "dropped", "left_out"),
-        "bit_rate",
+        *("damages", "bit_rate"),
     },
     "summary_bus": {
         *("kind", "bus", "frames", "rate", "peak_rate_1s", "peak_rate_100ms", "sent_by_host", "remote", "fd"),

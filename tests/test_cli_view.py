@@ -116,7 +116,7 @@ def test_what_is_no_capture_leaves_no_file(canalyze: Runner, tmp_path: Path) -> 
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
-def test_an_interrupted_one_leaves_no_file(tmp_path: Path) -> None:
+def test_an_interrupted_one_stays_a_part(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with viewing("view", "--save", "out.rrd", "pipe", cwd=tmp_path) as running:
         with (tmp_path / "pipe").open("wb") as pipe:
@@ -124,8 +124,11 @@ def test_an_interrupted_one_leaves_no_file(tmp_path: Path) -> None:
             pipe.flush()
             soon(lambda: list(tmp_path.glob("out.rrd.*.part")), "the file beside")
             assert end(running) == 130
-        assert running.stderr is not None and b"interrupted, nothing was written" in running.stderr.read()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["pipe", "tmp"]
+        assert (
+            running.stderr is not None and b"interrupted; what was read by then is in out.rrd." in running.stderr.read()
+        )
+    (part,) = tmp_path.glob("out.rrd.*.part")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [part.name, "pipe", "tmp"]
 
 
 # Words.

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from canalyze import bounded, jsonl
+from canalyze.bounded import short
 from canalyze.errors import ConfigError
 from canalyze.finding import Finding
 
@@ -18,6 +20,11 @@ VERSION: Final = 1
 _HEAD: Final = "canalyze_baseline"
 _KEYS: Final = ("code", "bus", "node", "object", "count")
 _CODE: Final = re.compile(r"[A-Z]{3}[0-9]{3}")
+_BETWEEN: Final = re.compile(r"[\s,]*+")
+_DIGITS: Final = 18
+"""Of the largest number that an entry may have."""
+_DECODER: Final = json.JSONDecoder(parse_int=lambda digits: int(digits) if len(digits) <= _DIGITS else digits)
+"""What is longer stays a text, which no entry has there."""
 _OBJECT: Final = re.compile(r"[0-9A-F]{4}:[0-9A-F]{2}")
 
 
@@ -48,10 +55,7 @@ Baseline = Mapping[Kind, int]
 
 def text(known: Baseline) -> str:
     """Give the file."""
-    rows = [
-        json.dumps(kind._asdict() | {"count": known[kind]}, ensure_ascii=False)
-        for kind in sorted(known, key=lambda kind: kind.order)
-    ]
+    rows = [jsonl.text(kind._asdict() | {"count": known[kind]}) for kind in sorted(known, key=lambda kind: kind.order)]
     inner = ",\n".join(f"  {row}" for row in rows)
     return (
         f'{{"{_HEAD}": {VERSION}, "findings": [\n{inner}\n]}}\n'
@@ -63,8 +67,8 @@ def text(known: Baseline) -> str:
 def read(name: str) -> dict[Kind, int]:
     """Read the file; ConfigError, with its line, for what cannot be."""
     try:
-        content = Path(name).read_bytes().decode("utf-8-sig")
-        values = json.loads(content)
+        content = bounded.content(Path(name)).decode("utf-8-sig")
+        values = _DECODER.decode(content)
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)
         raise ConfigError("baseline.missing" if missing else "baseline.read", file=name, error=error) from error
@@ -77,17 +81,16 @@ def read(name: str) -> dict[Kind, int]:
     if not isinstance(values, dict) or _HEAD not in values or not isinstance(values.get("findings"), list):
         raise ConfigError("baseline.none", file=name)
     if values[_HEAD] != VERSION:
-        raise ConfigError("baseline.version", file=name, version=values[_HEAD], own=VERSION)
+        raise ConfigError("baseline.version", file=name, version=short(str(values[_HEAD])), own=VERSION)
     known: dict[Kind, int] = {}
-    lines = _lines(content)
     for place, entry in enumerate(values["findings"]):
-        file = f"{name}:{lines[place]}" if place < len(lines) else name
         problem = _problem(entry)
         if problem:
-            raise ConfigError("baseline.entry", file=file, key=problem, value=_shown(entry, problem))
+            at, shown = _at(name, content, place), _shown(entry, problem)
+            raise ConfigError("baseline.entry", file=at, key=short(problem), value=shown)
         kind = Kind(*(entry.get(key) for key in _KEYS[:-1]))
         if kind in known:
-            raise ConfigError("baseline.twice", file=file, code=kind.code)
+            raise ConfigError("baseline.twice", file=_at(name, content, place), code=kind.code)
         known[kind] = entry["count"]
     return known
 
@@ -110,22 +113,31 @@ def _problem(entry: Any) -> str:
 
 def _shown(entry: Any, key: str) -> str:
     value = entry.get(key) if isinstance(entry, dict) else entry
-    return json.dumps(value, ensure_ascii=False)
+    return short(jsonl.text(value))
 
 
-def _lines(content: str) -> list[int]:
-    """Give the lines in which the entries begin, as far as they can be told."""
+def _at(name: str, content: str, place: int) -> str:
+    """Give FILE:LINE of an entry; FILE if its line cannot be told."""
     begin = re.search(r'"findings"\s*:\s*\[', content)
-    found: list[int] = []
-    decoder = json.JSONDecoder()
     at = begin.end() if begin else len(content)
-    while blank := re.compile(r"[\s,]*").match(content, at):
-        at = blank.end()
+    for _ in range(place + 1):
+        at = _BETWEEN.match(content, at).end()  # type: ignore[union-attr]  # it matches nothing, too
         if at >= len(content) or content[at] == "]":
-            break
-        found.append(content.count("\n", 0, at) + 1)
-        _, at = decoder.raw_decode(content, at)
-    return found
+            return name
+        start = at
+        _, at = _DECODER.raw_decode(content, at)
+    return f"{name}:{content.count(chr(10), 0, start) + 1}"
+
+
+def replaceable(name: str) -> bool:
+    """Tell whether a new baseline may take the place of a file: of one, whole or not, of an empty one, of none."""
+    try:
+        content = bounded.content(Path(name)).decode("utf-8-sig", "replace").strip()
+    except FileNotFoundError:
+        return True
+    except OSError as error:
+        raise ConfigError("baseline.read", file=name, error=error) from error
+    return not content or (content.startswith("{") and f'"{_HEAD}"' in content)
 
 
 def most(counts: Iterable[Mapping[Kind, int]]) -> dict[Kind, int]:

@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import PurePath
 from typing import Final, Literal, get_args
 
+from canalyze.check import globs
 from canalyze.check.baseline import Baseline, Kind
 from canalyze.check.verdict import Counted, Examined, Verdict
 from canalyze.finding import SEVERITIES, Severity
@@ -206,13 +207,14 @@ def _ruled(policy: Policy, found: Sequence[Counted], file: str) -> tuple[list[Co
     return judged, away, reasons
 
 
+@cache
 def named(file: str, glob: str, directory: str) -> bool:
     """Tell whether a glob names a file: as it was given, from the directory, or by its last part."""
     names = [file, PurePath(file).as_posix(), _from(file, directory)]
     if "/" not in glob:
         names.append(PurePath(file).name)
-    pattern = _pattern(glob.removeprefix("./"))
-    return any(pattern.fullmatch(name.removeprefix("./")) for name in names)
+    wanted = globs.glob(glob.removeprefix("./"))
+    return any(wanted.names(name.removeprefix("./")) for name in names)
 
 
 def _from(file: str, directory: str) -> str:
@@ -220,24 +222,3 @@ def _from(file: str, directory: str) -> str:
         return PurePath(os.path.relpath(file, directory)).as_posix()
     except ValueError:  # another drive
         return file
-
-
-@cache
-def _pattern(glob: str) -> re.Pattern[str]:
-    """Give a glob as a pattern: `*` and `?` stay within a directory, `**/` goes through any number of them."""
-    pieces = re.split(r"(\*\*/|\*\*|\*|\?|\[!?\]?[^\]]*\])", glob)
-    meaning = {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}
-    pattern = ""
-    for place, piece in enumerate(pieces):
-        if place % 2 == 0:
-            pattern += re.escape(piece)
-        elif piece in meaning:
-            pattern += meaning[piece]
-        else:
-            inner = piece[1:-1]
-            members = re.sub(r"([\\\[\]^&~|])", r"\\\1", inner.removeprefix("!"))
-            pattern += f"[^{members}]" if inner.startswith("!") else f"[{members}]"
-    try:
-        return re.compile(pattern, re.DOTALL)
-    except re.error:  # [z-a]: no set of characters, so what it says
-        return re.compile(re.escape(glob))

@@ -154,7 +154,11 @@ def _known(held: policy.Policy, words: Words, *, update: bool) -> baseline.Basel
         if update:
             raise click.UsageError(words("check.no_baseline"), click.get_current_context())
         return {}
-    return {} if update else baseline.read(held.baseline)
+    if not update:
+        return baseline.read(held.baseline)
+    if not baseline.replaceable(held.baseline):
+        raise ConfigError("baseline.other", file=held.baseline)
+    return {}
 
 
 def _job(job: Job, words: Words) -> Job:
@@ -236,7 +240,7 @@ def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, 
     verdicts = [policy.judge(one, held, {}) for one in examined]
     known = baseline.most(policy.counted(verdict.failures) for verdict in verdicts)
     with FileOutput(name, force=True) as out:
-        out.text(baseline.text(known))
+        out.write(baseline.text(known).encode())
     complain(f"canalyze: {words('baseline.written', name=name, count=len(known))}")
     return known
 
@@ -270,4 +274,4 @@ def _write(form: str, verdicts: Sequence[Verdict], out: Output, words: Words) ->
 
         lines = github.lines(verdicts, words)
     for line in lines:
-        out.text(line + "\n")
+        out.write(f"{line}\n".encode("utf-8", "backslashreplace"))

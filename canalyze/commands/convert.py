@@ -66,19 +66,20 @@ def command(words: Words) -> click.Command:
         try:
             with output:
                 code = Run(session, words, Progress(words, output, total), output.write, given).over(files)
-                # Files that were not read to their ends must not look whole when written; a stream has no other end.
-                broken_off = code >= 128 and total is not None and out != STDOUT
-                if session.frames == 0 or broken_off or (itself and code):
+                if session.frames == 0 or (itself and code):
                     raise _Unwanted
+                # Files that were not read to their ends must not look whole when written; a stream has no other end.
+                part = output.leave() if code >= 128 and total is not None else None
         except _Unwanted:
             if itself or code >= 128:
-                key = "convert.kept" if itself else "convert.dropped"
+                key = "convert.kept" if itself else "output.dropped"
                 complain(f"canalyze: {words(key, name=name)}")
             return code
         for line in session.losses(name, dict(losses)):
             complain(line)
         if code >= 128:
-            complain(f"canalyze: {words('convert.cut', name=name, frames=session.frames)}")
+            key = "output.part" if part else "convert.cut"
+            complain(f"canalyze: {words(key, name=name, part=part, frames=session.frames)}")
         return code
 
     return Command(

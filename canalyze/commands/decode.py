@@ -6,7 +6,7 @@ import click
 
 from canalyze.help import Command
 from canalyze.options import CaptureOptions, capture_options, depth_of, inputs, listing_options, open_session
-from canalyze.output import Progress, open_output
+from canalyze.output import Progress, open_output, told
 from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -31,7 +31,10 @@ def command(words: Words) -> click.Command:
         names = inputs(files, words)
         session = open_session(words, given, format=form, depth=depth, stamps=stamps, time=time, filter=expression)
         with open_output(output, force=force) as out:
-            code = Run(session, words, Progress(words, out, total_size(names)), out.write, given).over(names)
+            total = total_size(names)
+            take = out.shown if form == "text" else out.write
+            code = Run(session, words, Progress(words, out, total), take, given).over(names)
+            told(code, out, words, stream=total is None, some=session.frames > 0)
             if session.frames == 0:
                 out.drop()
         return code

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import click
 
+from canalyze.errors import ReaderGone
 from canalyze.help import Command
 from canalyze.options import (
     ANY_PATH,
@@ -22,7 +23,7 @@ from canalyze.options import (
     output_options,
     reading_options,
 )
-from canalyze.output import Progress, open_output
+from canalyze.output import Progress, open_output, told
 from canalyze.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
@@ -68,12 +69,14 @@ def command(words: Words) -> click.Command:
         sessions = [open_session(words, given, format="digest", stamps=stamps, filter=expression) for _ in files]
         code = 0
         with open_output(output, force=force) as out:
-            progress = Progress(words, out, total_size(files))
+            total = total_size(files)
+            progress = Progress(words, out, total)
             for name, session in zip(files, sessions, strict=True):
                 ended = Run(session, words, progress, lambda _: None, given).over((name,))
                 code = max(code, ended)
                 if ended >= 128:
                     break
+            told(code, out, words, stream=total is None, some=False)
             if code >= 128 or not all(session.frames for session in sessions):
                 out.drop()
                 return code or 2
@@ -81,14 +84,15 @@ def command(words: Words) -> click.Command:
                 *sessions, names=_names(files), lang=words.lang, tolerance=tolerance / 100, buses=list(bus)
             )
             _there(bus, found.buses, words)
-            if form == "jsonl":
-                out.write(found.jsonl())
-            else:
-                out.write(found.head())
-                for side, name, frame in zip("AB", files, found.first(), strict=True):
-                    lines = _around(name, frame, words, stamps, given)
-                    out.write(b"".join(b"  %s %s\n" % (side.encode(), line) for line in lines))
-                out.write(found.body())
+            with suppress(ReaderGone):  # who has read enough has not been told that they are alike
+                if form == "jsonl":
+                    out.write(found.jsonl())
+                else:
+                    out.shown(found.head())
+                    for side, name, frame in zip("AB", files, found.first(), strict=True):
+                        lines = _around(name, frame, words, stamps, given)
+                        out.shown(b"".join(b"  %s %s\n" % (side.encode(), line) for line in lines))
+                    out.shown(found.body())
         return code or int(found.differences > 0)
 
     return Command(

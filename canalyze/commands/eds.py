@@ -58,7 +58,7 @@ def command(words: Words) -> click.Command:
 def _jsonl(out: Output) -> "Callable[[Dictionary], None]":
     from canalyze.reports.dictionary_jsonl import lines
 
-    return lambda found: out.text("".join(line + "\n" for line in lines(found)))
+    return lambda found: out.write("".join(line + "\n" for line in lines(found)).encode())
 
 
 def _text(out: Output, words: Words, every: bool) -> "Callable[[Dictionary], None]":

@@ -12,7 +12,7 @@ import click
 from canalyze.expectations.draft import Draft
 from canalyze.help import Command
 from canalyze.options import CaptureOptions, bitrate_option, capture_options, inputs, open_session
-from canalyze.output import Progress, complain, open_output
+from canalyze.output import Progress, complain, open_output, told
 from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -38,9 +38,11 @@ def command(words: Words) -> click.Command:
                 draft.take(json.loads(line))
 
         with open_output(output, force=force) as out:
-            code = Run(session, words, Progress(words, out, total_size(names)), take, given).over(names)
+            total = total_size(names)
+            code = Run(session, words, Progress(words, out, total), take, given).over(names)
+            told(code, out, words, stream=total is None, some=draft.frames > 0)
             if draft.frames:
-                out.text(draft.text(words, ", ".join(PurePath(name).name for name in names)))
+                out.write(draft.text(words, ", ".join(PurePath(name).name for name in names)).encode())
             else:
                 out.drop()
         if draft.findings:

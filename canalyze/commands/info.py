@@ -5,6 +5,7 @@ from typing import Any, Unpack
 
 import click
 
+from canalyze import jsonl
 from canalyze.help import Command
 from canalyze.options import (
     ANY_PATH,
@@ -16,7 +17,7 @@ from canalyze.options import (
     output_options,
     topic_options,
 )
-from canalyze.output import Progress, open_output
+from canalyze.output import Progress, open_output, told
 from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -30,9 +31,10 @@ def command(words: Words) -> click.Command:
         from canalyze.reports.info_text import show
 
         names = inputs(files, words)
-        code = shown = 0
+        code = shown = ended = 0
         with open_output(output, force=force) as out:
-            progress = Progress(words, out, total_size(names))
+            total = total_size(names)
+            progress = Progress(words, out, total)
             for name in names:
                 results: list[bytes] = []
                 one = Run(
@@ -48,12 +50,13 @@ def command(words: Words) -> click.Command:
                         "size": one.last.taken,
                     }
                     if form == "jsonl":
-                        out.text(json.dumps(record, ensure_ascii=False, separators=(",", ":")) + "\n")
+                        out.write(jsonl.line(record, compact=True))
                     else:
                         show(record, out, words, first=not shown)
                     shown += 1
                 if ended > 128:
                     break
+            told(ended, out, words, stream=total is None, some=shown > 0)
             if not shown:
                 out.drop()
         return code

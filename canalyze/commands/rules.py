@@ -1,10 +1,10 @@
 """`canalyze rules`: the catalogue of rules, or one of them at length. The rules and their words are the core's."""
 
-import json
 from typing import TYPE_CHECKING, Final
 
 import click
 
+from canalyze import jsonl
 from canalyze.help import Command
 from canalyze.layout import pad, width, wrap
 from canalyze.options import format_option
@@ -46,7 +46,7 @@ def command(words: Words) -> click.Command:
         if form == "jsonl":
             for rule in chosen:
                 fields = {field: getattr(rule, field) for field in _FIELDS}
-                out.text(json.dumps({"kind": "rule", **fields}, ensure_ascii=False) + "\n")
+                out.write(jsonl.line({"kind": "rule", **fields}))
         elif listed:
             _list(chosen, out, words)
         else:

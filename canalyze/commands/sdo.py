@@ -8,7 +8,7 @@ import click
 
 from canalyze.help import Command
 from canalyze.options import ANY_PATH, CaptureOptions, capture_options, format_option, inputs, open_session
-from canalyze.output import Output, Progress, complain, open_output
+from canalyze.output import Output, Progress, complain, open_output, told
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.run import Run
 from canalyze.sources.file import total_size
@@ -73,6 +73,7 @@ def command(words: Words) -> click.Command:
                 if directory is not None:
                     directory.close()
             close()
+            told(code, out, words, stream=total is None, some=session.frames > 0)
             if session.frames == 0:
                 out.drop()
         if rows == 0 and session.frames:

@@ -6,7 +6,7 @@ import click
 
 from canalyze.help import Command
 from canalyze.options import CaptureOptions, capture_options, format_option, inputs, open_session
-from canalyze.output import Progress, complain, open_output
+from canalyze.output import Progress, complain, open_output, told
 from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -40,7 +40,9 @@ def command(words: Words) -> click.Command:
                 lines += result.count(b"\n")
                 out.write(result)
 
-            code = Run(session, words, Progress(words, out, total_size(names)), take, given).over(names)
+            total = total_size(names)
+            code = Run(session, words, Progress(words, out, total), take, given).over(names)
+            told(code, out, words, stream=total is None, some=session.frames > 0)
             if session.frames == 0:
                 out.drop()
         if session.frames and lines <= HEADINGS[form]:

@@ -76,7 +76,7 @@ def command(words: Words) -> click.Command:
             force = given.get("force", False)
             showing = stack.enter_context(Showing(given, words, shown=rerun, force=force)) if drawn else None
             opened = stack.enter_context(listening(named, given, words, complain, duration_s=duration))
-            return _listen(opened, session, words, given, showing)
+            return _listen(opened, session, words, given, showing, form)
 
     return Command(
         "sniff",
@@ -105,10 +105,13 @@ def _tell(line: str) -> None:
     complain(f"canalyze: {line}")
 
 
-def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptions, showing: Showing | None) -> int:
+def _listen(
+    opened: Listening, session: Any, words: Words, given: ListeningOptions, showing: Showing | None, form: str
+) -> int:
     """Show what is received until the end; give the exit code."""
     live = opened.live
     out = Output()
+    show = out.shown if form == "text" else out.write
     began = time.monotonic()
     stopped = early_end = 0.0
 
@@ -120,7 +123,7 @@ def _listen(opened: Listening, session: Any, words: Words, given: ListeningOptio
     def take(result: bytes) -> None:
         nonlocal stopped
         if result:
-            out.write(result)
+            show(result)
         if showing is not None:
             showing.step(session, lambda line: run.complain(f"canalyze: {line}"))
         if run.signal or early.signal:  # the rest is shown, but not for long

@@ -7,7 +7,7 @@ import click
 
 from canalyze.help import Command
 from canalyze.options import CaptureOptions, bitrate_option, capture_options, format_option, inputs, open_session
-from canalyze.output import Progress, open_output
+from canalyze.output import Progress, open_output, told
 from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
@@ -29,7 +29,8 @@ def command(words: Words) -> click.Command:
         session = open_session(words, given, format="summary", stamps=stamps, filter=expression)
         with open_output(output, force=force) as out:
             results: list[bytes] = []
-            code = Run(session, words, Progress(words, out, total_size(names)), results.append, given).over(names)
+            total = total_size(names)
+            code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
             records = b"".join(results)
             if form == "jsonl":
                 out.write(records)
@@ -37,6 +38,7 @@ def command(words: Words) -> click.Command:
                 from canalyze.reports.summary_text import show
 
                 show(map(json.loads, records.splitlines()), out, words)
+            told(code, out, words, stream=total is None, some=bool(records))
             if not records:
                 out.drop()
         return code

@@ -24,7 +24,7 @@ from canalyze.options import (
     open_session,
     reading_options,
 )
-from canalyze.output import FileOutput, Output, Progress, complain
+from canalyze.output import FileOutput, Output, Progress, complain, told
 from canalyze.run import Interrupt, Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.timeline import TABLES
@@ -39,10 +39,6 @@ _OF_VIEWER: Final = frozenset({"files", *ViewingOptions.__annotations__})
 """Parameters that say how a timeline is shown, not what is on it."""
 _MAGIC: Final = b"RRF"
 """How the files of Rerun begin."""
-
-
-class _Unwanted(Exception):
-    """Leaves the block of an output so that no file is left behind."""
 
 
 class _Given(CaptureOptions, ViewingOptions, total=False):
@@ -114,20 +110,16 @@ def _check_options(words: Words) -> None:
 
 def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, words: Words, *, force: bool) -> int:
     """Write the timeline to a file that is there when it is complete; give the exit code."""
-    code = 0
-    try:
-        with Interrupt() as ended, FileOutput(save, force=force) as out:
-            try:
-                code = _write(session, names, out.path, Progress(words, out, total_size(names)), given, words, ended)
-            except OutputError as error:  # it knows the file by the name that it has until it is complete
-                raise OutputError(error.key, **error.facts | {"name": save}) from error
-            code = 128 + ended.signal if ended.signal else code
-            if session.frames == 0 or code >= 128:
-                raise _Unwanted
-    except _Unwanted:
-        if code >= 128:
-            complain(f"canalyze: {words('convert.dropped', name=save)}")
-    return code
+    with Interrupt() as ended, FileOutput(save, force=force) as out:
+        try:
+            code = _write(session, names, out.path, Progress(words, out, total_size(names)), given, words, ended)
+        except OutputError as error:  # it knows the file by the name that it has until it is complete
+            raise OutputError(error.key, **error.facts | {"name": save}) from error
+        code = 128 + ended.signal if ended.signal else code
+        if session.frames == 0:
+            out.drop()
+        # A stream, too, has lanes without their ends here.
+        return told(code, out, words, stream=False, some=session.frames > 0 and Path(out.path).stat().st_size > 0)
 
 
 def _save_layout(names: tuple[str, ...], save: str, words: Words, *, force: bool) -> int:

@@ -4,7 +4,6 @@ Sections and keys are found without regard to case; of two that are alike the la
 that begins with `;` or `#`; what follows a value on its line is left to who knows whether it is a number.
 """
 
-import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -91,10 +90,18 @@ def parse(text: str) -> Ini:
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:
     """Give number and text of each line that says something; a DOS end-of-file mark and NULs say nothing."""
-    for number, raw in enumerate(re.split(r"\r*\n|\r", text), 1):
+    for number, raw in enumerate(_ended(text), 1):
         line = raw.strip(" \t\v\f\0\x1a\N{ZERO WIDTH NO-BREAK SPACE}\N{NO-BREAK SPACE}\N{IDEOGRAPHIC SPACE}")
         if line and line[0] not in ";#":
             yield number, line
+
+
+def _ended(text: str) -> Iterator[str]:
+    """Give the lines as any system ends them: a line feed with what carriage returns stand before it, or one return."""
+    pieces = text.split("\n")
+    for piece in pieces[:-1]:
+        yield from piece.rstrip("\r").split("\r")
+    yield from pieces[-1].split("\r")
 
 
 def _open(ini: Ini, line: str, number: int) -> Section:

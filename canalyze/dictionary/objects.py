@@ -12,10 +12,10 @@ from typing import Final
 from canalyze.dictionary.ini import Ini, Key, Section
 from canalyze.dictionary.model import ARRAY, DEFSTRUCT, DEFTYPE, DOMAIN, NULL, RECORD, VAR
 from canalyze.dictionary.pdo import implied
-from canalyze.dictionary.values import KNOWN, OPAQUE, UNSIGNED8, Values, guarded, integer
+from canalyze.dictionary.values import KNOWN, OPAQUE, UNSIGNED8, Values, guarded, integer, without_comment
 
-_MOST_ENTRIES: Final = 50_000
-"""CompactSubObj lets a small file claim millions."""
+_MOST_ENTRIES: Final = 30_000
+"""CompactSubObj lets a small file claim millions; no device has a third of it."""
 _FIRST_OBJECT: Final = 0x1000
 _LISTS: Final = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
 _SECTION: Final = re.compile(
@@ -160,6 +160,9 @@ class Objects:
         code = self._code(index, head, bool(parts.subs or compact))
         if code in (NULL, DEFTYPE, DEFSTRUCT):
             return
+        if len(self._written.beside) >= _MOST_ENTRIES:
+            ini.complain(head.line, "too-many", object=f"{index:04X}h", most=_MOST_ENTRIES)
+            return
         name = f"{index:04X}"
         self._written.places[index] = head.line
         self._written.codes[index] = code
@@ -285,7 +288,7 @@ class Objects:
         access = key.value.lower()
         if access in _ACCESSES:
             return access
-        bare = re.sub(r"\s*(?:;|#).*|[\s_-]", "", access)
+        bare = re.sub(r"[\s_-]", "", without_comment(access))
         read = bare if bare in _ACCESSES else _ALMOST.get(bare, "rw")
         if key.line:
             self._ini.complain(key.line, "access", object=where, value=key.value[:60], read=read)

@@ -48,12 +48,15 @@ NAMES: Final = {
 KNOWN: Final = frozenset(WIDTHS) | STRINGS | BYTES
 
 _NUMBER: Final = re.compile(r"([+-]?)(?:0x([0-9a-f]+)|([0-9]+))", re.IGNORECASE)
-_COMMENT: Final = re.compile(r"\s*(?:;|#|//).*")
+_COMMENT: Final = re.compile(r";|#|//")
 _NO_BYTES: Final = frozenset({"0", "0x0"})
 """What exporters write as the default of bytes or of a domain that has none."""
 _NODE: Final = re.compile(r"\$?NODEID", re.IGNORECASE)
-_HELD_BACK: Final = "\ue03b"
-"""Stands for `;` in a text on its way through python-canopen, which takes it for a comment."""
+_MOST_SUMMANDS: Final = 16
+_HELD_BACK: Final = {code: 0x10F000 + code for code in (*range(0x20), ord(";"), *range(0x7F, 0xA0))}
+"""What stands for `;` and for control characters in a text on its way through python-canopen, which takes the one for a
+comment and breaks lines at the others."""
+_GIVEN_BACK: Final = {held: code for code, held in _HELD_BACK.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,7 @@ class Whole:
 
 def integer(text: str) -> Whole | None:
     """Read an integer without `$NODEID`; None if it is none."""
-    bare = _COMMENT.sub("", text)
+    bare = without_comment(text)
     match = _NUMBER.fullmatch(bare)
     if match is None or len(bare) > 40:
         return None
@@ -89,10 +92,12 @@ def with_node(text: str) -> Whole | None:
     """Read an integer that may have `$NODEID` among its summands, in any order and case."""
     if not _NODE.search(text):
         return integer(text)
-    bare = _COMMENT.sub("", text)
+    bare = without_comment(text)
     odd = "trailing-comment" if bare != text else ""
     joined = re.sub(r"\s", "", bare)
     summands = re.findall(r"[+-]?[^+-]+", joined)
+    if len(summands) > _MOST_SUMMANDS:
+        return None
     nodes, offset = 0, 0
     for summand in summands:
         if _NODE.fullmatch(summand.removeprefix("+")):
@@ -111,12 +116,18 @@ def with_node(text: str) -> Whole | None:
 
 def guarded(text: str) -> str:
     """Give a text that python-canopen's parser keeps whole; `unguarded` undoes it."""
-    return text.replace(";", _HELD_BACK)
+    return text.translate(_HELD_BACK)
 
 
 def unguarded(text: str) -> str:
     """Give the text as the file has it."""
-    return text.replace(_HELD_BACK, ";")
+    return text.translate(_GIVEN_BACK)
+
+
+def without_comment(text: str) -> str:
+    """Give what stands before a comment behind a value."""
+    match = _COMMENT.search(text)
+    return text[: match.start()].rstrip() if match else text
 
 
 class Values:
@@ -183,7 +194,7 @@ class Values:
         return fitted
 
     def _real(self, key: Key, bits: int) -> float | None:
-        bare = _COMMENT.sub("", key.value)
+        bare = without_comment(key.value)
         code = "trailing-comment" if bare != key.value else ""
         try:
             value = float(bare)
@@ -203,7 +214,7 @@ class Values:
         return value
 
     def _bytes(self, key: Key) -> str | None:
-        bare = _COMMENT.sub("", key.value)
+        bare = without_comment(key.value)
         if bare in _NO_BYTES:
             return None
         try:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from canalyze import network
+from canalyze import bounded, network
 from canalyze.compression import COMPRESSIONS
 from canalyze.errors import ConfigError
 from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
@@ -64,7 +64,7 @@ def read(path: Path) -> "Expectations":
 def normalize(path: Path) -> dict[str, Any]:
     """Read a file into what the core takes: every key, units in ns, numbers for what is written in hexadecimal."""
     try:
-        content = path.read_bytes()
+        content = bounded.content(path)
     except OSError as error:
         raise ConfigError("expect.unreadable", file=path, error=error) from error
     file, values = File.parsed(path, content)
@@ -143,7 +143,12 @@ def _emcy_code(value: str) -> list[int] | None:
 
 
 def _number(value: object) -> int | float | None:
-    return value if isinstance(value, int | float) and type(value) is not bool and math.isfinite(value) else None
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    try:
+        return value if math.isfinite(value) else None
+    except OverflowError:  # no double is as large
+        return None
 
 
 def _value(value: object) -> dict[str, object] | None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from canalyze.layout import wrap
-from canalyze.output import hexadecimal, printable
+from canalyze.output import commandless, hexadecimal, printable
 from canalyze.words import Words
 
 Row = Mapping[str, Any]
@@ -98,10 +98,10 @@ class Draft:
     def text(self, words: Words, name: str) -> str:
         """Give the file; `name` is that of the capture."""
         self._words = words
+        seconds = self._capture.get("seconds") or "?"
+        shown = commandless(printable(name).encode()).decode()
         lines = [
-            *self._said(
-                "expect.head", name=printable(name), frames=self.frames, seconds=self._capture.get("seconds") or "?"
-            ),
+            *self._said("expect.head", name=shown, frames=self.frames, seconds=seconds),
             *self._said("expect.head_use"),
         ]
         if self.findings:
@@ -321,7 +321,7 @@ def _value(row: Row) -> tuple[str, str] | None:
 
 def _text(text: str) -> str:
     """Give a text as TOML has it in quotes."""
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("##[", "##\\u005b")
     return '"' + "".join(c if c.isprintable() else _escaped(c) for c in escaped) + '"'
 
 

@@ -7,6 +7,7 @@ collected with the worker's end. It must not import the core.
 import difflib
 import hashlib
 import itertools
+import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ import pytest
 
 from canalyze.library import shown_as
 from canalyze.words import Words
+from canalyze.writing import Part
 
 FOLDER: Final = "__canalyze__"
 _LONGEST: Final = 120
@@ -54,7 +56,7 @@ class Snapshots:
             if self._update:
                 if kept != text:
                     path.parent.mkdir(exist_ok=True)
-                    path.write_text(text, encoding="utf-8", newline="\n")
+                    _put(path, text)
                     used[str(path)] = True
                 return None
         except (OSError, UnicodeDecodeError) as error:
@@ -138,6 +140,17 @@ class Snapshots:
             return False
         parts = (arg.partition("::")[0] for arg in self._config.args if "::" in arg)
         return Path(file).name not in {Path(part).name for part in parts}
+
+
+def _put(path: Path, text: str) -> None:
+    """Write a file, all of it or nothing."""
+    part = Part(path, replace=True)
+    try:
+        os.close(part.fd)
+        part.append(text.encode())
+        part.complete()
+    finally:
+        part.discard()
 
 
 def _difference(kept: str, text: str) -> Iterator[str]:

@@ -18,11 +18,11 @@ that changed some), `expectations` (the file of them that it was held against, o
 not be read, or null).
 """
 
-import json
 import os
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from canalyze import jsonl
 from canalyze.check.verdict import Counted, Verdict
 
 
@@ -80,4 +80,4 @@ def _finding(one: Counted, fails: bool) -> dict[str, Any]:
 
 
 def _line(row: dict[str, Any]) -> str:
-    return json.dumps(row, ensure_ascii=False, separators=(",", ":"))
+    return jsonl.text(row, compact=True)

@@ -17,11 +17,11 @@ kind `defect`, one a defect:
 Indices, identifiers, type codes and bytes are hexadecimal strings, integers beyond 2^53 are decimal strings.
 """
 
-import json
 import os
 from collections.abc import Iterator
 from typing import Final
 
+from canalyze import jsonl
 from canalyze.dictionary.model import Dictionary, Entry, NodeOffset, Object, Pdo, Value
 from canalyze.dictionary.values import NAMES
 
@@ -43,7 +43,7 @@ def lines(found: Dictionary) -> Iterator[str]:
 
 
 def _line(kind: str, file: str, rest: dict[str, object]) -> str:
-    return json.dumps({"kind": kind, "file": file} | rest, ensure_ascii=False, allow_nan=False)
+    return jsonl.text({"kind": kind, "file": file} | rest)
 
 
 def _head(found: Dictionary) -> dict[str, object]:

@@ -1,7 +1,7 @@
 """The data of transfers as files in a directory.
 
-Bytes go to disk as they come, into NAME.part, and get their name when the transfer has ended: NAME, or NAME.aborted and
-the like. Files that exist are kept. Names are the core's, and safe.
+Bytes go to disk as they come, into a part (`writing`), and get their name when the transfer has ended: NAME, or
+NAME.aborted and the like. Files that exist are kept. Names are the core's, and safe.
 
 A transfer of which the capture lacks a part never gets the plain name. Where the length of a hole is known, the file
 has as many bytes FILL in its place, so that what stands behind has its offset; a hole at the end, or of unknown length,
@@ -18,6 +18,7 @@ from typing import BinaryIO, Final, TypeAlias
 
 from canalyze.errors import OutputError
 from canalyze.words import Words
+from canalyze.writing import Part
 
 FILL: Final = b"\0"
 """What stands for a byte that is missing, here and in the data of JSON."""
@@ -37,13 +38,16 @@ class Directory:
         self._words = words
         self._tell = tell
         self._force = force
-        self._open: dict[str, bool] = {}  # name -> whether it is written, or the existing file is kept
+        self._open: dict[str, Part | None] = {}
+        """By name; None where a file that exists is kept."""
         try:
+            if not name:
+                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
             if self._path.exists() and not self._path.is_dir():
                 raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
             self._path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError("output.write", name=name, error=error) from error
+            raise OutputError("output.write", name=name or '""', error=error) from error
 
     def add(self, pieces: Sequence[tuple[str, bytes, str, Sequence[Hole]]]) -> None:
         """Take (name, more bytes, status, holes) as the core gives them."""
@@ -54,66 +58,99 @@ class Directory:
                 raise OutputError("output.write", name=self._path / name, error=error) from error
 
     def _add(self, name: str, data: bytes, status: str, holes: Sequence[Hole]) -> None:
-        part = self._path / f"{name}.part"
         if name not in self._open:
-            self._open[name] = self._free(self._path / name)
-            if self._open[name]:
-                part.write_bytes(b"")
-        if self._open[name] and data:
-            with part.open("ab") as file:
-                file.write(data)
+            self._open[name] = self._part(self._path / name)
+        part = self._open[name]
+        if part is not None and data:
+            part.append(data)
         if status:
             self._end(name, status, holes)
 
+    def _part(self, final: Path) -> Part | None:
+        if not self._free(final):
+            return None
+        part = Part(final, replace=self._force)
+        os.close(part.fd)  # thousands of transfers may be under way
+        return part
+
     def _end(self, name: str, status: str, holes: Sequence[Hole] = ()) -> None:
-        if not self._open.pop(name):
+        part = self._open.pop(name)
+        if part is None:
             return
-        part = self._path / f"{name}.part"
         final = self._path / (name if status == "ok" and not holes else f"{name}.{status}")
         beside = self._path / f"{final.name}.holes.json"
         if not self._free(final) or (holes and not self._free(beside)):
-            part.unlink()
+            part.discard()
             return
-        if holes:
-            _fill(part, holes)
+        try:
+            if holes:
+                self._list(_filled(part, holes), final, beside, holes)
+            else:
+                if self._force:
+                    beside.unlink(missing_ok=True)
+                part.complete(final)
+            self.written += 1
+        except FileExistsError:  # another run was faster
+            self._keep(final)
+        finally:
+            part.discard()
+
+    def _list(self, filled: Part, final: Path, beside: Path, holes: Sequence[Hole]) -> None:
+        """Give a file with holes its name, and the list of them beside it."""
+        try:
             known = [{"offset": offset, "length": length} for offset, length in holes]
-            size = part.stat().st_size
+            size = filled.path.stat().st_size
             said = {"file": final.name, "size": size, "fill": FILL.hex().upper(), "holes": known}
-            beside.write_text(json.dumps(said) + "\n", encoding="utf-8")
+            listed = Part(beside, replace=self._force)
+            try:
+                os.close(listed.fd)
+                listed.append(json.dumps(said).encode() + b"\n")
+                listed.complete()
+            finally:
+                listed.discard()
+            filled.complete(final)
             self.holed += 1
-        elif self._force:
-            beside.unlink(missing_ok=True)
-        part.replace(final)
-        self.written += 1
+        finally:
+            filled.discard()
 
     def _free(self, path: Path) -> bool:
-        if self._force or not path.exists():
+        if self._force or not os.path.lexists(path):
             return True
-        self._tell(self._words("sdo.kept", name=path))
-        self.code = 2
+        self._keep(path)
         return False
 
+    def _keep(self, path: Path) -> None:
+        self._tell(self._words("sdo.kept", name=path))
+        self.code = 2
+
     def close(self) -> None:
-        """End what the core did not end: the run was cut short."""
+        """End what the core did not end: the run was cut short. OutputError where that cannot be."""
         for name in list(self._open):
-            self._end(name, "incomplete")
+            try:
+                self._end(name, "incomplete")
+            except OSError as error:
+                raise OutputError("output.write", name=self._path / name, error=error) from error
 
 
-def _fill(path: Path, holes: Sequence[Hole]) -> None:
-    """Put the bytes that were seen to their offsets."""
-    left = path.stat().st_size
+def _filled(part: Part, holes: Sequence[Hole]) -> Part:
+    """Give the bytes that were seen at their offsets."""
+    left = part.path.stat().st_size
     inner = [(offset, length) for offset, length in holes if length]
-    filled = path.with_name(f"{path.name}.filled")
-    with path.open("rb") as seen, filled.open("wb") as file:
-        for offset, length in inner:
-            count = offset - file.tell()
-            if count >= left:
-                break
-            _copy(seen, file, count)
-            left -= count
-            file.write(FILL * length)
-        shutil.copyfileobj(seen, file)
-    filled.replace(path)
+    filled = Part(part.final, replace=part.replace)
+    try:
+        with part.path.open("rb") as seen, os.fdopen(filled.fd, "wb") as file:
+            for offset, length in inner:
+                count = offset - file.tell()
+                if count >= left:
+                    break
+                _copy(seen, file, count)
+                left -= count
+                file.write(FILL * length)
+            shutil.copyfileobj(seen, file)
+    except OSError:
+        filled.discard()
+        raise
+    return filled
 
 
 def _copy(source: BinaryIO, target: BinaryIO, count: int) -> None:

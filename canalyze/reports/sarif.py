@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze import __version__
+from canalyze import __version__, jsonl
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
 from canalyze.output import printable
@@ -81,7 +81,7 @@ def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words)
         "results": results,
     }
     log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}
-    return (json.dumps(log, ensure_ascii=False, indent=2) + "\n").encode()
+    return (jsonl.text(log, indent=2) + "\n").encode()
 
 
 def _worst(found: list[tuple[str, Counted]]) -> list[tuple[str, Counted]]:

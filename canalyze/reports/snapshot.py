@@ -5,11 +5,11 @@ language, no transfers that an end of the capture cuts, and no bus names where t
 files in other people's repositories have it.
 """
 
-import json
 import zlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from canalyze import jsonl
 from canalyze.library.event import Transfer
 from canalyze.output import hexadecimal
 
@@ -66,7 +66,7 @@ def _value(transfer: Transfer) -> str:
     if transfer.value is not None and transfer.size <= _BYTES:
         if written := hexadecimal(transfer.value, transfer.text):  # COB-IDs, mappings, words of bits
             return written
-        return json.dumps(transfer.value, ensure_ascii=False)
+        return jsonl.text(transfer.value)
     if transfer.size <= _BYTES:
         return transfer.data.hex(" ").upper() or "nothing"
     return f"{transfer.size} bytes, CRC-32 {zlib.crc32(transfer.data):08X}"

@@ -136,6 +136,8 @@ class _Report:
             lines.append(words(f"summary.{left_out_key(left_out)}", **left_out))
         if capture["unreadable"]:
             lines.append(words("summary.unreadable", count=capture["unreadable"]))
+        if capture["damages"]:
+            lines.append(words("summary.damages", count=capture["damages"]))
         if capture["backward"]:
             most = f"{_ms(capture['backward_most_us'])} ms"
             lines.append(words("summary.backward", count=capture["backward"], most=most))

@@ -107,6 +107,10 @@ class Sink:
                     raise self._failure(error) from error
         self._rest = data[at:]
 
+    def leave(self) -> str | None:
+        """Take what is written for a part only, which keeps the name of one; give that name."""
+        return self._file.leave()
+
     def close(self) -> None:
         """Write what belongs at the end; the block's end then gives the file its name."""
         try:

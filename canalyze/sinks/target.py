@@ -101,6 +101,7 @@ class _Records(Output):
     def __init__(self, sink: pythoncan.Sink) -> None:
         """Take the sink, which has opened its file."""
         self._sink = sink
+        self.name = sink.name
 
     def __enter__(self) -> Self:
         self._sink.__enter__()
@@ -112,3 +113,7 @@ class _Records(Output):
     def write(self, data: bytes) -> None:
         """Hand the records on."""
         self._sink.write(data)
+
+    def leave(self) -> str | None:
+        """Take what was written for a part only."""
+        return self._sink.leave()

@@ -27,6 +27,7 @@ from typing import Final, Self
 from urllib.parse import quote
 
 from canalyze.errors import CanalyzeError, OutputError
+from canalyze.writing import Part
 
 LOCAL: Final = "127.0.0.1"
 """Where it listens unless something else is said: nobody but this machine gets there."""
@@ -103,19 +104,22 @@ def completed(name: str) -> None:
 
     What cannot be completed stays as it is, and can be read. OutputError where that is for want of room.
     """
-    beside = Path(f"{name}.{os.getpid()}.part")
     program = _program()
     if program is None:
         return
     try:
-        arguments = [program, "rrd", "optimize", "-o", str(beside), name]
-        done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, env=_environment(), check=False)
-        if done.returncode == 0:
-            beside.replace(name)
+        part = Part(Path(name), replace=True)
+        os.close(part.fd)
+        try:
+            arguments = [program, "rrd", "optimize", "-o", str(part.path), name]
+            nothing = subprocess.DEVNULL
+            done = subprocess.run(arguments, stdin=nothing, capture_output=True, env=_environment(), check=False)
+            if done.returncode == 0:
+                part.complete()
+        finally:
+            part.discard()
     except OSError as error:
         raise OutputError("output.write", name=name, error=error) from error
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 class Viewer:

@@ -165,6 +165,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         '{file}: no baseline, which begins with {{"canalyze_baseline": 1, "findings": [; --update-baseline writes one',
     ),
     (
+        "baseline.other",
+        "{file}：已存在，且不是基线文件；--update-baseline 不覆盖它",
+        "{file}: exists and is no baseline; --update-baseline does not overwrite it",
+    ),
+    (
         "baseline.version",
         "{file}：基线的版本是 {version}，此程序只认得 {own}；可用 --update-baseline 重新生成",
         "{file}: a baseline of version {version}, only {own} is known here; --update-baseline writes it anew",

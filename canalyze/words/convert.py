@@ -14,13 +14,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "“-”是标准输入或标准输出。"
         "帧、时间戳、总线名、方向、CAN FD标志、远程帧和错误帧都保留；目标格式容纳不下的，逐种计数，写到标准错误。"
         "文件名再以 .gz、.zst、.xz 或 .bz2 结尾就同时压缩。输出先写在旁边，完成时才改名；"
-        "中断时不留下文件，但输入若是管道，已读到的帧仍然写出。",
+        "中断时已读到的内容留在以 .part 结尾的文件里，但输入若是管道，则仍写入输出文件。",
         "Convert captures to another format, told by the name of the output or by --to. Several inputs are one capture "
         "in the given order. '-' is standard input or standard output. Frames, stamps, bus names, directions, "
         "CAN FD flags, remote and error frames are kept; what the format cannot hold is counted by kind and said on "
         "standard error. A name that ends in .gz, .zst, .xz or .bz2 as well gets it compressed. The output is written "
-        "beside its name and renamed when complete; an interrupted run leaves no file, but of a pipe the frames read "
-        "by then are written.",
+        "beside its name and renamed when complete; an interrupted run leaves what was read by then in a file that "
+        "ends in .part, but of a pipe it is written under the name.",
     ),
     (
         "convert.decoded",
@@ -95,11 +95,6 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "convert.itself",
         "{name}：就是输入文件本身；要用结果替换它请加 --force",
         "{name}: is the input itself; --force replaces it by the result",
-    ),
-    (
-        "convert.dropped",
-        "{name}：已中断，没有写出",
-        "{name}: interrupted, nothing was written",
     ),
     (
         "convert.kept",

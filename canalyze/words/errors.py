@@ -115,6 +115,21 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{file}:{line}:{column}：不是有效的TOML（解析器的原话：“{problem}”）",
         "{file}:{line}:{column}: not valid TOML (the parser says: {problem})",
     ),
+    (
+        "config.large",
+        "{file}：超过 {most} MiB，不读取",
+        "{file}: more than {most} MiB; not read",
+    ),
+    (
+        "config.deep",
+        "{file}:{line}：嵌套超过 {most} 层，不读取",
+        "{file}:{line}: nested more than {most} deep; not read",
+    ),
+    (
+        "config.long",
+        "{file}:{line}：有一个数或键超过 {most} 个字符，不读取",
+        "{file}:{line}: a number or a key of more than {most} characters; not read",
+    ),
     ("config.not_utf8", "{file}:{line}：不是UTF-8编码的文本", "{file}:{line}: not text in UTF-8"),
     (
         "config.unknown",
@@ -265,6 +280,17 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     ("output.exists", "{name}：文件已存在；要覆盖请加 --force", "{name}: exists; --force overwrites it"),
     ("output.write", "{name}：不能写入：{error}", "{name}: cannot be written: {error}"),
+    (
+        "output.part",
+        "{name}：已中断，此前读到的内容保存在 {part}",
+        "{name}: interrupted; what was read by then is in {part}",
+    ),
+    (
+        "output.cut",
+        "{name}：已中断，只含此前读到的内容",
+        "{name}: interrupted, holds only what was read by then",
+    ),
+    ("output.dropped", "{name}：已中断，没有写出", "{name}: interrupted, nothing was written"),
     ("output.stdout", "标准输出：不能写入：{error}", "standard output: cannot be written: {error}"),
     ("output.gone", "读取管道的程序已结束", "the reader of the pipe is gone"),
     (

@@ -35,6 +35,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "rows left out: in {places} places, {uncounted} of them without a number, {rows} in the others; "
         "no interval is measured across them",
     ),
+    ("summary.damages", "文件损坏：{count} 处", "places where a file is damaged: {count}"),
     ("summary.unreadable", "无法读取的行：{count}", "lines that cannot be read: {count}"),
     (
         "summary.backward",
@@ -46,7 +47,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "乱序：{count} 个SDO请求记录在其应答之后；其应答时间不计",
         "out of order: {count} SDO requests captured after their response; such responses are not timed",
     ),
-    ("summary.good", "无丢帧，无乱序，每行都能读取", "nothing dropped or out of order, every line read"),
+    ("summary.good", "未见丢帧记录，无乱序，每行都能读取", "no loss reported, nothing out of order, every line read"),
     (
         "summary.pause",
         "最长的无帧时间：{ms} ms，到第{frame}帧为止",

@@ -1,0 +1,28 @@
+"""Files of the user's that are read whole: configuration, expectations, baselines; never more of one than its bound.
+
+A file that somebody hands over must cost no more than it is worth, whatever it holds: a device without end, too. Must
+not: know what is in it.
+"""
+
+from pathlib import Path
+from typing import Final
+
+from canalyze.errors import ConfigError
+
+MOST: Final = 2 << 20
+"""Bytes of such a file; a hundred times those of a large one."""
+_SHOWN: Final = 200
+
+
+def content(path: Path) -> bytes:
+    """Read a file; OSError as the system has it, ConfigError where it is too large."""
+    with path.open("rb") as file:
+        read = file.read(MOST + 1)
+    if len(read) > MOST:
+        raise ConfigError("config.large", file=path, most=MOST >> 20)
+    return read
+
+
+def short(text: str) -> str:
+    """Give a text as one line can show it."""
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 1] + "…"
