@@ -6,19 +6,22 @@ that has a virtual one.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import re
 import shutil
 import signal
 import subprocess
 import sys
+import termios
 import threading
 import time
 import urllib.request
+from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from urllib.parse import parse_qs, urlparse
 
 import pytest
@@ -116,6 +119,13 @@ def test_what_is_no_capture_leaves_no_file(canalyze: Runner, tmp_path: Path) -> 
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
+def unread(pipe: BinaryIO) -> int:
+    """Bytes in a pipe that its reader has not taken."""
+    waiting = array("i", [0])
+    fcntl.ioctl(pipe, termios.FIONREAD, waiting)
+    return waiting[0]
+
+
 def test_an_interrupted_one_stays_a_part(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with viewing("view", "--save", "out.rrd", "pipe", cwd=tmp_path) as running:
@@ -123,6 +133,8 @@ def test_an_interrupted_one_stays_a_part(tmp_path: Path) -> None:
             pipe.write(CAPTURE.read_bytes())
             pipe.flush()
             soon(lambda: list(tmp_path.glob("out.rrd.*.part")), "the file beside")
+            soon(lambda: unread(pipe) == 0, "what it has read")
+            time.sleep(1)  # what is read has yet to be taken, and nothing tells
             assert end(running) == 130
         assert (
             running.stderr is not None and b"interrupted; what was read by then is in out.rrd." in running.stderr.read()

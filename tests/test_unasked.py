@@ -6,12 +6,14 @@ alike and is none: responses whose requests are not in the capture, and segments
 
 from __future__ import annotations
 
+import json
 import random
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
-from captures import Analysis, CanFrame, analyze, console_text, log_text, spaced
+from captures import Analysis, CanFrame, Row, analyze, console_text, log_text, session_output, spaced
 from network import Network
 from sdo_wire import Channel, abort, expedited_upload, segmented_download, segmented_upload
 
@@ -77,6 +79,43 @@ def test_frames_far_apart_are_no_flood(apart_ms: int) -> None:
     said = analyze(log_text(before + behind))
     assert not floods(said)
     assert said.above_info(), "a response without a request is a finding all the same"
+
+
+def told_at(capture: list[CanFrame], frame: int) -> list[Row]:
+    """What was reported before the line of a frame is written."""
+    rows = [json.loads(line) for line in session_output([log_text(capture)], output_format="jsonl").splitlines()]
+    behind = next(at for at, row in enumerate(rows) if row["kind"] == "frame" and row["frame"] > frame)
+    return [row for row in rows[:behind] if row["kind"] == "finding"]
+
+
+BEATS = [replace(NODE.server(b"\x05"), can_id=0x706)] * 40
+
+
+@pytest.mark.parametrize("frames", [1, 3, 4, 20, 64])
+def test_what_nobody_asked_for_is_reported_though_the_client_is_silent(frames: int) -> None:
+    """Other frames of the bus tell that time passes: 200 ms are enough."""
+    before = spaced(4 * EXCHANGE + flood(ODD["confirmations"], frames))
+    assert before[-1].t_us is not None
+    capture = before + spaced(BEATS, start_us=before[-1].t_us + 10_000, step_us=10_000)
+    said = told_at(capture, 8 + frames + 21)
+    assert [(f["code"], f["facts"].get("frames")) for f in said if f["severity"] != "info"] == [
+        ("SDO002", frames if frames >= 4 else None)
+    ], said
+    assert len(analyze(log_text(capture)).above_info()) == 1
+
+
+@pytest.mark.parametrize("step_ms", [1, 10, 40])
+def test_a_flood_that_lasts_is_reported_while_it_runs(step_ms: int) -> None:
+    frames = 3000 // step_ms
+    before = spaced(4 * EXCHANGE)
+    assert before[-1].t_us is not None
+    odd = spaced(flood(ODD["same segment"], frames), start_us=before[-1].t_us + 5000, step_us=1000 * step_ms)
+    first = [f for f in told_at(before + odd, 8 + 1100 // step_ms) if f["severity"] != "info"]
+    assert [f["frame"] for f in first] == [9] and first[0]["facts"]["flood"], first
+    said = analyze(log_text(before + odd))
+    assert [f["code"] for f in said.above_info()] == ["SDO002"], said.complaint()
+    whole = [f for f in said.findings if f["facts"].get("flood") and f["severity"] == "info"]
+    assert [(f["facts"]["frames"], f["because_of"]) for f in whole] == [(frames, 9)], whole
 
 
 @pytest.mark.parametrize("lost", [4, 20, 200])

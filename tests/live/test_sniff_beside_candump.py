@@ -314,6 +314,17 @@ def test_only_the_node_that_stops_is_told(bus: Listeners, heartbeats: Heartbeats
     unless_the_machine_stalls(bus, judge)
 
 
+def test_a_flood_is_told_though_the_client_is_silent(bus: Listeners) -> None:
+    rows = bus.sniff("vcan0", "--format", "jsonl")
+    cansend("vcan0", *3 * ["605#4018100400000000", "585#4318100407000000"])
+    cansend("vcan0", *20 * ["585#6000200100000000"])
+    wait_until(lambda: findings(rows, "SDO002"), "the flood")
+    assert findings(rows) == [("SDO002", 5)]
+    assert rows.stop().code == 0
+    (found,) = sort_rows(rows.out).above_info()
+    assert found["facts"]["frames"] >= 4, found
+
+
 # -- errors
 
 

@@ -53,6 +53,8 @@ pub struct Bus {
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
     checks: Checks,
+    /// When the first of the channels has something to decide though none of its frames comes, in ns.
+    due_ns: Option<i64>,
     /// Time of the first frame, or of the first since frames were lost, in ns.
     began_ns: Option<i64>,
     /// Nodes whose boot-up was seen, and no reset since, nor lost frames.
@@ -92,6 +94,7 @@ impl Bus {
             nodes,
             channels: BTreeMap::new(),
             checks,
+            due_ns: None,
             began_ns: None,
             booted: BTreeSet::new(),
             open_writes: BTreeMap::new(),
@@ -163,6 +166,9 @@ impl Bus {
             Role::Srdo { number, inverted } if frame.kind == Kind::Data => self.srdo(number, inverted, frame, cx),
             _ => self.message(role, frame, cx),
         }
+        if let Some(now_ns) = frame.t_ns {
+            self.rest(now_ns, cx);
+        }
         // What this frame has explained goes out with it, whether or not a clock ticks before the next one.
         cx.release();
     }
@@ -225,6 +231,7 @@ impl Bus {
         let before = cx.events.len();
         channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
         channel.step(side, frame, next.as_ref(), cx);
+        self.due_ns = [self.due_ns, channel.due()].into_iter().flatten().min();
         let unanswered = channel.is_unanswered();
         if cx.sighting == Sighting::Duplicate {
             return;
@@ -424,6 +431,23 @@ impl Bus {
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         cx.release();
         self.checks.advance(now_ns, cx);
+        self.rest(now_ns, cx);
+    }
+
+    /// It is `now_ns`: SDO channels that are quiet decide what has waited long enough.
+    fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        if self.due_ns.is_none_or(|due_ns| now_ns <= due_ns) {
+            return;
+        }
+        let before = cx.events.len();
+        self.channels.values_mut().for_each(|channel| channel.rest(now_ns, cx));
+        self.due_ns = self.channels.values().filter_map(|channel| channel.due()).min();
+        for place in before..cx.events.len() {
+            if let Some(What::Transfer(transfer)) = cx.events.get(place).map(|event| &event.what) {
+                let transfer = Arc::clone(transfer);
+                self.ended(&transfer, cx);
+            }
+        }
     }
 
     /// Takes what an SDO transfer has shown of the server's configuration.

@@ -47,6 +47,9 @@ rules! {
         Flood [missing = "request", flood = true] { frames: Count }
             "大量无人请求的报文: 服务器连续发送了{frames}帧"
             "a flood of {frames} frames from the server, which nobody asked for";
+        InAll [missing = "request", flood = true] { frames: Count }
+            "大量无人请求的报文: 服务器共发送了{frames}帧"
+            "a flood of {frames} frames from the server in all, which nobody asked for";
     }
 
     /// The response names another object than the request.

@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 
 use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::{Direction, Status};
+use super::unasked::QUIET_NS;
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
@@ -114,6 +115,12 @@ impl Sequence {
         self.held.iter().any(begins)
     }
 
+    /// When the first frame that waits has waited long enough though none of the channel comes, in ns.
+    pub(super) fn due(&self) -> Option<i64> {
+        let front = self.held.front().filter(|_| self.undecided.is_none())?;
+        Some(front.half.at.t_ns?.saturating_add(QUIET_NS))
+    }
+
     /// Whether frames of the server wait for a client frame that is listed late.
     pub(super) fn is_waiting(&self) -> bool {
         !self.held.is_empty()
@@ -133,7 +140,7 @@ impl Channel {
         }
         self.sequence.lag_ns = cx.evidence.recording.lag_ns();
         if !self.sequence.held.is_empty() {
-            self.decide(Some(&half).filter(|_| side == Side::Server), cx);
+            self.decide(Some((side, &half)), cx);
             self.release_expired(cx);
         }
         self.leave_midway(side, &half, cx);
@@ -260,7 +267,7 @@ impl Channel {
     }
 
     /// Hands on the first of the frames that wait: the client's frame before it is not in the capture.
-    fn release(&mut self, cx: &mut Context<'_>) {
+    pub(super) fn release(&mut self, cx: &mut Context<'_>) {
         let Some(held) = self.sequence.held.pop_front() else { return };
         self.aside(|channel| {
             channel.leave_midway(Side::Server, &held.half, cx);
@@ -348,12 +355,14 @@ impl Channel {
 
     /// The frame behind an undecided request shows which response is its own: a second one that fits, soon after it and
     /// long after the first, or where the first may belong to a request before the capture.
-    fn decide(&mut self, next: Option<&Half>, cx: &mut Context<'_>) {
+    fn decide(&mut self, next: Option<(Side, &Half)>, cx: &mut Context<'_>) {
         let Some(request) = self.sequence.undecided.take() else { return };
         let lag_ns = self.sequence.lag_ns;
         let rather = |front: &Held| match next {
-            Some(next) => is_rather(&request, front, next, lag_ns),
-            None => front.first && !within(front.half.at, request.at, USUAL_ECHO_NS),
+            Some((Side::Server, next)) => is_rather(&request, front, next, lag_ns),
+            // A client that goes on has its answer.
+            Some((Side::Client, next)) if within(request.at, next.at, UNANSWERED_NS) => false,
+            _ => front.first && !within(front.half.at, request.at, USUAL_ECHO_NS),
         };
         if let Some(front) = self.sequence.held.front().copied()
             && rather(&front)

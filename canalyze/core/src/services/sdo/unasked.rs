@@ -1,8 +1,8 @@
 //! Frames of the server in a row that no request asks for: single ones, or a flood.
 //!
-//! They wait until the client sends something, or the server something else: a flood is one finding with its count.
-//! It must not call a flood what lost requests explain: responses to one object after another, and segments that
-//! continue a transfer.
+//! They wait until the client sends something, the server something else, or the channel is quiet: a flood is one
+//! finding with its count. One that lasts is reported while it runs, and its whole count when it is over. It must not
+//! call a flood what lost requests explain: responses to one object after another, and segments that continue a transfer.
 
 use super::channel::{Channel, Half, Phase};
 use super::sequence::is_strict_answer;
@@ -16,6 +16,10 @@ use crate::rules::sdo::Sdo002;
 const FLOOD: u64 = 4;
 /// How far apart the frames of a flood are at most on average, in ns.
 pub(super) const APART_NS: i64 = 50_000_000;
+/// A channel without frames for as long, in ns, is quiet: nothing that waits is decided by its next frame.
+pub(super) const QUIET_NS: i64 = APART_NS * FLOOD as i64;
+/// How long a flood runs, in ns, until it is reported.
+const RUNS_NS: i64 = 1_000_000_000;
 /// Findings that wait at most (invariant 6).
 const KEPT: usize = 32;
 
@@ -30,11 +34,13 @@ pub(super) struct Unasked {
     /// The object that the last of them names.
     object: Option<Mux>,
     findings: Vec<Finding>,
+    /// Frames of which a flood was reported.
+    reported: Option<u64>,
 }
 
 impl Unasked {
     fn begin(at: FrameRef) -> Self {
-        Self { first: at, last: at, frames: 0, unexplained: 0, object: None, findings: Vec::new() }
+        Self { first: at, last: at, frames: 0, unexplained: 0, object: None, findings: Vec::new(), reported: None }
     }
 
     fn count(&mut self, half: &Half, explained: bool) {
@@ -42,6 +48,12 @@ impl Unasked {
         self.frames = self.frames.saturating_add(1);
         self.unexplained = self.unexplained.saturating_add(u64::from(!explained));
         self.object = half.command.mux();
+    }
+
+    /// When a flood that lasts has to be reported, in ns.
+    fn runs_until(&self) -> Option<i64> {
+        let unreported = self.reported.is_none() && self.is_flood();
+        self.first.t_ns.filter(|_| unreported).map(|first| first.saturating_add(RUNS_NS))
     }
 
     fn is_flood(&self) -> bool {
@@ -84,6 +96,9 @@ impl Channel {
     /// Keeps a finding while frames without a request come; gives it back where none do.
     pub(super) fn keep_unasked(&mut self, finding: Finding, cx: &mut Context<'_>) -> Option<Finding> {
         let Some(run) = &mut self.verdicts.unasked else { return Some(finding) };
+        if run.reported.is_some() {
+            return None;
+        }
         if run.findings.len() < KEPT {
             run.findings.push(finding);
         } else if !run.is_flood() {
@@ -93,17 +108,67 @@ impl Channel {
         None
     }
 
-    /// The client sends something, or the server what is expected: what was found of the frames before is reported.
+    /// The client sends something, the server what is expected, or nobody anything: what was found of the frames before
+    /// is reported.
     pub(super) fn end_unasked(&mut self, cx: &mut Context<'_>) {
         let Some(run) = self.verdicts.unasked.take() else { return };
-        let flood = run.is_flood().then_some(run.frames);
-        for finding in run.findings {
-            let Some(frames) = flood else {
-                self.report(finding, cx);
-                continue;
-            };
-            let Verdict { code, facts } = Sdo002::Flood { frames }.into();
-            return self.report(Finding { code, facts, ..finding }, cx);
+        match run.reported {
+            Some(reported) if run.frames > reported => {
+                let in_all = self.finding(Sdo002::InAll { frames: run.frames }.into(), run.last, cx);
+                let told = in_all.map(|found| Finding { cause: Some(run.first), because_of: Some(run.first), ..found });
+                told.into_iter().for_each(|finding| self.report(finding, cx));
+            }
+            Some(_) => {}
+            None => {
+                let flood = run.is_flood();
+                for finding in run.findings {
+                    if flood {
+                        return self.report_flood(finding, run.frames, cx);
+                    }
+                    self.report(finding, cx);
+                }
+            }
+        }
+    }
+
+    /// Of a flood its first finding stands for all.
+    fn report_flood(&mut self, first: Finding, frames: u64, cx: &mut Context<'_>) {
+        let Verdict { code, facts } = Sdo002::Flood { frames }.into();
+        self.report(Finding { code, facts, ..first }, cx);
+    }
+
+    /// A flood that lasts is reported while it runs.
+    fn report_running(&mut self, cx: &mut Context<'_>) {
+        let Some(mut run) = self.verdicts.unasked.take() else { return };
+        let frames = run.frames;
+        for first in std::mem::take(&mut run.findings).into_iter().take(1) {
+            self.report_flood(first, frames, cx);
+        }
+        run.reported = Some(frames);
+        self.verdicts.unasked = Some(run);
+    }
+
+    /// When the channel has something to report or to decide though none of its frames comes, in ns.
+    pub fn due(&self) -> Option<i64> {
+        let runs = self.verdicts.unasked.as_ref().and_then(Unasked::runs_until);
+        [self.quiet_from(), runs].into_iter().flatten().min()
+    }
+
+    /// When the channel is quiet, where something waits for that, in ns.
+    fn quiet_from(&self) -> Option<i64> {
+        let unasked = || Some(self.verdicts.unasked.as_ref()?.last.t_ns?.saturating_add(QUIET_NS));
+        self.sequence.due().or_else(unasked)
+    }
+
+    /// It is `now_ns`: what has waited long enough is decided.
+    pub fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        while self.sequence.due().is_some_and(|due| due < now_ns) {
+            self.release(cx);
+        }
+        if self.quiet_from().is_some_and(|due| due < now_ns) {
+            self.aside(|channel| channel.end_unasked(cx));
+        } else if self.verdicts.unasked.as_ref().and_then(Unasked::runs_until).is_some_and(|due| due < now_ns) {
+            self.aside(|channel| channel.report_running(cx));
         }
     }
 
