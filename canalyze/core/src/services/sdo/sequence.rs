@@ -11,7 +11,6 @@ use std::collections::VecDeque;
 
 use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::{Direction, Status};
-use super::unasked::QUIET_NS;
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
@@ -118,7 +117,7 @@ impl Sequence {
     /// When the first frame that waits has waited long enough though none of the channel comes, in ns.
     pub(super) fn due(&self) -> Option<i64> {
         let front = self.held.front().filter(|_| self.undecided.is_none())?;
-        Some(front.half.at.t_ns?.saturating_add(QUIET_NS))
+        Some(front.half.at.t_ns?.saturating_add(UNANSWERED_NS))
     }
 
     /// Whether frames of the server wait for a client frame that is listed late.
