@@ -156,6 +156,8 @@ pub struct Channel {
     /// Whether completed transfers belong to the frame at hand.
     pub(super) own: bool,
     pub(super) given_up_write: GivenUpWrite,
+    /// The next frame of the channel, where it was read ahead: its side and its first byte.
+    pub(super) ahead: Option<(Side, u8)>,
     /// The last frames and how they were read, while the capture may show frames twice.
     recent: VecDeque<(Half, Step)>,
 }
@@ -194,6 +196,7 @@ impl Channel {
             step: empty_step(),
             own: true,
             given_up_write: GivenUpWrite::default(),
+            ahead: None,
             recent: VecDeque::new(),
         }
     }
@@ -264,6 +267,7 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
+        self.ahead = next.map(|(by, frame)| (*by, frame.head()[0]));
         self.given_up_write.confirmed = None;
         if cx.sighting == Sighting::Duplicate {
             let step = self.duplicate(side, &half);

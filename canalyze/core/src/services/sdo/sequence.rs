@@ -120,6 +120,12 @@ impl Sequence {
         Some(front.half.at.t_ns?.saturating_add(UNANSWERED_NS))
     }
 
+    /// Whether the newest of the frames that wait is the last segment of a block transfer.
+    pub(super) fn holds_last(&self) -> bool {
+        let newest = self.held.back().filter(|held| !matches!(held.half.command, Command::Abort(..)));
+        newest.is_some_and(|held| held.half.bytes[0] & 0x80 != 0)
+    }
+
     /// Whether frames of the server wait for a client frame that is listed late.
     pub(super) fn is_waiting(&self) -> bool {
         !self.held.is_empty()
@@ -322,7 +328,8 @@ impl Channel {
                 (Command::EndBlock { .. }, Command::BlockEnded) | (Command::StartBlockUpload, _) => true,
                 (Command::BlockAck { ackseq, .. }, _) if block.may_owe(ackseq) => true,
                 (Command::BlockAck { ackseq, .. }, _) => {
-                    block.owes_ack() && (block.owed_ack() == Some(ackseq) || !self.holds_sub_block(ackseq))
+                    let own = block.owed_ack() == Some(ackseq) || block.asks_again(ackseq, &front.half.bytes[1..]);
+                    block.owes_ack() && (own || !self.holds_sub_block(ackseq))
                 }
                 (Command::BlockEnded, _) => block.end.is_some(),
                 _ => false,
