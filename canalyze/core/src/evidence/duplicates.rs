@@ -224,7 +224,8 @@ impl Duplicates {
         let Some(original) = self.recent.iter_mut().find(paired) else { return };
         original.isolated = false;
         self.twice = self.twice.saturating_sub(1);
-        if let Some(place) = self.apart_ns.iter().rposition(|(_, id, _)| *id == now.id) {
+        let began_ns = original.t_ns.unwrap_or(0);
+        if let Some(place) = self.apart_ns.iter().rposition(|(age, id, at)| *id == now.id && at - age == began_ns) {
             self.apart_ns.remove(place);
         }
     }

@@ -328,8 +328,8 @@ impl Channel {
                 (Command::EndBlock { .. }, Command::BlockEnded) | (Command::StartBlockUpload, _) => true,
                 (Command::BlockAck { ackseq, .. }, _) if block.may_owe(ackseq) => true,
                 (Command::BlockAck { ackseq, .. }, _) => {
-                    let own = block.owed_ack() == Some(ackseq) || block.asks_again(ackseq, &front.half.bytes[1..]);
-                    block.owes_ack() && (own || !self.holds_sub_block(ackseq))
+                    let own = block.owed_ack() == Some(ackseq) || !self.holds_sub_block(ackseq);
+                    block.asks_again(ackseq, &front.half.bytes[1..]) || block.owes_ack() && own
                 }
                 (Command::BlockEnded, _) => block.end.is_some(),
                 _ => false,
