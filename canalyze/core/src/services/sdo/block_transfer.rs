@@ -374,7 +374,8 @@ impl Channel {
         let padding = padding.get(..usize::from(end.unused.unwrap_or(0).min(7))).unwrap_or(&[]);
         let crc = end.crc.map(|found| (found, transfer.check_crc(found, padding)));
         let wrong_crc = crc.filter(|(found, (computed, _))| computed != found);
-        if block.unsure && !(right && wrong_crc.is_none()) {
+        // What was sent again is not known where no acknowledgement can be read.
+        if (block.unsure || !block.is_answered()) && !(right && wrong_crc.is_none()) {
             transfer.data.hole = true;
             return;
         }

@@ -281,7 +281,7 @@ impl Channel {
         self.step = Step { side, command: half.command, ..empty_step() };
         let before = self.sight(side, half, cx);
         let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
-        let of = done.or_else(|| self.identity()).or(before);
+        let of = if self.waits_for_other(&half) { None } else { done.or_else(|| self.identity()).or(before) };
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());
