@@ -550,6 +550,8 @@ impl Block {
         self.finished = self.end.is_some();
         self.resume = if self.finished { Resume::Now } else { resume };
         (self.rest, self.last_sent) = (None, false);
+        // It acknowledged something: none of these is owed any more.
+        self.seqno = 0;
         true
     }
 
