@@ -38,10 +38,17 @@ pub(super) fn plain(line: &[u8]) -> Option<(Frame, Channel)> {
         check |= high | low | if blank == b' ' { 0 } else { 0xFF };
         *slot = high << 4 | low & 0xF;
     }
-    if check > 15 || !matches!(tail, [] | [b'\r'] | [b' ']) && !tail.starts_with(b"  Length = ") {
+    if check > 15 || !matches!(tail, [] | [b'\r'] | [b' ']) && !is_plain_tail(tail) {
         return None;
     }
     Some((frame(stamp, id, Kind::Data, Some(dir), len, data), channel))
+}
+
+/// Vector's columns behind a frame, without a sign that anything else is there.
+#[inline(always)]
+fn is_plain_tail(tail: &[u8]) -> bool {
+    let odd = |byte: u8| byte < b' ' && byte != b'\r' || byte == b'.' || byte == 0x7F;
+    tail.starts_with(b"  Length = ") && !tail.iter().fold(false, |found, &byte| found | odd(byte))
 }
 
 /// Hexadecimal digits, perhaps an `x`, and a blank.
