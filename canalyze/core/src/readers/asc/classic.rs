@@ -44,11 +44,13 @@ pub(super) fn plain(line: &[u8]) -> Option<(Frame, Channel)> {
     Some((frame(stamp, id, Kind::Data, Some(dir), len, data), channel))
 }
 
-/// Vector's columns behind a frame, without a sign that anything else is there.
+/// Vector's columns behind a frame, and no further event.
 #[inline(always)]
 fn is_plain_tail(tail: &[u8]) -> bool {
-    let odd = |byte: u8| byte < b' ' && byte != b'\r' || byte == b'.' || byte == 0x7F;
-    tail.starts_with(b"  Length = ") && !tail.iter().fold(false, |found, &byte| found | odd(byte))
+    // `  Length = 24401600 BitCount = 1250 ID = 419363071x`: no event has room in what is not longer.
+    const LONGEST: usize = 52;
+    let ends = matches!(tail, [.., b'0'..=b'9' | b'x'] | [.., b'0'..=b'9' | b'x', b'\r']);
+    tail.starts_with(b"  Length = ") && tail.len() <= LONGEST && ends
 }
 
 /// Hexadecimal digits, perhaps an `x`, and a blank.

@@ -16,7 +16,7 @@ use memchr::{memchr, memchr3};
 
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
-use self::wreck::Shown;
+use self::wreck::Behind;
 use super::listing::{self, Base, Gaps, Omission};
 use super::{Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
@@ -63,7 +63,7 @@ pub struct Candump {
     rows: bool,
     /// Its bytes are written in decimal digits, which nothing here reads.
     decimal: bool,
-    shown: Shown,
+    behind: Behind,
 }
 
 impl Candump {
@@ -82,12 +82,13 @@ impl Candump {
             gaps: Gaps::default(),
             rows: false,
             decimal: false,
-            shown: Shown::default(),
+            behind: Behind::default(),
         }
     }
 
     /// Takes the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.behind.feed(bytes);
         let Some(head) = &mut self.head else { return self.split(bytes, buses, sink) };
         let (taken, rest) = bytes.split_at_checked(HEAD - head.len()).unwrap_or((bytes, &[]));
         head.extend_from_slice(taken);
@@ -180,6 +181,12 @@ impl Candump {
     fn too_long(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
         self.explained = None;
+        self.no_frame(buses, sink);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn no_frame(&self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
     }
 
@@ -199,8 +206,7 @@ impl Candump {
             }
             frame.bus = self.bus;
             let stamp = frame.stamp;
-            let cut = last && self.shown.may_go_on(&frame, text, false);
-            self.shown.directed = false;
+            let cut = last && self.behind.may_go_on(&frame, text, false);
             let what = if cut { What::Unreadable(Fail { reason: Unreadable::Cut, end: true }) } else { What::Frame };
             self.give(Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" }, buses, sink);
         } else if memchr(b'\r', text.trim_ascii()).is_some() {
@@ -248,15 +254,12 @@ impl Candump {
             What::Frame if self.decimal && line.console => {
                 line.what = What::Unreadable(Fail { reason: Unreadable::Data, end: false });
             }
-            What::Frame if last && line.tail.is_empty() && self.shown.may_go_on(&line.frame, text, line.console) => {
+            What::Frame if last && line.tail.is_empty() && self.behind.may_go_on(&line.frame, text, line.console) => {
                 line.what = What::Unreadable(Fail { reason: Unreadable::Cut, end: true });
             }
             What::Frame => {
                 line.frame.bus = buses.intern(line.bus);
                 tail_damaged = !line.tail.is_empty() && wreck::is_tail_damaged(line.tail);
-                if !line.console {
-                    self.shown.directed = line.frame.dir.is_some();
-                }
             }
             What::Nothing if wreck::is_comment_damaged(plain_text(text, &mut Vec::new()), buses) => {
                 line.what = What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
@@ -265,7 +268,7 @@ impl Candump {
         }
         self.give(line, buses, sink);
         if tail_damaged {
-            sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
+            self.no_frame(buses, sink);
         }
         self.plain = plain;
     }
@@ -288,10 +291,7 @@ impl Candump {
         let item = match line.what {
             What::Nothing => return,
             What::LeftOut(omission) => return self.gaps.mark(omission, Place::Line(self.lines)),
-            What::Frame => {
-                self.shown.take(&line.frame);
-                Item::Frame(Frame { line: Some(self.lines), t_ns, stamp: line.stamp, ..line.frame })
-            }
+            What::Frame => Item::Frame(Frame { line: Some(self.lines), t_ns, stamp: line.stamp, ..line.frame }),
             What::Dropped { count, total } => Item::Marker(Marker::Dropped {
                 bus: buses.intern(line.bus),
                 count,

@@ -4,14 +4,15 @@
 //! The end of a file may cut a frame to a shorter one that looks whole: what frames before it show tells. Must not:
 //! repair anything.
 
-use memchr::memchr_iter;
+use memchr::{memchr, memchr_iter};
 
 use super::lex::{is_blank, skip_blanks, word};
-use super::{What, holds_frame, stamp, unnumbered};
-use crate::frame::{Buses, CanId, Frame, Kind};
+use super::{What, general, holds_frame, plain_text, stamp, unnumbered};
+use crate::frame::{Buses, Frame, Kind};
 use crate::readers::{Unreadable, listing};
 
 /// Whether a line without a frame is what damage has left of one.
+#[cold]
 pub(super) fn is_comment_damaged(text: &[u8], buses: &Buses) -> bool {
     if listing::is_damaged(text) {
         return true;
@@ -35,6 +36,7 @@ pub(super) fn is_comment_damaged(text: &[u8], buses: &Buses) -> bool {
 }
 
 /// Whether what stands behind a frame is no remark: control bytes, or the next line, whose newline was changed.
+#[inline(never)]
 pub(super) fn is_tail_damaged(tail: &[u8]) -> bool {
     if tail.iter().all(|&byte| is_blank(byte)) {
         return false;
@@ -70,55 +72,68 @@ fn is_frame(text: &[u8]) -> bool {
     matches!(unnumbered(text).what, What::Frame)
 }
 
-/// What the lines of a file show of how long its frames are, and of whether their direction is told.
-#[derive(Debug)]
-pub(super) struct Shown {
-    /// The longest frame of an identifier, by a part of the identifier: identifier and length.
-    longest: Vec<(u32, u8)>,
-    /// The line before ended with a direction.
-    pub(super) directed: bool,
+/// The end of what was read, for what it shows of how long frames are and of whether their direction is told. Nothing is
+/// looked at while there are further lines.
+#[derive(Debug, Default)]
+pub(super) struct Behind {
+    bytes: Vec<u8>,
 }
 
-const SLOTS: usize = 1024;
+/// How much is looked back at.
+const REACH: usize = 64 * 1024;
 
-impl Default for Shown {
-    fn default() -> Self {
-        Self { longest: vec![(u32::MAX, 0); SLOTS], directed: false }
-    }
-}
-
-impl Shown {
-    fn slot(id: CanId) -> (usize, u32) {
-        let key = id.raw() | u32::from(id.is_extended()) << 31;
-        ((key ^ key >> 10) as usize % SLOTS, key)
-    }
-
-    /// Takes a frame.
-    #[inline(always)]
-    pub(super) fn take(&mut self, frame: &Frame) {
-        let (slot, key) = Self::slot(frame.id);
-        if let Some((known, len)) = self.longest.get_mut(slot) {
-            *len = if *known == key { frame.len.max(*len) } else { frame.len };
-            *known = key;
+impl Behind {
+    /// Takes the next bytes of the file.
+    pub(super) fn feed(&mut self, bytes: &[u8]) {
+        if bytes.len() >= REACH {
+            self.bytes.clear();
+        } else if self.bytes.len() + bytes.len() > 2 * REACH {
+            let kept = REACH - bytes.len();
+            self.bytes.drain(..self.bytes.len().saturating_sub(kept));
         }
-    }
-
-    /// Whether other frames of the identifier were as long as this one, and none was longer.
-    fn is_known(&self, frame: &Frame) -> bool {
-        let (slot, key) = Self::slot(frame.id);
-        self.longest.get(slot) == Some(&(key, frame.len))
+        self.bytes.extend_from_slice(last(bytes));
     }
 
     /// Whether a frame at the end of the file, with neither newline nor remark behind it, may be the beginning of another
     /// one. `text`: its line; `console`: in the form that tells the length first.
+    #[cold]
     pub(super) fn may_go_on(&self, frame: &Frame, text: &[u8], console: bool) -> bool {
+        let (known, directed) = self.shown(frame, text);
         if console {
             // `[0]`, behind which `remote request` may have stood.
             let at_length = text.trim_ascii_end().ends_with(b"]");
-            return at_length && frame.kind == Kind::Data && !self.is_known(frame);
+            return at_length && frame.kind == Kind::Data && !known;
         }
         let last = text.rsplit(|&byte| is_blank(byte)).next().unwrap_or_default();
         let at_digits = super::log::is_meant(last) && last.iter().all(|byte| byte.is_ascii_graphic());
-        self.directed && frame.dir.is_none() || at_digits && super::log::may_go_on(frame) && !self.is_known(frame)
+        directed && frame.dir.is_none() || at_digits && super::log::may_go_on(frame) && !known
     }
+
+    /// Whether other frames of its identifier are as long as this one and none is longer, and whether the line before it
+    /// ends with a direction.
+    fn shown(&self, frame: &Frame, text: &[u8]) -> (bool, bool) {
+        let bytes = last(&self.bytes);
+        let before = bytes.get(..bytes.len().saturating_sub(text.len())).unwrap_or_default();
+        // The first of them may have lost its beginning.
+        let whole =
+            if before.len() + text.len() < REACH { 0 } else { memchr(b'\n', before).map_or(REACH, |at| at + 1) };
+        let (mut longest, mut directed, mut plain) = (None, false, Vec::new());
+        for line in before.get(whole..).unwrap_or_default().split(|&byte| byte == b'\n') {
+            let line = general(plain_text(line, &mut plain), false);
+            if let What::Frame = line.what {
+                if line.frame.id == frame.id {
+                    longest = longest.max(Some(line.frame.len));
+                }
+                if !line.console {
+                    directed = line.frame.dir.is_some();
+                }
+            }
+        }
+        (longest == Some(frame.len), directed)
+    }
+}
+
+/// The last bytes, as far as is looked back.
+fn last(bytes: &[u8]) -> &[u8] {
+    bytes.get(bytes.len().saturating_sub(REACH)..).unwrap_or(bytes)
 }
