@@ -26,6 +26,8 @@ const PROOF: u32 = 8;
 const RATIO: usize = 8;
 /// How many of them must be of other CAN-IDs than one, unless there are very many.
 const OTHERS: usize = 3;
+/// How many frames behind its original a duplicate stands where one sender is enough.
+const NEAR: u64 = 3;
 /// Isolated frames that stood once by which it is known that the capture shows frames once.
 const REFUTED: u32 = 4;
 /// Isolated frames that stood once after which nobody looks any more.
@@ -96,6 +98,8 @@ pub struct Duplicates {
     /// How long isolated frames were before their duplicates, in ns, their CAN-IDs, and when the duplicates came, in ns;
     /// latest last.
     apart_ns: VecDeque<(i64, CanId, i64)>,
+    /// How many of the latest of them stood near their duplicates.
+    following: usize,
     /// Isolated frames that stood twice, and once.
     twice: u32,
     once: u32,
@@ -212,6 +216,7 @@ impl Duplicates {
             self.apart_ns.pop_front();
         }
         self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id, now.t_ns.unwrap_or(0)));
+        self.following = if now.count - original.count <= NEAR { self.following + 1 } else { 0 };
     }
 
     /// A frame that is listed a third time is sent again and again: it does not show that the capture lists frames twice.
@@ -240,8 +245,10 @@ impl Duplicates {
         let Some((age, id, _)) = most_alike.copied() else { return (0..=APART_NS, 0) };
         let (least, most) = alike(age).fold((age, age), |(least, most), (one, ..)| (least.min(*one), most.max(*one)));
         let count = alike(age).count();
-        // One sender repeats itself for reasons of its own, and is confirmed as often.
-        let several = count == AGES || alike(age).filter(|(_, other, _)| *other != id).count() >= OTHERS;
+        // One sender repeats itself for reasons of its own, and is confirmed as often: a sub-block of equal data looks like
+        // the one before. That each of its frames stands near itself has no such reason.
+        let following = count == AGES && self.following >= AGES;
+        let several = following || alike(age).filter(|(_, other, _)| *other != id).count() >= OTHERS;
         let room = (2 * (most - least)).max(most / 32).max(CLOSE_NS / 6);
         ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
     }
