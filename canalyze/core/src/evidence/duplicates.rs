@@ -25,7 +25,7 @@ const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
 const PROOF: u32 = 8;
 const RATIO: usize = 8;
 /// How many of them must be of other CAN-IDs than one, unless there are very many.
-const OTHERS: usize = 3;
+const OTHERS: usize = 2;
 /// How many frames behind its original a duplicate stands where one sender is enough.
 const NEAR: u64 = 3;
 /// Isolated frames that stood once by which it is known that the capture shows frames once.
@@ -213,7 +213,11 @@ impl Duplicates {
         }
         self.twice = self.twice.saturating_add(1);
         if self.apart_ns.len() == AGES {
-            self.apart_ns.pop_front();
+            // Some of other CAN-IDs are kept: one sender may send a long row.
+            let own = |(_, id, _): &(i64, CanId, i64)| *id == now.id;
+            let many = self.apart_ns.iter().filter(|pair| own(pair)).count() + OTHERS >= AGES;
+            let oldest = self.apart_ns.iter().position(|pair| !many || own(pair));
+            self.apart_ns.remove(oldest.unwrap_or(0));
         }
         self.apart_ns.push_back((original.age_ns(now).unwrap_or(0), now.id, now.t_ns.unwrap_or(0)));
         self.following = if now.count - original.count <= NEAR { self.following + 1 } else { 0 };
@@ -242,13 +246,14 @@ impl Duplicates {
         let around = |age: i64| age - room(age)..=age + room(age);
         let alike = |age: i64| self.apart_ns.iter().filter(move |(other, ..)| around(age).contains(other));
         let most_alike = self.apart_ns.iter().max_by_key(|(age, ..)| alike(*age).count());
-        let Some((age, id, _)) = most_alike.copied() else { return (0..=APART_NS, 0) };
+        let Some((age, ..)) = most_alike.copied() else { return (0..=APART_NS, 0) };
         let (least, most) = alike(age).fold((age, age), |(least, most), (one, ..)| (least.min(*one), most.max(*one)));
         let count = alike(age).count();
         // One sender repeats itself for reasons of its own, and is confirmed as often: a sub-block of equal data looks like
         // the one before. That each of its frames stands near itself has no such reason.
         let following = count == AGES && self.following >= AGES;
-        let several = following || alike(age).filter(|(_, other, _)| *other != id).count() >= OTHERS;
+        let others = |id: CanId| alike(age).filter(move |(_, other, _)| *other != id).count();
+        let several = following || alike(age).all(|(_, id, _)| others(*id) >= OTHERS);
         let room = (2 * (most - least)).max(most / 32).max(CLOSE_NS / 6);
         ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
     }
