@@ -31,8 +31,9 @@ impl Channel {
         if let Command::EndBlock { .. } = plain {
             let [_, _, _, rest @ ..] = bytes;
             // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
-            // after a lost one.
-            let known = block.resume != Resume::Unknown || block.is_off(command & 0x7F);
+            // after a lost one, or the next one that was under way when a part was acknowledged.
+            let open = matches!(block.resume, Resume::Unknown | Resume::BehindInFlight);
+            let known = !open || block.is_off(command & 0x7F);
             let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
             if block.may_end() || early || side == Side::Server && self.sequence.holds_last() {
                 return plain;

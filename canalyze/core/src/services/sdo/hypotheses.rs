@@ -420,7 +420,7 @@ fn is_unlike_data(side: Side, plain: &Command, bytes: [u8; 8]) -> bool {
         }
         Command::BlockAck { ackseq, blksize } => *ackseq <= MOST && (1..=MOST).contains(blksize),
         Command::Segment(_) | Command::SegmentRequest { .. } | Command::SegmentResponse { .. } => false,
-        Command::EndBlock { .. } | Command::BlockEnded | Command::StartBlockUpload => true,
+        Command::EndBlock { .. } | Command::BlockEnded | Command::StartBlockUpload => false,
         _ => strict_initiate(&half) || is_strict_answer(&half),
     }
 }

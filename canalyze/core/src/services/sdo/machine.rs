@@ -239,8 +239,8 @@ impl Channel {
         self.sequence.ascertain(&half);
         if matches!(half.command, Command::Abort(..)) {
             self.take(Side::Client, half, cx);
-        } else if self.is_under_way(&half) {
-            self.step.place = Place::InFlight;
+        } else if let Some(command) = self.is_under_way(&half) {
+            (self.step.place, self.step.command) = (Place::InFlight, command);
         } else if let Some(half) = self.reconsider(half, cx) {
             self.take(Side::Client, half, cx);
         }
@@ -250,7 +250,7 @@ impl Channel {
     pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
         self.history.heard = Some(half);
         if !matches!(half.command, Command::Abort(..)) && self.sequence.is_in_flight(&half) {
-            self.step.place = Place::InFlight;
+            (self.step.place, self.step.command) = (Place::InFlight, wire::block_segment(half.bytes));
             return;
         }
         self.take(Side::Server, half, cx);

@@ -450,14 +450,17 @@ impl Channel {
         misfit || block || wire::fits(&pending.command, &half.command)
     }
 
-    /// Whether a client frame was on its way when the server aborted.
-    pub(super) fn is_under_way(&mut self, half: &Half) -> bool {
+    /// What a client frame is that was on its way when the server aborted.
+    pub(super) fn is_under_way(&mut self, half: &Half) -> Option<Command> {
         let (idle, lag_ns) = (matches!(self.phase, Phase::Idle), self.sequence.lag_ns);
         let sent_before = |it: &&mut UnderWay| it.side == Side::Client && !half.command.is_initiate();
-        let Some(under_way) = self.sequence.under_way.as_mut().filter(sent_before) else { return false };
-        under_way.continues(half)
-            || under_way.is_owed(half)
-            || (idle && std::mem::take(&mut under_way.unasked) && within(under_way.at, half.at, lag_ns))
+        let under_way = self.sequence.under_way.as_mut().filter(sent_before)?;
+        if under_way.continues(half) {
+            return Some(wire::block_segment(half.bytes));
+        }
+        let late = under_way.is_owed(half)
+            || (idle && std::mem::take(&mut under_way.unasked) && within(under_way.at, half.at, lag_ns));
+        late.then_some(half.command)
     }
 
     /// What a client frame shows of its last request and of the response before it. Returns the frame as it is read
