@@ -365,12 +365,12 @@ fn is_segment(
     let counts = |(_, before, plain): (Side, u8, bool)| !plain && before < MOST && before + 1 == seqno;
     let goes_on = before.filter(|(by, ..)| *by == side).map(counts);
     let ends = next.map(|(by, bytes, other)| match other {
+        Command::Abort(..) => None,
         _ if *by == side => Some(!last && bytes[0] & 0x7F == seqno + 1),
         Command::BlockAck { ackseq, blksize } if (1..=MOST).contains(blksize) && !other.has_reserved_bits(*bytes) => {
             (*ackseq == seqno).then_some(true)
         }
         Command::StartBlockUpload if seqno == 1 => Some(true),
-        Command::Abort(..) => None,
         _ => Some(false),
     });
     // Behind the acknowledgement, which may not be recorded, numbers begin again.
