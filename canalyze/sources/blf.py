@@ -21,6 +21,9 @@ from typing import Final
 from canalyze.sources import packed
 
 _FILE: Final = struct.Struct("<4sL4B4BQQLL8H8H")
+_DATE_AT: Final = 40
+"""Where the date of the start is in the file's header."""
+_DATE_SIZE: Final = 16
 _OBJECT: Final = struct.Struct("<4sHHLL")
 _FLAGGED: Final = struct.Struct("<4sHHLLL")
 _CONTAINER: Final = struct.Struct("<H6xL4x")
@@ -37,8 +40,8 @@ _LEAST: Final = {1: 16, 86: 16, 73: _ERROR_EXT.size, 100: 84, 101: 40}
 """Bytes behind the header that python-can's reader takes of an object, by the types that it knows."""
 _MORE: Final = {1: 8, 86: 16, 73: 8, 100: 8, 101: 96}
 """Bytes that such objects may have beyond these: data, and what later versions of the format put behind them."""
-_KINDS: Final = 256
-"""Types of objects are below this."""
+_KINDS: Final = 160
+"""Types of objects are below this, with some room for later versions of the format: what names another is damaged."""
 _ERRORS: Final = {2: "<H", 104: "<B"}
 """Error frames that it does not know (CAN_ERROR, CAN_FD_ERROR_64), and the channel that they begin with."""
 _NAMES: Final = {3: "CAN_OVERLOAD", 4: "CAN_STATISTIC", 5: "APP_TRIGGER", 65: "APP_TEXT", 96: "GLOBAL_MARKER"}
@@ -118,6 +121,8 @@ class Objects:
         """The last damage, which the next one may join."""
         self._cut = False
         """That the file is cut has been said."""
+        self._misdated = False
+        """The header has a date of the start that cannot be."""
 
     @property
     def offset(self) -> int:
@@ -189,12 +194,16 @@ class Objects:
             self.date_ns = int(date.timestamp()) * 1_000_000_000 + min(millisecond, 999) * 1_000_000
         except (ValueError, OverflowError):
             self.date_ns = None
+            self._misdated = any(fields[14:22])
         self.header = _FILE.pack(b"LOGG", _FILE.size, *fields[2:14], *[0] * 16)
         return True
 
     def _objects(self, *, ended: bool) -> Iterator[Piece]:
-        if self.header is None and not self._head():
-            return
+        if self.header is None:
+            if not self._head():
+                return
+            if self._misdated:
+                yield Damage(packed.STRUCTURE, _DATE_AT, _DATE_SIZE)
         buffer = self._buffer
         while len(buffer) >= _OBJECT.size:
             found = buffer.find(_SIGN, 0, _PADDING + len(_SIGN))
