@@ -178,6 +178,11 @@ impl Blocks {
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
     ) -> Option<()> {
+        if head.kind != SECTION && self.is_like_packet(body, head.order) {
+            tally.pass(Passed::Block(head.kind));
+            sink(Item::Unreadable { place: Place::Byte(at), reason: Unreadable::NoFrame }, buses);
+            return Some(());
+        }
         match head.kind {
             SECTION => self.section(block, head.order, tally),
             INTERFACE => self.interface(block, head.order, tally),
@@ -197,7 +202,7 @@ impl Blocks {
             STATISTICS => self.statistics(block, head.order, at, buses, sink),
             kind => {
                 tally.pass(Passed::Block(kind));
-                if !is_assigned(kind) || self.is_like_packet(kind, body, head.order) {
+                if !is_assigned(kind) {
                     sink(Item::Unreadable { place: Place::Byte(at), reason: Unreadable::NoFrame }, buses);
                 }
                 Some(())
@@ -205,13 +210,11 @@ impl Blocks {
         }
     }
 
-    /// Whether a block of a type that is left to everybody is made like a packet of one of the interfaces: one byte of its
-    /// type is damaged.
-    fn is_like_packet(&self, kind: u32, body: &[u8], order: Order) -> bool {
+    /// Whether a block of another type is made like a packet of one of the interfaces: its type is damaged.
+    fn is_like_packet(&self, body: &[u8], order: Order) -> bool {
         let word = |at: usize| body.get(at..at + 4).and_then(|word| word.try_into().ok()).map(|word| order.u32(word));
         let (Some(interface), Some(captured), Some(size)) = (word(0), word(12), word(16)) else { return false };
-        kind & LOCAL != 0
-            && (interface as usize) < self.interfaces.len()
+        (interface as usize) < self.interfaces.len()
             && captured <= size
             && (captured as usize) <= body.len().saturating_sub(20)
     }
@@ -408,15 +411,9 @@ fn number_of(value: &[u8], order: Order) -> u64 {
     value.try_into().map_or(0, |value| order.u64(value))
 }
 
-/// Types with this bit are left to everybody.
-const LOCAL: u32 = 1 << 31;
-
-/// Whether a type of blocks is assigned to somebody (the registry in draft-ietf-opsawg-pcapng), or left to everybody and
-/// no type of a packet with one bit wrong. A frame may have been in any other block.
+/// Whether a type of blocks is assigned to somebody (the registry in draft-ietf-opsawg-pcapng), or left to everybody. A
+/// frame may have been in any other block.
 fn is_assigned(kind: u32) -> bool {
-    match kind & !LOCAL {
-        2..=6 => kind & LOCAL == 0,
-        0x1..=0xB | 0x101..=0x10F | 0x201..=0x2FF | 0xBAD | 0x4000_0BAD | 0x0A0D_0A00..=0x0A0D_0AFF => true,
-        _ => kind & LOCAL != 0,
-    }
+    matches!(kind, 0x1..=0xB | 0x101..=0x10F | 0x201..=0x2FF | 0xBAD | 0x4000_0BAD | 0x0A0D_0A00..=0x0A0D_0AFF)
+        || kind >= 0x8000_0000
 }
