@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -105,6 +106,10 @@ def test_the_chunks_do_not_matter(capture: Path, arguments: dict[str, Any]) -> N
         assert output(in_chunks(text, source)) == whole
 
 
+MAY_GO_ON = re.compile(rb"(?:#(?:[0-9A-F]{2}){0,7}|##[0-9A-F](?:[0-9A-F]{2}){0,63}|#R)\n\Z")
+"""A last line whose frame is shorter than one can be."""
+
+
 def test_line_ends_do_not_matter() -> None:
     """A file that went through Windows says the same."""
     for capture in (path for path in samples() if path.suffix == ".log"):
@@ -114,4 +119,6 @@ def test_line_ends_do_not_matter() -> None:
         said = said_of([text.replace(b"\n", b"\r\n")])
         assert said == said_of([text])
         without_last_end = said_of([text.rstrip(b"\n")])
-        assert without_last_end == said_of([text])
+        # A frame that may be the beginning of a longer one is told, not read.
+        told = b'"code":"CAP001"' in without_last_end and MAY_GO_ON.search(text)
+        assert told or without_last_end == said_of([text])

@@ -88,16 +88,16 @@ def told_at(capture: list[CanFrame], frame: int) -> list[Row]:
     return [row for row in rows[:behind] if row["kind"] == "finding"]
 
 
-BEATS = [replace(NODE.server(b"\x05"), can_id=0x706)] * 40
+BEATS = [replace(NODE.server(b"\x05"), can_id=0x706)] * 140
 
 
 @pytest.mark.parametrize("frames", [1, 3, 4, 20, 64])
 def test_what_nobody_asked_for_is_reported_though_the_client_is_silent(frames: int) -> None:
-    """Other frames of the bus tell that time passes: 200 ms are enough."""
+    """Other frames of the bus tell that time passes: a request is answered sooner than they come."""
     before = spaced(4 * EXCHANGE + flood(ODD["confirmations"], frames))
     assert before[-1].t_us is not None
     capture = before + spaced(BEATS, start_us=before[-1].t_us + 10_000, step_us=10_000)
-    said = told_at(capture, 8 + frames + 21)
+    said = told_at(capture, 8 + frames + 102)
     assert [(f["code"], f["facts"].get("frames")) for f in said if f["severity"] != "info"] == [
         ("SDO002", frames if frames >= 4 else None)
     ], said
@@ -110,7 +110,7 @@ def test_a_flood_that_lasts_is_reported_while_it_runs(step_ms: int) -> None:
     before = spaced(4 * EXCHANGE)
     assert before[-1].t_us is not None
     odd = spaced(flood(ODD["same segment"], frames), start_us=before[-1].t_us + 5000, step_us=1000 * step_ms)
-    first = [f for f in told_at(before + odd, 8 + 1100 // step_ms) if f["severity"] != "info"]
+    first = [f for f in told_at(before + odd, 8 + 1200 // step_ms) if f["severity"] != "info"]
     assert [f["frame"] for f in first] == [9] and first[0]["facts"]["flood"], first
     said = analyze(log_text(before + odd))
     assert [f["code"] for f in said.above_info()] == ["SDO002"], said.complaint()

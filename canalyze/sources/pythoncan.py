@@ -33,7 +33,7 @@ from canalyze.sources.blf import PYTHON_CAN, Damage, Objects
 from canalyze.sources.database import Copy, copied
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
-from canalyze.sources.trace import Lines, Rows, Trc, number_of
+from canalyze.sources.trace import DAMAGED, PASSED_OVER, Lines, Rows, Trc, is_damaged, number_of
 
 if TYPE_CHECKING:
     from can import Message
@@ -47,6 +47,8 @@ _BATCH: Final = 4096
 """Most frames that are joined at once."""
 _BYTES: Final = 128 << 10
 """Bytes of a batch."""
+_COMMAS: Final = 6
+"""Of a row of python-can's table."""
 _REMARKS: Final = 20
 """Most lines of the library's that are passed on."""
 
@@ -485,7 +487,10 @@ class _Trc(_Text):
         if decimals > self.packer.decimals:
             self.packer.decimals = decimals
         if message.is_fd:
+            size = self._trc.size(self.lines.line)
             message.dlc = len(message.data)  # the library leaves the code there
+            if size is not None and size != message.dlc:
+                raise Unfit(packed.DATA)
         if self.lines.number == self.lines.endless and self._trc.may_go_on(self.lines.line):
             raise Unfit(packed.CUT_LINE)
 
@@ -498,11 +503,7 @@ class _Trc(_Text):
                 return self.packer.error(trc.channel(line), trc.seconds(line), self.lines.number)
         except (ValueError, OverflowError, struct.error):
             kind = ""
-        if (
-            not kind
-            or (trc.numbered and number_of(line) is None)
-            or kind in ("DT", "FD", "FB", "FE", "BI", "RR", "Rx", "Tx")
-        ):
+        if kind not in PASSED_OVER or (trc.numbered and number_of(line) is None):
             return super().nothing()
         self.counts[kind] += 1
         return b""
@@ -517,7 +518,9 @@ class _Csv(_Text):
 
     @staticmethod
     def _change(line: str) -> str | None:
-        return None if line.startswith("timestamp,") else line
+        if is_damaged(line):
+            return DAMAGED
+        return None if line.startswith("timestamp,") and line.count(",") <= _COMMAS else line
 
     def reader(self) -> "Iterator[Message]":
         self.lines.begin("headings")

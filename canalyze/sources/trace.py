@@ -35,6 +35,14 @@ _UNDECIDED: Final = 1000
 _NUMBER: Final = re.compile(r"(\d{1,12})(?:\)\s|\s+[\d.]+\s)")
 _MARKS: Final = re.compile(r"^(?:[`|\s]|</?[A-Za-z][^<>]*>)+|(?:[`|\s]|</?[A-Za-z][^<>]*>)+$")
 """Mark-up around a row, as the core's readers have it."""
+_CONTROL: Final = re.compile(r"[\0-\x08\x0a-\x1f\x7f]")
+"""Bytes that no line of text has within it: a block of zeros, a newline that became something else."""
+DAMAGED: Final = "\0"
+"""What is handed out in place of a line with such bytes: no reader takes it for one of its lines."""
+PASSED_OVER: Final = frozenset({"ST", "EC", "EV", "Warng", "FFFFFFFF"})
+"""Types of rows that are no frames, as PEAK has them; error frames are told apart elsewhere."""
+_FD_LENGTHS: Final = (*range(9), 12, 16, 20, 24, 32, 48, 64)
+"""Data lengths by their codes."""
 _REMARK: Final = re.compile(r"\s+(?:;|#|//|<-|\u2190).*$")
 _VERSIONS: Final = frozenset({"1.0", "1.1", "1.2", "1.3", "2.0", "2.1"})
 
@@ -157,6 +165,8 @@ class Trc:
 
     def change(self, line: str) -> str | None:
         """Take a line: those of the header are kept back, those of version 1.2 become what 1.3 would have."""
+        if is_damaged(line):
+            return DAMAGED
         if line[0] in ">`|<" or line[-1] in "`|>":
             line = _MARKS.sub("", _unquoted(line))
             if not line:
@@ -167,6 +177,8 @@ class Trc:
                 self._decide(line)
             if self.version.startswith("2"):  # whose data are the rest of the line
                 line = _REMARK.sub("", line)
+            if line.count(".") > 1 and self._holds_two(line):
+                return DAMAGED
             parts = line.split(None, 5) if self.version == "1.2" else []
             # Version 1.3 has a reserved column behind the identifier, and is else the same.
             return " ".join([*parts[:5], "-", parts[5]]) if len(parts) == 6 else line
@@ -185,6 +197,23 @@ class Trc:
                 self.header.append(line)
             case _:
                 pass
+        return None
+
+    def _holds_two(self, line: str) -> bool:
+        """Tell whether a second row begins in a line: damage has made something else of the newline between them."""
+        parts = line.split()
+        numbers = (part.isdecimal() if self.version.startswith("2") else part.endswith(")") for part in parts[1:])
+        stamps = (part.count(".") == 1 and part.replace(".", "").isdecimal() for part in parts[2:])
+        return any(number and stamp for number, stamp in zip(numbers, stamps, strict=False))
+
+    def size(self, line: str) -> int | None:
+        """Give the data bytes that a row of CAN FD says it has; None where it says none."""
+        parts = line.split(None, 12)
+        for letter, lengths in (("l", None), ("L", _FD_LENGTHS)):
+            at = self._at(letter, {})
+            if at is not None and at < len(parts) and parts[at].isdecimal():
+                value = int(parts[at][:3])
+                return value if lengths is None else lengths[min(value, 15)]
         return None
 
     @property
@@ -261,6 +290,11 @@ class Trc:
         at = self._at("B", {"1.2": 2, "1.3": 2})
         parts = line.split()
         return int(parts[at]) if at is not None and at < len(parts) and parts[at].isdecimal() else 1
+
+
+def is_damaged(line: str) -> bool:
+    """Tell whether a line has bytes that no text has."""
+    return _CONTROL.search(line) is not None
 
 
 def _unquoted(line: str) -> str:

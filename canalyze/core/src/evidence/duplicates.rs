@@ -24,6 +24,8 @@ const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
 /// again, or an object that is read again at once, is a row of equal frames as well.
 const PROOF: u32 = 8;
 const RATIO: usize = 8;
+/// How many of them must be of other CAN-IDs than one, unless there are very many.
+const OTHERS: usize = 3;
 /// Isolated frames that stood once by which it is known that the capture shows frames once.
 const REFUTED: u32 = 4;
 /// Isolated frames that stood once after which nobody looks any more.
@@ -222,7 +224,8 @@ impl Duplicates {
         let Some(original) = self.recent.iter_mut().find(paired) else { return };
         original.isolated = false;
         self.twice = self.twice.saturating_sub(1);
-        if let Some(place) = self.apart_ns.iter().rposition(|(_, id, _)| *id == now.id) {
+        let began_ns = original.t_ns.unwrap_or(0);
+        if let Some(place) = self.apart_ns.iter().rposition(|(age, id, at)| *id == now.id && at - age == began_ns) {
             self.apart_ns.remove(place);
         }
     }
@@ -237,8 +240,8 @@ impl Duplicates {
         let Some((age, id, _)) = most_alike.copied() else { return (0..=APART_NS, 0) };
         let (least, most) = alike(age).fold((age, age), |(least, most), (one, ..)| (least.min(*one), most.max(*one)));
         let count = alike(age).count();
-        // One sender repeats itself for reasons of its own.
-        let several = count == AGES || alike(age).any(|(_, other, _)| *other != id);
+        // One sender repeats itself for reasons of its own, and is confirmed as often.
+        let several = count == AGES || alike(age).filter(|(_, other, _)| *other != id).count() >= OTHERS;
         let room = (2 * (most - least)).max(most / 32).max(CLOSE_NS / 6);
         ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
     }

@@ -64,6 +64,20 @@ pub fn is_comment(text: &[u8]) -> bool {
     )
 }
 
+/// Whether a line has bytes that no text has: a block of zeros, a piece of another file. Tabs, carriage returns and the
+/// escapes of colours are text.
+pub fn is_damaged(line: &[u8]) -> bool {
+    let odd = |byte: u8| byte < b' ' && !matches!(byte, b'\t' | b'\r' | 0x1B) || byte == 0x7F;
+    line.iter().fold(false, |found, &byte| found | odd(byte))
+}
+
+/// The part of a line before the first such byte, where it has one.
+pub fn undamaged(line: &[u8]) -> Option<&[u8]> {
+    let damaged = is_damaged(line);
+    let end = line.iter().position(|byte| damaged && is_damaged(std::slice::from_ref(byte)))?;
+    line.get(..end)
+}
+
 /// How the bytes of a row are written, where that tells itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Digits {

@@ -24,6 +24,11 @@ impl Excerpt {
         Self { frames, lost: Vec::new(), stamped: true, unannounced: false, late: false, cuts: Vec::new() }
     }
 
+    /// Whether client frames are listed late, or may be as nothing shows when they came.
+    pub fn is_late(&self) -> bool {
+        self.late || !self.stamped
+    }
+
     /// As a candump log, or without stamps as on a console.
     pub fn text(&self) -> String {
         let mut text = String::new();

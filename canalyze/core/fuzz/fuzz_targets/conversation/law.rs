@@ -42,7 +42,7 @@ pub fn judge(bytes: &[u8]) -> Case {
     if falsehoods.is_empty() && !excerpt.frames.is_empty() {
         let said = rows(&text, lang);
         let texts = texts(&whole.frames, &all);
-        let judged = Judged { truths: &truths, frames: &excerpt.frames, texts, unannounced: excerpt.unannounced };
+        let judged = Judged { truths: &truths, excerpt: &excerpt, texts };
         judged.falsehoods(&said, &mut falsehoods);
     }
     Case { excerpt, text, falsehoods }
@@ -105,14 +105,13 @@ fn texts(frames: &[Sent], rows: &[Value]) -> Texts {
 
 struct Judged<'a> {
     truths: &'a [Truth],
-    frames: &'a [Sent],
+    excerpt: &'a Excerpt,
     texts: Texts,
-    unannounced: bool,
 }
 
 impl Judged<'_> {
     fn falsehoods(&self, rows: &[Value], falsehoods: &mut Vec<String>) {
-        for (row, frame) in of_kind(rows, "frame").zip(self.frames) {
+        for (row, frame) in of_kind(rows, "frame").zip(&self.excerpt.frames) {
             if frame.transfer.is_some() && row["sdo"].is_object() {
                 self.of_frame(row, frame, falsehoods);
             } else if frame.transfer.is_none() != row["sdo"].is_null() {
@@ -123,7 +122,7 @@ impl Judged<'_> {
         let refused = self.truths.iter().any(|truth| !truth.upload && truth.abort.is_some());
         let known = |code: &Value| MISSING.iter().any(|known| code == known) || (refused && code == REFUSED);
         let above = |row: &&Value| row["severity"] != "info" && !known(&row["code"]);
-        for row in of_kind(rows, "finding").filter(above).filter(|_| !self.unannounced) {
+        for row in of_kind(rows, "finding").filter(above).filter(|_| !self.excerpt.unannounced) {
             falsehoods.push(format!("finding {} at {}: {}", row["code"], row["frame"], row["message"]));
         }
     }
@@ -149,20 +148,38 @@ impl Judged<'_> {
     }
 
     fn of_transfer(&self, row: &Value, falsehoods: &mut Vec<String>) {
-        let where_ = format!(
-            "transfer of frames {}..{}: {} {} {}:{} = {} {}",
-            row["first_frame"],
-            row["last_frame"],
-            row["direction"],
-            row["mode"],
-            row["index"],
-            row["sub"],
-            row["data"],
-            row["status"]
-        );
-        let Some(number) = transfer_of(self.frames, &row["first_frame"]) else {
-            return falsehoods.push(format!("phantom {where_}"));
+        let frames = &self.excerpt.frames;
+        let Some(number) = transfer_of(frames, &row["first_frame"]) else {
+            return falsehoods.push(format!("phantom {}", where_(row)));
         };
+        let said = self.claims(row, number);
+        let other = transfer_of(frames, &row["last_frame"]).filter(|last| self.is_like(number, *last));
+        let undecidable = other.is_some_and(|last| self.at_late_edge(row) && self.claims(row, last).is_empty());
+        if !undecidable {
+            falsehoods.extend(said);
+        }
+    }
+
+    /// Whether two transfers ask for the same thing.
+    fn is_like(&self, one: usize, other: usize) -> bool {
+        let (one, other) = (&self.truths[one], &self.truths[other]);
+        (one.object, one.upload) == (other.object, other.upload)
+    }
+
+    /// Whether a transfer begins with the first request of its channel, in a capture that lists requests late: the answer
+    /// may lie before the capture, and an answer that comes be that of the next request of the same object, which is
+    /// listed behind it. No reader can tell.
+    fn at_late_edge(&self, row: &Value) -> bool {
+        let frames = &self.excerpt.frames;
+        let first = row["first_frame"].as_u64().and_then(|number| usize::try_from(number).ok()?.checked_sub(1));
+        let Some((place, request)) = first.and_then(|place| Some((place, frames.get(place)?))) else { return false };
+        self.excerpt.is_late() && !frames[..place].iter().any(|frame| frame.id == request.id && request.is_client())
+    }
+
+    /// What a row says falsely of a transfer.
+    fn claims(&self, row: &Value, number: usize) -> Vec<String> {
+        let mut falsehoods = Vec::new();
+        let where_ = where_(row);
         let truth = &self.truths[number];
         let (index, sub) = truth.object;
         let status = if truth.abort.is_none() { "ok" } else { "aborted" };
@@ -175,7 +192,7 @@ impl Judged<'_> {
         };
         // Of a refused transfer there are no data.
         let same = row["status"] == status && (truth.abort.is_some() || row["data"] == data.as_str());
-        claim("joined", same || transfer_of(self.frames, &row["last_frame"]) == Some(number));
+        claim("joined", same || transfer_of(&self.excerpt.frames, &row["last_frame"]) == Some(number));
         claim(
             "object",
             row["index"].is_null() || (row["index"] == format!("{index:04X}").as_str() && row["sub"] == sub),
@@ -192,7 +209,23 @@ impl Judged<'_> {
         let lacks = row["size"].as_u64() < Some(truth.data.len() as u64) && row["size"] != 0;
         claim("hole", !incomplete || !lacks || row["holes"].is_array());
         claim("requested", row["requested"].is_null() || (!truth.upload && truth.mode == "expedited"));
+        falsehoods
     }
+}
+
+/// What a row of the list of transfers says, in short.
+fn where_(row: &Value) -> String {
+    format!(
+        "transfer of frames {}..{}: {} {} {}:{} = {} {}",
+        row["first_frame"],
+        row["last_frame"],
+        row["direction"],
+        row["mode"],
+        row["index"],
+        row["sub"],
+        row["data"],
+        row["status"]
+    )
 }
 
 /// Whether the bytes that are given stand in the data, each at its place where that is known, and holes are as long as

@@ -38,10 +38,19 @@ pub(super) fn plain(line: &[u8]) -> Option<(Frame, Channel)> {
         check |= high | low | if blank == b' ' { 0 } else { 0xFF };
         *slot = high << 4 | low & 0xF;
     }
-    if check > 15 || !matches!(tail, [] | [b'\r'] | [b' ']) && !tail.starts_with(b"  Length = ") {
+    if check > 15 || !matches!(tail, [] | [b'\r'] | [b' ']) && !is_plain_tail(tail) {
         return None;
     }
     Some((frame(stamp, id, Kind::Data, Some(dir), len, data), channel))
+}
+
+/// Vector's columns behind a frame, and no further event.
+#[inline(always)]
+fn is_plain_tail(tail: &[u8]) -> bool {
+    // `  Length = 24401600 BitCount = 1250 ID = 419363071x`: no event has room in what is not longer.
+    const LONGEST: usize = 52;
+    let ends = matches!(tail, [.., b'0'..=b'9' | b'x'] | [.., b'0'..=b'9' | b'x', b'\r']);
+    tail.starts_with(b"  Length = ") && tail.len() <= LONGEST && ends
 }
 
 /// Hexadecimal digits, perhaps an `x`, and a blank.

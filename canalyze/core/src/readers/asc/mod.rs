@@ -189,26 +189,34 @@ impl Asc {
     fn other_line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
         let text = listing::unmarked(listing::unquoted(text));
+        let undamaged = listing::undamaged(text);
+        // What damage cuts may be the beginning of something else, as what the file's end cuts.
+        let (text, cut) = undamaged.map_or((text, last), |text| (text, true));
         let result = match text {
+            [b'#', ..] | [b'/', b'/', ..] if undamaged.is_some() => Ok(()),
             [] | [b'#', ..] | [b'`', b'`', b'`', ..] => Ok(()),
             [b'/', b'/', ..] => {
                 self.comment(text, buses, sink);
                 return;
             }
             _ => match words::stamp(text) {
-                Some((stamp, rest)) => self.event(stamp, Words::new(rest), last, buses, sink),
+                Some((stamp, rest)) => {
+                    let event = self.event(stamp, Words::new(rest), cut, buses, sink);
+                    event.and_then(|()| without_further_event(rest))
+                }
                 None => match listing::omission(text) {
                     Some(omission) => {
                         self.gaps.mark(omission, Place::Line(self.lines));
                         Ok(())
                     }
-                    None => self.header_line(text),
+                    None => self.header_line(text).and_then(|()| without_further_event(text)),
                 },
             },
         };
         self.error = None;
-        if let Err(Fail { reason, end }) = result {
-            let reason = if last && end { Unreadable::Cut } else { reason };
+        let damaged = Fail { reason: Unreadable::NoFrame, end: false };
+        if let Err(Fail { reason, end }) = if undamaged.is_some() { result.and(Err(damaged)) } else { result } {
+            let reason = if last && end && undamaged.is_none() { Unreadable::Cut } else { reason };
             sink(Item::Unreadable { place: Place::Line(self.lines), reason }, buses);
         }
     }
@@ -355,6 +363,26 @@ impl Asc {
         }
         self.channels.get(self.last).map_or(BusId(0), |(_, bus)| *bus)
     }
+}
+
+/// An event behind another on one line: damage has made something else of the newline between them.
+fn without_further_event(text: &[u8]) -> Result<(), Fail> {
+    if memchr(b'.', text).is_none() {
+        return Ok(());
+    }
+    let mut words = Words::new(text);
+    while let Some(word) = words.next() {
+        if words::stamp(word).is_none() {
+            continue;
+        }
+        let mut event = words;
+        let channel = event.next().unwrap_or_default();
+        let is_channel = channel.iter().all(u8::is_ascii_digit) || channel.eq_ignore_ascii_case(b"canfd");
+        if is_channel && event.next().is_some() && !event.is_empty() {
+            return Err(Fail { reason: Unreadable::NoFrame, end: false });
+        }
+    }
+    Ok(())
 }
 
 /// One line by itself: its frame, if it holds one in hexadecimal digits.

@@ -377,6 +377,37 @@ fn a_file_that_is_cut() {
 }
 
 #[test]
+fn damage_is_no_comment_and_no_event() {
+    let frame = "  1.5 1  601             Rx   d 2 40 08";
+    let whole = "1: 1500000000 can0 rx 601 2 4008\n";
+    for line in [
+        "// remark\0",
+        "\0\0\0",
+        "no internal events logged\0\0",
+        "date Tue Nov 14 \0\0",
+        "  1.6 1  601     \0\0",
+        "  1.6 1  601             Rx   d 2 40 08\0",
+        "  1.6 Start of measurement\0",
+        "no internal events loggedX  1.6 1  601             Rx   d 2 40 08",
+        "  1.6 1  Statistic: D 1 R 0X 1.6 1  601             Rx   d 2 40 08",
+    ] {
+        let got = read(&format!("{frame}\n{line}\n"));
+        assert!(got.starts_with(whole) && got.ends_with("2! NoFrame\n2 lines\n"), "{line:?}: {got}");
+    }
+    for columns in ["", "  Length = 244016 BitCount = 125 ID = 1537"] {
+        for tail in [" \0", "  1.6 1  602             Rx   d 1 40", "\u{1} 1.6 1  602 Rx d 1 40"] {
+            assert_eq!(read(&format!("{frame}{columns}{tail}\n")), format!("{whole}1! NoFrame\n1 lines\n"), "{tail:?}");
+        }
+        for tail in ["", "\r", "\t// 1.5 is the stamp", " 0 1"] {
+            let got = read(&format!("{frame}{columns}{tail}\n"));
+            assert_eq!(got, format!("{whole}1 lines\n"), "{tail:?}");
+        }
+    }
+    // Digits of a decimal byte may be what is damaged.
+    assert_eq!(read("base dec\n1.0 1 1793 Rx d 1 2\0"), "2! Data\n2 lines\n");
+}
+
+#[test]
 fn a_line_without_end() {
     let mut text = vec![b'7'; 3 * MAX_LINE];
     text.extend_from_slice(b"\n1.5 1 601 Rx d 1 40\n");

@@ -16,8 +16,8 @@ pub(super) fn is_meant(text: &[u8]) -> bool {
     way(first).is_some() || is_hex(first) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
 }
 
-/// A frame, from the direction or the identifier on, into an empty one.
-pub(super) fn frame(text: &[u8], frame: &mut Frame) -> Result<(), Fail> {
+/// A frame, from the direction or the identifier on, into an empty one. Gives back what is behind it.
+pub(super) fn frame<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let (dir, flags, text) = direction(text);
     let (digits, rest) = word(text);
     let rest = skip_blanks(rest);
@@ -61,7 +61,7 @@ pub(super) fn frame(text: &[u8], frame: &mut Frame) -> Result<(), Fail> {
     if is_stray_byte(word(skip_blanks(after)).0) {
         return Err(Fail { reason: Unreadable::Length, end: false });
     }
-    Ok(())
+    Ok(after)
 }
 
 /// How the bytes behind `ID [length]` are written, where the line tells.
@@ -146,17 +146,15 @@ impl Length {
 }
 
 /// What follows the word `remote`.
-fn remote(text: &[u8], frame: &mut Frame) -> Result<(), Fail> {
+fn remote<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let full = b" request";
     if text.len() < full.len() && full.starts_with(text) {
         return Err(Fail { reason: Unreadable::Data, end: true });
     }
-    let after = text.strip_prefix(full);
-    if frame.kind != Kind::Data || after.is_none_or(|rest| rest.first().is_some_and(u8::is_ascii_alphanumeric)) {
-        return Err(Fail { reason: Unreadable::Data, end: false });
-    }
+    let after = text.strip_prefix(full).filter(|rest| !rest.first().is_some_and(u8::is_ascii_alphanumeric));
+    let after = after.filter(|_| frame.kind == Kind::Data).ok_or(Fail { reason: Unreadable::Data, end: false })?;
     frame.kind = Kind::Remote;
-    Ok(())
+    Ok(after)
 }
 
 /// Exactly `frame.len` bytes in one of the four notations; gives back what follows.

@@ -60,8 +60,8 @@ pub(super) fn plain<'a>(line: &'a [u8], last: &[u8]) -> Option<(Frame, Option<&'
     Some((frame, bus))
 }
 
-/// A frame from the word `ID#...` and what follows it on the line, into an empty one.
-pub(super) fn frame(text: &[u8], after: &[u8], frame: &mut Frame) -> Result<(), Fail> {
+/// A frame from the word `ID#...` and what follows it on the line, into an empty one. Gives back what is behind it.
+pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let mark = text.iter().position(|&byte| byte == b'#').unwrap_or(text.len());
     let (id, rest) = text.split_at_checked(mark).unwrap_or((text, &[]));
     let rest = rest.strip_prefix(b"#").unwrap_or(rest);
@@ -95,15 +95,24 @@ pub(super) fn frame(text: &[u8], after: &[u8], frame: &mut Frame) -> Result<(), 
         frame.kind = Kind::Error;
     }
 
-    let (tail, _) = word(skip_blanks(after));
+    let (tail, behind) = word(skip_blanks(after));
     match tail {
         b"T" => frame.dir = Some(Direction::Tx),
         b"R" => frame.dir = Some(Direction::Rx),
         // Data in words, as nobody prints them: taking the first word alone would be another frame.
         tail if is_stray_byte(tail) => return Err(Fail { reason: Unreadable::Data, end: false }),
-        _ => {}
+        _ => return Ok(after),
     }
-    Ok(())
+    Ok(behind)
+}
+
+/// Whether more digits at the end of a line would make another frame of it: `601#40` may be the beginning of eight bytes.
+pub(super) fn may_go_on(frame: &Frame) -> bool {
+    match frame.kind {
+        Kind::Data | Kind::Error => frame.len < 8,
+        Kind::Fd { .. } => frame.len < 64,
+        Kind::Remote => frame.len == 0,
+    }
 }
 
 /// `R`, `R4`, `R8_C`: what follows the `R`.

@@ -10,11 +10,13 @@ mod log;
 pub(super) mod stamp;
 #[cfg(test)]
 mod tests;
+mod wreck;
 
 use memchr::{memchr, memchr3};
 
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
+use self::wreck::Behind;
 use super::listing::{self, Base, Gaps, Omission};
 use super::{Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
@@ -61,6 +63,7 @@ pub struct Candump {
     rows: bool,
     /// Its bytes are written in decimal digits, which nothing here reads.
     decimal: bool,
+    behind: Behind,
 }
 
 impl Candump {
@@ -79,11 +82,13 @@ impl Candump {
             gaps: Gaps::default(),
             rows: false,
             decimal: false,
+            behind: Behind::default(),
         }
     }
 
     /// Takes the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.behind.feed(bytes);
         let Some(head) = &mut self.head else { return self.split(bytes, buses, sink) };
         let (taken, rest) = bytes.split_at_checked(HEAD - head.len()).unwrap_or((bytes, &[]));
         head.extend_from_slice(taken);
@@ -176,6 +181,12 @@ impl Candump {
     fn too_long(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
         self.explained = None;
+        self.no_frame(buses, sink);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn no_frame(&self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
     }
 
@@ -194,8 +205,10 @@ impl Candump {
                 self.bus = buses.intern(name);
             }
             frame.bus = self.bus;
-            let line = Line { stamp: frame.stamp, console: false, bus: b"", row: None, what: What::Frame, frame };
-            self.give(line, buses, sink);
+            let stamp = frame.stamp;
+            let cut = last && self.behind.may_go_on(&frame, text, false);
+            let what = if cut { What::Unreadable(Fail { reason: Unreadable::Cut, end: true }) } else { What::Frame };
+            self.give(Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" }, buses, sink);
         } else if memchr(b'\r', text.trim_ascii()).is_some() {
             // Lines that end with a carriage return alone.
             let mut lines = text.trim_ascii_end().split(|&byte| byte == b'\r').peekable();
@@ -236,14 +249,27 @@ impl Candump {
         {
             fail.reason = Unreadable::Cut;
         }
-        if let What::Frame = line.what {
-            if self.decimal && line.console {
+        let mut tail_damaged = false;
+        match line.what {
+            What::Frame if self.decimal && line.console => {
                 line.what = What::Unreadable(Fail { reason: Unreadable::Data, end: false });
-            } else {
-                line.frame.bus = buses.intern(line.bus);
             }
+            What::Frame if last && line.tail.is_empty() && self.behind.may_go_on(&line.frame, text, line.console) => {
+                line.what = What::Unreadable(Fail { reason: Unreadable::Cut, end: true });
+            }
+            What::Frame => {
+                line.frame.bus = buses.intern(line.bus);
+                tail_damaged = !line.tail.is_empty() && wreck::is_tail_damaged(line.tail);
+            }
+            What::Nothing if wreck::is_comment_damaged(plain_text(text, &mut Vec::new()), buses) => {
+                line.what = What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
+            }
+            _ => {}
         }
         self.give(line, buses, sink);
+        if tail_damaged {
+            self.no_frame(buses, sink);
+        }
         self.plain = plain;
     }
 
@@ -305,9 +331,22 @@ struct Line<'a> {
     what: What,
     /// The frame, where it holds one; line, stamp and time are not set in it.
     frame: Frame,
+    /// What stands behind the frame.
+    tail: &'a [u8],
 }
 
-impl Line<'_> {
+impl<'a> Line<'a> {
+    /// What came of reading a frame; `Ok` is what stands behind it.
+    fn made(&mut self, frame: Result<&'a [u8], Fail>) -> What {
+        match frame {
+            Ok(tail) => {
+                self.tail = tail;
+                What::Frame
+            }
+            Err(fail) => What::Unreadable(fail),
+        }
+    }
+
     /// Whether it was to be a frame, or a mark of candump's.
     fn is_meant(&self) -> bool {
         match self.what {
@@ -385,7 +424,7 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
 /// A line behind its number.
 fn unnumbered(text: &[u8]) -> Line<'_> {
     let frame = Frame::classic(CanId::standard(0), &[]);
-    let mut line = Line { stamp: None, console: false, bus: b"", row: None, what: What::Nothing, frame };
+    let mut line = Line { stamp: None, console: false, bus: b"", row: None, what: What::Nothing, frame, tail: b"" };
     let Some(first) = text.first() else { return line };
     let rest = match stamp::read(text) {
         Some((stamp, rest)) if rest.first().is_none_or(|&byte| is_blank(byte)) => {
@@ -468,12 +507,14 @@ impl Numbers {
 fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     let (first, after) = word(text);
     if log::is_meant(first) {
-        return made(log::frame(first, after, &mut line.frame));
+        let frame = log::frame(first, after, &mut line.frame);
+        return line.made(frame);
     }
     let rest = skip_blanks(after);
     let (second, after) = word(rest);
     if log::is_meant(second) && is_name(first) {
-        let what = made(log::frame(second, after, &mut line.frame));
+        let frame = log::frame(second, after, &mut line.frame);
+        let what = line.made(frame);
         match console::way(first) {
             Some(way) => _ = line.frame.dir.get_or_insert(way),
             None => line.bus = first,
@@ -482,12 +523,14 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     }
     if console::is_meant(text) {
         line.console = true;
-        return made(console::frame(text, &mut line.frame));
+        let frame = console::frame(text, &mut line.frame);
+        return line.made(frame);
     }
     let stamped = line.stamp.is_some();
     if is_label(first) && console::is_meant(rest) {
         line.console = true;
-        return made(console::frame(rest, &mut line.frame));
+        let frame = console::frame(rest, &mut line.frame);
+        return line.made(frame);
     }
     if rest.is_empty() || !is_name(first) {
         line.console = stamped;
@@ -498,7 +541,8 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
         line.bus = first;
         return What::Error;
     }
-    let mut what = made(console::frame(rest, &mut line.frame));
+    let frame = console::frame(rest, &mut line.frame);
+    let mut what = line.made(frame);
     match &mut what {
         What::Frame => line.bus = first.strip_suffix(b":").unwrap_or(first),
         // Two words of prose are no frame that was cut: there must be a stamp, or a direction, or a numbered interface.
@@ -512,13 +556,6 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
 fn is_label(word: &[u8]) -> bool {
     let word = word.strip_suffix(b":").unwrap_or(word);
     [&b"id"[..], b"cob-id", b"cobid", b"can-id"].iter().any(|label| word.eq_ignore_ascii_case(label))
-}
-
-fn made(frame: Result<(), Fail>) -> What {
-    match frame {
-        Ok(()) => What::Frame,
-        Err(fail) => What::Unreadable(fail),
-    }
 }
 
 /// A line that begins with neither a stamp nor a letter nor a digit.

@@ -160,6 +160,11 @@ pub(super) fn is_meant(text: &[u8]) -> bool {
     }
 }
 
+/// Whether the line begins with a stamp that lacks its parenthesis only: `1549455524.265601) `.
+pub(super) fn is_closed(text: &[u8]) -> bool {
+    seconds(text).or_else(|| calendar(text)).is_some_and(|(stamp, _)| stamp.decimals > 0)
+}
+
 /// What the stamps of a capture mean, and the moment of each line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {

@@ -285,12 +285,20 @@ impl Block {
         seqno != 1 && seqno != self.seqno.saturating_add(1)
     }
 
-    /// Whether the first acknowledgement, where the beginning of the transfer is not in the capture, may be of the
-    /// sub-block before and be listed late: this one has fewer segments so far.
-    pub fn is_of_before(&self, ackseq: u8) -> bool {
+    /// Whether an acknowledgement, where the beginning of the transfer is not in the capture, is of the sub-block before
+    /// and listed late: this one has fewer segments so far, and goes on with number `next`, or has had its last one. The
+    /// first one may be, where it is `late` enough.
+    pub fn is_of_before(&self, ackseq: u8, next: Option<u8>, late: bool) -> bool {
         let current = &self.current;
-        let runs = current.sent > 0 && current.wrong.is_none() && current.last_at.is_none();
-        !self.is_answered() && self.resume == Resume::Now && runs && ackseq > current.sent
+        let fewer = current.sent > 0 && current.wrong.is_none() && ackseq > current.sent;
+        let goes_on = next == Some(current.sent.saturating_add(1));
+        self.resume == Resume::Now && fewer && (current.last_at.is_some() || goes_on || late && !self.is_answered())
+    }
+
+    /// Whether an acknowledgement of this many segments asks for one that was sent with these data.
+    pub fn asks_again(&self, ackseq: u8, data: &[u8]) -> bool {
+        let again = self.current.segments.get(usize::from(ackseq));
+        again.is_some_and(|segment| segment.data.as_slice() == data)
     }
 
     /// What the receiver asks for: segments of a sub-block, from the next one on.
@@ -309,13 +317,23 @@ impl Block {
     /// Whether an acknowledgement of this many segments is of the newest ones, of which the number in the sub-block is not
     /// known otherwise.
     pub fn may_owe(&self, ackseq: u8) -> bool {
-        self.resume == Resume::Unknown && self.seqno == ackseq
+        match self.resume {
+            Resume::Unknown => self.seqno == ackseq,
+            Resume::Now => self.runs_open() && self.current.sent == ackseq,
+            _ => false,
+        }
+    }
+
+    /// Whether a sub-block runs of which nobody can tell how long it is.
+    fn runs_open(&self) -> bool {
+        !self.is_answered() && !self.owes_ack() && self.current.wrong.is_none()
     }
 
     /// Whether a segment with number 1 comes where the newest one has another number and was not acknowledged, as far as
     /// that is known.
     pub fn restarts_early(&self) -> bool {
-        self.resume == Resume::Unknown && self.seqno > 1
+        let open = self.resume == Resume::Unknown || self.resume == Resume::Now && self.runs_open();
+        open && self.seqno > 1
     }
 
     /// Whether an acknowledgement is expected.
@@ -532,6 +550,8 @@ impl Block {
         self.finished = self.end.is_some();
         self.resume = if self.finished { Resume::Now } else { resume };
         (self.rest, self.last_sent) = (None, false);
+        // It acknowledged something: none of these is owed any more.
+        self.seqno = 0;
         true
     }
 

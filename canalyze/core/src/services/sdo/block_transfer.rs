@@ -34,7 +34,7 @@ impl Channel {
             // after a lost one.
             let known = block.resume != Resume::Unknown || block.is_off(command & 0x7F);
             let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
-            if block.may_end() || early {
+            if block.may_end() || early || side == Side::Server && self.sequence.holds_last() {
                 return plain;
             }
         }
@@ -107,7 +107,9 @@ impl Channel {
     pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
         let midway = self.is_nameless();
         match half.command {
-            Command::BlockSegment { seqno: 1, .. } if midway && block.restarts_early() => Some(false),
+            Command::BlockSegment { seqno: 1, .. } if (midway || self.proof.requests > 0) && block.restarts_early() => {
+                Some(false)
+            }
             // Until a segment was seen, it may be the response to a late request.
             Command::BlockSegment { .. } if midway && (block.resume != Resume::Now || block.marks.first.is_none()) => {
                 let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
@@ -315,7 +317,9 @@ impl Channel {
         }
         self.proof.paired |= !half.command.has_reserved_bits(half.bytes);
         let late = block.marks.first.is_some_and(|first| self.sequence.within_lag(first, half.at));
-        if transfer.mux.is_none() && transfer.direction == Direction::Upload && late && block.is_of_before(ackseq) {
+        let nameless = transfer.mux.is_none() && transfer.direction == Direction::Upload;
+        let next = self.ahead.filter(|(by, _)| *by == Side::Server).map(|(_, first)| first & 0x7F);
+        if nameless && block.is_of_before(ackseq, next, late) {
             block.set_size(blksize);
             return;
         }
@@ -370,7 +374,8 @@ impl Channel {
         let padding = padding.get(..usize::from(end.unused.unwrap_or(0).min(7))).unwrap_or(&[]);
         let crc = end.crc.map(|found| (found, transfer.check_crc(found, padding)));
         let wrong_crc = crc.filter(|(found, (computed, _))| computed != found);
-        if block.unsure && !(right && wrong_crc.is_none()) {
+        // What was sent again is not known where no acknowledgement can be read.
+        if (block.unsure || !block.is_answered()) && !(right && wrong_crc.is_none()) {
             transfer.data.hole = true;
             return;
         }
@@ -416,6 +421,8 @@ impl Channel {
             Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,
             _ => Status::Ok,
         };
+        // No request from before the capture waits for its answer now.
+        self.proof.begun = true;
         self.complete(status, cx);
     }
 

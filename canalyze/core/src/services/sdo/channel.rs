@@ -156,6 +156,8 @@ pub struct Channel {
     /// Whether completed transfers belong to the frame at hand.
     pub(super) own: bool,
     pub(super) given_up_write: GivenUpWrite,
+    /// The next frame of the channel, where it was read ahead: its side and its first byte.
+    pub(super) ahead: Option<(Side, u8)>,
     /// The last frames and how they were read, while the capture may show frames twice.
     recent: VecDeque<(Half, Step)>,
 }
@@ -194,6 +196,7 @@ impl Channel {
             step: empty_step(),
             own: true,
             given_up_write: GivenUpWrite::default(),
+            ahead: None,
             recent: VecDeque::new(),
         }
     }
@@ -264,6 +267,7 @@ impl Channel {
             bytes: frame.head(),
             len: frame.len,
         };
+        self.ahead = next.map(|(by, frame)| (*by, frame.head()[0]));
         self.given_up_write.confirmed = None;
         if cx.sighting == Sighting::Duplicate {
             let step = self.duplicate(side, &half);
@@ -277,7 +281,7 @@ impl Channel {
         self.step = Step { side, command: half.command, ..empty_step() };
         let before = self.sight(side, half, cx);
         let done = self.step.result.as_ref().map(|transfer| (transfer.id, transfer.mux));
-        let of = done.or_else(|| self.identity()).or(before);
+        let of = if self.waits_for_other(&half) { None } else { done.or_else(|| self.identity()).or(before) };
         self.step.mux = of.and_then(|(_, mux)| mux);
         self.step.described = self.described(self.step.mux.or(self.step.command.mux()));
         let step = std::mem::replace(&mut self.step, empty_step());

@@ -471,7 +471,7 @@ impl Channel {
         } else {
             self.step.place = Place::Outside;
             if half.command.is_unreadable() {
-                self.count_unreadable(&half);
+                self.count_unreadable(&half, cx);
             } else {
                 self.find_unasked(Sdo002::NoRequest, &half, cx);
             }
@@ -487,7 +487,7 @@ impl Channel {
         }
         if half.command.is_unreadable() {
             self.step.place = Place::Outside;
-            self.count_unreadable(&half);
+            self.count_unreadable(&half, cx);
             return;
         }
         if let Some(stray) = self.history.stray.take()

@@ -11,7 +11,6 @@ use std::collections::VecDeque;
 
 use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
 use super::transfer::{Direction, Status};
-use super::unasked::QUIET_NS;
 use super::wire::{self, Command, Side};
 use crate::context::Context;
 use crate::event::{Note, Place};
@@ -118,7 +117,13 @@ impl Sequence {
     /// When the first frame that waits has waited long enough though none of the channel comes, in ns.
     pub(super) fn due(&self) -> Option<i64> {
         let front = self.held.front().filter(|_| self.undecided.is_none())?;
-        Some(front.half.at.t_ns?.saturating_add(QUIET_NS))
+        Some(front.half.at.t_ns?.saturating_add(UNANSWERED_NS))
+    }
+
+    /// Whether the newest of the frames that wait is the last segment of a block transfer.
+    pub(super) fn holds_last(&self) -> bool {
+        let newest = self.held.back().filter(|held| !matches!(held.half.command, Command::Abort(..)));
+        newest.is_some_and(|held| held.half.bytes[0] & 0x80 != 0)
     }
 
     /// Whether frames of the server wait for a client frame that is listed late.
@@ -181,8 +186,15 @@ impl Channel {
             if self.pending().is_some_and(|pending| self.sequence.may_be_answered(&pending)) {
                 self.leave_answered(cx);
             }
-            if let Command::Abort(_, code) = half.command {
-                self.find(Sdo017::Abort { abort: code, by: Side::Server }, half.at, cx);
+            if let Command::Abort(object, code) = half.command {
+                let what = Sdo017::Abort { abort: code, by: Side::Server };
+                if self.is_about_other(&half.command) {
+                    self.verdicts.about = Some(object);
+                    let found = self.finding(what.into(), half.at, cx);
+                    found.into_iter().for_each(|finding| self.report(finding, cx));
+                } else {
+                    self.find(what, half.at, cx);
+                }
             }
             self.hold(half, fresh);
             return;
@@ -212,7 +224,26 @@ impl Channel {
     /// The frame as it is read where the transfer stands now.
     pub(super) fn decoded(&self, side: Side, half: Half) -> Half {
         let reading = half.reading.filter(|_| self.hypotheses.are_open() && matches!(self.phase, Phase::Idle));
-        Half { command: reading.unwrap_or_else(|| self.decode(side, half.bytes, half.len)), ..half }
+        let command = reading.unwrap_or_else(|| self.decode(side, half.bytes, half.len));
+        // Where the capture begins with a request, its response may lie before it, and data follow.
+        let data = matches!(half.reading, Some(Command::BlockSegment { .. })) && side == Side::Server;
+        let edge = |request: &Half| self.is_edge(request) && !wire::may_answer(&request.command, &command);
+        let unknown = data && matches!(&self.phase, Phase::Initiated(request) if edge(request));
+        Half { command: if unknown { Command::Undetermined(half.bytes) } else { command }, ..half }
+    }
+
+    /// Whether a frame names another object than that of the transfer that runs.
+    fn is_about_other(&self, command: &Command) -> bool {
+        let runs = self.transfer.as_ref().and_then(|transfer| transfer.mux);
+        let named = if let Command::Abort(object, _) = command { Some(*object) } else { command.mux() };
+        runs.is_some() && named.is_some() && named != runs
+    }
+
+    /// Whether the frame at hand waits, and is no part of the transfer that runs.
+    pub(super) fn waits_for_other(&self, half: &Half) -> bool {
+        let held = self.sequence.held.back().map(|held| held.half.at.no);
+        let undecided = self.sequence.undecided.map(|request| request.at.no);
+        [held, undecided].contains(&Some(half.at.no)) && self.is_about_other(&half.command)
     }
 
     /// The line of a frame that waits: what it is if its request comes.
@@ -323,7 +354,8 @@ impl Channel {
                 (Command::EndBlock { .. }, Command::BlockEnded) | (Command::StartBlockUpload, _) => true,
                 (Command::BlockAck { ackseq, .. }, _) if block.may_owe(ackseq) => true,
                 (Command::BlockAck { ackseq, .. }, _) => {
-                    block.owes_ack() && (block.owed_ack() == Some(ackseq) || !self.holds_sub_block(ackseq))
+                    let own = block.owed_ack() == Some(ackseq) || !self.holds_sub_block(ackseq);
+                    block.asks_again(ackseq, &front.half.bytes[1..]) || block.owes_ack() && own
                 }
                 (Command::BlockEnded, _) => block.end.is_some(),
                 _ => false,

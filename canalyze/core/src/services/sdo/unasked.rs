@@ -4,7 +4,7 @@
 //! finding with its count. One that lasts is reported while it runs, and its whole count when it is over. It must not
 //! call a flood what lost requests explain: responses to one object after another, and segments that continue a transfer.
 
-use super::channel::{Channel, Half, Phase};
+use super::channel::{Channel, Half, Phase, UNANSWERED_NS};
 use super::sequence::is_strict_answer;
 use super::wire::{Command, Mux, Segment};
 use crate::context::Context;
@@ -16,10 +16,6 @@ use crate::rules::sdo::Sdo002;
 const FLOOD: u64 = 4;
 /// How far apart the frames of a flood are at most on average, in ns.
 pub(super) const APART_NS: i64 = 50_000_000;
-/// A channel without frames for as long, in ns, is quiet: nothing that waits is decided by its next frame.
-pub(super) const QUIET_NS: i64 = APART_NS * FLOOD as i64;
-/// How long a flood runs, in ns, until it is reported.
-const RUNS_NS: i64 = 1_000_000_000;
 /// Findings that wait at most (invariant 6).
 const KEPT: usize = 32;
 
@@ -50,10 +46,10 @@ impl Unasked {
         self.object = half.command.mux();
     }
 
-    /// When a flood that lasts has to be reported, in ns.
-    fn runs_until(&self) -> Option<i64> {
-        let unreported = self.reported.is_none() && self.is_flood();
-        self.first.t_ns.filter(|_| unreported).map(|first| first.saturating_add(RUNS_NS))
+    /// Whether a flood has lasted so long that it is reported before it is over.
+    fn lasts(&self) -> bool {
+        let long = self.last.since(self.first).is_some_and(|lasted| lasted > UNANSWERED_NS);
+        self.reported.is_none() && long && self.is_flood()
     }
 
     fn is_flood(&self) -> bool {
@@ -74,13 +70,15 @@ impl Channel {
         let run = self.verdicts.unasked.get_or_insert_with(|| Unasked::begin(half.at));
         run.count(half, explained);
         self.report(finding, cx);
+        self.report_running(cx);
     }
 
     /// A frame of the server that cannot be read: in a row of frames without a request it is one more.
-    pub(super) fn count_unreadable(&mut self, half: &Half) {
+    pub(super) fn count_unreadable(&mut self, half: &Half, cx: &mut Context<'_>) {
         if let Some(run) = &mut self.verdicts.unasked {
             run.count(half, false);
         }
+        self.report_running(cx);
     }
 
     /// Whether a frame of the server is the next of the segmented transfer that runs, but for its request.
@@ -96,10 +94,7 @@ impl Channel {
     /// Keeps a finding while frames without a request come; gives it back where none do.
     pub(super) fn keep_unasked(&mut self, finding: Finding, cx: &mut Context<'_>) -> Option<Finding> {
         let Some(run) = &mut self.verdicts.unasked else { return Some(finding) };
-        if run.reported.is_some() {
-            return None;
-        }
-        if run.findings.len() < KEPT {
+        if run.reported.is_none() && run.findings.len() < KEPT {
             run.findings.push(finding);
         } else if !run.is_flood() {
             self.end_unasked(cx);
@@ -139,7 +134,7 @@ impl Channel {
 
     /// A flood that lasts is reported while it runs.
     fn report_running(&mut self, cx: &mut Context<'_>) {
-        let Some(mut run) = self.verdicts.unasked.take() else { return };
+        let Some(mut run) = self.verdicts.unasked.take_if(|run| run.lasts()) else { return };
         let frames = run.frames;
         for first in std::mem::take(&mut run.findings).into_iter().take(1) {
             self.report_flood(first, frames, cx);
@@ -148,15 +143,9 @@ impl Channel {
         self.verdicts.unasked = Some(run);
     }
 
-    /// When the channel has something to report or to decide though none of its frames comes, in ns.
-    pub fn due(&self) -> Option<i64> {
-        let runs = self.verdicts.unasked.as_ref().and_then(Unasked::runs_until);
-        [self.quiet_from(), runs].into_iter().flatten().min()
-    }
-
     /// When the channel is quiet, where something waits for that, in ns.
-    fn quiet_from(&self) -> Option<i64> {
-        let unasked = || Some(self.verdicts.unasked.as_ref()?.last.t_ns?.saturating_add(QUIET_NS));
+    pub fn due(&self) -> Option<i64> {
+        let unasked = || Some(self.verdicts.unasked.as_ref()?.last.t_ns?.saturating_add(UNANSWERED_NS));
         self.sequence.due().or_else(unasked)
     }
 
@@ -165,10 +154,8 @@ impl Channel {
         while self.sequence.due().is_some_and(|due| due < now_ns) {
             self.release(cx);
         }
-        if self.quiet_from().is_some_and(|due| due < now_ns) {
+        if self.due().is_some_and(|due| due < now_ns) {
             self.aside(|channel| channel.end_unasked(cx));
-        } else if self.verdicts.unasked.as_ref().and_then(Unasked::runs_until).is_some_and(|due| due < now_ns) {
-            self.aside(|channel| channel.report_running(cx));
         }
     }
 
