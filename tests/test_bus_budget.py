@@ -9,9 +9,10 @@ from typing import Any
 import can
 import mcap_files
 import pytest
+from capture_frames import Recorded
 from captures import CanFrame
 from conftest import Runner
-from other_writers import Recorded, pcapng_named
+from other_writers import pcapng_named
 
 from canalyze._core import Session
 
