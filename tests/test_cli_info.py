@@ -40,7 +40,7 @@ def test_figures_of_a_log(canalyze: Runner, tmp_path: Path) -> None:
     assert (record["seconds"], record["decimals"]) == ("2.000000", [6, 6])
     assert (record["first_date"], record["zone"]) == ("2023-11-14 22:13:20.000000", "utc")
     assert (record["backward"], record["backward_most_us"]) == (1, 250_000)
-    assert record["unreadable"] == {"count": 1, "first_line": 6, "first_offset": None}
+    assert record["unreadable"] == {"count": 1, "first_line": 6, "first_offset": None, "further_buses": 0}
     assert (record["damage"], record["damages"]) == ([], 0)
 
 

@@ -46,7 +46,7 @@ INFO = {
     "buses": {"bus", "frames"},
     "kinds": {"data", "remote", "fd", "error", "standard", "extended"},
     "directions": {"rx", "tx"},
-    "unreadable": {"count", "first_line", "first_offset"},
+    "unreadable": {"count", "first_line", "first_offset", "further_buses"},
     "damage": {"kind", "line", "offset", "bytes", "frames"},
     "contents": {"dialect", "passed_over", "topics"},
 }

@@ -57,7 +57,7 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
     written = Objects(ini, values, has_lists=not xml).write(mask, (device.rpdos or 0, device.tpdos or 0))
     if not written.places:
         raise SourceError("eds.nothing", name=name)
-    objects = library.objects(library.read("\n".join(["[DeviceInfo]", *written.lines, ""])), written)
+    objects = library.objects(library.read(written.text()), written)
     dummies = _dummies(ini, values)
     commissioning = _commissioning(ini)
     filed, node_name, rate = _node(commissioning, ini, values)

@@ -49,6 +49,11 @@ class Written:
     codes: dict[int, int] = field(default_factory=dict)
     """Object code of each object."""
 
+    def text(self) -> str:
+        """Give the sections as one text, and keep them no longer."""
+        lines, self.lines = self.lines, []
+        return "\n".join(["[DeviceInfo]", *lines, ""])
+
     def put(self, section: str, **keys: object) -> None:
         """Add a section."""
         self.lines.append(f"[{section}]")
@@ -85,6 +90,8 @@ class Objects:
             if re.match(r"[0-9a-f]{4}(?![0-9a-z])|[0-9a-f]{4}sub", section.name, re.IGNORECASE):
                 self._ini.complain(section.line, "section-unused", section=section.name[:60])
             return
+        # It is kept here alone, for as long as it takes to write it anew.
+        self._ini.sections.pop(section.name.lower(), None)
         index = int(match["index"], 16)
         if not _CLEAN.fullmatch(section.name):
             read = f"{index:04X}" + (f"sub{int(match['sub'], 16):X}" if match["sub"] else match["part"] or "")

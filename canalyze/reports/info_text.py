@@ -106,8 +106,13 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
     """Say what is lost."""
     unreadable = record["unreadable"]
     if unreadable:
-        place = _place(unreadable["first_line"], unreadable["first_offset"], words)
-        yield words("info.unreadable", count=unreadable["count"], place=place)
+        line, offset = unreadable["first_line"], unreadable["first_offset"]
+        if line is None and offset is None:
+            yield words("info.unreadable_somewhere", count=unreadable["count"])
+        else:
+            yield words("info.unreadable", count=unreadable["count"], place=_place(line, offset, words))
+        if unreadable["further_buses"]:
+            yield words("info.further_buses", count=unreadable["further_buses"])
     if record["gaps"]:
         yield words("info.gaps", count=record["gaps"], frames=record["dropped"])
     left_out = record["left_out"]

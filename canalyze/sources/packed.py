@@ -169,9 +169,10 @@ class Packer:
         index = self._indices.get(channel)
         if index is not None:
             return b"", index
+        # The last index is of no channel for long: it is named anew for each frame of those beyond.
         index = min(len(self._indices), _MOST_BUSES - 1)
         name = self._bus(channel)
-        if len(self._indices) < _MOST_BUSES:
+        if index < _MOST_BUSES - 1:
             self._indices[channel] = index
         return _other(_BUS, index, text=name), index
 

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TextIO, cast
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources import apart, packed
 from canalyze.sources.blf import PYTHON_CAN, Damage, Objects
-from canalyze.sources.database import Copy, copied
+from canalyze.sources.database import Copy, bound, copied, heed
 from canalyze.sources.library import has_asammdf, library
 from canalyze.sources.packed import Packer, Unfit
 from canalyze.sources.trace import DAMAGED, PASSED_OVER, Lines, Rows, Trc, is_damaged, number_of
@@ -47,6 +47,8 @@ _BATCH: Final = 4096
 """Most frames that are joined at once."""
 _BYTES: Final = 128 << 10
 """Bytes of a batch."""
+_TABLE: Final = "messages"
+"""The table that python-can writes."""
 _COMMAS: Final = 6
 """Of a row of python-can's table."""
 _REMARKS: Final = 20
@@ -166,6 +168,8 @@ class PythonCanCapture:
                     copy = copied(path, Path(directory))
             except OSError as error:
                 raise SourceError("source.read", name=self.name, error=error) from error
+            if copy and copy.computes(_TABLE):
+                raise SourceError("bridge.computed", name=self.name, table=_TABLE)
             if self._apart:
                 yield from self._from_other_process(path, Path(directory))
             else:
@@ -201,9 +205,13 @@ class PythonCanCapture:
         row = 0
         problem = None
         try:
-            reader: Any = can.MF4Reader(str(path)) if self._form == "mf4" else can.SqliteReader(str(path))
+            reader: Any = can.MF4Reader(str(path)) if self._form == "mf4" else can.SqliteReader(str(path), _TABLE)
+            if copy:
+                bound(reader._conn)
             with reader:
                 for message in reader:
+                    if copy and row >= copy.most_rows:
+                        break
                     row += 1
                     try:
                         if packer.directed:  # the date was added to it: more than µs is noise
@@ -212,6 +220,7 @@ class PythonCanCapture:
                     except (Unfit, TypeError, ValueError, struct.error) as error:
                         yield packed.unreadable(error.reason if isinstance(error, Unfit) else packed.DATA, row)
         except Exception as error:  # whatever a stranger's file makes the library raise
+            heed(error)
             problem = _said(error)
             traceback.clear_frames(error.__traceback__)
         if problem:

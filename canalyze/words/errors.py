@@ -257,6 +257,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: cannot be read as {form} (python-can says: {problem})",
     ),
     (
+        "bridge.computed",
+        "{name}：其中的{table}不是表，而是视图，或有算出的列；这样的数据库不读取",
+        "{name}: {table} in it is no table but a view, or has computed columns; such a database is not read",
+    ),
+    (
         "bridge.mf4",
         "{name}：MF4文件需要asammdf，尚未安装；安装：{line}",
         "{name}: MF4 needs asammdf, which is not installed: {line}",

@@ -91,6 +91,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.read_as", "按 {fields} 读作CAN帧", "read as CAN frames by {fields}"),
     ("info.not_read", "不读作CAN帧", "not read as CAN frames"),
     ("info.unreadable", "无法读取：{count}处，首先是{place}", "cannot be read: {count}, first {place}"),
+    ("info.unreadable_somewhere", "无法读取：{count}处", "cannot be read: {count}"),
+    (
+        "info.further_buses",
+        "总线过多：其余总线上的 {count} 帧已跳过",
+        "too many buses; what is on further ones was passed over, frames: {count}",
+    ),
     ("info.gaps", "丢帧：记录程序报告 {count} 次，共 {frames} 帧", "dropped: {frames} frames, in {count} reports"),
     ("info.left_out", "缺行：{places} 处，共 {rows} 行", "rows left out: {rows}, in {places} places"),
     (

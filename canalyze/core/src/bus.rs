@@ -12,7 +12,7 @@ use std::sync::Arc;
 use crate::checks;
 use crate::checks::nodes::ErrorControl;
 use crate::checks::srdo::Seen;
-use crate::checks::{Checks, Fit, PdoName};
+use crate::checks::{Checks, Fit, PdoName, Renewed};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
 use crate::context::Context;
@@ -46,8 +46,6 @@ const SCANNED: usize = 8;
 /// The state of one bus.
 #[derive(Debug)]
 pub struct Bus {
-    network: Arc<Network>,
-    name: Box<[u8]>,
     roles: Roles,
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
@@ -83,13 +81,12 @@ impl Bus {
             }
         }
         for (_, node) in nodes.iter_mut() {
-            node.compile();
+            node.compile_all();
         }
         let roles = Roles::compile(&network, name, &nodes);
-        let checks = Checks::new(&network, &nodes);
+        let renewed = renewed(&mut nodes);
+        let checks = Checks::new(&network, &nodes, &renewed);
         Self {
-            network,
-            name: name.into(),
             roles,
             nodes,
             channels: BTreeMap::new(),
@@ -470,8 +467,20 @@ impl Bus {
             if moves(mux) {
                 self.assign();
             }
-            self.checks.learnt(transfer.node, mux, &self.nodes, cx);
+            self.learnt(transfer.node, mux, cx);
         }
+    }
+
+    /// An object of a node holds another value now, or it is known otherwise.
+    fn learnt(&mut self, node: u8, mux: Mux, cx: &Context<'_>) {
+        self.checks.renewed(&renewed(&mut self.nodes));
+        self.checks.learnt(node, mux, &self.nodes, cx);
+    }
+
+    /// So do many objects.
+    fn reconfigured(&mut self) {
+        self.checks.renewed(&renewed(&mut self.nodes));
+        self.checks.reconfigured(&self.nodes);
     }
 
     /// An object is being written: until that has succeeded or was refused, the old value may hold or the new one. A
@@ -483,7 +492,7 @@ impl Bus {
         let one = known(&mut self.nodes, node);
         if one.configuration.attempted(mux, cx.at.no) {
             one.compile();
-            self.checks.learnt(node, mux, &self.nodes, cx);
+            self.learnt(node, mux, cx);
         }
     }
 
@@ -499,7 +508,7 @@ impl Bus {
             && node.configuration.refused(mux, transfer.first.no)
         {
             node.compile();
-            self.checks.learnt(transfer.node, mux, &self.nodes, cx);
+            self.learnt(transfer.node, mux, cx);
         }
     }
 
@@ -514,11 +523,16 @@ impl Bus {
         }
         target.compile();
         self.assign();
-        self.checks.reconfigured(&self.nodes);
+        self.reconfigured();
     }
 
+    /// Brings the roles of identifiers up to date with what is known of the nodes.
     fn assign(&mut self) {
-        self.roles = Roles::compile(&self.network, &self.name, &self.nodes);
+        for (_, node) in self.nodes.iter_mut() {
+            for index in node.configuration.unassigned() {
+                self.roles.refresh(node, index);
+            }
+        }
     }
 
     /// A node has another node-ID now (LSS): what is known of it goes with it, unless something is known of the new one.
@@ -527,11 +541,22 @@ impl Bus {
             return;
         }
         let Some(mut node) = self.nodes.take(from) else { return };
+        node.configuration.all_untold();
+        let mut gone = Renewed::default();
+        gone.add(from, &mut node);
+        gone.pdos.extend(node.pdos().iter().map(|pdo| PdoName {
+            transmit: pdo.transmit,
+            number: pdo.number,
+            node: from,
+        }));
+        self.checks.renewed(&gone);
+        self.roles.refresh_all(from, None);
         node.configuration.leave(from);
         node.rename(to);
+        self.roles.refresh_all(to, Some(&node));
         self.nodes.put(to, node);
         self.assign();
-        self.checks.reconfigured(&self.nodes);
+        self.reconfigured();
     }
 
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
@@ -548,7 +573,7 @@ impl Bus {
         }
         if changed {
             self.assign();
-            self.checks.reconfigured(&self.nodes);
+            self.reconfigured();
         }
     }
 
@@ -586,7 +611,7 @@ impl Bus {
             }
         }
         if changed {
-            self.checks.reconfigured(&self.nodes);
+            self.reconfigured();
         }
     }
 
@@ -611,6 +636,13 @@ impl Bus {
         cx.release_all();
         cx.release_unproven();
     }
+}
+
+/// What has changed of the nodes since this was last asked.
+fn renewed(nodes: &mut PerNode<Node>) -> Renewed {
+    let mut all = Renewed::default();
+    nodes.iter_mut().for_each(|(id, node)| all.add(id, node));
+    all
 }
 
 /// A node, made where nothing was known of it.

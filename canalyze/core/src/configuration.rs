@@ -121,6 +121,16 @@ pub struct Configuration {
     unsure_stored: BTreeMap<Address, u64>,
     /// What writes asked for that nothing has confirmed or refused.
     requested: BTreeMap<Address, Requested>,
+    /// Where what holds may be another thing than what is stored.
+    unstored: BTreeSet<Address>,
+    /// What was observed since frames were lost.
+    undoubted: BTreeSet<Address>,
+    /// Objects that have changed since the node's PDOs were made of them.
+    uncompiled: BTreeSet<u16>,
+    /// Objects that have changed since identifiers were given to roles by them.
+    unassigned: BTreeSet<u16>,
+    /// Objects, but for those of PDOs, that have changed since checks were told of them.
+    untold: BTreeSet<u16>,
 }
 
 /// Whether an object is one that decoding depends on.
@@ -140,6 +150,11 @@ fn is_decoded_by(Mux { index, sub }: Mux) -> bool {
         0x1600..=0x17FF | 0x1A00..=0x1BFF => true,
         _ => false,
     }
+}
+
+/// Whether an object is a communication or mapping parameter of a PDO.
+fn is_of_pdo(index: u16) -> bool {
+    matches!(index, 0x1400..=0x1BFF)
 }
 
 impl Configuration {
@@ -208,6 +223,48 @@ impl Configuration {
             || self.description.as_ref().is_some_and(filed)
     }
 
+    /// Whether something is known of an object.
+    pub fn holds(&self, index: u16) -> bool {
+        let span = (index, 0)..=(index, u8::MAX);
+        self.observed.range(span.clone()).next().is_some()
+            || self.options.range(span.clone()).next().is_some()
+            || self.concise.range(span).next().is_some()
+            || self.description.as_ref().is_some_and(|description| description.has(index))
+    }
+
+    /// Objects that have changed since this was last asked, for the node's PDOs.
+    pub fn uncompiled(&mut self) -> BTreeSet<u16> {
+        std::mem::take(&mut self.uncompiled)
+    }
+
+    /// The same for the roles of identifiers. PDOs that are not made anew yet have their turn later.
+    pub fn unassigned(&mut self) -> BTreeSet<u16> {
+        let (later, now) = std::mem::take(&mut self.unassigned)
+            .into_iter()
+            .partition(|index| is_of_pdo(*index) && self.uncompiled.contains(index));
+        self.unassigned = later;
+        now
+    }
+
+    /// The same of objects that are not those of PDOs, for checks.
+    pub fn untold(&mut self) -> BTreeSet<u16> {
+        std::mem::take(&mut self.untold)
+    }
+
+    /// All that is known counts as changed for checks.
+    pub fn all_untold(&mut self) {
+        self.untold.extend(self.indices(0x1000..=0x13FF));
+    }
+
+    fn changed(&mut self, index: u16) {
+        self.unassigned.insert(index);
+        if is_of_pdo(index) || index == 0x1000 {
+            self.uncompiled.insert(index);
+        } else {
+            self.untold.insert(index);
+        }
+    }
+
     /// Every index of `range` for which something is known, ascending.
     pub fn indices(&self, range: std::ops::RangeInclusive<u16>) -> BTreeSet<u16> {
         let span = (*range.start(), 0)..=(*range.end(), u8::MAX);
@@ -215,7 +272,7 @@ impl Configuration {
         found.extend(self.options.range(span.clone()).map(|((index, _), _)| *index));
         found.extend(self.concise.range(span).map(|((index, _), _)| *index));
         if let Some(description) = &self.description {
-            found.extend(description.objects().iter().map(|object| object.index).filter(|index| range.contains(index)));
+            found.extend(description.within(range).iter().map(|object| object.index));
         }
         found
     }
@@ -227,8 +284,10 @@ impl Configuration {
         match (direction, mux.index, value) {
             // Sub-index 1 stores all parameters, 2 the communication parameters.
             (Direction::Download, 0x1010, SAVE) if matches!(mux.sub, 1 | 2) => {
-                self.stored = self.observed.clone();
-                self.unsure_stored = self.unsure.clone();
+                for address in std::mem::take(&mut self.unstored) {
+                    take_over(&mut self.stored, &self.observed, address);
+                    take_over(&mut self.unsure_stored, &self.unsure, address);
+                }
                 self.written.clear();
                 self.restored = false;
                 return false;
@@ -251,6 +310,9 @@ impl Configuration {
             }
             Direction::Upload => {}
         }
+        self.unstored.insert(address);
+        self.undoubted.insert(address);
+        self.changed(mux.index);
         let unsure = self.unsure.remove(&address).is_some();
         let unsure = self.requested.remove(&address).is_some_and(|it| it.unanswered) || unsure;
         self.observed.insert(address, (value, frame)).is_none_or(|(before, _)| before != value) || unsure
@@ -261,13 +323,22 @@ impl Configuration {
     pub fn attempted(&mut self, mux: Mux, frame: u64) -> bool {
         let address = (mux.index, mux.sub);
         let room = self.unsure.len() < KEPT && !self.unsure.contains_key(&address);
-        concerns(mux.index) && room && self.unsure.insert(address, frame).is_none()
+        if !concerns(mux.index) || !room {
+            return false;
+        }
+        self.unsure.insert(address, frame);
+        self.unstored.insert(address);
+        self.changed(mux.index);
+        true
     }
 
     /// A write with the frame `frame` asks for a value. Says whether an unanswered write before it counts no more.
     pub fn request(&mut self, mux: Mux, bytes: &[u8], frame: u64) -> bool {
         let address = (mux.index, mux.sub);
         let before = self.requested.remove(&address).is_some_and(|it| it.unanswered);
+        if before {
+            self.changed(mux.index);
+        }
         if let Some(value) = number(bytes).filter(|_| is_decoded_by(mux) && self.requested.len() < KEPT) {
             self.requested.insert(address, Requested { value, frame, unanswered: false });
         }
@@ -277,15 +348,24 @@ impl Configuration {
     /// The capture shows no answer to the last write of an object. Says whether frames may be decoded by it now.
     pub fn unanswered(&mut self, mux: Mux) -> bool {
         let requested = self.requested.get_mut(&(mux.index, mux.sub));
-        requested.is_some_and(|it| !std::mem::replace(&mut it.unanswered, true))
+        let changed = requested.is_some_and(|it| !std::mem::replace(&mut it.unanswered, true));
+        if changed {
+            self.changed(mux.index);
+        }
+        changed
     }
 
     /// What writes asked for of an object does not hold: it was refused, or frames show otherwise. Says whether frames were
     /// decoded by it.
     pub fn withdraw(&mut self, index: u16, sub: Option<u8>) -> bool {
-        let before = self.requested.len();
-        self.requested.retain(|(one, part), _| *one != index || sub.is_some_and(|sub| sub != *part));
-        self.requested.len() != before
+        let (first, last) = sub.map_or((0, u8::MAX), |sub| (sub, sub));
+        let concerned: Vec<Address> =
+            self.requested.range((index, first)..=(index, last)).map(|(address, _)| *address).collect();
+        for address in &concerned {
+            self.requested.remove(address);
+            self.changed(index);
+        }
+        !concerned.is_empty()
     }
 
     /// What an unanswered write asked for.
@@ -294,9 +374,9 @@ impl Configuration {
         Some(Known { value: it.value, from: Provenance::Unconfirmed(it.frame) })
     }
 
-    /// Whether unanswered writes asked for any value.
-    pub fn is_requested(&self) -> bool {
-        self.requested.values().any(|it| it.unanswered)
+    /// Whether unanswered writes asked for a value of an object.
+    pub fn is_requested(&self, index: u16) -> bool {
+        self.requested.range((index, 0)..=(index, u8::MAX)).any(|(_, it)| it.unanswered)
     }
 
     /// Every index of `range` of which unanswered writes asked for a value, ascending.
@@ -309,7 +389,13 @@ impl Configuration {
     pub fn refused(&mut self, mux: Mux, first: u64) -> bool {
         let address = (mux.index, mux.sub);
         self.withdraw(mux.index, Some(mux.sub));
-        self.unsure.get(&address).is_some_and(|since| *since >= first) && self.unsure.remove(&address).is_some()
+        if self.unsure.get(&address).is_none_or(|since| *since < first) {
+            return false;
+        }
+        self.unsure.remove(&address);
+        self.unstored.insert(address);
+        self.changed(mux.index);
+        true
     }
 
     /// A value of a concise DCF.
@@ -319,6 +405,7 @@ impl Configuration {
             && self.concise.len() < KEPT
         {
             self.concise.insert((index, sub), value);
+            self.changed(index);
         }
     }
 
@@ -337,7 +424,15 @@ impl Configuration {
     /// Frames were lost behind the frame `last`. Says whether anything was observed that is in doubt now.
     pub fn doubt(&mut self, last: u64) -> bool {
         let before = self.doubted_to.replace(last);
-        self.observed.values().any(|(_, frame)| before.is_none_or(|before| *frame > before))
+        let mut doubted = false;
+        for address in std::mem::take(&mut self.undoubted) {
+            let since = self.observed.get(&address).map(|(_, frame)| *frame);
+            if since.is_some_and(|frame| before.is_none_or(|before| frame > before)) {
+                self.changed(address.0);
+                doubted = true;
+            }
+        }
+        doubted
     }
 
     /// The node was reset: it comes up with what is stored. Says whether anything is another value now.
@@ -345,15 +440,32 @@ impl Configuration {
         if std::mem::take(&mut self.restored) {
             self.stored.clear();
             self.unsure_stored.clear();
+            self.unstored.extend(self.observed.keys().chain(self.unsure.keys()));
         }
         self.written.clear();
-        let requested = !std::mem::take(&mut self.requested).is_empty();
-        let changed = requested || self.observed != self.stored || self.unsure != self.unsure_stored;
-        if changed {
-            self.observed = self.stored.clone();
-            self.unsure = self.unsure_stored.clone();
+        let requested = std::mem::take(&mut self.requested);
+        let mut changed = !requested.is_empty();
+        requested.keys().for_each(|(index, _)| self.changed(*index));
+        for address in std::mem::take(&mut self.unstored) {
+            let observed = take_over(&mut self.observed, &self.stored, address);
+            if take_over(&mut self.unsure, &self.unsure_stored, address) || observed {
+                self.changed(address.0);
+                changed = true;
+            }
         }
         changed
+    }
+}
+
+/// Makes one entry of `of` what it is in `from`. Says whether it was another one.
+fn take_over<T: Copy + PartialEq>(
+    of: &mut BTreeMap<Address, T>,
+    from: &BTreeMap<Address, T>,
+    address: Address,
+) -> bool {
+    match from.get(&address) {
+        Some(value) => of.insert(address, *value) != Some(*value),
+        None => of.remove(&address).is_some(),
     }
 }
 

@@ -152,6 +152,13 @@ impl Dictionary {
         self.objects.get(from..to).unwrap_or(&[])
     }
 
+    /// The objects of several indices, ascending.
+    pub fn within(&self, indices: std::ops::RangeInclusive<u16>) -> &[Arc<Object>] {
+        let from = self.objects.partition_point(|object| object.index < *indices.start());
+        let to = self.objects.partition_point(|object| object.index <= *indices.end());
+        self.objects.get(from..to).unwrap_or(&[])
+    }
+
     /// Whether it has any sub-index of an index.
     pub fn has(&self, index: u16) -> bool {
         let place = self.objects.partition_point(|object| object.index < index);

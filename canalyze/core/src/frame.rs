@@ -11,9 +11,11 @@ pub struct BusId(pub u8);
 impl BusId {
     /// No bus of the capture: what did not come has none.
     pub const NONE: Self = Self(u8::MAX);
+    /// A bus beyond those that are kept apart: what is on it is passed over, and counted.
+    pub const BEYOND: Self = Self(u8::MAX - 1);
 }
 
-/// Most buses kept apart in one capture (invariant 6). Further ones share the last index.
+/// Most buses kept apart in one capture (invariant 6). What is on further ones is passed over.
 pub const MAX_BUSES: usize = 64;
 /// Longest bus name kept, in bytes; Linux allows 15.
 pub const MAX_BUS_NAME: usize = 32;
@@ -28,7 +30,7 @@ pub struct Buses {
 }
 
 impl Buses {
-    /// The index of `name`, which is added when it is new. The 65th and later names share index 63.
+    /// The index of `name`, which is added when it is new; [`BusId::BEYOND`] for the 65th and later names.
     pub fn intern(&mut self, name: &[u8]) -> BusId {
         let name = name.get(..MAX_BUS_NAME).unwrap_or(name);
         if self.names.get(self.last).is_some_and(|known| &**known == name) {
@@ -40,7 +42,7 @@ impl Buses {
                 self.names.push(name.into());
                 self.names.len() - 1
             }
-            None => MAX_BUSES - 1,
+            None => return BusId::BEYOND,
         };
         self.last = index;
         BusId(index as u8)

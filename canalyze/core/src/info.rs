@@ -4,7 +4,7 @@
 
 use crate::frame::{Direction, Frame, Kind, MAX_BUSES, StampForm};
 use crate::readers::listing::LeftOut;
-use crate::readers::{Damage, Item, Marker, Place};
+use crate::readers::{Damage, Item, Marker, Place, Unreadable};
 use crate::span::Span;
 
 /// Damages that are listed one by one; more are only counted.
@@ -47,6 +47,8 @@ pub struct Info {
     pub calendar: bool,
     /// Lines or records that cannot be read.
     pub unreadable: u64,
+    /// Those of them that are on buses beyond those that are kept apart.
+    pub of_further_buses: u64,
     /// The first of them.
     pub first_unreadable: Option<Place>,
     /// How often the capturing program says that it lost frames.
@@ -77,8 +79,9 @@ impl Info {
     pub fn take(&mut self, item: &Item) {
         match item {
             Item::Frame(frame) => self.frame(frame),
-            Item::Unreadable { place, .. } => {
+            Item::Unreadable { place, reason } => {
                 self.unreadable += 1;
+                self.of_further_buses += u64::from(*reason == Unreadable::Bus);
                 self.first_unreadable.get_or_insert(*place);
             }
             Item::Damaged(damage) => {

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::frame::{BusId, Buses, Frame, FrameRef, StampForm};
-use crate::readers::{Contents, Damage, Item, Marker, Place, Reader};
+use crate::readers::{Contents, Damage, Item, Marker, Place, Reader, Unreadable as Reason};
 
 /// Ranges of unreadable lines that are listed at the end of a file.
 const RANGES: usize = 20;
@@ -29,6 +29,8 @@ pub struct File {
     pub dated: bool,
     /// What of it could not be read.
     pub unreadable: Unreadable,
+    /// Those that could not be read because they are on more buses than are kept apart.
+    pub of_further_buses: u64,
     /// Frames whose stamps are further off than nanoseconds of 64 bits can tell.
     pub beyond: u64,
     /// The last frame of each bus, by its number.
@@ -46,6 +48,13 @@ pub struct Unreadable {
     pub first: Option<Place>,
     /// Ranges of them, the first ones.
     pub ranges: Vec<(u64, u64)>,
+}
+
+impl File {
+    /// Its frames so far, with those that were passed over for their bus.
+    pub fn found(&self) -> u64 {
+        self.frames + self.of_further_buses
+    }
 }
 
 impl Unreadable {
@@ -94,7 +103,7 @@ pub struct Input {
     /// Its own numbers of buses, while it is joined with others.
     buses: Buses,
     queue: VecDeque<Item>,
-    /// Frames it has read.
+    /// Frames that were found in it.
     pub frames: u64,
     clock: Option<Clock>,
     date_ns: Option<i64>,
@@ -127,6 +136,7 @@ impl Input {
                     self.queue.extend(self.date_ns.map(|date_ns| Item::Marker(Marker::Start { date_ns })));
                 }
             }
+            Item::Unreadable { reason: Reason::Bus, .. } => self.frames += 1,
             // Only the last one before the first frame counts, and is given with it.
             Item::Marker(Marker::Start { date_ns }) if self.clock.is_none() => {
                 self.date_ns = Some(*date_ns);
@@ -169,7 +179,7 @@ impl Input {
             }
             _ => {}
         }
-        Some(item)
+        Some(item.on_known_bus())
     }
 }
 

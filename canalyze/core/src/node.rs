@@ -3,6 +3,8 @@
 //! PDOs are compiled when the configuration changes, so that a frame costs one look-up. It must not look at frames,
 //! and judges nothing.
 
+use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::configuration::{Configuration, Provenance};
@@ -10,12 +12,18 @@ use crate::drive;
 use crate::frame::CanId;
 use crate::od::{self, DataType};
 use crate::services::pdo::mapping::{Mapped, Mapping, decode_entry};
-use crate::services::pdo::{communication_parameter, mapping_parameter};
+use crate::services::pdo::{communication_parameter, mapping_parameter, of_parameter};
 
 /// PDOs of each direction that have pre-defined COB-IDs.
 pub const PREDEFINED: u16 = 4;
 /// Highest number of entries of a mapping; 254 and 255 mark multiplex PDOs.
 const MOST_ENTRIES: u64 = 64;
+/// What kind of device it is.
+const DEVICE_TYPE: u16 = 0x1000;
+/// So often it is believed that a node is another kind of device now: none is, and all PDOs are made anew by it.
+const TURNS: u8 = 16;
+/// Communication and mapping parameters of PDOs.
+const PARAMETERS: RangeInclusive<u16> = 0x1400..=0x1BFF;
 /// Bytes of a multiplex PDO's data, and of its address before them.
 const MULTIPLEXED: u8 = 4;
 
@@ -175,6 +183,12 @@ pub struct Node {
     pdos: Vec<Pdo>,
     /// Those of which unanswered writes ask for something, in the same order.
     unconfirmed: Vec<UnconfirmedPdo>,
+    /// Its device type says that it is no drive.
+    other: bool,
+    /// How often that was another answer.
+    turned: u8,
+    /// PDOs that were made anew since it was last asked: transmit or receive, and number.
+    renewed: BTreeSet<(bool, u16)>,
 }
 
 /// What unanswered writes ask of a PDO.
@@ -204,7 +218,7 @@ impl Node {
     /// Its node-ID is another one now (LSS).
     pub fn rename(&mut self, id: u8) {
         self.id = id;
-        self.compile();
+        self.compile_all();
     }
 
     /// A number that one of its objects holds.
@@ -229,7 +243,8 @@ impl Node {
 
     /// What unanswered writes ask of one PDO.
     pub fn unconfirmed_pdo(&self, transmit: bool, number: u16) -> Option<&UnconfirmedPdo> {
-        self.unconfirmed.iter().find(|pdo| (pdo.transmit, pdo.number) == (transmit, number))
+        let found = self.unconfirmed.binary_search_by_key(&(transmit, number), |pdo| (pdo.transmit, pdo.number));
+        found.ok().and_then(|place| self.unconfirmed.get(place))
     }
 
     /// One PDO.
@@ -238,37 +253,56 @@ impl Node {
         found.ok().and_then(|place| self.pdos.get(place))
     }
 
-    /// Makes the PDOs anew from the configuration.
+    /// PDOs that were made anew since this was last asked: transmit or receive, and number.
+    pub fn renewed(&mut self) -> BTreeSet<(bool, u16)> {
+        std::mem::take(&mut self.renewed)
+    }
+
+    /// Makes the PDOs anew whose objects have changed.
     pub fn compile(&mut self) {
-        let mut pdos = Vec::new();
-        for transmit in [false, true] {
-            let first = communication_parameter(transmit, 1);
-            let mapping = mapping_parameter(transmit, 1);
-            let mut numbers = self.configuration.indices(first..=first + 0x1FF);
-            numbers.extend(self.configuration.indices(mapping..=mapping + 0x1FF).iter().map(|index| index - 0x200));
-            pdos.extend(numbers.iter().filter_map(|index| self.compiled(transmit, index - first + 1)));
+        let changed = self.configuration.uncompiled();
+        // By it the types of mapped objects are known.
+        if changed.contains(&DEVICE_TYPE) && self.is_other() != self.other && self.turned < TURNS {
+            self.turned += 1;
+            return self.compile_all();
         }
-        self.pdos = pdos;
-        self.unconfirmed.clear();
-        if self.configuration.is_requested() {
-            self.compile_unconfirmed();
+        let concerned: BTreeSet<_> = changed.into_iter().filter_map(of_parameter).collect();
+        for (transmit, number) in concerned {
+            self.renew(transmit, number);
         }
     }
 
-    fn compile_unconfirmed(&mut self) {
-        for transmit in [false, true] {
-            let first = communication_parameter(transmit, 1);
-            let mapping = mapping_parameter(transmit, 1);
-            let mut numbers = self.configuration.requested_indices(first..=first + 0x1FF);
-            let mapped = self.configuration.requested_indices(mapping..=mapping + 0x1FF);
-            numbers.extend(mapped.iter().map(|index| index - 0x200));
-            for index in numbers {
-                let cob = self.configuration.requested(index, 1);
-                let cob = cob.map(|known| (CobId::from_entry(known.value), known.from));
-                let mapping = self.unconfirmed_mapping(index + 0x200);
-                self.unconfirmed.push(UnconfirmedPdo { transmit, number: index - first + 1, cob, mapping });
-            }
+    /// Makes all PDOs anew.
+    pub fn compile_all(&mut self) {
+        self.configuration.uncompiled();
+        self.configuration.all_untold();
+        self.other = self.is_other();
+        let before = self.pdos.iter().map(|pdo| (pdo.transmit, pdo.number));
+        let mut concerned: BTreeSet<_> = before.collect();
+        concerned.extend(self.unconfirmed.iter().map(|pdo| (pdo.transmit, pdo.number)));
+        concerned.extend(self.configuration.indices(PARAMETERS).into_iter().filter_map(of_parameter));
+        concerned.extend(self.configuration.requested_indices(PARAMETERS).into_iter().filter_map(of_parameter));
+        for (transmit, number) in concerned {
+            self.renew(transmit, number);
         }
+    }
+
+    fn renew(&mut self, transmit: bool, number: u16) {
+        self.renewed.insert((transmit, number));
+        let (communication, mapping) = (communication_parameter(transmit, number), mapping_parameter(transmit, number));
+        let known = self.configuration.holds(communication) || self.configuration.holds(mapping);
+        let pdo = known.then(|| self.compiled(transmit, number));
+        put(&mut self.pdos, (transmit, number), pdo, |pdo| (pdo.transmit, pdo.number));
+        let requested = self.configuration.is_requested(communication) || self.configuration.is_requested(mapping);
+        let unconfirmed = requested.then(|| self.compiled_unconfirmed(transmit, number));
+        put(&mut self.unconfirmed, (transmit, number), unconfirmed, |pdo| (pdo.transmit, pdo.number));
+    }
+
+    fn compiled_unconfirmed(&self, transmit: bool, number: u16) -> UnconfirmedPdo {
+        let index = communication_parameter(transmit, number);
+        let cob = self.configuration.requested(index, 1);
+        let cob = cob.map(|known| (CobId::from_entry(known.value), known.from));
+        UnconfirmedPdo { transmit, number, cob, mapping: self.unconfirmed_mapping(index + 0x200) }
     }
 
     /// The mapping that unanswered writes ask for: its number of entries is the last of them, as a master writes it.
@@ -288,7 +322,7 @@ impl Node {
         }
     }
 
-    fn compiled(&self, transmit: bool, number: u16) -> Option<Pdo> {
+    fn compiled(&self, transmit: bool, number: u16) -> Pdo {
         let communication = communication_parameter(transmit, number);
         let cob = match self.value(communication, 1) {
             Some((value, from)) => (CobId::from_entry(value), from),
@@ -299,7 +333,7 @@ impl Node {
             }
             None => (CobId { valid: false, rtr_allowed: true, id: CanId::standard(0) }, Provenance::Default),
         };
-        Some(Pdo {
+        Pdo {
             transmit,
             number,
             cob,
@@ -308,7 +342,7 @@ impl Node {
             event_timer: self.value(communication, 5).map(|(value, from)| (value as u16, from)),
             sync_start: self.value(communication, 6).map(|(value, from)| (value as u8, from)),
             content: self.content(|sub| self.value(mapping_parameter(transmit, number), sub)),
-        })
+        }
     }
 
     /// What the bytes of a PDO are by the values of its mapping parameter.
@@ -338,8 +372,11 @@ impl Node {
     /// The type of a standard object. What stands in 6000h-9FFFh is known here for drives only.
     fn standard(&self, index: u16, sub: u8) -> Option<DataType> {
         let profile = index >= 0x6000;
-        let other = self.value(0x1000, 0).is_some_and(|(device, _)| drive::is_other(device as u32));
-        od::data_type(index, sub).filter(|_| !(profile && other))
+        od::data_type(index, sub).filter(|_| !(profile && self.other))
+    }
+
+    fn is_other(&self) -> bool {
+        self.value(DEVICE_TYPE, 0).is_some_and(|(device, _)| drive::is_other(device as u32))
     }
 
     /// An object of the node as the only entry of a multiplex PDO: from byte 4 on, as long as its type is. Without a
@@ -374,6 +411,20 @@ impl Node {
             unit: object.and_then(|object| object.unit.clone()),
             factor: object.map_or(1.0, |object| object.factor),
         }
+    }
+}
+
+/// Puts one in its place among others that are in the order of their keys, or takes it out.
+fn put<T, K: Ord>(all: &mut Vec<T>, key: K, one: Option<T>, of: impl Fn(&T) -> K) {
+    match (all.binary_search_by_key(&key, of), one) {
+        (Ok(place), Some(one)) => {
+            if let Some(slot) = all.get_mut(place) {
+                *slot = one;
+            }
+        }
+        (Ok(place), None) => _ = all.remove(place),
+        (Err(place), Some(one)) => all.insert(place, one),
+        (Err(_), None) => {}
     }
 }
 

@@ -1,18 +1,22 @@
 //! What each CAN-ID of a bus carries: the pre-defined connection set, overruled by what is known of the nodes.
 //!
-//! One array look-up for 11-bit identifiers, a small bounded map for 29-bit ones. Made anew when a COB-ID changes.
-//! It must not look at frames.
+//! One array look-up for 11-bit identifiers, a map for 29-bit ones. Every object that holds a COB-ID has claims on
+//! identifiers; when an object changes, only the identifiers on which it has claims, or had, are given away anew. It must
+//! not look at frames, nor make everything anew because one object is another one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cob_id::{Role, predefined};
 use crate::configuration::Provenance;
 use crate::frame::CanId;
 use crate::network::{Network, Sdo};
 use crate::node::{CobId, Node, PREDEFINED, Pdo, PerNode};
+use crate::services::pdo::{communication_parameter, of_parameter};
 
-/// Distinct 29-bit identifiers with a role, at most (invariant 6).
-const EXTENDED: usize = 4096;
+/// Claims of a bus at most (invariant 6): as many as 127 nodes can have PDOs.
+const CLAIMS: usize = 1 << 17;
+/// Claims on one identifier that count, at most: many times what nodes share.
+const SHARED: usize = 1024;
 /// Identifiers that no configuration moves (CiA 301, 7.3.5): NMT, and from the default SDO channels on.
 const FIXED: [u32; 2] = [0x000, 0x7E4];
 
@@ -27,7 +31,75 @@ pub struct Roles {
     channels: BTreeMap<CanId, CanId>,
     /// Identifiers whose role only unanswered writes give them, with the provenance.
     unconfirmed: BTreeMap<CanId, Provenance>,
+    /// All claims, by identifier and turn.
+    claims: BTreeMap<(CanId, Turn), Claim>,
+    /// On which identifiers an object of a node has claims.
+    objects: BTreeMap<(u8, u16), Vec<(CanId, Turn)>>,
 }
+
+/// When a claim on an identifier has its turn: of two that are worth the same the first one counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Turn {
+    phase: Phase,
+    node: u8,
+    service: Service,
+    /// The object.
+    index: u16,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Phase {
+    Moved,
+    Configured,
+    Option,
+    Disabled,
+    AskedTransmit,
+    AskedReceive,
+    AskedService,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Service {
+    Common,
+    ProcessData,
+    Server,
+    Safety,
+    Client,
+}
+
+/// What an object makes of an identifier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Claim {
+    /// It has left this pre-defined role.
+    Leave(Role),
+    /// It has this role, unless a more trusted source has given it away.
+    Take(Role, Provenance),
+    /// The same of a PDO, of which one may send what others receive.
+    ProcessData(Role, Provenance),
+    /// The same of an SDO channel beyond the default one, which the identifier names.
+    Channel(Role, Provenance, CanId),
+    /// A PDO that was made invalid keeps the identifier that stands in its COB-ID, unless that is anything else's: what
+    /// comes there is best called by it.
+    Disabled(Role),
+    /// An unanswered write asks for a PDO here: what is known otherwise comes first, but for the pre-defined places of
+    /// other PDOs.
+    AskProcessData(Role, Provenance),
+    /// SYNC and EMCY likewise. What comes there may be theirs, and is no other node's EMCY for certain.
+    AskService(Role, Provenance),
+}
+
+/// An identifier while its claims have their turns.
+#[derive(Debug)]
+struct Identifier {
+    id: CanId,
+    role: Role,
+    claimed: Option<Provenance>,
+    consumer: Option<(u8, u16)>,
+    channel: Option<CanId>,
+    unconfirmed: Option<Provenance>,
+}
+
+type Claims = Vec<(CanId, Turn, Claim)>;
 
 impl Default for Roles {
     fn default() -> Self {
@@ -37,6 +109,8 @@ impl Default for Roles {
             consumers: BTreeMap::new(),
             channels: BTreeMap::new(),
             unconfirmed: BTreeMap::new(),
+            claims: BTreeMap::new(),
+            objects: BTreeMap::new(),
         }
     }
 }
@@ -68,239 +142,317 @@ impl Roles {
     /// Roles from what is known of a bus.
     pub fn compile(network: &Network, bus: &[u8], nodes: &PerNode<Node>) -> Self {
         let mut roles = Self::default();
-        let mut claims = BTreeMap::new();
-        for (_, node) in nodes.iter() {
-            roles.moved(node);
-        }
-        for (_, node) in nodes.iter() {
-            roles.services(node, &mut claims);
-            roles.process_data(node, &mut claims);
-            roles.servers(node, &mut claims);
-            roles.safety(node, &mut claims);
-            roles.clients(node, &mut claims);
-        }
-        for Sdo { bus: of, client, server, node } in &network.sdos {
+        let mut concerned = BTreeSet::new();
+        for (place, Sdo { bus: of, client, server, node }) in network.sdos.iter().enumerate() {
             if Network::holds(of.as_ref(), bus) {
-                roles.further_channel(*client, *server, *node, Provenance::Option, &mut claims);
+                let place = place.min(usize::from(u16::MAX)) as u16;
+                let turn = Turn { phase: Phase::Option, node: 0, service: Service::Common, index: place };
+                let mut claims = Claims::new();
+                further_channel(*client, *server, (*node, Provenance::Option), turn, &mut claims);
+                // No object is there: of node 0 there is none.
+                roles.hold((0, place), claims, &mut concerned);
             }
         }
-        for (_, node) in nodes.iter() {
-            roles.disabled(node, &claims);
+        for (id, node) in nodes.iter() {
+            for index in indices(node) {
+                roles.hold((id, index), claims(node, index), &mut concerned);
+            }
         }
-        let asked = || nodes.iter().map(|(_, node)| node).filter(|node| node.configuration.is_requested());
-        for transmit in [true, false] {
-            asked().for_each(|node| roles.ask_process_data(node, transmit, &claims));
-        }
-        asked().for_each(|node| roles.ask_services(node, &claims));
+        concerned.into_iter().for_each(|id| roles.give_away(id));
         roles
     }
 
-    /// PDOs on identifiers that only unanswered writes give them: what is known otherwise comes first, but for the
-    /// pre-defined places of other PDOs.
-    fn ask_process_data(&mut self, node: &Node, transmit: bool, claims: &Claims) {
-        for pdo in node.unconfirmed_pdos().iter().filter(|pdo| pdo.transmit == transmit) {
-            let Some((cob, from)) = pdo.cob.filter(|(cob, _)| cob.valid) else { continue };
-            let (number, node) = (pdo.number, node.id());
-            let (id, asked) =
-                (cob.id, if transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } });
-            match self.of(id) {
-                before if before == asked || claims.contains_key(&id) && transmit => {}
-                Role::Tpdo { .. } if !transmit && self.consumer(id).is_some() => {}
-                Role::Tpdo { .. } if !transmit => self.consume(id, node, number),
-                _ if claims.contains_key(&id) => {}
-                Role::Rpdo { number, node } if transmit => {
-                    self.consume(id, node, number);
-                    self.ask(id, asked, from);
-                }
-                Role::Tpdo { .. } | Role::Rpdo { .. } | Role::Unassigned | Role::Foreign => self.ask(id, asked, from),
-                _ => {}
-            }
-        }
+    /// An object of a node is another one now.
+    pub fn refresh(&mut self, node: &Node, index: u16) {
+        // Both parameters of a PDO are one object here.
+        let index = of_parameter(index).map_or(index, |(transmit, number)| communication_parameter(transmit, number));
+        let mut concerned = BTreeSet::new();
+        self.hold((node.id(), index), claims(node, index), &mut concerned);
+        concerned.into_iter().for_each(|id| self.give_away(id));
     }
 
-    /// SYNC and EMCY likewise. What comes there may be theirs, and is no other node's EMCY for certain.
-    fn ask_services(&mut self, node: &Node, claims: &Claims) {
-        for (index, own) in [(0x1005, Role::Sync), (0x1014, Role::Emcy(node.id()))] {
-            let Some(known) = node.configuration.requested(index, 0) else { continue };
-            let cob = CobId::from_entry(if index == 0x1005 { known.value & !(3 << 30) } else { known.value });
-            let before = self.of(cob.id);
-            if cob.valid && before != own && matches!(before, Role::Emcy(_)) && !claims.contains_key(&cob.id) {
-                self.ask(cob.id, Role::Unassigned, known.from);
-            }
+    /// All objects of a node are other ones now; without it there are none.
+    pub fn refresh_all(&mut self, id: u8, node: Option<&Node>) {
+        let mut concerned = BTreeSet::new();
+        let mut all: BTreeSet<u16> =
+            self.objects.range((id, 0)..=(id, u16::MAX)).map(|((_, index), _)| *index).collect();
+        all.extend(node.into_iter().flat_map(indices));
+        for index in all {
+            self.hold((id, index), node.map_or_else(Claims::new, |node| claims(node, index)), &mut concerned);
         }
+        concerned.into_iter().for_each(|id| self.give_away(id));
     }
 
-    fn ask(&mut self, id: CanId, role: Role, from: Provenance) {
-        if is_fixed(id) || self.unconfirmed.contains_key(&id) || self.unconfirmed.len() >= EXTENDED {
+    /// Puts the claims of an object in the place of those it had. `concerned` are the identifiers for which that makes a
+    /// difference.
+    fn hold(&mut self, object: (u8, u16), claims: Claims, concerned: &mut BTreeSet<CanId>) {
+        let before = self.objects.remove(&object).unwrap_or_default();
+        let same = before.len() == claims.len()
+            && before.iter().zip(&claims).all(|((id, turn), (new, when, claim))| {
+                (id, turn) == (new, when) && self.claims.get(&(*id, *turn)) == Some(claim)
+            });
+        if same {
+            if !before.is_empty() {
+                self.objects.insert(object, before);
+            }
             return;
         }
-        self.set(id, role);
-        self.unconfirmed.insert(id, from);
-    }
-
-    /// SYNC, TIME and EMCY, where they are configured elsewhere (1005h, 1012h, 1014h).
-    fn services(&mut self, node: &Node, claims: &mut Claims) {
-        if let Some((value, from)) = node.value(0x1005, 0) {
-            self.claim(CobId::from_entry(value & !(3 << 30)).id, Role::Sync, from, claims);
+        for (id, turn) in before {
+            self.claims.remove(&(id, turn));
+            concerned.insert(id);
         }
-        if let Some((value, from)) = node.value(0x1012, 0) {
-            self.claim(CobId::from_entry(value & !(3 << 30)).id, Role::Time, from, claims);
-        }
-        if let Some((value, from)) = node.value(0x1014, 0) {
-            let cob = CobId::from_entry(value);
-            if cob.valid {
-                self.claim(cob.id, Role::Emcy(node.id()), from, claims);
+        let mut held = Vec::with_capacity(claims.len());
+        for (id, turn, claim) in claims {
+            if self.claims.len() < CLAIMS {
+                self.claims.insert((id, turn), claim);
+                held.push((id, turn));
+                concerned.insert(id);
             }
         }
-    }
-
-    /// PDOs that are elsewhere have left their pre-defined identifiers. An EDS only presets: what is sent there all
-    /// the same is still best called by its pre-defined name.
-    fn moved(&mut self, node: &Node) {
-        let elsewhere = |pdo: &&Pdo| pdo.cob.1.is_told() && pdo.number <= PREDEFINED;
-        for pdo in node.pdos().iter().filter(elsewhere) {
-            self.leave(role(node, pdo));
+        if !held.is_empty() {
+            self.objects.insert(object, held);
         }
     }
 
-    fn process_data(&mut self, node: &Node, claims: &mut Claims) {
-        for pdo in node.pdos().iter().filter(|pdo| pdo.cob.0.valid) {
-            let (cob, from) = pdo.cob;
-            let role = role(node, pdo);
-            match (self.of(cob.id), role) {
-                (Role::Tpdo { .. }, Role::Rpdo { number, node }) => {
-                    self.consume(cob.id, node, number);
-                }
-                (Role::Rpdo { number, node: other }, Role::Tpdo { .. }) if self.may(cob.id, role, from) => {
-                    let before = claims.get(&cob.id).copied().unwrap_or(Provenance::Default);
-                    self.consume(cob.id, other, number);
-                    self.set(cob.id, role);
-                    claims.insert(cob.id, before.max(from));
-                }
-                _ => self.claim(cob.id, role, from, claims),
-            }
-        }
-    }
-
-    fn consume(&mut self, id: CanId, node: u8, number: u16) {
-        if self.consumers.len() < EXTENDED {
-            self.consumers.insert(id, (node, number));
-        }
-    }
-
-    /// A PDO that was made invalid keeps the identifier that stands in its COB-ID, unless that is anything else's: what
-    /// comes there is best called by it.
-    fn disabled(&mut self, node: &Node, claims: &Claims) {
-        for pdo in node.pdos().iter().filter(|pdo| !pdo.cob.0.valid && pdo.cob.1.is_told()) {
-            let id = pdo.cob.0.id;
-            if matches!(self.of(id), Role::Unassigned | Role::Foreign) && !claims.contains_key(&id) {
-                self.set(id, role(node, pdo));
-            }
-        }
-    }
-
-    /// SDO servers beyond the default channel (1201h to 127Fh).
-    fn servers(&mut self, node: &Node, claims: &mut Claims) {
-        for index in node.configuration.indices(0x1201..=0x127F) {
-            let (Some((client, from)), Some((server, _))) = (node.value(index, 1), node.value(index, 2)) else {
-                continue;
-            };
-            let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
-            if client.valid && server.valid {
-                self.further_channel(client.id, server.id, node.id(), from, claims);
-            }
-        }
-    }
-
-    /// SRDO pairs (1301h to 1340h) where both identifiers are known. They keep to 101h to 180h (CiA 304), and the
-    /// normal one says the number, as in the default assignment.
-    fn safety(&mut self, node: &Node, claims: &mut Claims) {
-        let allowed = |id: &CanId| !id.is_extended() && (0x101..=0x180).contains(&id.raw());
-        for index in node.configuration.indices(0x1301..=0x1340) {
-            let id = |sub| node.value(index, sub).map(|(value, from)| (CobId::from_entry(value).id, from));
-            let used = node.value(index, 1).is_some_and(|(direction, _)| direction != 0);
-            let (true, Some((normal, from)), Some((inverted, _))) = (used, id(5), id(6)) else { continue };
-            if normal != inverted && allowed(&normal) && allowed(&inverted) {
-                let number = ((normal.raw() - 0xFF) / 2) as u8;
-                self.claim(normal, Role::Srdo { number, inverted: false }, from, claims);
-                self.claim(inverted, Role::Srdo { number, inverted: true }, from, claims);
-            }
-        }
-    }
-
-    /// SDO channels by what a client knows of them (1280h to 12FFh): sub-index 3 is the server's node-ID.
-    fn clients(&mut self, node: &Node, claims: &mut Claims) {
-        for index in node.configuration.indices(0x1280..=0x12FF) {
-            let known = |sub| node.value(index, sub).filter(|(_, from)| from.is_told());
-            let (Some((client, from)), Some((server, _)), Some((id @ 1..=127, _))) = (known(1), known(2), known(3))
-            else {
-                continue;
-            };
-            let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
-            if client.valid && server.valid {
-                self.further_channel(client.id, server.id, id as u8, from, claims);
-            }
-        }
-    }
-
-    fn further_channel(&mut self, client: CanId, server: CanId, node: u8, from: Provenance, claims: &mut Claims) {
-        if self.of(client) == Role::SdoRequest(node) && self.of(server) == Role::SdoResponse(node) {
-            return;
-        }
-        self.claim(client, Role::SdoRequest(node), from, claims);
-        self.claim(server, Role::SdoResponse(node), from, claims);
-        if self.channels.len() < EXTENDED {
-            self.channels.insert(client, client);
-            self.channels.insert(server, client);
-        }
-    }
-
-    /// Gives an identifier to a role, unless a more trusted source has given it away.
-    fn claim(&mut self, id: CanId, role: Role, from: Provenance, claims: &mut Claims) {
-        if is_fixed(id) || !self.may(id, role, from) || claims.get(&id).is_some_and(|before| *before >= from) {
-            return;
-        }
-        self.set(id, role);
-        claims.insert(id, from);
-    }
-
-    /// Whether a role may have an identifier. An EDS may lack `$NODEID`, and serve several nodes: what it presets does
-    /// not take another node's place of the same kind, nor that of another service.
-    fn may(&self, id: CanId, role: Role, from: Provenance) -> bool {
-        let place = predefined(id);
-        if from.is_told() || place == role {
-            return true;
-        }
-        match (place, role) {
-            (Role::Unassigned | Role::Foreign, _) => true,
-            (Role::Tpdo { number: one, .. }, Role::Tpdo { number: other, .. })
-            | (Role::Rpdo { number: one, .. }, Role::Rpdo { number: other, .. }) => one != other,
-            (Role::Tpdo { .. } | Role::Rpdo { .. }, Role::Tpdo { .. } | Role::Rpdo { .. }) => true,
-            _ => false,
-        }
-    }
-
-    fn set(&mut self, id: CanId, role: Role) {
+    /// Gives an identifier to whom it is due.
+    fn give_away(&mut self, id: CanId) {
+        let role = predefined(id);
+        let mut one = Identifier { id, role, claimed: None, consumer: None, channel: None, unconfirmed: None };
+        let claims = self.claims.range((id, Turn::FIRST)..).take_while(|((of, _), _)| *of == id);
+        claims.take(SHARED).for_each(|(_, claim)| one.take(*claim));
         if !id.is_extended() {
             if let Some(slot) = self.standard.get_mut(id.raw() as usize) {
-                *slot = role;
+                *slot = one.role;
             }
-        } else if self.extended.len() < EXTENDED || self.extended.contains_key(&id.raw()) {
-            self.extended.insert(id.raw(), role);
+        } else if one.role == role {
+            self.extended.remove(&id.raw());
+        } else {
+            self.extended.insert(id.raw(), one.role);
+        }
+        set(&mut self.consumers, id, one.consumer);
+        set(&mut self.channels, id, one.channel);
+        set(&mut self.unconfirmed, id, one.unconfirmed);
+    }
+}
+
+impl Turn {
+    const FIRST: Self = Self { phase: Phase::Moved, node: 0, service: Service::Common, index: 0 };
+}
+
+impl Identifier {
+    fn take(&mut self, claim: Claim) {
+        match claim {
+            Claim::Leave(role) if self.role == role => self.role = Role::Unassigned,
+            Claim::Leave(_) => {}
+            Claim::Take(role, from) => self.claim(role, from),
+            Claim::ProcessData(role, from) => self.process_data(role, from),
+            Claim::Channel(role, from, channel) => {
+                self.claim(role, from);
+                self.channel = Some(channel);
+            }
+            Claim::Disabled(role) => {
+                if matches!(self.role, Role::Unassigned | Role::Foreign) && self.claimed.is_none() {
+                    self.role = role;
+                }
+            }
+            Claim::AskProcessData(role, from) => self.ask_process_data(role, from),
+            Claim::AskService(own, from) => {
+                if self.role != own && matches!(self.role, Role::Emcy(_)) && self.claimed.is_none() {
+                    self.ask(Role::Unassigned, from);
+                }
+            }
         }
     }
 
-    fn leave(&mut self, role: Role) {
-        let id = match role {
-            Role::Tpdo { number, node } => 0x080 + 0x100 * number + u16::from(node),
-            Role::Rpdo { number, node } => 0x100 + 0x100 * number + u16::from(node),
-            _ => return,
-        };
-        if let Some(slot) = self.standard.get_mut(usize::from(id))
-            && *slot == role
-        {
-            *slot = Role::Unassigned;
+    /// Goes to a role, unless a more trusted source has given it away.
+    fn claim(&mut self, role: Role, from: Provenance) {
+        if !is_fixed(self.id) && may(self.id, role, from) && self.claimed.is_none_or(|before| before < from) {
+            self.role = role;
+            self.claimed = Some(from);
         }
+    }
+
+    fn process_data(&mut self, role: Role, from: Provenance) {
+        match (self.role, role) {
+            (Role::Tpdo { .. }, Role::Rpdo { number, node }) => self.consumer = Some((node, number)),
+            (Role::Rpdo { number, node: other }, Role::Tpdo { .. }) if may(self.id, role, from) => {
+                self.consumer = Some((other, number));
+                self.role = role;
+                self.claimed = Some(self.claimed.unwrap_or(Provenance::Default).max(from));
+            }
+            _ => self.claim(role, from),
+        }
+    }
+
+    fn ask_process_data(&mut self, asked: Role, from: Provenance) {
+        let transmit = matches!(asked, Role::Tpdo { .. });
+        match (self.role, asked) {
+            (before, _) if before == asked || self.claimed.is_some() && transmit => {}
+            (Role::Tpdo { .. }, Role::Rpdo { .. }) if self.consumer.is_some() => {}
+            (Role::Tpdo { .. }, Role::Rpdo { number, node }) => self.consumer = Some((node, number)),
+            _ if self.claimed.is_some() => {}
+            (Role::Rpdo { number, node }, Role::Tpdo { .. }) => {
+                self.consumer = Some((node, number));
+                self.ask(asked, from);
+            }
+            (Role::Tpdo { .. } | Role::Rpdo { .. } | Role::Unassigned | Role::Foreign, _) => self.ask(asked, from),
+            _ => {}
+        }
+    }
+
+    fn ask(&mut self, role: Role, from: Provenance) {
+        if !is_fixed(self.id) && self.unconfirmed.is_none() {
+            self.role = role;
+            self.unconfirmed = Some(from);
+        }
+    }
+}
+
+/// The objects of a node that may have claims.
+fn indices(node: &Node) -> BTreeSet<u16> {
+    let mut all = BTreeSet::from([SYNC, TIME, EMCY]);
+    all.extend(node.pdos().iter().map(Pdo::communication));
+    all.extend(node.unconfirmed_pdos().iter().map(|pdo| communication_parameter(pdo.transmit, pdo.number)));
+    all.extend(node.configuration.indices(0x1201..=0x12FF));
+    all.extend(node.configuration.indices(0x1301..=0x1340));
+    all
+}
+
+const SYNC: u16 = 0x1005;
+const TIME: u16 = 0x1012;
+const EMCY: u16 = 0x1014;
+
+/// What an object of a node claims.
+fn claims(node: &Node, index: u16) -> Claims {
+    let mut claims = Claims::new();
+    let turn = |phase, service| Turn { phase, node: node.id(), service, index };
+    match index {
+        SYNC | TIME | EMCY => common(node, index, &turn, &mut claims),
+        0x1400..=0x1BFF => {
+            if let Some((transmit, number)) = of_parameter(index) {
+                process_data(node, (transmit, number), &turn, &mut claims);
+            }
+        }
+        0x1201..=0x127F => server(node, index, turn(Phase::Configured, Service::Server), &mut claims),
+        0x1280..=0x12FF => client(node, index, turn(Phase::Configured, Service::Client), &mut claims),
+        0x1301..=0x1340 => safety(node, index, turn(Phase::Configured, Service::Safety), &mut claims),
+        _ => {}
+    }
+    claims
+}
+
+/// SYNC, TIME and EMCY, where they are configured elsewhere (1005h, 1012h, 1014h).
+fn common(node: &Node, index: u16, turn: &impl Fn(Phase, Service) -> Turn, claims: &mut Claims) {
+    let own = match index {
+        SYNC => Role::Sync,
+        TIME => Role::Time,
+        _ => Role::Emcy(node.id()),
+    };
+    // Only of EMCY the highest bit says that there is none, only of the others the next one is another thing.
+    let cob = |value: u64| CobId::from_entry(if index == EMCY { value } else { value & !(3 << 30) });
+    if let Some((cob, from)) = node.value(index, 0).map(|(value, from)| (cob(value), from))
+        && cob.valid
+    {
+        claims.push((cob.id, turn(Phase::Configured, Service::Common), Claim::Take(own, from)));
+    }
+    let asked = node.configuration.requested(index, 0).filter(|_| index != TIME);
+    if let Some((cob, from)) = asked.map(|known| (cob(known.value), known.from))
+        && cob.valid
+    {
+        claims.push((cob.id, turn(Phase::AskedService, Service::Common), Claim::AskService(own, from)));
+    }
+}
+
+fn process_data(
+    node: &Node,
+    (transmit, number): (bool, u16),
+    turn: &impl Fn(Phase, Service) -> Turn,
+    claims: &mut Claims,
+) {
+    let turn = |phase| turn(phase, Service::ProcessData);
+    let id = node.id();
+    let role = if transmit { Role::Tpdo { number, node: id } } else { Role::Rpdo { number, node: id } };
+    if let Some(pdo) = node.pdo(transmit, number) {
+        let (cob, from) = pdo.cob;
+        // One that is elsewhere has left its pre-defined identifier. An EDS only presets: what is sent there all the same
+        // is still best called by its pre-defined name.
+        if from.is_told() && number <= PREDEFINED {
+            let place = if transmit { 0x080 } else { 0x100 } + 0x100 * number + u16::from(id);
+            claims.push((CanId::standard(place), turn(Phase::Moved), Claim::Leave(role)));
+        }
+        if cob.valid {
+            claims.push((cob.id, turn(Phase::Configured), Claim::ProcessData(role, from)));
+        } else if from.is_told() {
+            claims.push((cob.id, turn(Phase::Disabled), Claim::Disabled(role)));
+        }
+    }
+    let asked = node.unconfirmed_pdo(transmit, number).and_then(|pdo| pdo.cob);
+    if let Some((cob, from)) = asked.filter(|(cob, _)| cob.valid) {
+        let phase = if transmit { Phase::AskedTransmit } else { Phase::AskedReceive };
+        claims.push((cob.id, turn(phase), Claim::AskProcessData(role, from)));
+    }
+}
+
+/// An SDO server beyond the default channel (1201h to 127Fh).
+fn server(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
+    if let (Some((client, from)), Some((server, _))) = (node.value(index, 1), node.value(index, 2)) {
+        let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
+        if client.valid && server.valid {
+            further_channel(client.id, server.id, (node.id(), from), turn, claims);
+        }
+    }
+}
+
+/// A pair of SRDO identifiers (1301h to 1340h) where both are known. They keep to 101h to 180h (CiA 304), and the normal
+/// one says the number, as in the default assignment.
+fn safety(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
+    let allowed = |id: &CanId| !id.is_extended() && (0x101..=0x180).contains(&id.raw());
+    let id = |sub| node.value(index, sub).map(|(value, from)| (CobId::from_entry(value).id, from));
+    let used = node.value(index, 1).is_some_and(|(direction, _)| direction != 0);
+    let (true, Some((normal, from)), Some((inverted, _))) = (used, id(5), id(6)) else { return };
+    if normal != inverted && allowed(&normal) && allowed(&inverted) {
+        let number = ((normal.raw() - 0xFF) / 2) as u8;
+        claims.push((normal, turn, Claim::Take(Role::Srdo { number, inverted: false }, from)));
+        claims.push((inverted, turn, Claim::Take(Role::Srdo { number, inverted: true }, from)));
+    }
+}
+
+/// An SDO channel by what a client knows of it (1280h to 12FFh): sub-index 3 is the server's node-ID.
+fn client(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
+    let known = |sub| node.value(index, sub).filter(|(_, from)| from.is_told());
+    let (Some((client, from)), Some((server, _)), Some((id @ 1..=127, _))) = (known(1), known(2), known(3)) else {
+        return;
+    };
+    let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
+    if client.valid && server.valid {
+        further_channel(client.id, server.id, (id as u8, from), turn, claims);
+    }
+}
+
+/// An SDO channel of a node. The default one keeps its name.
+fn further_channel(client: CanId, server: CanId, (node, from): (u8, Provenance), turn: Turn, claims: &mut Claims) {
+    let (request, response) = (Role::SdoRequest(node), Role::SdoResponse(node));
+    let default = predefined(client) == request && predefined(server) == response;
+    let claim = |role| if default { Claim::Take(role, from) } else { Claim::Channel(role, from, client) };
+    claims.push((client, turn, claim(request)));
+    if server != client {
+        claims.push((server, turn, claim(response)));
+    }
+}
+
+/// Whether a role may have an identifier. An EDS may lack `$NODEID`, and serve several nodes: what it presets does
+/// not take another node's place of the same kind, nor that of another service.
+fn may(id: CanId, role: Role, from: Provenance) -> bool {
+    let place = predefined(id);
+    if from.is_told() || place == role {
+        return true;
+    }
+    match (place, role) {
+        (Role::Unassigned | Role::Foreign, _) => true,
+        (Role::Tpdo { number: one, .. }, Role::Tpdo { number: other, .. })
+        | (Role::Rpdo { number: one, .. }, Role::Rpdo { number: other, .. }) => one != other,
+        (Role::Tpdo { .. } | Role::Rpdo { .. }, Role::Tpdo { .. } | Role::Rpdo { .. }) => true,
+        _ => false,
     }
 }
 
@@ -309,9 +461,12 @@ fn is_fixed(id: CanId) -> bool {
     !id.is_extended() && (id.raw() == FIXED[0] || id.raw() >= FIXED[1])
 }
 
-fn role(node: &Node, pdo: &Pdo) -> Role {
-    let (number, node) = (pdo.number, node.id());
-    if pdo.transmit { Role::Tpdo { number, node } } else { Role::Rpdo { number, node } }
+fn set<T>(of: &mut BTreeMap<CanId, T>, id: CanId, value: Option<T>) {
+    match value {
+        Some(value) => _ = of.insert(id, value),
+        None => _ = of.remove(&id),
+    }
 }
 
-type Claims = BTreeMap<CanId, Provenance>;
+#[cfg(test)]
+mod tests;

@@ -58,7 +58,7 @@ const MAY_USE: &[Row] = &[
         ],
     ),
     ("node", &["frame", "od", "drive", "configuration", "services::pdo"]),
-    ("roles", &["frame", "cob_id", "configuration", "network", "node"]),
+    ("roles", &["frame", "cob_id", "configuration", "network", "node", "services::pdo"]),
     (
         "checks",
         &[

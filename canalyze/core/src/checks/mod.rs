@@ -51,7 +51,7 @@ use srdo::{Seen, Srdos};
 use sync::Sync;
 
 /// Which PDO of which node.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PdoName {
     /// Transmit or receive, seen from the node.
     pub transmit: bool,
@@ -59,6 +59,24 @@ pub struct PdoName {
     pub number: u16,
     /// The node whose PDO it is.
     pub node: u8,
+}
+
+/// What has changed of the configurations of a bus's nodes.
+#[derive(Debug, Default)]
+pub struct Renewed {
+    /// PDOs that were made anew.
+    pub pdos: Vec<PdoName>,
+    /// Other objects, with their nodes.
+    pub objects: Vec<(u8, u16)>,
+}
+
+impl Renewed {
+    /// Adds what has changed of a node since this was last asked.
+    pub fn add(&mut self, id: u8, node: &mut Node) {
+        let pdos = node.renewed().into_iter();
+        self.pdos.extend(pdos.map(|(transmit, number)| PdoName { transmit, number, node: id }));
+        self.objects.extend(node.configuration.untold().into_iter().map(|index| (id, index)));
+    }
 }
 
 impl PdoName {
@@ -118,12 +136,10 @@ pub struct Checks {
 
 impl Checks {
     /// Checks of a bus of which nothing was seen.
-    pub fn new(network: &Arc<Network>, nodes: &PerNode<Node>) -> Self {
-        let mut watched = Nodes::new(network);
-        watched.configure(nodes);
-        Self {
+    pub fn new(network: &Arc<Network>, nodes: &PerNode<Node>, renewed: &Renewed) -> Self {
+        let mut checks = Self {
             network: Arc::clone(network),
-            nodes: watched,
+            nodes: Nodes::new(network),
             sync: Sync::new(network, nodes),
             descriptions: Descriptions::default(),
             pdo_configuration: PdoConfiguration::default(),
@@ -134,7 +150,10 @@ impl Checks {
             drives: Drives::default(),
             srdos: Srdos::default(),
             error_frames: ErrorFrames::default(),
-        }
+        };
+        checks.renewed(renewed);
+        checks.nodes.configure(nodes);
+        checks
     }
 
     /// A frame has come, and its own event is there: what became due before it.
@@ -335,25 +354,31 @@ impl Checks {
         if matches!(mux.index, 0x100C | 0x100D | 0x1016 | 0x1017) {
             self.nodes.configure(nodes);
         }
-        self.drives.reconfigured();
-        self.pdo_identifiers.reconfigured();
-        self.srdos.reconfigured();
         self.sync.configured(node, mux, &self.network, nodes, cx.at);
+    }
+
+    /// What is another thing now, or not there any more.
+    pub fn renewed(&mut self, renewed: &Renewed) {
+        self.drives.renewed(&renewed.pdos);
+        self.pdo_identifiers.renewed(&renewed.pdos);
+        for &(node, index) in &renewed.objects {
+            match index {
+                0x1016 => self.nodes.watches_others(node),
+                0x1301..=0x1340 => self.srdos.renewed(node, index),
+                _ => {}
+            }
+        }
     }
 
     /// Many objects may hold other values now.
     pub fn reconfigured(&mut self, nodes: &PerNode<Node>) {
         self.nodes.configure(nodes);
-        self.drives.reconfigured();
-        self.pdo_identifiers.reconfigured();
-        self.srdos.reconfigured();
         self.sync.reconfigure(&self.network, nodes);
     }
 
     /// One node (or all) was reset.
     pub fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.pdo_configuration.reset(node);
-        self.pdo_identifiers.reconfigured();
         self.pdo_length.reset(node, cx);
         self.pdo_timing.forget(node);
         self.drives.forget(node);

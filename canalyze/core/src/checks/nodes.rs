@@ -104,6 +104,11 @@ impl Nodes {
         }
     }
 
+    /// What a node watches of others (1016h) is another thing now.
+    pub fn watches_others(&mut self, node: u8) {
+        self.heartbeats.watches_others(node);
+    }
+
     /// What is known of the times of heartbeats and guarding after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         self.heartbeats.configure(nodes);

@@ -5,6 +5,8 @@
 //! shows wrongly by itself is no fault: its edges cut pairs, and a frame of the capturing host may stand one later.
 //! It must not decode; and no time is judged that is not configured.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::pdo::timing::tolerance;
 use crate::configuration::Provenance;
 use crate::context::Context;
@@ -57,6 +59,18 @@ struct Limits {
     validation: Option<Limit>,
     /// Safeguard cycle time (SCT, sub-index 2), likewise.
     cycle: Option<Limit>,
+}
+
+/// What one record of a node says of a pair.
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    number: u8,
+    /// The node sends the pair, and does not receive it.
+    sends: bool,
+    identifiers: (CanId, CanId),
+    shown: Option<u64>,
+    cycle: Option<Limit>,
+    validation: Option<Limit>,
 }
 
 /// Frames of a pair that wait for their other half. In the right order each normal frame is `open` until its inverted
@@ -130,7 +144,9 @@ pub struct Srdos {
     /// By number, made with the first frame.
     pairs: Vec<Pair>,
     limits: Vec<Limits>,
-    compiled: bool,
+    records: BTreeMap<(u8, u16), Record>,
+    /// Records that are other ones by now.
+    stale: BTreeSet<(u8, u16)>,
     /// Frames were lost before this one.
     lost: u64,
     /// A command has changed states with this one, or a node has started.
@@ -138,9 +154,34 @@ pub struct Srdos {
 }
 
 impl Srdos {
-    /// The configuration of some node is another one now.
-    pub fn reconfigured(&mut self) {
-        self.compiled = false;
+    /// A node's record is another one now.
+    pub fn renewed(&mut self, node: u8, index: u16) {
+        self.stale.insert((node, index));
+    }
+
+    /// Finds what is configured, by the number of the pair.
+    #[cold]
+    fn compile(&mut self, nodes: &PerNode<Node>) {
+        for (id, index) in std::mem::take(&mut self.stale) {
+            match nodes.get(id).and_then(|node| record(id, node, index)) {
+                Some(record) => _ = self.records.insert((id, index), record),
+                None => _ = self.records.remove(&(id, index)),
+            }
+        }
+        self.limits = vec![Limits::default(); PAIRS + 1];
+        // Producers first: what receivers are configured to overrules.
+        for sends in [true, false] {
+            for (place, record) in self.records.iter().filter(|(_, record)| record.sends == sends) {
+                let Some(limits) = self.limits.get_mut(usize::from(record.number)) else { continue };
+                limits.identifiers = Some(record.identifiers);
+                limits.shown = record.shown.or(limits.shown);
+                limits.cycle = record.cycle.or(limits.cycle);
+                limits.validation = record.validation.or(limits.validation);
+                if sends {
+                    limits.producer = Some(*place);
+                }
+            }
+        }
     }
 
     /// Follows a data frame of pair `number`. `state` is the NMT state of a node, where known.
@@ -153,9 +194,8 @@ impl Srdos {
         cx: &Context<'_>,
         state: impl Fn(u8) -> Option<u8>,
     ) -> Seen {
-        if !self.compiled {
-            self.limits = compile(nodes);
-            self.compiled = true;
+        if !self.stale.is_empty() {
+            self.compile(nodes);
         }
         if self.pairs.is_empty() {
             self.pairs = vec![Pair::default(); PAIRS + 1];
@@ -380,34 +420,16 @@ fn identifiers(number: u8) -> (CanId, CanId) {
     (CanId::standard(normal), CanId::standard(normal + 1))
 }
 
-/// What is configured, by the number of the pair.
-fn compile(nodes: &PerNode<Node>) -> Vec<Limits> {
-    let mut all = vec![Limits::default(); PAIRS + 1];
-    // Producers first: what receivers are configured to overrules.
-    for direction in [1, 2] {
-        for (id, node) in nodes.iter() {
-            for index in node.configuration.indices(0x1301..=0x1340) {
-                let Some((number, identifiers)) = pair(id, node, index) else { continue };
-                let Some(limits) = all.get_mut(usize::from(number)) else { continue };
-                if node.value(index, 1).map(|(value, _)| value) != Some(direction) {
-                    continue;
-                }
-                let time = |sub| {
-                    let ms = node.value(index, sub).map(|(ms, _)| (ms & 0xFFFF) as i64);
-                    ms.filter(|ms| *ms > 0).map(|ms| (id, index, ms))
-                };
-                limits.identifiers = Some(identifiers);
-                limits.shown =
-                    [1, 5, 6].into_iter().filter_map(|sub| observed(node, index, sub)).max().or(limits.shown);
-                limits.cycle = time(2).or(limits.cycle);
-                limits.validation = time(3).or(limits.validation);
-                if direction == 1 {
-                    limits.producer = Some((id, index));
-                }
-            }
-        }
-    }
-    all
+/// What a record says of a pair; `None` if it names none, or is not used.
+fn record(id: u8, node: &Node, index: u16) -> Option<Record> {
+    let (number, identifiers) = pair(id, node, index)?;
+    let direction = node.value(index, 1).map(|(value, _)| value).filter(|direction| matches!(direction, 1 | 2))?;
+    let time = |sub| {
+        let ms = node.value(index, sub).map(|(ms, _)| (ms & 0xFFFF) as i64);
+        ms.filter(|ms| *ms > 0).map(|ms| (id, index, ms))
+    };
+    let shown = [1, 5, 6].into_iter().filter_map(|sub| observed(node, index, sub)).max();
+    Some(Record { number, sends: direction == 1, identifiers, shown, cycle: time(2), validation: time(3) })
 }
 
 /// The frame with which the capture has shown an object.

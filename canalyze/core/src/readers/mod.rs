@@ -94,6 +94,7 @@ impl Reader {
 
     /// Takes the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
         match self {
             Self::Candump(reader) => reader.feed(bytes, buses, sink),
             Self::Packed(reader) => reader.feed(bytes, buses, sink),
@@ -106,6 +107,7 @@ impl Reader {
 
     /// Takes the end of the file.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
         match self {
             Self::Candump(reader) => reader.finish(buses, sink),
             Self::Packed(reader) => reader.finish(buses, sink),
@@ -119,6 +121,7 @@ impl Reader {
     /// Takes the end of what was read so far, where the reading was broken off: what is incomplete is no fault of the
     /// file.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
         match self {
             Self::Candump(reader) => reader.interrupt(buses, sink),
             Self::Packed(reader) => reader.interrupt(buses, sink),
@@ -169,6 +172,23 @@ pub enum Item {
     },
 }
 
+impl Item {
+    /// The item; if it is of a bus beyond those that are kept apart, that it cannot be read.
+    #[inline]
+    pub fn on_known_bus(self) -> Self {
+        let (bus, line) = match &self {
+            Self::Frame(frame) => (frame.bus, frame.line),
+            Self::Gap { bus } => (*bus, None),
+            Self::Marker(Marker::Dropped { bus, place, .. } | Marker::Error { bus, place, .. }) => (*bus, place.line()),
+            _ => return self,
+        };
+        if bus != BusId::BEYOND {
+            return self;
+        }
+        Self::Unreadable { place: line.map_or(Place::Live, Place::Line), reason: Unreadable::Bus }
+    }
+}
+
 /// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
@@ -176,7 +196,7 @@ pub enum Place {
     Line(u64),
     /// An offset in bytes, from 0, in a file without lines.
     Byte(u64),
-    /// Where live buses stand: there is no file.
+    /// No place: frames of live buses, of which there is no file, or of a record whose place is not known any more.
     Live,
 }
 
@@ -310,6 +330,8 @@ pub enum Unreadable {
     Cut,
     /// A CAN XL frame.
     CanXl,
+    /// It is on one bus more than are kept apart.
+    Bus,
 }
 
 /// Hands on bytes that come in any chunking: `take` gets what is left over (`rest`) with `bytes` behind it, and says how

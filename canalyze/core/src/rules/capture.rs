@@ -18,6 +18,9 @@ rules! {
         Lines { lines: Count }
             "{lines}行无法读取"
             "{lines|line|lines} cannot be read";
+        OfFurtherBuses { lines: Count, further_buses: Count }
+            "{lines}行无法读取, 其中{further_buses}行属于超出数量上限的总线"
+            "{lines|line|lines} cannot be read, {further_buses} of them since there are too many buses";
     }
 
     /// The capturing program says that it lost frames.

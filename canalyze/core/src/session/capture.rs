@@ -265,6 +265,7 @@ impl Capture {
     /// A line of the file, or a record, cannot be read.
     pub(super) fn unreadable(&mut self, place: Place, reason: Reason) {
         self.file.unreadable.add(place);
+        self.file.of_further_buses += u64::from(reason == Reason::Bus);
         if self.file.unreadable.count <= NAMED {
             self.complaints.push(complaints::unreadable(self.lang, &self.file.name, place, reason));
         }
@@ -282,13 +283,21 @@ impl Capture {
     pub(super) fn end(&mut self) -> (Unreadable, Option<Finding>) {
         let unreadable = std::mem::take(&mut self.file.unreadable);
         let Unreadable { count, first, ranges } = &unreadable;
-        if *count == 0 || self.file.frames == 0 {
+        if *count == 0 || self.file.found() == 0 {
             return (unreadable, None);
         }
         let first = first.unwrap_or(Place::Line(0));
-        let finding = self.finding(Cap001::Lines { lines: *count }.into(), first, BusId(0));
+        let what = match self.file.of_further_buses {
+            0 => Cap001::Lines { lines: *count }.into(),
+            further_buses => Cap001::OfFurtherBuses { lines: *count, further_buses }.into(),
+        };
+        let finding = self.finding(what, first, BusId(0));
         if *count > NAMED {
             self.complaints.push(complaints::unreadable_lines(self.lang, &self.file.name, first, *count, ranges));
+        }
+        let of_further_buses = self.file.of_further_buses;
+        if of_further_buses > 0 {
+            self.complaints.push(complaints::further_buses(self.lang, &self.file.name, of_further_buses));
         }
         (unreadable, Some(finding))
     }

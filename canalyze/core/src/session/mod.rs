@@ -386,10 +386,10 @@ impl Session {
         self.stream.decoding.nature()
     }
 
-    /// Frames so far: those that all files have given, those that were read of the file that was fed last.
+    /// Frames so far: those that all files have given, those that were found in the file that was fed last.
     pub fn frames(&mut self) -> (u64, u64) {
         let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
-        (self.stream.capture.frames, fed.map_or(self.stream.capture.file.frames, |one| one.frames))
+        (self.stream.capture.frames, fed.map_or(self.stream.capture.file.found(), |one| one.frames))
     }
 }
 

@@ -6,6 +6,7 @@
 use super::digits::put;
 use super::{Lang, escape, findings, losses, say};
 use crate::finding::Finding;
+use crate::frame::MAX_BUSES;
 use crate::readers::{Place, Unreadable};
 use crate::writers::loss::Loss;
 
@@ -36,6 +37,7 @@ pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> 
             Unreadable::Cut if of_text => say!(out, lang; zh: "该行被截断"; en: "the line is cut off"),
             Unreadable::Cut => say!(out, lang; zh: "该记录被截断"; en: "the record is cut off"),
             Unreadable::CanXl => say!(out, lang; zh: "尚不支持CAN XL帧"; en: "CAN XL frames are not supported"),
+            Unreadable::Bus => say!(out, lang; zh: "总线过多"; en: "too many buses"),
         }
     })
 }
@@ -72,6 +74,16 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, range
             zh: ": 共", count, "条记录无法读取: 偏移", list;
             en: ": ", count, " records cannot be read: byte ", list);
     }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// So many frames of a file are on buses beyond those that are kept apart.
+pub fn further_buses(lang: Lang, file: &[u8], count: u64) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    say!(&mut out, lang;
+        zh: ": 总线多于", MAX_BUSES, "条; 其余总线上的", count, "帧已跳过";
+        en: ": more than ", MAX_BUSES, " buses; what is on further ones was passed over, frames: ", count);
     String::from_utf8_lossy(&out).into_owned()
 }
 

@@ -116,9 +116,9 @@ struct Place<'a> {
 }
 
 impl Drives {
-    /// The configuration of some node is another one now.
-    pub fn reconfigured(&mut self) {
-        self.watch.reconfigured();
+    /// PDOs that are other ones now.
+    pub fn renewed(&mut self, pdos: &[PdoName]) {
+        self.watch.renewed(pdos);
     }
 
     /// The states that a node's axes have reported last, by their number from 0.

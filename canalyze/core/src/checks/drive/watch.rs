@@ -1,13 +1,14 @@
 //! Which identifiers carry a drive's objects: one test of a bit for every PDO that carries none.
 //!
-//! An identifier is looked at for every node whose PDO it is: several may receive the same one. Compiled again with the
-//! first PDO after a configuration has changed. It must not look at data.
+//! An identifier is looked at for every node whose PDO it is: several may receive the same one. What has changed of a
+//! configuration is taken with the first PDO after it. It must not look at data.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::checks::PdoName;
 use crate::drive::{self, Object};
 use crate::frame::CanId;
-use crate::node::{Content, Node, PerNode};
+use crate::node::{Content, Node, Pdo, PerNode};
 use crate::od::{self, DataType};
 use crate::services::pdo::mapping::Mapping;
 
@@ -37,24 +38,39 @@ pub(super) struct Watched {
     pub(super) objects: Vec<Part>,
 }
 
+/// PDOs of one identifier that are looked at, at most (invariant 6): many times what nodes share.
+const SHARED: usize = 1024;
+
+/// A PDO, in the order of nodes: node, transmit or receive, number.
+type Name = (u8, bool, u16);
+
 /// The identifiers of a bus.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
     standard: [u64; 32],
     pdos: BTreeMap<CanId, Vec<Watched>>,
-    compiled: bool,
+    /// The identifiers of the PDOs.
+    ids: BTreeMap<Name, CanId>,
+    /// PDOs that are other ones by now.
+    stale: BTreeSet<Name>,
+}
+
+impl Watched {
+    fn name(&self) -> Name {
+        (self.node, self.transmit, self.number)
+    }
 }
 
 impl Watch {
-    /// The configuration of some node is another one now.
-    pub(super) fn reconfigured(&mut self) {
-        self.compiled = false;
+    /// PDOs that are other ones now.
+    pub(super) fn renewed(&mut self, pdos: &[PdoName]) {
+        self.stale.extend(pdos.iter().map(|pdo| (pdo.node, pdo.transmit, pdo.number)));
     }
 
     /// Whether an identifier carries anything of a drive.
     #[inline]
     pub(super) fn holds(&mut self, id: CanId, nodes: &PerNode<Node>) -> bool {
-        if !self.compiled {
+        if !self.stale.is_empty() {
             self.compile(nodes);
         }
         if id.is_extended() {
@@ -66,36 +82,67 @@ impl Watch {
 
     /// The PDOs of an identifier.
     pub(super) fn of(&self, id: CanId) -> &[Watched] {
-        self.pdos.get(&id).map_or(&[], Vec::as_slice)
+        let all = self.pdos.get(&id).map_or(&[][..], Vec::as_slice);
+        all.get(..SHARED).unwrap_or(all)
     }
 
     #[cold]
     fn compile(&mut self, nodes: &PerNode<Node>) {
-        *self = Self { compiled: true, ..Self::default() };
-        for (id, node) in nodes.iter() {
-            for pdo in node.pdos() {
-                let objects = match &pdo.content {
-                    Content::Mapped(mapping, from) if !from.is_doubted() => parts(mapping),
-                    Content::Disabled(_) => continue,
-                    // A remapping under way or missed, or a multiplex PDO.
-                    _ if pdo.transmit => continue,
-                    _ => Vec::new(),
-                };
-                let mapped = matches!(&pdo.content, Content::Mapped(_, from) if !from.is_doubted());
-                let (cob, _) = pdo.cob;
-                if !cob.valid || (mapped && objects.is_empty()) {
-                    continue;
-                }
-                let (transmit, number) = (pdo.transmit, pdo.number);
-                self.pdos.entry(cob.id).or_default().push(Watched { node: id, transmit, number, objects });
-                if !cob.id.is_extended()
-                    && let Some(bits) = self.standard.get_mut(cob.id.raw() as usize / 64)
-                {
-                    *bits |= 1 << (cob.id.raw() % 64);
-                }
+        for name in std::mem::take(&mut self.stale) {
+            let (node, transmit, number) = name;
+            if let Some(id) = self.ids.remove(&name) {
+                self.remove(id, name);
+            }
+            let pdo = nodes.get(node).and_then(|node| node.pdo(transmit, number));
+            if let Some(objects) = pdo.and_then(carried) {
+                let id = pdo.map_or(CanId::standard(0), |pdo| pdo.cob.0.id);
+                self.ids.insert(name, id);
+                self.insert(id, Watched { node, transmit, number, objects });
             }
         }
     }
+
+    fn remove(&mut self, id: CanId, name: Name) {
+        let Some(all) = self.pdos.get_mut(&id) else { return };
+        if let Ok(place) = all.binary_search_by_key(&name, Watched::name) {
+            all.remove(place);
+        }
+        if all.is_empty() {
+            self.pdos.remove(&id);
+            self.mark(id, false);
+        }
+    }
+
+    fn insert(&mut self, id: CanId, watched: Watched) {
+        let all = self.pdos.entry(id).or_default();
+        let place = all.partition_point(|one| one.name() < watched.name());
+        all.insert(place, watched);
+        self.mark(id, true);
+    }
+
+    fn mark(&mut self, id: CanId, held: bool) {
+        if id.is_extended() {
+            return;
+        }
+        if let Some(bits) = self.standard.get_mut(id.raw() as usize / 64) {
+            let bit = 1 << (id.raw() % 64);
+            *bits = if held { *bits | bit } else { *bits & !bit };
+        }
+    }
+}
+
+/// The objects of a drive that a PDO carries; `None` if it is not looked at.
+fn carried(pdo: &Pdo) -> Option<Vec<Part>> {
+    let objects = match &pdo.content {
+        Content::Mapped(mapping, from) if !from.is_doubted() => {
+            Some(parts(mapping)).filter(|parts| !parts.is_empty())?
+        }
+        Content::Disabled(_) => return None,
+        // A remapping under way or missed, or a multiplex PDO.
+        _ if pdo.transmit => return None,
+        _ => Vec::new(),
+    };
+    pdo.cob.0.valid.then_some(objects)
 }
 
 /// The objects of a drive in a mapping that have their type's size.

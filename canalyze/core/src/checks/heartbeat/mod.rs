@@ -8,6 +8,8 @@
 
 mod duplicate_id;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use self::duplicate_id::{DuplicateId, Place};
 use crate::configuration::Provenance;
 use crate::context::Context;
@@ -67,6 +69,13 @@ enum Start {
     First(i64, When),
 }
 
+/// The nodes that a node watches, with its times in ns, as far as more than an EDS says so.
+fn consumed(node: &Node) -> Vec<(usize, i64)> {
+    let known = CONSUMED.filter_map(|sub| node.value(0x1016, sub)).filter(|(_, from)| *from > Provenance::Eds);
+    let watched = known.map(|(value, _)| ((value >> 16) as usize & 0x7F, (value & 0xFFFF) as i64 * 1_000_000));
+    watched.filter(|(_, time)| *time > 0).collect()
+}
+
 /// The heartbeat producers of a bus.
 #[derive(Debug, Default)]
 pub struct Heartbeats {
@@ -76,9 +85,18 @@ pub struct Heartbeats {
     /// in ns.
     looked_ns: i64,
     reported_ns: Option<i64>,
+    /// What each node watches by 1016h: which nodes, and their times in ns.
+    consumed: BTreeMap<u8, Vec<(usize, i64)>>,
+    /// Nodes of which that is another thing by now.
+    stale: BTreeSet<u8>,
 }
 
 impl Heartbeats {
+    /// What a node watches is another thing now.
+    pub fn watches_others(&mut self, node: u8) {
+        self.stale.insert(node);
+    }
+
     /// How often a node sends heartbeats, in ns.
     pub fn period(&self, node: u8) -> Option<i64> {
         self.producers.get(node)?.expected()
@@ -105,18 +123,16 @@ impl Heartbeats {
 
     /// What is known of 1016h and 1017h of the bus's nodes, after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
+        for id in std::mem::take(&mut self.stale) {
+            match nodes.get(id).map(consumed) {
+                Some(watched) if !watched.is_empty() => _ = self.consumed.insert(id, watched),
+                _ => _ = self.consumed.remove(&id),
+            }
+        }
         let mut consumers = [None; 128];
-        for (_, node) in nodes.iter() {
-            for sub in CONSUMED {
-                let Some((value, from)) = node.value(0x1016, sub) else { continue };
-                let (watched, ms) = ((value >> 16) as usize & 0x7F, (value & 0xFFFF) as i64);
-                if from > Provenance::Eds
-                    && ms > 0
-                    && let Some(slot) = consumers.get_mut(watched)
-                {
-                    let time = ms * 1_000_000;
-                    *slot = Some(slot.map_or(time, |before: i64| before.min(time)));
-                }
+        for (watched, time) in self.consumed.values().flatten() {
+            if let Some(slot) = consumers.get_mut(*watched) {
+                *slot = Some(slot.map_or(*time, |before: i64| before.min(*time)));
             }
         }
         for (id, consumer) in (0..).zip(consumers) {

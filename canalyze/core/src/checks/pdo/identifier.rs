@@ -5,8 +5,9 @@
 //! two nodes only what is more than an EDS's default counts: a device may have been configured before the capture. It
 //! must not judge RPDOs: any number of nodes may receive what one sends.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use crate::checks::PdoName;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::frame::{CanId, FrameRef};
@@ -23,15 +24,20 @@ type Name = (u8, u16);
 pub struct PdoIdentifiers {
     /// Two that are configured to one identifier, and whether that was reported.
     shared: BTreeMap<CanId, (Name, Name, bool)>,
-    compiled: bool,
+    /// All that are sent, by identifier.
+    senders: BTreeMap<CanId, BTreeMap<Name, Provenance>>,
+    /// Their identifiers.
+    ids: BTreeMap<Name, CanId>,
+    /// TPDOs that are other ones by now.
+    stale: BTreeSet<Name>,
     /// The last acknowledged write of a TPDO's COB-ID.
     written: BTreeMap<Name, FrameRef>,
 }
 
 impl PdoIdentifiers {
-    /// The configuration of some node is another one now.
-    pub fn reconfigured(&mut self) {
-        self.compiled = false;
+    /// PDOs that are other ones now.
+    pub fn renewed(&mut self, pdos: &[PdoName]) {
+        self.stale.extend(pdos.iter().filter(|pdo| pdo.transmit).map(|pdo| (pdo.node, pdo.number)));
     }
 
     /// The COB-ID of a TPDO was written.
@@ -42,7 +48,7 @@ impl PdoIdentifiers {
     /// A PDO's frame.
     #[inline]
     pub fn used(&mut self, id: CanId, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
-        if !self.compiled {
+        if !self.stale.is_empty() {
             self.compile(nodes);
         }
         if !self.shared.is_empty() {
@@ -62,26 +68,39 @@ impl PdoIdentifiers {
         cx.raise(what, Some(this.0), Some(object), written(&this));
     }
 
+    #[cold]
     fn compile(&mut self, nodes: &PerNode<Node>) {
-        self.compiled = true;
-        let before = std::mem::take(&mut self.shared);
-        let mut senders: BTreeMap<CanId, (Name, Provenance)> = BTreeMap::new();
-        for (node, pdo) in nodes.iter().flat_map(|(id, node)| node.pdos().iter().map(move |pdo| (id, pdo))) {
-            if !is_sent(pdo) {
-                continue;
+        let mut concerned = BTreeSet::new();
+        for name in std::mem::take(&mut self.stale) {
+            if let Some(id) = self.ids.remove(&name) {
+                concerned.insert(id);
+                self.senders.entry(id).or_default().remove(&name);
             }
-            let (cob, from) = pdo.cob;
-            let name = (node, pdo.number);
-            let Some((first, known)) = senders.get(&cob.id).copied() else {
-                senders.insert(cob.id, (name, from));
-                continue;
-            };
-            if first.0 == node || (from > Provenance::Eds && known > Provenance::Eds) {
-                let reported = before
-                    .get(&cob.id)
-                    .is_some_and(|&(one, other, reported)| reported && (one, other) == (first, name));
-                self.shared.entry(cob.id).or_insert((first, name, reported));
+            let pdo = nodes.get(name.0).and_then(|node| node.pdo(true, name.1));
+            if let Some((cob, from)) = pdo.filter(|pdo| is_sent(pdo)).map(|pdo| pdo.cob) {
+                concerned.insert(cob.id);
+                self.ids.insert(name, cob.id);
+                self.senders.entry(cob.id).or_default().insert(name, from);
             }
+        }
+        for id in concerned {
+            self.compare(id);
+        }
+    }
+
+    /// Finds the first two of an identifier that are more than an EDS's default, or of one node.
+    fn compare(&mut self, id: CanId) {
+        let before = self.shared.remove(&id);
+        let mut names = self.senders.get(&id).into_iter().flatten();
+        let Some((&first, &known)) = names.next() else {
+            self.senders.remove(&id);
+            return;
+        };
+        let certain = known > Provenance::Eds;
+        let other = names.find(|(name, from)| name.0 == first.0 || certain && **from > Provenance::Eds);
+        if let Some((&name, _)) = other {
+            let reported = before.is_some_and(|(one, other, reported)| reported && (one, other) == (first, name));
+            self.shared.insert(id, (first, name, reported));
         }
     }
 }

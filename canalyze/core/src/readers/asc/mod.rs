@@ -352,11 +352,9 @@ impl Asc {
         if let Some(index) = self.channels.iter().position(|(known, _)| *known == channel) {
             self.last = index;
         } else {
-            let bus = match channel.checked_sub(1) {
-                Some(number) => buses.intern(format!("can{number}").as_bytes()),
-                None => buses.intern(b"canX"),
-            };
-            self.header.channel(channel, buses.name(bus));
+            let name = channel.checked_sub(1).map_or_else(|| "canX".to_owned(), |number| format!("can{number}"));
+            let bus = buses.intern(name.as_bytes());
+            self.header.channel(channel, name.as_bytes());
             self.last = self.channels.len().min(MAX_CHANNELS - 1);
             self.channels.truncate(MAX_CHANNELS - 1);
             self.channels.push((channel, bus));

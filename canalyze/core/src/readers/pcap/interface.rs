@@ -9,7 +9,7 @@ use super::identifiers::Reading;
 use super::link::{self, Failed, Link};
 use super::tally::{Passed, Tally};
 use crate::frame::{BusId, Buses, Direction, MAX_BUS_NAME, Stamp, StampForm};
-use crate::readers::{Item, Marker, Place};
+use crate::readers::{Item, Marker, Place, Unreadable};
 
 /// How the stamps of an interface count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,6 +132,10 @@ impl Interface {
         match found {
             Ok((mut frame, interface)) => {
                 frame.bus = self.bus(interface, buses);
+                if frame.bus == BusId::BEYOND {
+                    let place = Place::Byte(packet.at);
+                    return sink(Item::Unreadable { place, reason: Unreadable::Bus }, buses);
+                }
                 frame.dir = packet.dir.or(frame.dir);
                 frame.t_ns = packet.units.map(|units| self.clock.moment(units));
                 let decimals = self.clock.decimals();

@@ -12,7 +12,7 @@
 //! | `first_date` `last_date` `zone` | the same as dates; `utc`, or `local` where no zone is told; null where unknown |
 //! | `decimals` | digits after the point of a stamp: null or `[fewest, most]` |
 //! | `backward` `backward_most_us` | how often a stamp is earlier than the one before, and the longest such step |
-//! | `unreadable` | null or `{"count", "first_line", "first_offset"}` |
+//! | `unreadable` | null or `{"count", "first_line", "first_offset", "further_buses"}`; the last one: those that are on more buses than are kept apart |
 //! | `gaps` `dropped` `error_markers` | reports of lost frames, frames said to be lost, error markers without content |
 //! | `left_out` | null or `{"places", "uncounted", "rows"}`: where the file itself shows that rows are missing, those of them without a count, and the rows that the others count |
 //! | `damage` | list of `{"kind", "line", "offset", "bytes", "frames"}`, the first 64 |
@@ -61,7 +61,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
         Some(place) => {
             put!(out; "{\"count\":", info.unreadable);
             placed(out, place, ["first_line", "first_offset"]);
-            put!(out; "}");
+            put!(out; ",\"further_buses\":", info.of_further_buses, "}");
         }
         None => put!(out; "null"),
     }

@@ -39,6 +39,11 @@ pub fn mapping_parameter(transmit: bool, number: u16) -> u16 {
     communication_parameter(transmit, number) + 0x200
 }
 
+/// The PDO of which an object is the communication or the mapping parameter: transmit or receive, and its number.
+pub fn of_parameter(index: u16) -> Option<(bool, u16)> {
+    matches!(index, 0x1400..=0x1BFF).then_some((index >= 0x1800, (index & (MOST - 1)) + 1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
