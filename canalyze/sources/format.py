@@ -41,6 +41,10 @@ class _PutBack:
     def damage(self) -> Damage | None:
         return self._below.damage
 
+    @property
+    def begins(self) -> bool:
+        return self._below.begins
+
     def read(self) -> bytes:
         head, self._head = self._head, b""
         return head or self._below.read()
@@ -58,6 +62,7 @@ class Opened:
         """gzip, xz, bzip2 or zstd, if it is compressed."""
         self._source = source
         self._layer: Layer = source
+        self._unpacked: Unpacked | None = None
         self.head = source.read()
         """What was read already."""
 
@@ -70,6 +75,16 @@ class Opened:
     def damage(self) -> Damage | None:
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._layer.damage
+
+    @property
+    def begins(self) -> bool:
+        """Whether the bytes given last are the first that a new check sum covers."""
+        return self._layer.begins
+
+    @property
+    def checked(self) -> bool | None:
+        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        return self._unpacked.checked if self._unpacked else None
 
     @property
     def path(self) -> Path | None:
@@ -91,7 +106,8 @@ class Opened:
     def unpack(self, form: str) -> None:
         """Read what is in it, by the name of its compression."""
         self.compression = form
-        self._under(Unpacked(_PutBack(self.head, self._layer), form))
+        self._unpacked = Unpacked(_PutBack(self.head, self._layer), form)
+        self._under(self._unpacked)
 
     def transcode(self, encoding: str) -> None:
         """Read it as UTF-8."""
@@ -133,6 +149,7 @@ class Capture:
         """Whether it is a file of known end, not a pipe, a terminal or a device."""
         self._source = source
         self._head = source.head
+        self._behind_head = False
 
     @property
     def taken(self) -> int:
@@ -144,9 +161,20 @@ class Capture:
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._source.damage
 
+    @property
+    def begins(self) -> bool:
+        """Whether the bytes given last are the first that a new check sum covers."""
+        return self._source.begins if self._behind_head else self.compression is not None
+
+    @property
+    def checked(self) -> bool | None:
+        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        return self._source.checked
+
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""
         head, self._head = self._head, b""
+        self._behind_head = not head
         return head or self._source.read()
 
     def rests(self) -> bool:

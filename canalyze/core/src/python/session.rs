@@ -175,6 +175,11 @@ impl Session {
         Ok(())
     }
 
+    #[pyo3(signature = (input = 0))]
+    fn covered(&self, py: Python<'_>, input: usize) {
+        self.run(py, |core| core.covered(input));
+    }
+
     fn wants(&self, py: Python<'_>) -> Option<usize> {
         self.run(py, |core| core.wants())
     }
