@@ -140,6 +140,8 @@ class Reading:
         for place, one in enumerate(inputs):
             capture = self.last = one.capture
             session.begin(_utf8(capture.name), capture.regular, capture.format, place)
+            if isinstance(capture, Capture) and (end := capture.ahead()):
+                session.foresee(end, place)
             self._name, self._held, self._more = capture.name, [], 0
         joined = len(inputs) > 1
         most = max(_LEAST, _JOINED // len(inputs)) if joined else None

@@ -43,6 +43,7 @@ class Bytes:
     """A layer of bytes that come in pieces."""
 
     damage = None
+    begins = False
 
     def __init__(self, data: bytes, piece: int = PIECE) -> None:
         """Take them, and how many come at once."""

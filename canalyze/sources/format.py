@@ -12,6 +12,7 @@ from canalyze.compression import COMPRESSIONS
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.compressed import Damage, Layer, Transcoded, Unpacked
 from canalyze.sources.file import Source
+from canalyze.sources.summary import summary_of
 
 if TYPE_CHECKING:
     from canalyze.sources.pythoncan import PythonCanCapture
@@ -176,6 +177,11 @@ class Capture:
         head, self._head = self._head, b""
         self._behind_head = not head
         return head or self._source.read()
+
+    def ahead(self) -> bytes:
+        """Give what the file says at its end of what it holds; b"" where it does not, or where nobody can look."""
+        path = self._source.path if self.format == "mcap" and self.regular else None
+        return summary_of(path) if path else b""
 
     def rests(self) -> bool:
         """Tell whether nothing more comes at the moment, though it is not over."""

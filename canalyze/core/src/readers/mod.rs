@@ -92,6 +92,13 @@ impl Reader {
         }
     }
 
+    /// Takes the end of the file before anything else of it, from where the format has its summary on.
+    pub fn foresee(&mut self, end: &[u8]) {
+        if let Self::Mcap(reader) = self {
+            reader.foresee(end);
+        }
+    }
+
     /// Takes the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         match self {

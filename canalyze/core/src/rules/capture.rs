@@ -76,11 +76,11 @@ rules! {
             "文件的其余部分无法读取"
             "the rest of the file cannot be read";
         Undefined { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "部分topic的定义已丢失, 其消息已跳过"
-            "messages of topics whose definition is lost were passed over";
+            "部分topic的定义已丢失或无法使用, 其消息已跳过"
+            "messages of topics whose definition is lost or cannot be used were passed over";
         UndefinedWithFrames { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Count }
-            "部分topic的定义已丢失, 其{frames}条消息已跳过"
-            "{frames|message|messages} of topics whose definition is lost were passed over";
+            "部分topic的定义已丢失或无法使用, 其{frames}条消息已跳过"
+            "{frames|message|messages} of topics whose definition is lost or cannot be used were passed over";
         Doubtful { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: JsonOnly<Option<Count>> }
             "压缩数据损坏: 由此起解出的内容都可能有误; 其后跳过{bytes}字节"
             "compressed data are damaged: all that was unpacked from here on may be wrong; {bytes} bytes behind it were passed over";
