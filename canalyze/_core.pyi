@@ -178,8 +178,7 @@ class Session:
         fed. ValueError for another kind.
         """
     def foresee(self, end: bytes, input: int = 0) -> None:
-        """The end of an MCAP file from its summary on, before anything of it is fed: what it says is used where the
-        data are damaged."""
+        """The end of an MCAP file from its summary on, before anything of it is fed: used where data are damaged."""
     def covered(self, input: int = 0) -> None:
         """What is fed from here on is under a check sum of its own: damage that is told as `doubtful` begins here."""
     def wants(self) -> int | None:

@@ -1,9 +1,9 @@
 """Compressed files and text of another encoding, as the bytes that are in them.
 
 A layer reads what the one below it gives and hands on pieces of bounded size, whatever they hold: memory does not grow
-with what a file unpacks to. Damage ends it and is told, never raised. Bytes go out before the check sum behind them is seen:
-where that fails, or nothing can be unpacked up to it, all that came of its member may be wrong, and it is told where the
-member begins. No format of captures is known here.
+with what a file unpacks to. Damage ends it and is told, never raised. Bytes go out before the check sum behind them is
+seen: where that fails, or nothing can be unpacked up to it, all that came of its member may be wrong, and it is told
+where the member begins. No format of captures is known here.
 """
 
 import codecs
@@ -29,7 +29,7 @@ class Damage(NamedTuple):
     lost: int | None
     """Bytes of the file from there on; None where nothing follows."""
     since: int | None = None
-    """Where in the file the member begins of which all that was given may be wrong; None: all that was given is sound."""
+    """Where the member begins of which all that was given may be wrong; None: all that was given is sound."""
 
 
 class Layer(Protocol):

@@ -110,7 +110,7 @@ class PythonCanCapture:
 
     @property
     def begins(self) -> bool:
-        """Whether the records given last begin under a check sum: rows are read ahead, so only the first can be told."""
+        """Whether the records given last begin under a check sum: of rows read ahead only the first can be told."""
         return self._first and self.compression is not None
 
     @property

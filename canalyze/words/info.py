@@ -123,6 +123,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     ("damage.definition", "此处损坏，其中的定义只能照用", "what is damaged here defines topics, and had to be used"),
     ("damage.missing", "按文件自身的统计缺少消息", "messages are missing by the file's own statistics"),
-    ("damage.undefined", "消息所属的topic没有定义或定义无法使用", "messages of topics whose definition is lost or cannot be used"),
+    (
+        "damage.undefined",
+        "消息所属的topic没有定义或定义无法使用",
+        "messages of topics whose definition is lost or cannot be used",
+    ),
     ("damage.rest", "文件的其余部分无法读取", "the rest of the file cannot be read"),
 )

@@ -198,6 +198,10 @@ impl Session {
     pub fn feed_one(&mut self, input: usize, bytes: &[u8], out: &mut Vec<u8>) {
         let Self { inputs, buses, stream, .. } = self;
         if let Some(alone) = inputs.alone() {
+            if !alone.is_covered() {
+                let Some(reader) = &mut alone.reader else { return };
+                return reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
+            }
             let Some(mut reader) = alone.reader.take() else { return };
             alone.feeds(bytes);
             reader.feed(bytes, buses, &mut |item, buses| {

@@ -58,8 +58,20 @@ struct Schema {
     text: String,
     /// The damaged chunk that it comes from.
     doubt: Option<u64>,
+    /// It stands under a check sum that holds.
+    checked: bool,
     /// Plans made of it, by the messages' encoding and the fields that the user names.
-    plans: Vec<(String, Vec<(Role, String)>, Option<Arc<Plan>>)>,
+    plans: Vec<Planned>,
+}
+
+/// How messages of a type are read as frames, once that was found out.
+#[derive(Debug)]
+struct Planned {
+    /// Their encoding.
+    wire: String,
+    /// The fields that the user names.
+    asked: Vec<(Role, String)>,
+    plan: Option<Arc<Plan>>,
 }
 
 /// How a channel's messages are taken.
@@ -126,6 +138,8 @@ pub(super) struct Defined {
     pub(super) both_sides: bool,
     /// Messages of topics that another definition took the place of.
     former: BTreeMap<[String; 3], u64>,
+    /// Messages of this file under numbers of channels that another definition took.
+    past: BTreeMap<u16, u64>,
     /// Frames that were read by definitions of damaged parts, by where these begin.
     doubts: BTreeMap<u64, u64>,
     pub(super) summary: Option<Summary>,
@@ -145,6 +159,7 @@ impl Defined {
         self.schemas.clear();
         self.kept = 0;
         self.open.clear();
+        self.past.clear();
         self.age += 1;
     }
 
@@ -173,6 +188,7 @@ impl Defined {
             Trust::Damaged(at) => Some(at),
             Trust::Checked | Trust::Plain(_) => None,
         };
+        let checked = trust == Trust::Checked;
         let known = self.schemas.get(&id);
         if id == 0 || doubt.is_some() && known.is_some() {
             return Some(Took::Fine);
@@ -182,12 +198,15 @@ impl Defined {
         let (name, encoding) = (name_of(name), name_of(encoding));
         let same = |known: &Schema| known.name == name && known.encoding == encoding && known.text == text;
         let same = known.is_some_and(same);
+        if !same && !checked && known.is_some_and(|known| known.checked) {
+            return Some(Took::Corrected);
+        }
         match self.schemas.get_mut(&id).filter(|_| same) {
-            Some(known) => known.doubt = None,
+            Some(known) => (known.doubt, known.checked) = (None, known.checked || checked),
             None => {
                 self.kept = others + text.len();
                 let text = text.into_owned();
-                self.schemas.insert(id, Schema { name, encoding, text, doubt, plans: Vec::new() });
+                self.schemas.insert(id, Schema { name, encoding, text, doubt, checked, plans: Vec::new() });
             }
         }
         for channel in self.open.remove(&id).unwrap_or_default() {
@@ -229,6 +248,13 @@ impl Defined {
         let mut slot = self.channels.get_mut(index).and_then(Option::take);
         let damaged = matches!(trust, Trust::Damaged(_));
         let current = slot.as_ref().is_some_and(|known| known.age == self.age);
+        let sure = slot.as_ref().is_some_and(|known| known.plain.or(known.doubt).is_none() && !known.is(named(body)));
+        if current && sure && matches!(trust, Trust::Plain(_)) {
+            if let Some(place) = self.channels.get_mut(index) {
+                *place = slot;
+            }
+            return Some((id, Took::Corrected));
+        }
         if !(damaged && current) {
             self.recall_schema(schema_id);
             let (topic, wire) = (name_of(topic), name_of(wire));
@@ -269,7 +295,7 @@ impl Defined {
                 }
                 return known;
             }
-            self.replaced(&known);
+            self.replaced(id, &known);
         }
         let (bus, dir) = topic::bus(topic.as_bytes());
         let mut channel = Box::new(Channel {
@@ -346,12 +372,15 @@ impl Defined {
     }
 
     /// Another channel takes the number of this one.
-    fn replaced(&mut self, known: &Channel) {
+    fn replaced(&mut self, id: u16, known: &Channel) {
         self.counted(known, false);
         self.doubted(known, false);
         // Nothing but damage gives a channel a second meaning in the same file.
         if let (Some(at), State::Sound, true) = (known.plain, known.state, known.age == self.age) {
             self.doubt(at, known.messages, known);
+        }
+        if known.age == self.age {
+            *self.past.entry(id).or_default() += known.messages;
         }
         if known.messages > 0 {
             let names = [known.topic.clone(), known.schema.clone(), known.encoding.clone()];
@@ -373,13 +402,13 @@ impl Defined {
 
     /// What the summary says where a definition stands under no check sum, and is another one.
     fn better<'a>(&'a self, trust: Trust, find: impl Fn(&'a Summary) -> Option<&'a [u8]>) -> Option<Vec<u8>> {
-        let of_it = self.summary.as_ref().filter(|summary| summary.verified && self.age == 1);
+        let of_it = self.summary.as_ref().filter(|summary| summary.verified && self.age <= 1);
         of_it.filter(|_| matches!(trust, Trust::Plain(_))).and_then(find).map(<[u8]>::to_vec)
     }
 
     fn recall_schema(&mut self, id: u16) {
         let missing = id != 0 && self.schemas.get(&id).is_none_or(|schema| schema.doubt.is_some());
-        let of_it = self.summary.as_ref().filter(|_| missing && self.age == 1);
+        let of_it = self.summary.as_ref().filter(|_| missing && self.age <= 1);
         if let Some(body) = of_it.and_then(|summary| summary.schema(id)).map(<[u8]>::to_vec) {
             self.schema(&body, Trust::Checked);
         }
@@ -387,7 +416,7 @@ impl Defined {
 
     /// Takes from the summary what it says of a channel that is not known. Whether it is known then.
     pub(super) fn recall(&mut self, id: u16) -> bool {
-        let of_it = self.summary.as_ref().filter(|_| self.age == 1);
+        let of_it = self.summary.as_ref().filter(|_| self.age <= 1);
         let body = of_it.and_then(|summary| summary.channel(id)).map(<[u8]>::to_vec);
         body.is_some_and(|body| self.define(&body, Trust::Checked).is_some_and(|(known, _)| known == id))
     }
@@ -424,6 +453,17 @@ impl Defined {
         }
         self.channels = channels;
         std::mem::take(&mut self.doubts)
+    }
+
+    /// Messages of each channel.
+    pub(super) fn messages(&self) -> impl Iterator<Item = (u16, u64)> {
+        let channels = self.channels.iter().zip(0u16..=u16::MAX);
+        channels.filter_map(|(channel, id)| channel.as_ref().map(|channel| (id, channel.messages)))
+    }
+
+    /// Messages that were read under the number of a channel when it was defined otherwise.
+    pub(super) fn past(&self, id: u16) -> u64 {
+        self.past.get(&id).copied().unwrap_or_default()
     }
 
     /// Channels that seem to hold frames and cannot be read, with the place of their definition and their messages.
@@ -464,6 +504,12 @@ impl Defined {
 }
 
 impl Channel {
+    /// Whether a record says this of it.
+    fn is(&self, named: Option<(u16, &[u8], &[u8])>) -> bool {
+        let same = |(_, topic, wire)| name_of(topic) == self.topic && name_of(wire) == self.wire;
+        named.is_some_and(|said| said.0 == self.schema_id && same(said))
+    }
+
     /// What is read of its messages outside of chunks.
     pub(super) fn read(&self) -> Read {
         match (&self.plan, self.waits) {
@@ -477,15 +523,15 @@ impl Channel {
 impl Schema {
     /// How messages of it are read as frames, in this encoding and by these fields.
     fn plan(&mut self, wire: &str, asked: &[(Role, &str)]) -> Option<Arc<Plan>> {
-        let same =
-            |fields: &[(Role, String)]| fields.iter().map(|(role, name)| (*role, name.as_str())).eq(asked.to_vec());
-        if let Some((.., plan)) = self.plans.iter().find(|(of, fields, _)| of == wire && same(fields)) {
-            return plan.clone();
+        let names =
+            |one: &Planned| one.asked.iter().map(|(role, name)| (*role, name.as_str())).eq(asked.iter().copied());
+        if let Some(known) = self.plans.iter().find(|one| one.wire == wire && names(one)) {
+            return known.plan.clone();
         }
         let plan = self.made(wire, asked).map(Arc::new);
         if self.plans.len() < MOST_PLANS {
             let asked = asked.iter().map(|(role, name)| (*role, (*name).to_owned())).collect();
-            self.plans.push((wire.to_owned(), asked, plan.clone()));
+            self.plans.push(Planned { wire: wire.to_owned(), asked, plan: plan.clone() });
         }
         plan
     }

@@ -86,8 +86,12 @@ struct File {
     bad: Option<Bad>,
     /// Messages of channels whose definition was lost, and may be repeated at the end of the file.
     waiting: Waiting,
-    /// Messages of lost chunks by their indexes, by channel.
+    /// Messages of lost chunks that were told, by channel.
     lost: BTreeMap<u16, u64>,
+    /// Messages of each channel, as the file counts them.
+    counted: Option<BTreeMap<u16, u64>>,
+    /// The end of the file was looked at before: what it counts is known, or is not to be believed.
+    foreseen: bool,
     /// A part is lost up to the end.
     rest_lost: bool,
     over: bool,
@@ -101,9 +105,8 @@ struct File {
 #[derive(Debug)]
 struct Bad {
     damage: Damage,
-    /// Frames of it by the indexes so far; `None` where an index is of an unknown channel.
-    frames: Option<u64>,
-    indexed: bool,
+    /// Messages of it by the indexes so far, of each channel.
+    indexed: Vec<(u16, u64)>,
 }
 
 impl Mcap {
@@ -118,6 +121,8 @@ impl Mcap {
             bad: None,
             waiting: Waiting::default(),
             lost: BTreeMap::new(),
+            counted: None,
+            foreseen: false,
             rest_lost: false,
             over: false,
             profile: Vec::new(),
@@ -130,7 +135,9 @@ impl Mcap {
 
     /// Takes what stands at the end of the file, from its summary on, before anything else of it: see `summary`.
     pub fn foresee(&mut self, end: &[u8]) {
-        self.file.defined.summary = Summary::read(end);
+        let mut summary = Summary::read(end);
+        self.file.counted = summary.as_mut().and_then(|summary| summary.messages.take());
+        (self.file.defined.summary, self.file.foreseen) = (summary, true);
     }
 
     /// Takes the next bytes, in any chunking.
@@ -246,17 +253,23 @@ impl File {
         }
     }
 
-    /// Frames that the summary counts and that neither came nor are known to be lost.
+    /// Frames that the file counts and that neither came nor are known to be lost.
     fn missing(&self) -> Option<u64> {
-        let summary = self.defined.summary.as_ref().filter(|summary| summary.verified && self.defined.age == 1)?;
-        let missing = summary.messages.as_ref()?.iter().map(|(id, told)| {
+        let counted = self.counted.as_ref().filter(|_| self.defined.age <= 1)?;
+        let missing = counted.iter().map(|(id, told)| {
             let channel = self.defined.channel(*id);
-            let found = channel.map_or(0, |channel| channel.messages) + self.waiting.count(*id);
+            let read = channel.map_or(0, |channel| channel.messages) + self.defined.past(*id);
+            let found = read + self.waiting.count(*id);
             let lost = self.lost.get(id).copied().unwrap_or_default();
             let frames = channel.is_none_or(|channel| channel.plan.is_some());
             if frames { told.saturating_sub(found.saturating_add(lost)) } else { 0 }
         });
-        Some(missing.fold(0, u64::saturating_add)).filter(|missing| *missing > 0)
+        let missing = missing.fold(0, u64::saturating_add);
+        // A channel that the file does not count is one of the others, with a damaged number here or there.
+        let waiting = self.waiting.rest().map(|(id, _)| (id, self.waiting.count(id)));
+        let strange = waiting.chain(self.defined.messages()).filter(|(id, _)| !counted.contains_key(id));
+        let strange = strange.fold(0, |sum: u64, (_, count)| sum.saturating_add(count));
+        Some(missing.saturating_sub(strange)).filter(|missing| *missing > 0)
     }
 
     /// Reads the messages that waited for their channel, as far as it is known by now.
@@ -302,7 +315,18 @@ impl File {
     /// Says what is known by now of a damaged chunk.
     fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(bad) = self.bad.take() else { return };
-        let frames = bad.frames.filter(|_| bad.indexed);
+        let frames = |id: u16, count| match self.defined.channel(id) {
+            Some(channel) if channel.plan.is_some() => Some(count),
+            Some(channel) if !channel.waits => Some(0),
+            _ => None,
+        };
+        let each: Option<Vec<u64>> = bad.indexed.iter().map(|(id, count)| frames(*id, *count)).collect();
+        let frames = each.filter(|each| !each.is_empty()).map(|each| each.iter().sum());
+        if frames.is_some() {
+            for (id, count) in bad.indexed {
+                *self.lost.entry(id).or_default() += count;
+            }
+        }
         self.damaged(Damage { frames, ..bad.damage }, buses, sink);
     }
 
@@ -310,7 +334,7 @@ impl File {
         if record.op != op::MESSAGE_INDEX {
             self.settle(buses, sink);
         }
-        if !matches!(record.op, op::SCHEMA | op::CHANNEL) {
+        if !self.defined.ready.is_empty() && !matches!(record.op, op::SCHEMA | op::CHANNEL) {
             self.catch_up(buses, sink);
         }
         let fine = |read: Option<()>| if read.is_some() { Went::Fine } else { Went::Wrong };
@@ -323,7 +347,13 @@ impl File {
                 self.index(body);
                 Went::Fine
             }
-            op::FOOTER | op::DATA_END | op::CHUNK_INDEX | op::STATISTICS => Went::Fine,
+            op::STATISTICS => {
+                if !self.foreseen {
+                    self.counted = summary::statistics(body);
+                }
+                Went::Fine
+            }
+            op::FOOTER | op::DATA_END | op::CHUNK_INDEX => Went::Fine,
             op::ATTACHMENT_INDEX | op::METADATA_INDEX | op::SUMMARY_OFFSET => Went::Fine,
             other => {
                 let known = self.passed_over.len() < MOST_KINDS || self.passed_over.contains_key(&other);
@@ -468,7 +498,7 @@ impl File {
                 self.definitions(unpacker.rescue(&head, packed), record.at);
                 self.catch_up(buses, sink);
                 let damage = Damage { place, kind, bytes: Some(record.len as u64), frames: None };
-                self.bad = Some(Bad { damage, frames: Some(0), indexed: false });
+                self.bad = Some(Bad { damage, indexed: Vec::new() });
                 Went::Fine
             }
         };
@@ -535,12 +565,9 @@ impl File {
     fn index(&mut self, body: &[u8]) {
         let mut rest = Bytes(body);
         let (Some(id), Some(size)) = (rest.u16(), rest.u32()) else { return };
-        let frames = self.defined.channel(id).map(|channel| channel.plan.is_some());
-        let Some(bad) = &mut self.bad else { return };
-        bad.indexed = true;
-        *self.lost.entry(id).or_default() += u64::from(size / 16);
-        let count = frames.map(|frames| if frames { u64::from(size / 16) } else { 0 });
-        bad.frames = bad.frames.zip(count).map(|(sum, count)| sum + count);
+        if let Some(bad) = &mut self.bad {
+            bad.indexed.push((id, u64::from(size / 16)));
+        }
     }
 
     fn contents(&self) -> Contents {

@@ -70,15 +70,18 @@ impl Summary {
     }
 }
 
-/// The messages of each channel.
-fn statistics(content: &[u8]) -> Option<BTreeMap<u16, u64>> {
+/// The messages of each channel; `None` where they are not told, or damaged.
+pub(super) fn statistics(content: &[u8]) -> Option<BTreeMap<u16, u64>> {
     let mut rest = Bytes(content);
-    // Messages, schemas, channels, attachments, metadata, chunks, two times.
-    rest.take(8 + 2 + 4 + 4 + 4 + 4 + 8 + 8)?;
+    let all = rest.u64()?;
+    // Schemas, channels, attachments, metadata, chunks, two times.
+    rest.take(2 + 4 + 4 + 4 + 4 + 8 + 8)?;
     let mut rows = Bytes(rest.counted()?);
     let mut messages = BTreeMap::new();
     while let (Some(id), Some(count)) = (rows.u16(), rows.u64()) {
         messages.insert(id, count);
     }
-    Some(messages)
+    let sum = messages.values().fold(0, |sum: u64, count| sum.saturating_add(*count));
+    // It says all of them twice: where no check sum covers it, that tells damage.
+    (sum == all).then_some(messages)
 }

@@ -366,6 +366,7 @@ impl Walk {
             op::CHANNEL => whole(MAX_TEXT, 16),
             op::FOOTER => whole(20, 20),
             op::DATA_END => whole(4, 4),
+            op::STATISTICS => whole(MAX_TEXT, 46),
             op::CHUNK => chunk(body, len),
             op::MESSAGE => match Bytes(body).u16() {
                 None if len >= 22 => Kept::More(HEAD + 2),
