@@ -208,6 +208,16 @@ def test_two_definitions_of_one_topic() -> None:
     found, damages, topics = read(whole(BETTER, BODIES[1], other, BODIES[2]))
     assert (found.total(), said(damages)) == (40, [("definition", 20)])
     assert topics == {TOPIC.decode(): 20, "/can1/from_can_bus": 20}
+    # Nor those before one that makes frames of what was none.
+    found, damages, topics = read(whole(schema(1), channel(1, 1, TOPIC, b"cdx"), BODIES[1], BETTER, BODIES[2]))
+    assert (found.total(), said(damages), topics) == (20, [("undefined", 20)], {TOPIC.decode(): 40})
+    # The same of their type.
+    other = schema(1, FRAME.replace("uint8 dlc", "uint8 dlx").encode())
+    found, damages, _ = read(whole(other, channel(1, 1, TOPIC), BODIES[1], schema(1), BODIES[2]))
+    assert (found.total(), said(damages)) == (40, [("definition", 20)])
+    other = schema(1, FRAME.replace("uint32 id", "uint32 ie").encode(), b"can_msgs/msg/Fraoe")
+    found, damages, _ = read(whole(other, channel(1, 1, TOPIC), BODIES[1], schema(1), BODIES[2]))
+    assert (found.total(), said(damages)) == (20, [("undefined", 20)])
     # One that no check sum covers is wrong where it says otherwise than one that is covered.
     found, damages, _ = read(whole(chunk(BETTER + BODIES[1], PARTS[1]), *SOUND[1:], end=other))
     assert (found, said(damages)) == (TRUE, [("structure", 0)])

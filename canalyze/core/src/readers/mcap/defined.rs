@@ -8,13 +8,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::bytes::{Bytes, Wire};
-use super::choice::{Choice, Role};
+use super::bytes::Bytes;
+use super::choice::Choice;
 use super::clock::Source;
-use super::plan::{self, Plan};
+use super::kind::Schema;
+use super::plan::Plan;
 use super::summary::Summary;
+use super::topic;
 use super::walk::Read;
-use super::{schema, topic};
 use crate::frame::{BusId, Direction};
 use crate::readers::Topic;
 
@@ -24,8 +25,6 @@ const MOST_TEXT: usize = 16 << 20;
 const MOST_TOPICS: usize = 1024;
 /// The longest name of a topic or type that is kept.
 const MOST_NAME: usize = 1024;
-/// Plans that are kept of one type: by encodings, and by what the user says of topics.
-const MOST_PLANS: usize = 16;
 
 /// Damaged parts whose definitions are told one by one; what else there is, is counted with the last.
 const MOST_DOUBTS: usize = 16;
@@ -48,30 +47,6 @@ pub(super) enum Took {
     Fine,
     /// It is damaged: the summary knows better, and was taken.
     Corrected,
-}
-
-/// A type.
-#[derive(Debug)]
-struct Schema {
-    name: String,
-    encoding: String,
-    text: String,
-    /// The damaged chunk that it comes from.
-    doubt: Option<u64>,
-    /// It stands under a check sum that holds.
-    checked: bool,
-    /// Plans made of it, by the messages' encoding and the fields that the user names.
-    plans: Vec<Planned>,
-}
-
-/// How messages of a type are read as frames, once that was found out.
-#[derive(Debug)]
-struct Planned {
-    /// Their encoding.
-    wire: String,
-    /// The fields that the user names.
-    asked: Vec<(Role, String)>,
-    plan: Option<Arc<Plan>>,
 }
 
 /// How a channel's messages are taken.
@@ -111,6 +86,8 @@ pub(super) struct Channel {
     age: u32,
     /// It seems to hold frames that cannot be read.
     unfit: bool,
+    /// Its messages when that was found out.
+    since: u64,
     pub(super) bus: Vec<u8>,
     /// The bus' number, once there was a frame; and of a bus that messages name, the last.
     pub(super) bus_id: Option<BusId>,
@@ -138,6 +115,14 @@ pub(super) struct Defined {
     pub(super) both_sides: bool,
     /// Messages of topics that another definition took the place of.
     former: BTreeMap<[String; 3], u64>,
+    /// Channels of a type, by its number: each as often as it was defined.
+    users: BTreeMap<u16, Vec<u16>>,
+    /// Types that were defined twice, and otherwise.
+    contested: BTreeSet<u16>,
+    /// Channels of which it was found out anew what is read of them.
+    pub(super) changed: Vec<u16>,
+    /// Frames that were not read since a definition was damaged: where the first stands, and how many.
+    unread: Option<(u64, u64)>,
     /// Messages of this file under numbers of channels that another definition took.
     past: BTreeMap<u16, u64>,
     /// Frames that were read by definitions of damaged parts, by where these begin.
@@ -160,6 +145,8 @@ impl Defined {
         self.kept = 0;
         self.open.clear();
         self.past.clear();
+        self.users.clear();
+        self.contested.clear();
         self.age += 1;
     }
 
@@ -201,18 +188,53 @@ impl Defined {
         if !same && !checked && known.is_some_and(|known| known.checked) {
             return Some(Took::Corrected);
         }
+        let before = known.filter(|known| !same && !known.checked && known.doubt.is_none());
+        let before = before.map(|known| known.plain.unwrap_or_default());
         match self.schemas.get_mut(&id).filter(|_| same) {
             Some(known) => (known.doubt, known.checked) = (None, known.checked || checked),
             None => {
                 self.kept = others + text.len();
                 let text = text.into_owned();
-                self.schemas.insert(id, Schema { name, encoding, text, doubt, checked, plans: Vec::new() });
+                let plain = if let Trust::Plain(at) = trust { Some(at) } else { None };
+                self.schemas.insert(id, Schema { name, encoding, text, doubt, checked, plain, plans: Vec::new() });
             }
+        }
+        if let Some(at) = before {
+            self.contested(id, at);
         }
         for channel in self.open.remove(&id).unwrap_or_default() {
             self.typed(channel, same);
         }
         Some(Took::Fine)
+    }
+
+    /// A type is defined otherwise than before, where no check sum covered that: what was read by it is doubtful, and
+    /// what was not read is lost where it could be now.
+    fn contested(&mut self, schema: u16, at: u64) {
+        // Once is enough to tell it, and files of many contradictions must not take long.
+        self.contested.insert(schema);
+        for id in self.users.remove(&schema).unwrap_or_default() {
+            let known = self.channel(id).filter(|channel| channel.state == State::Sound && channel.age == self.age);
+            let Some(known) = known.filter(|channel| channel.schema_id == schema) else { continue };
+            let (read, unfit) = (known.plan.is_some(), known.unfit);
+            let messages = known.messages - known.since;
+            if read && messages > 0 {
+                self.doubt(at, messages);
+            }
+            self.typed(id, false);
+            let now = self.channel(id).is_some_and(|channel| channel.plan.is_some());
+            if !read && (now || unfit) {
+                self.unread(at, messages);
+            }
+        }
+    }
+
+    /// Frames were not read, since what was defined here is damaged.
+    fn unread(&mut self, at: u64, messages: u64) {
+        if messages > 0 {
+            let (first, sum) = self.unread.unwrap_or((at, 0));
+            self.unread = Some((first.min(at), sum.saturating_add(messages)));
+        }
     }
 
     /// The type of a channel has come. `same`: it is what was taken for it.
@@ -282,6 +304,7 @@ impl Defined {
         let same = |known: &Channel| known.topic == topic && known.schema == name && known.encoding == encoding;
         let sure = schema.is_none_or(|schema| schema.doubt.is_none());
         let doubt = if let Trust::Damaged(at) = trust { Some(at) } else { None };
+        let mut replaced = None;
         if let Some(mut known) = known {
             if same(&known) {
                 if known.state != State::Sound || known.age != self.age {
@@ -295,7 +318,7 @@ impl Defined {
                 }
                 return known;
             }
-            self.replaced(id, &known);
+            replaced = Some(known);
         }
         let (bus, dir) = topic::bus(topic.as_bytes());
         let mut channel = Box::new(Channel {
@@ -312,12 +335,16 @@ impl Defined {
             plain: if let Trust::Plain(at) = trust { Some(at) } else { None },
             age: self.age,
             unfit: false,
+            since: 0,
             bus,
             bus_id: None,
             dir,
             source: Source::new(self.choice.clock),
         });
         self.plan(id, &mut channel);
+        if let Some(known) = replaced {
+            self.replaced(id, &known, channel.plan.is_some());
+        }
         self.counted(&channel, true);
         channel
     }
@@ -339,6 +366,9 @@ impl Defined {
                 language => format!("{language}/{}", channel.wire),
             };
             channel.plan = schema.plan(&channel.wire, &self.choice.fields(&channel.topic)).filter(|_| chosen);
+            if !self.contested.contains(&channel.schema_id) {
+                self.users.entry(channel.schema_id).or_default().push(id);
+            }
             channel.unfit = chosen && channel.plan.is_none() && schema.seems_frames();
             if schema.doubt.is_some() {
                 self.open.entry(channel.schema_id).or_default().insert(id);
@@ -351,6 +381,8 @@ impl Defined {
         } else {
             self.doubtful.remove(&id);
         }
+        channel.since = channel.messages;
+        self.changed.push(id);
         if !channel.waits {
             self.ready.push(id);
         }
@@ -359,25 +391,30 @@ impl Defined {
     /// A channel's definition is known to be right, or wrong: what was read by it is counted.
     fn doubted(&mut self, channel: &Channel, right: bool) {
         if let (State::Accepted { at, from }, false) = (channel.state, right) {
-            self.doubt(at, channel.messages - from, channel);
+            self.doubt(at, if channel.plan.is_some() { channel.messages - from } else { 0 });
         }
     }
 
-    fn doubt(&mut self, at: u64, messages: u64, channel: &Channel) {
-        if messages > 0 && channel.plan.is_some() {
+    /// So many frames were read by what was defined here.
+    fn doubt(&mut self, at: u64, messages: u64) {
+        if messages > 0 {
             let known = self.doubts.len() < MOST_DOUBTS || self.doubts.contains_key(&at);
             let last = self.doubts.last_key_value().map_or(at, |(last, _)| *last);
             *self.doubts.entry(if known { at } else { last }).or_default() += messages;
         }
     }
 
-    /// Another channel takes the number of this one.
-    fn replaced(&mut self, id: u16, known: &Channel) {
+    /// Another channel takes the number of this one; `frames`: it is one of frames.
+    fn replaced(&mut self, id: u16, known: &Channel, frames: bool) {
         self.counted(known, false);
         self.doubted(known, false);
         // Nothing but damage gives a channel a second meaning in the same file.
         if let (Some(at), State::Sound, true) = (known.plain, known.state, known.age == self.age) {
-            self.doubt(at, known.messages, known);
+            match &known.plan {
+                Some(_) => self.doubt(at, known.messages - known.since),
+                None if frames || known.unfit => self.unread(at, known.messages - known.since),
+                None => {}
+            }
         }
         if known.age == self.age {
             *self.past.entry(id).or_default() += known.messages;
@@ -466,10 +503,10 @@ impl Defined {
         self.past.get(&id).copied().unwrap_or_default()
     }
 
-    /// Channels that seem to hold frames and cannot be read, with the place of their definition and their messages.
+    /// Frames that were not read because of their definitions: where these stand, and how many.
     pub(super) fn unfit(&self) -> impl Iterator<Item = (u64, u64)> {
-        let unfit = self.channels.iter().flatten().filter(|channel| channel.unfit && channel.messages > 0);
-        unfit.map(|channel| (channel.plain.unwrap_or(0), channel.messages))
+        let unfit = self.channels.iter().flatten().filter(|channel| channel.unfit && channel.messages > channel.since);
+        unfit.map(|channel| (channel.plain.unwrap_or(0), channel.messages - channel.since)).chain(self.unread)
     }
 
     /// What is known of topics, at most so many as are listed; `waiting` tells the messages of a channel that wait.
@@ -517,39 +554,6 @@ impl Channel {
             (None, true) => Read::Unknown,
             (None, false) => Read::Nothing,
         }
-    }
-}
-
-impl Schema {
-    /// How messages of it are read as frames, in this encoding and by these fields.
-    fn plan(&mut self, wire: &str, asked: &[(Role, &str)]) -> Option<Arc<Plan>> {
-        let names =
-            |one: &Planned| one.asked.iter().map(|(role, name)| (*role, name.as_str())).eq(asked.iter().copied());
-        if let Some(known) = self.plans.iter().find(|one| one.wire == wire && names(one)) {
-            return known.plan.clone();
-        }
-        let plan = self.made(wire, asked).map(Arc::new);
-        if self.plans.len() < MOST_PLANS {
-            let asked = asked.iter().map(|(role, name)| (*role, (*name).to_owned())).collect();
-            self.plans.push(Planned { wire: wire.to_owned(), asked, plan: plan.clone() });
-        }
-        plan
-    }
-
-    fn made(&self, wire: &str, asked: &[(Role, &str)]) -> Option<Plan> {
-        let (wire, text) = match (self.encoding.as_str(), wire) {
-            ("ros2msg", "cdr") => (Wire::Cdr, Some(self.text.as_str())),
-            // Another language: only types that are known by their names.
-            ("ros2idl" | "", "cdr") => (Wire::Cdr, None),
-            ("ros1msg", "ros1") => (Wire::Ros1, Some(self.text.as_str())),
-            _ => return None,
-        };
-        Plan::new(&schema::plain(&self.name), text, wire, asked)
-    }
-
-    /// Whether it is a type of frames, however its messages are encoded.
-    fn seems_frames(&self) -> bool {
-        plan::is_known(&schema::plain(&self.name))
     }
 }
 

@@ -21,6 +21,7 @@ mod defined;
 mod echo;
 mod fields;
 mod held;
+mod kind;
 mod layout;
 mod order;
 mod plan;
@@ -48,7 +49,7 @@ use self::order::Order;
 use self::plan::Plan;
 use self::summary::Summary;
 use self::waiting::Waiting;
-use self::walk::{HEAD, Read, Record, Step, Walk, op};
+use self::walk::{HEAD, Read, Record, Step, Walk, inner, op};
 use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
 #[cfg(test)]
 use crate::frame::BusId;
@@ -197,11 +198,11 @@ impl Mcap {
                 Step::Record(record) => {
                     let went = file.record(record, walk.body(record), buses, sink);
                     match went {
-                        Went::Channel(id) => {
-                            walk.mark(id, file.defined.channel(id).map_or(Read::Unknown, Channel::read))
-                        }
                         Went::Message(log_ns) => walk.near(log_ns),
                         Went::Fine | Went::Wrong => {}
+                    }
+                    for id in std::mem::take(&mut file.defined.changed) {
+                        walk.mark(id, file.defined.channel(id).map_or(Read::Unknown, Channel::read));
                     }
                     walk.went(record, !matches!(went, Went::Wrong));
                 }
@@ -216,8 +217,6 @@ enum Went {
     Fine,
     /// It is no record of its type: its length is wrong.
     Wrong,
-    /// It defined this channel.
-    Channel(u16),
     /// It is a message, recorded then.
     Message(u64),
 }
@@ -379,23 +378,19 @@ impl File {
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
     ) -> Went {
-        let (went, took) = match self.defined(record.op, body, Trust::Plain(record.at)) {
-            None => return Went::Wrong,
-            Some((None, took)) => (Went::Fine, took),
-            Some((Some(id), took)) => (Went::Channel(id), took),
-        };
+        let Some(took) = self.defined(record.op, body, Trust::Plain(record.at)) else { return Went::Wrong };
         if took == Took::Corrected {
             let (place, bytes) = (Place::Byte(record.at), Some(record.len as u64));
             self.damaged(Damage { place, kind: DamageKind::Structure, bytes, frames: Some(0) }, buses, sink);
         }
-        went
+        Went::Fine
     }
 
-    /// Takes a definition; the channel, if it is one, and what became of it.
-    fn defined(&mut self, op: u8, body: &[u8], trust: Trust) -> Option<(Option<u16>, Took)> {
+    /// Takes a definition; what became of it, or `None` where it is none.
+    fn defined(&mut self, op: u8, body: &[u8], trust: Trust) -> Option<Took> {
         match op {
-            op::SCHEMA => self.defined.schema(body, trust).map(|took| (None, took)),
-            _ => self.defined.define(body, trust).map(|(id, took)| (Some(id), took)),
+            op::SCHEMA => self.defined.schema(body, trust),
+            _ => self.defined.define(body, trust).map(|(_, took)| took),
         }
     }
 
@@ -538,7 +533,7 @@ impl File {
                     self.message(body, at, buses, sink);
                 }
                 op::SCHEMA | op::CHANNEL => {
-                    if let Some((_, Took::Corrected)) = self.defined(op, body, trust) {
+                    if let Some(Took::Corrected) = self.defined(op, body, trust) {
                         corrected += HEAD + body.len();
                     }
                 }
@@ -584,16 +579,6 @@ impl File {
         let topics = self.defined.topics(|id| self.waiting.count(id));
         Contents { dialect, passed_over, topics }
     }
-}
-
-/// The first of the records in a chunk: its type, its content, what follows.
-#[inline(always)]
-fn inner(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
-    let mut rest = Bytes(records);
-    let op = *rest.take(1)?.first()?;
-    let len = rest.u64()?;
-    let body = rest.take(usize::try_from(len).ok()?)?;
-    Some((op, body, rest.0))
 }
 
 fn packing(head: &chunk::Head) -> Option<usize> {

@@ -7,8 +7,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::bytes::Bytes;
-use super::inner;
-use super::walk::{HEAD, MAGIC, op};
+use super::walk::{HEAD, MAGIC, inner, op};
 
 /// Bytes of the footer's content, and of it before its check sum, which covers those too.
 const FOOTER: usize = 20;

@@ -470,6 +470,16 @@ impl Walk {
     }
 }
 
+/// The first of the records in a chunk, or in what is like one: its type, its content, what follows.
+#[inline(always)]
+pub(super) fn inner(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
+    let mut rest = Bytes(records);
+    let op = *rest.take(1)?.first()?;
+    let len = rest.u64()?;
+    let body = rest.take(usize::try_from(len).ok()?)?;
+    Some((op, body, rest.0))
+}
+
 /// How much of a record is kept.
 #[derive(Clone, Copy, Debug)]
 enum Kept {
