@@ -173,9 +173,14 @@ class Session:
     def damaged(self, kind: str, offset: int, bytes: int | None = None, input: int = 0) -> None:
         """A file's bytes go on no further, since it cannot be unpacked; told by end(), which comes next.
 
-        kind: cut (it ends too early) | checksum | structure | compression | rest. offset: where in the file as it is.
-        bytes: how many of it are lost. ValueError for another kind.
+        kind: cut (it ends too early) | checksum | structure | compression | rest | doubtful (all that was unpacked from
+        `offset` on may be wrong). offset: where in the file as it is. bytes: how many of it are lost behind what was
+        fed. ValueError for another kind.
         """
+    def foresee(self, end: bytes, input: int = 0) -> None:
+        """The end of an MCAP file from its summary on, before anything of it is fed: used where data are damaged."""
+    def covered(self, input: int = 0) -> None:
+        """What is fed from here on is under a check sum of its own: damage that is told as `doubtful` begins here."""
     def wants(self) -> int | None:
         """The input to be fed, or ended, before anything can go on; None when all are over, refused, or done."""
     def refusal(self) -> tuple[str, list[int]] | None:

@@ -9,6 +9,9 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import Final, NamedTuple, Protocol
 
+HEAD: Final = 8
+"""Bytes at the beginning of a member that say all of it that is asked here."""
+_ZSTD: Final = b"\x28\xb5\x2f\xfd"
 _DICTIONARY: Final = 1 << 28
 """Most memory that an xz file may ask for, four times what its highest preset needs."""
 
@@ -92,8 +95,24 @@ def _zstd_decompressor() -> Decompressor:
 
 
 def _zstd_compressor() -> Compressor:
-    made: Compressor = _zstd().ZstdCompressor()
+    # Of itself the library writes none, and changed bytes would pass unseen.
+    zstd = _zstd()
+    made: Compressor = zstd.ZstdCompressor(options={zstd.CompressionParameter.checksum_flag: 1})
     return made
+
+
+def _always(_: bytes) -> bool:
+    return True
+
+
+def _zstd_checked(head: bytes) -> bool:
+    """Tell it by the frame's descriptor; a skippable frame holds nothing that could be wrong."""
+    return not head.startswith(_ZSTD) or len(head) < 5 or bool(head[4] & 4)
+
+
+def _xz_checked(head: bytes) -> bool:
+    """Tell it by the stream's flags: 0 is no check."""
+    return len(head) < HEAD or head[7] & 0xF != 0
 
 
 def _xz_decompressor() -> Decompressor:
@@ -136,17 +155,20 @@ class Compression(NamedTuple):
     """How its members, streams or frames begin."""
     decompressor: Callable[[], Decompressor]
     compressor: Callable[[], Compressor]
+    checked: Callable[[bytes], bool]
+    """By its first HEAD bytes: whether a member has a check sum."""
 
 
 COMPRESSIONS: Final[dict[str, Compression]] = {
-    "gzip": Compression(".gz", (b"\x1f\x8b",), Gzip, lambda: zlib.compressobj(wbits=31)),
+    "gzip": Compression(".gz", (b"\x1f\x8b",), Gzip, lambda: zlib.compressobj(wbits=31), _always),
     "zstd": Compression(
         ".zst",
-        (b"\x28\xb5\x2f\xfd", *(bytes([0x50 + n]) + b"\x2a\x4d\x18" for n in range(16))),
+        (_ZSTD, *(bytes([0x50 + n]) + b"\x2a\x4d\x18" for n in range(16))),
         _zstd_decompressor,
         _zstd_compressor,
+        _zstd_checked,
     ),
-    "xz": Compression(".xz", (b"\xfd7zXZ\0",), _xz_decompressor, _xz_compressor),
-    "bzip2": Compression(".bz2", (b"BZh",), _bzip2_decompressor, _bzip2_compressor),
+    "xz": Compression(".xz", (b"\xfd7zXZ\0",), _xz_decompressor, _xz_compressor, _xz_checked),
+    "bzip2": Compression(".bz2", (b"BZh",), _bzip2_decompressor, _bzip2_compressor, _always),
 }
 """By the name that the core's `sniff` has for it."""

@@ -61,10 +61,13 @@ class _Input:
         self.taken = 0
         self.rest = b""
         """What was read and not fed yet."""
+        self.fresh = False
+        """What was given last is the beginning of what was read."""
 
     def read(self, most: int | None) -> bytes:
         """Give the next bytes, at most so many; b"" at the end."""
-        if not self.rest:
+        self.fresh = not self.rest
+        if self.fresh:
             self.rest = self.capture.read()
         given, self.rest = (self.rest, b"") if most is None else (self.rest[:most], self.rest[most:])
         return given
@@ -137,6 +140,8 @@ class Reading:
         for place, one in enumerate(inputs):
             capture = self.last = one.capture
             session.begin(_utf8(capture.name), capture.regular, capture.format, place)
+            if isinstance(capture, Capture) and (end := capture.ahead()):
+                session.foresee(end, place)
             self._name, self._held, self._more = capture.name, [], 0
         joined = len(inputs) > 1
         most = max(_LEAST, _JOINED // len(inputs)) if joined else None
@@ -153,6 +158,8 @@ class Reading:
                 break
             hold = one.capture.regular and not joined
             if data:
+                if one.capture.begins and one.fresh:
+                    session.covered(number)
                 yield from self._results(session.feed(data, number), hold=hold)
                 self._remarks(one.capture)
                 self._reader.step(one.capture.taken - one.taken, session.frames)
@@ -179,7 +186,10 @@ class Reading:
         session = self._session
         self.understood = stopped is None or session.file_frames > 0
         if capture.damage:
-            session.damaged(capture.damage.kind, capture.damage.offset, capture.damage.lost, number)
+            kind, offset, lost, since = capture.damage
+            if since is not None:
+                kind, offset = "doubtful", since
+            session.damaged(kind, offset, lost, number)
         yield from self._results(session.end(input=number), hold=hold)
         if session.file_frames == 0:
             if stopped is None:

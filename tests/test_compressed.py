@@ -43,6 +43,7 @@ class Bytes:
     """A layer of bytes that come in pieces."""
 
     damage = None
+    begins = False
 
     def __init__(self, data: bytes, piece: int = PIECE) -> None:
         """Take them, and how many come at once."""
@@ -100,7 +101,7 @@ def test_damage_keeps_what_comes_before_it(form: str) -> None:
         data[at] ^= 0x40
         found, damage = unpacked(bytes(data), form)
         assert found[: len(LOG)] == LOG
-        assert damage is not None and damage.kind == "compression"
+        assert damage is not None and (damage.kind, damage.since) == ("compression", len(whole) // 2)
         assert damage.lost == len(whole) - damage.offset
     small = PACK[form](b"kept\n" * 20)
     for at in range(10, len(small)):
@@ -218,3 +219,81 @@ def test_a_damaged_one_is_told_once(canalyze: Runner, tmp_path: Path, form: str)
     assert done.code == 0
     assert "CAP004" in done.out
     assert any(line.startswith("bad: byte ") and "CAP004" in line for line in done.complaints)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("before", [0, 1, 2])
+@pytest.mark.parametrize("lines", [40, 20_000])
+def test_all_of_a_member_is_doubtful_whose_check_sum_fails(
+    canalyze: Runner, tmp_path: Path, form: str, before: int, lines: int
+) -> None:
+    pack, text = PACK[form], b"".join(LOG.splitlines(keepends=True)[:lines])
+    sound, damaged = pack(text), bytearray(pack(text))
+    damaged[-1 if form == "zstd" else -6] ^= 0x40  # the check sum itself
+    if form == "bzip2" and lines > 40:
+        pytest.skip("a block as large as that goes with its check sum")
+    (tmp_path / "bad").write_bytes(sound * before + damaged)
+    done = canalyze("--lang", "en", "info", "--format", "jsonl", "bad")
+    record = json.loads(done.out)
+    (damage,) = record["damage"]
+    doubtful = record["frames"] - before * lines
+    assert doubtful == lines if form == "gzip" or lines == 40 else doubtful > lines * 0.8
+    assert (record["damages"], record["checked"]) == (1, True)
+    assert (damage["kind"], damage["offset"], damage["frames"]) == ("doubtful", len(sound) * before, doubtful)
+    said = f"all that was unpacked from here on, {doubtful} frames, may be wrong"
+    for command in (["decode"], ["summary"], ["check"], ["convert", "--to", "candump"]):
+        done = canalyze("--lang", "en", *command, "bad", *(["-"] if command[0] == "convert" else []))
+        (line,) = done.complaints
+        assert line.startswith(f"bad: byte {len(sound) * before}: CAP004 ") and said in line
+        assert done.code == (command == ["check"])
+    done = canalyze("--lang", "en", "info", "bad")
+    assert f"{doubtful} frames may be wrong" in done.out and "frames lost" not in done.out
+
+
+def test_every_changed_byte_is_told(canalyze: Runner, tmp_path: Path) -> None:
+    text = LOG[:3000]
+    for form in FORMS:
+        (tmp_path / "a.log").write_bytes(text)
+        name = f"a.log.{ENDINGS[form]}"
+        assert canalyze("convert", "--force", "a.log", name).code == 0
+        written = (tmp_path / name).read_bytes()
+        whole, damage = unpacked(written, form)
+        assert whole and damage is None
+        silent = 0
+        for at in range(len(written)):
+            data = bytearray(written)
+            data[at] ^= 0x10
+            found, damage = unpacked(bytes(data), form)
+            silent += found != whole and damage is None
+        assert silent == 0, form
+
+
+def test_a_file_without_a_check_sum_says_so(canalyze: Runner, tmp_path: Path) -> None:
+    files = {
+        "without.zst": (zstd.compress(LOG), False),
+        "partly.zst": (_zstd(LOG) + zstd.compress(LOG), False),
+        "with.zst": (_zstd(LOG), True),
+        "skipping.zst": (b"\x50\x2a\x4d\x18\x04\0\0\0abcd" + _zstd(LOG), True),
+        "without.xz": (lzma.compress(LOG, check=lzma.CHECK_NONE), False),
+        "with.xz": (lzma.compress(LOG), True),
+        "with.gz": (gzip.compress(LOG), True),
+        "with.bz2": (bz2.compress(LOG), True),
+        "plain.log": (LOG, None),
+    }
+    for name, (data, checked) in files.items():
+        (tmp_path / name).write_bytes(data)
+        assert json.loads(canalyze("info", "--format", "jsonl", name).out)["checked"] is checked, name
+        said = "without a check sum" in canalyze("--lang", "en", "info", name).out
+        assert said == (checked is False), name
+
+
+@pytest.mark.parametrize("piece", [7, 4096, PIECE])
+def test_a_read_is_of_whole_members_or_of_one(piece: int) -> None:
+    members = [b"a" * 10, b"b" * 5000, b"c" * (PIECE + 9), b"d", b"e" * 100]
+    layer = Unpacked(Bytes(b"".join(map(gzip.compress, members)), piece), "gzip")
+    found, last = b"", b""
+    while got := layer.read():
+        assert layer.begins or got[:1] == last, "a member begins"
+        assert not layer.begins or got[:1] != last, "a member goes on"
+        found, last = found + got, got[-1:]
+    assert found == b"".join(members)

@@ -29,7 +29,19 @@ KEYS = {
 }
 INFO = {
     "": {
-        *("kind", "file", "format", "compression", "size", "frames", "buses", "kinds", "directions", "unstamped"),
+        *(
+            "kind",
+            "file",
+            "format",
+            "compression",
+            "checked",
+            "size",
+            "frames",
+            "buses",
+            "kinds",
+            "directions",
+            "unstamped",
+        ),
         *("first_t", "last_t", "seconds", "first_date", "last_date", "zone", "decimals", "backward"),
         *(
             "backward_most_us",

@@ -47,6 +47,7 @@ def command(words: Words) -> click.Command:
                     record |= {
                         "format": one.last.kind,
                         "compression": one.last.compression,
+                        "checked": one.last.checked,
                         "size": one.last.taken,
                     }
                     if form == "jsonl":

@@ -15,6 +15,8 @@ from canalyze.words import Words
 Record = Mapping[str, Any]
 """An object of the core."""
 
+_DOUBTFUL: Final = ("doubtful", "definition")
+"""Kinds of damage whose frames are there, and may be wrong."""
 _LISTED: Final = 20
 """Topics, buses, damages and the like that are shown of each; JSON has more."""
 
@@ -41,7 +43,9 @@ def _rows(record: Record, words: Words) -> Iterator[tuple[str, str]]:
 
     key = "info.packed" if record["compression"] else "info.plain"
     title = words.of("info.title", record["format"])
-    yield row("format_row", words(key, format=title, compression=record["compression"], size=f"{record['size']:,}"))
+    fact = words(key, format=title, compression=record["compression"], size=f"{record['size']:,}")
+    unchecked = [words("info.unchecked")] if record["checked"] is False else []
+    yield row("format_row", words("info.then").join([fact, *unchecked]))
     for name, value in contents["dialect"].items():
         yield row("dialect", f"{name}: {value}")
     yield row("frames", _frames(record, words))
@@ -121,7 +125,9 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
     if record["error_markers"]:
         yield words("info.error_markers", count=record["error_markers"])
     for damage in record["damage"][:_LISTED]:
-        lost = [words(f"info.lost_{key}", count=damage[key]) for key in ("bytes", "frames") if damage[key]]
+        of_frames = "doubtful" if damage["kind"] in _DOUBTFUL else "lost"
+        counted = {"bytes": "info.lost_bytes", "frames": f"info.{of_frames}_frames"}
+        lost = [words(said, count=damage[key]) for key, said in counted.items() if damage[key]]
         fact = words(
             "info.damage",
             place=_place(damage["line"], damage["offset"], words),

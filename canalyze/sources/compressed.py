@@ -1,13 +1,15 @@
 """Compressed files and text of another encoding, as the bytes that are in them.
 
 A layer reads what the one below it gives and hands on pieces of bounded size, whatever they hold: memory does not grow
-with what a file unpacks to. Damage ends it and is told, never raised. No format of captures is known here.
+with what a file unpacks to. Damage ends it and is told, never raised. Bytes go out before the check sum behind them is
+seen: where that fails, or nothing can be unpacked up to it, all that came of its member may be wrong, and it is told
+where the member begins. No format of captures is known here.
 """
 
 import codecs
 from typing import Final, NamedTuple, Protocol
 
-from canalyze.compression import COMPRESSIONS, Decompressor, Gzip, errors
+from canalyze.compression import COMPRESSIONS, HEAD, Decompressor, Gzip, errors
 
 PIECE: Final = 1 << 20
 """Most bytes that one `read` gives."""
@@ -26,6 +28,8 @@ class Damage(NamedTuple):
     """Where in the file as it is, in bytes."""
     lost: int | None
     """Bytes of the file from there on; None where nothing follows."""
+    since: int | None = None
+    """Where the member begins of which all that was given may be wrong; None: all that was given is sound."""
 
 
 class Layer(Protocol):
@@ -34,6 +38,11 @@ class Layer(Protocol):
     @property
     def damage(self) -> Damage | None:
         """Why nothing comes any more, where it is the file's fault."""
+        ...
+
+    @property
+    def begins(self) -> bool:
+        """Whether the bytes given last are the first that a new check sum covers."""
         ...
 
     def read(self) -> bytes:
@@ -47,14 +56,24 @@ class Unpacked:
     def __init__(self, below: Layer, form: str) -> None:
         """`form` is one of COMPRESSIONS."""
         self.damage: Damage | None = None
+        self.begins = False
+        self.checked = True
+        """Whether every member so far has a check sum."""
         self._below = below
         compression = COMPRESSIONS[form]
         self._new, self._signs = compression.decompressor, compression.signs
+        self._has_sum = compression.checked
         self._member: Decompressor | None = None
         self._kept = b""
         """What the member has got, while it is little."""
         self._given = 0
         """What it has given, in bytes."""
+        self._head = b""
+        """Its first bytes."""
+        self._start = 0
+        """Where it begins in the file."""
+        self._held = b""
+        """What it has given from its beginning on, where that did not go out with what is of the members before it."""
         self._first = True
         self._raw = b""
         self._at = 0
@@ -64,14 +83,19 @@ class Unpacked:
         self._over = False
 
     def read(self) -> bytes:
-        """Give what the next bytes of the file hold, at most PIECE; b"" at the end, or where damage ends it."""
-        pieces: list[bytes] = []
-        room = PIECE
+        """Give what the next bytes of the file hold, at most PIECE; b"" at the end, or where damage ends it.
+
+        All of it is of members that are over, or all of the one that is not: what may be wrong is counted from there.
+        """
+        self.begins = bool(self._held) or self._member is None or not self._given
+        over: list[bytes] = []
+        pieces, self._held = [self._held] if self._held else [], b""
+        room = PIECE - sum(map(len, pieces))
         while room and not self.damage:
             member = self._member
             # Bytes are waited for only while there is nothing to give: lines of a pipe are answered when they come.
             if (member is None or member.needs_input) and self._at == len(self._raw) and not self._over:
-                if pieces:
+                if over or pieces:
                     break
                 self._offset += len(self._raw)
                 self._raw, self._at = self._below.read(), 0
@@ -84,6 +108,12 @@ class Unpacked:
             if piece:
                 pieces.append(piece)
                 room -= len(piece)
+            if self._member is None and not self.damage:
+                over += pieces
+                pieces = []
+                self.begins = self.begins or not over
+        if over:
+            self._held, pieces = b"".join(pieces), over
         return b"".join(pieces)
 
     def _begin(self) -> bool:
@@ -105,6 +135,7 @@ class Unpacked:
             return False
         self._first = False
         self._member, self._kept, self._given = self._new(), b"", 0
+        self._head, self._start = b"", self._offset + self._at
         return True
 
     def _step(self, room: int) -> bytes:
@@ -116,18 +147,26 @@ class Unpacked:
                 self._damaged("cut", self._at)
             return b""
         self._at += len(data)
+        self._look(data)
         again, behind = self._again(member, data)
         try:
             piece = member.decompress(data, room)
         except errors():
             piece, used = _bytewise(*again)
-            self._damaged("compression", self._at - behind + used)
+            self._given += len(piece)
+            self._damaged("compression", self._at - behind + used, self._start if self._given else None)
             return piece
         self._given += len(piece)
         if member.eof:
             self._at -= len(member.unused_data)
             self._member = None
         return piece
+
+    def _look(self, data: bytes) -> None:
+        """Look at the first bytes of a member: whether it has a check sum."""
+        if len(self._head) < HEAD:
+            self._head += data[: HEAD - len(self._head)]
+            self.checked = self.checked and self._has_sum(self._head)
 
     def _again(self, member: Decompressor, data: bytes) -> tuple[tuple[Decompressor | None, bytes, int], int]:
         """Give what is needed to unpack `data` again, should they be damaged, and how far back it begins."""
@@ -138,12 +177,12 @@ class Unpacked:
         self._kept += data
         return (self._new(), self._kept, self._given), len(self._kept)
 
-    def _damaged(self, kind: str, at: int) -> None:
+    def _damaged(self, kind: str, at: int, since: int | None = None) -> None:
         """Nothing more can be unpacked: count what is left."""
         lost = len(self._raw) - at
         while kind != "cut" and (more := self._below.read()):
             lost += len(more)
-        self.damage = Damage(kind, self._offset + at, None if kind == "cut" else lost)
+        self.damage = Damage(kind, self._offset + at, None if kind == "cut" else lost, since)
 
 
 def _bytewise(member: Decompressor | None, data: bytes, skipped: int) -> tuple[bytes, int]:
@@ -174,6 +213,11 @@ class Transcoded:
     def damage(self) -> Damage | None:
         """What the layer below says."""
         return self._below.damage
+
+    @property
+    def begins(self) -> bool:
+        """What the layer below says: a character that a member's end cuts belongs to the next one."""
+        return self._below.begins
 
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end."""

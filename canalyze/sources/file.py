@@ -60,6 +60,11 @@ class Source:
         """Why nothing comes any more: of bytes as they are, only because there is nothing."""
 
     @property
+    def begins(self) -> bool:
+        """Whether a check sum covers what comes: bytes as they are have none."""
+        return False
+
+    @property
     def path(self) -> Path | None:
         """The file itself, for a reader that opens by name; None for a pipe and for standard input."""
         return Path(self._name) if self._own and self.regular else None

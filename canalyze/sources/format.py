@@ -12,6 +12,7 @@ from canalyze.compression import COMPRESSIONS
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.compressed import Damage, Layer, Transcoded, Unpacked
 from canalyze.sources.file import Source
+from canalyze.sources.summary import summary_of
 
 if TYPE_CHECKING:
     from canalyze.sources.pythoncan import PythonCanCapture
@@ -41,6 +42,10 @@ class _PutBack:
     def damage(self) -> Damage | None:
         return self._below.damage
 
+    @property
+    def begins(self) -> bool:
+        return self._below.begins
+
     def read(self) -> bytes:
         head, self._head = self._head, b""
         return head or self._below.read()
@@ -58,6 +63,7 @@ class Opened:
         """gzip, xz, bzip2 or zstd, if it is compressed."""
         self._source = source
         self._layer: Layer = source
+        self._unpacked: Unpacked | None = None
         self.head = source.read()
         """What was read already."""
 
@@ -70,6 +76,16 @@ class Opened:
     def damage(self) -> Damage | None:
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._layer.damage
+
+    @property
+    def begins(self) -> bool:
+        """Whether the bytes given last are the first that a new check sum covers."""
+        return self._layer.begins
+
+    @property
+    def checked(self) -> bool | None:
+        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        return self._unpacked.checked if self._unpacked else None
 
     @property
     def path(self) -> Path | None:
@@ -91,7 +107,8 @@ class Opened:
     def unpack(self, form: str) -> None:
         """Read what is in it, by the name of its compression."""
         self.compression = form
-        self._under(Unpacked(_PutBack(self.head, self._layer), form))
+        self._unpacked = Unpacked(_PutBack(self.head, self._layer), form)
+        self._under(self._unpacked)
 
     def transcode(self, encoding: str) -> None:
         """Read it as UTF-8."""
@@ -133,6 +150,7 @@ class Capture:
         """Whether it is a file of known end, not a pipe, a terminal or a device."""
         self._source = source
         self._head = source.head
+        self._behind_head = False
 
     @property
     def taken(self) -> int:
@@ -144,10 +162,26 @@ class Capture:
         """Why the file could be unpacked no further; known when nothing comes any more."""
         return self._source.damage
 
+    @property
+    def begins(self) -> bool:
+        """Whether the bytes given last are the first that a new check sum covers."""
+        return self._source.begins if self._behind_head else self.compression is not None
+
+    @property
+    def checked(self) -> bool | None:
+        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        return self._source.checked
+
     def read(self) -> bytes:
         """Give the next bytes, b"" at the end; SourceError if the system refuses."""
         head, self._head = self._head, b""
+        self._behind_head = not head
         return head or self._source.read()
+
+    def ahead(self) -> bytes:
+        """Give what the file says at its end of what it holds; b"" where it does not, or where nobody can look."""
+        path = self._source.path if self.format == "mcap" and self.regular else None
+        return summary_of(path) if path else b""
 
     def rests(self) -> bool:
         """Tell whether nothing more comes at the moment, though it is not over."""

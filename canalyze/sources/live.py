@@ -159,6 +159,8 @@ class Live:
     kind: Final = "live"
     regular: Final = False
     damage: Final = None
+    begins: Final = False
+    checked: Final = None
     compression: Final = None
 
     def __init__(

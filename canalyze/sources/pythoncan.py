@@ -90,6 +90,8 @@ class PythonCanCapture:
         self._remarks: list[CanalyzeError] = []
         self._apart = form == "mf4" and not trusting
         self._records = self._batches(head)
+        self._first = self._begun = False
+        """The records given last were the first; some were given."""
         if form == "mf4" and not has_asammdf():
             raise SourceError("bridge.mf4", name=self.name, line="pip install 'canalyze[mf4]'")
 
@@ -109,6 +111,16 @@ class PythonCanCapture:
         return self._source.damage
 
     @property
+    def begins(self) -> bool:
+        """Whether the records given last begin under a check sum: of rows read ahead only the first can be told."""
+        return self._first and self.compression is not None
+
+    @property
+    def checked(self) -> bool | None:
+        """Whether all that was unpacked so far has a check sum; None: nothing is."""
+        return self._source.checked
+
+    @property
     def _broken(self) -> bool:
         return self._source.damage is not None
 
@@ -116,6 +128,7 @@ class PythonCanCapture:
         """Give the next records, b"" at the end; SourceError if the system refuses or nothing can be read."""
         with self._heard:
             batch = next(self._records, b"")
+        self._first, self._begun = not self._begun, True
         for line in self._heard.take():
             self._remarks.append(SourceError("bridge.said", name=self.name, problem=line))
         return batch

@@ -48,6 +48,8 @@ class Replay:
         self.regular = False
         self.compression: str | None = None
         self.damage = None
+        self.begins = False
+        self.checked: bool | None = None
         self.taken = 0
         self.stamped: bool | None = None
         """Whether its frames have stamps; None before the first one."""

@@ -113,6 +113,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.damage", "损坏：{place}，{kind}", "damage at {place}: {kind}"),
     ("info.lost_bytes", "损失{count}字节", "{count} bytes lost"),
     ("info.lost_frames", "损失{count}帧", "{count} frames lost"),
+    ("info.doubtful_frames", "{count}帧可能有误", "{count} frames may be wrong"),
+    ("info.unchecked", "没有校验和，内容被改动无法察觉", "without a check sum: changes of it cannot be seen"),
     ("info.line", "第{line}行", "line {line}"),
     ("info.offset", "偏移{offset}", "byte {offset}"),
     ("info.whole", "没有损坏，没有无法读取的内容", "no damage, nothing that cannot be read"),
@@ -120,6 +122,17 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("damage.checksum", "校验和不符", "the check sum does not match"),
     ("damage.structure", "长度或类型无效", "a length or type that cannot be"),
     ("damage.compression", "压缩数据损坏", "compressed data are damaged"),
-    ("damage.undefined", "消息所属的topic在文件中没有定义", "messages of a topic that the file does not name"),
+    (
+        "damage.doubtful",
+        "压缩数据损坏，由此起解出的内容都可能有误",
+        "compressed data are damaged, all unpacked from here on may be wrong",
+    ),
+    ("damage.definition", "此处损坏，其中的定义只能照用", "what is damaged here defines topics, and had to be used"),
+    ("damage.missing", "按文件自身的统计缺少消息", "messages are missing by the file's own statistics"),
+    (
+        "damage.undefined",
+        "消息所属的topic没有定义或定义无法使用",
+        "messages of topics whose definition is lost or cannot be used",
+    ),
     ("damage.rest", "文件的其余部分无法读取", "the rest of the file cannot be read"),
 )

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::frame::{BusId, Buses, Frame, FrameRef, StampForm};
-use crate::readers::{Contents, Damage, Item, Marker, Place, Reader, Unreadable as Reason};
+use crate::readers::{Contents, Damage, DamageKind, Item, Marker, Place, Reader, Unreadable as Reason};
 
 /// Ranges of unreadable lines that are listed at the end of a file.
 const RANGES: usize = 20;
@@ -100,6 +100,8 @@ pub struct Input {
     pub contents: Contents,
     /// What is wrong with the file as its bytes came, told after its last item.
     pub damage: Option<Damage>,
+    /// What the last check sum covers, where its bytes have such.
+    covered: Option<Covered>,
     /// Its own numbers of buses, while it is joined with others.
     buses: Buses,
     queue: VecDeque<Item>,
@@ -111,6 +113,17 @@ pub struct Input {
     closed: bool,
 }
 
+/// What of a file stands under one check sum.
+#[derive(Clone, Copy, Debug)]
+struct Covered {
+    /// The line in which it begins.
+    line: u64,
+    /// Newlines that were fed since the file's first such part began.
+    newlines: u64,
+    /// Its frames.
+    frames: u64,
+}
+
 impl Input {
     fn new(name: &[u8], reader: Reader) -> Self {
         Self {
@@ -118,6 +131,7 @@ impl Input {
             file: File { name: name.into(), ..File::default() },
             contents: Contents::default(),
             damage: None,
+            covered: None,
             buses: Buses::default(),
             queue: VecDeque::new(),
             frames: 0,
@@ -128,6 +142,7 @@ impl Input {
     }
 
     fn take(&mut self, item: Item) {
+        self.counts(&item);
         match &item {
             Item::Frame(frame) => {
                 self.frames += 1;
@@ -150,6 +165,7 @@ impl Input {
     /// Takes the file's next bytes.
     fn feed(&mut self, bytes: &[u8]) {
         let Some(mut reader) = self.reader.take() else { return };
+        self.feeds(bytes);
         let mut buses = std::mem::take(&mut self.buses);
         reader.feed(bytes, &mut buses, &mut |item, _| self.take(item));
         (self.buses, self.reader) = (buses, Some(reader));
@@ -164,8 +180,41 @@ impl Input {
         } else {
             reader.finish(&mut buses, &mut |item, _| self.take(item));
         }
-        self.queue.extend(self.damage.take().map(Item::Damaged));
+        let damage = self.told();
+        self.queue.extend(damage.map(Item::Damaged));
         (self.buses, self.contents) = (buses, reader.contents());
+    }
+
+    /// The bytes that come next are the first under another check sum.
+    pub fn covers(&mut self) {
+        let newlines = self.covered.map_or(0, |covered| covered.newlines);
+        self.covered = Some(Covered { line: newlines + 1, newlines, frames: 0 });
+    }
+
+    /// Whether its bytes stand under check sums.
+    pub fn is_covered(&self) -> bool {
+        self.covered.is_some()
+    }
+
+    /// Counts what is fed, where it stands under a check sum.
+    pub fn feeds(&mut self, bytes: &[u8]) {
+        if let Some(covered) = &mut self.covered {
+            covered.newlines += memchr::memchr_iter(b'\n', bytes).count() as u64;
+        }
+    }
+
+    /// Counts a frame that the last check sum covers. A reader may be behind: the line tells that, where there are lines.
+    pub fn counts(&mut self, item: &Item) {
+        if let (Some(covered), Item::Frame(frame)) = (&mut self.covered, item) {
+            covered.frames += u64::from(frame.line.is_none_or(|line| line >= covered.line));
+        }
+    }
+
+    /// What is wrong with the file as its bytes came; of what is doubtful, with the number of frames.
+    pub fn told(&mut self) -> Option<Damage> {
+        let frames = self.covered.map(|covered| covered.frames);
+        let damage = self.damage.take()?;
+        Some(if damage.kind == DamageKind::Doubtful { Damage { frames, ..damage } } else { damage })
     }
 
     /// The item at the head, its bus as all files together number them.

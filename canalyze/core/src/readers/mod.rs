@@ -92,6 +92,13 @@ impl Reader {
         }
     }
 
+    /// Takes the end of the file before anything else of it, from where the format has its summary on.
+    pub fn foresee(&mut self, end: &[u8]) {
+        if let Self::Mcap(reader) = self {
+            reader.foresee(end);
+        }
+    }
+
     /// Takes the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
@@ -219,7 +226,7 @@ pub struct Damage {
     pub kind: DamageKind,
     /// Bytes of the file that were passed over; `None` where that is not known.
     pub bytes: Option<u64>,
-    /// Frames that were lost; `None` where that is not known.
+    /// Frames that were lost, or that may be wrong where the kind says so; `None` where that is not known.
     pub frames: Option<u64>,
 }
 
@@ -236,8 +243,14 @@ pub enum DamageKind {
     Compression,
     /// The rest of the file cannot be read.
     Rest,
-    /// Messages of a topic that the file does not name any more.
+    /// Messages of a topic that the file does not name any more, or of a type that it does not define.
     Undefined,
+    /// What was unpacked from here on may be wrong: the check sum that covers it fails, or cannot be reached.
+    Doubtful,
+    /// What a damaged part defined had to be used, so what was read by it may be wrong.
+    Definition,
+    /// The file says that it has more messages than could be found.
+    Missing,
 }
 
 /// What a reader knows of its file beyond frames.

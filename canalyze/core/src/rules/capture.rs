@@ -50,10 +50,10 @@ rules! {
 
     /// A part of the file is damaged and was passed over.
     Cap004 "CAP004" "damaged-capture" Warning "-" [] {
-        message "文件有一部分损坏, 已跳过" "a part of the file is damaged and was passed over";
+        message "文件有一部分损坏" "a part of the file is damaged";
         meaning
-            "损坏处前后能读的内容都已读取。跨越缺口不判断toggle位、序号和应答, 未完成的传输记为不完整。"
-            "What can be read before and after it is read. Across the gap no toggle bit, sequence number or answer is judged, and open transfers are incomplete.";
+            "损坏处前后能读的内容都已读取。跨越缺口不判断toggle位、序号和应答, 未完成的传输记为不完整。校验和在其所覆盖的数据之后, 不符时这些数据都可能有误。"
+            "What can be read before and after it is read. Across the gap no toggle bit, sequence number or answer is judged, and open transfers are incomplete. A check sum that comes behind what it covers makes all of that doubtful where it fails.";
         cause
             "记录设备断电、存储介质出错, 或文件在传送中被改动; 请重新拷贝并比较校验和。"
             "The recording machine lost power, the medium has errors, or the file was changed on its way; copy it again and compare check sums.";
@@ -79,8 +79,23 @@ rules! {
             "文件的其余部分无法读取"
             "the rest of the file cannot be read";
         Undefined { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "部分topic的定义已丢失, 其消息已跳过"
-            "messages of topics whose definition is lost were passed over";
+            "部分topic的定义已丢失或无法使用, 其消息已跳过"
+            "messages of topics whose definition is lost or cannot be used were passed over";
+        UndefinedWithFrames { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Count }
+            "部分topic的定义已丢失或无法使用, 其{frames}条消息已跳过"
+            "{frames|message|messages} of topics whose definition is lost or cannot be used were passed over";
+        Doubtful { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: JsonOnly<Option<Count>> }
+            "压缩数据损坏: 由此起解出的内容都可能有误; 其后跳过{bytes}字节"
+            "compressed data are damaged: all that was unpacked from here on may be wrong; {bytes} bytes behind it were passed over";
+        DoubtfulWithFrames { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: Count }
+            "压缩数据损坏: 由此起解出的{frames}帧都可能有误; 其后跳过{bytes}字节"
+            "compressed data are damaged: all that was unpacked from here on, {frames} frames, may be wrong; {bytes} bytes behind it were passed over";
+        Definition { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
+            "此处损坏, 其中topic和类型的定义只能照用; 按其读取的{frames}帧可能有误"
+            "what is damaged here defines topics and types, and had to be used: {frames} frames that were read by it may be wrong";
+        Missing { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
+            "按文件自身的统计, 还缺{frames}条消息, 未能找到"
+            "by the file's own statistics {frames} more messages are missing: they were not found";
         ChecksumWithFrames { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: Count }
             "校验和不符; 跳过{bytes}字节, 其中{frames}帧"
             "the check sum does not match; {bytes} bytes with {frames} frames were passed over";

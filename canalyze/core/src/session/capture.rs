@@ -255,7 +255,12 @@ impl Capture {
                 Cap004::CompressionWithFrames { offset, bytes, frames }.into()
             }
             (DamageKind::Rest, ..) => Cap004::Rest { offset, bytes, frames }.into(),
-            (DamageKind::Undefined, ..) => Cap004::Undefined { offset, bytes, frames }.into(),
+            (DamageKind::Undefined, _, None) => Cap004::Undefined { offset, bytes, frames }.into(),
+            (DamageKind::Undefined, _, Some(frames)) => Cap004::UndefinedWithFrames { offset, bytes, frames }.into(),
+            (DamageKind::Doubtful, _, None) => Cap004::Doubtful { offset, bytes, frames }.into(),
+            (DamageKind::Doubtful, _, Some(frames)) => Cap004::DoubtfulWithFrames { offset, bytes, frames }.into(),
+            (DamageKind::Definition, ..) => Cap004::Definition { offset, bytes, frames }.into(),
+            (DamageKind::Missing, ..) => Cap004::Missing { offset, bytes, frames }.into(),
         };
         let finding = self.finding(what, place, BusId(0));
         self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));

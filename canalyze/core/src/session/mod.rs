@@ -198,8 +198,17 @@ impl Session {
     pub fn feed_one(&mut self, input: usize, bytes: &[u8], out: &mut Vec<u8>) {
         let Self { inputs, buses, stream, .. } = self;
         if let Some(alone) = inputs.alone() {
-            let Some(reader) = &mut alone.reader else { return };
-            reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
+            if !alone.is_covered() {
+                let Some(reader) = &mut alone.reader else { return };
+                return reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
+            }
+            let Some(mut reader) = alone.reader.take() else { return };
+            alone.feeds(bytes);
+            reader.feed(bytes, buses, &mut |item, buses| {
+                alone.counts(&item);
+                stream.item(item, buses, out);
+            });
+            alone.reader = Some(reader);
         } else {
             inputs.feed(input, bytes);
             self.fed = input;
@@ -214,6 +223,20 @@ impl Session {
         }
     }
 
+    /// What stands at the end of a file, from its summary on, before anything of it is fed. Only MCAP has such.
+    pub fn foresee(&mut self, input: usize, end: &[u8]) {
+        if let Some(reader) = self.inputs.get(input).and_then(|one| one.reader.as_mut()) {
+            reader.foresee(end);
+        }
+    }
+
+    /// What is fed of a file from here on is under a check sum of its own: where that fails, what came before is sound.
+    pub fn covered(&mut self, input: usize) {
+        if let Some(one) = self.inputs.get(input) {
+            one.covers();
+        }
+    }
+
     /// The current file is over. `interrupted`: its reading was broken off, so a last line that has no end is no
     /// fault of the file.
     pub fn end(&mut self, interrupted: bool, out: &mut Vec<u8>) {
@@ -225,14 +248,18 @@ impl Session {
         let Self { inputs, buses, stream, .. } = self;
         if let Some(alone) = inputs.alone() {
             let Some(mut reader) = alone.reader.take() else { return };
-            let mut sink = |item, buses: &Buses| stream.item(item, buses, out);
-            if interrupted || alone.damage.is_some() {
+            let damaged = alone.damage.is_some();
+            let mut sink = |item: Item, buses: &Buses| {
+                alone.counts(&item);
+                stream.item(item, buses, out);
+            };
+            if interrupted || damaged {
                 reader.interrupt(buses, &mut sink);
             } else {
                 reader.finish(buses, &mut sink);
             }
-            if let Some(damage) = alone.damage.take() {
-                sink(Item::Damaged(damage), buses);
+            if let Some(damage) = alone.told() {
+                stream.item(Item::Damaged(damage), buses, out);
             }
             alone.contents = reader.contents();
             stream.end_of_file(&alone.contents, buses, out);

@@ -2,14 +2,14 @@
 //!
 //! `walk` cuts the input into records, `chunk` unpacks and checks them, `schema` and `plan` find out once for each type
 //! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, `order` sorts, and
-//! `echo` finds what is there twice.
-//! This file keeps what a file says of itself and puts these together. A topic whose messages are no frames is only
-//! listed. Of protobuf, FlatBuffers and JSON no messages are read.
+//! `echo` finds what is there twice. `defined` keeps the types and topics, and says which are to be believed; `summary`
+//! is what the end of the file says of it, where that can be read first.
+//! This file puts these together. A topic whose messages are no frames is only listed. Of protobuf, FlatBuffers and
+//! JSON no messages are read.
 //!
 //! Nothing of a chunk is believed before its check sum is; only of the last one, that is cut off, what can be unpacked
-//! is taken. A damaged chunk is passed over alone, but the types and topics that stand in it are taken where nothing
-//! better is known: files name them once, in their first chunk, and mostly again at their end. Messages of a topic
-//! that is not named wait for that.
+//! is taken. A damaged chunk is passed over alone. Files name types and topics once, in their first chunk, and mostly
+//! again at their end: messages of a topic that is not named, or by a damaged chunk only, wait for that (`waiting`).
 //!
 //! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are kept.
 
@@ -17,16 +17,20 @@ mod bytes;
 mod choice;
 mod chunk;
 mod clock;
+mod defined;
 mod echo;
 mod fields;
 mod held;
+mod kind;
 mod layout;
 mod order;
 mod plan;
 mod schema;
+mod summary;
 #[cfg(test)]
 mod tests;
 mod topic;
+mod waiting;
 mod walk;
 
 use std::collections::BTreeMap;
@@ -34,24 +38,24 @@ use std::collections::BTreeMap;
 pub use self::choice::{Choice, Clock, Map, Mistake, Role};
 
 use self::bytes::Bytes;
+#[cfg(test)]
 use self::bytes::Wire;
 use self::chunk::{Packing, Unpacker};
-use self::clock::Source;
+use self::defined::{Channel, Defined, Took, Trust};
 use self::fields::BusField;
 use self::held::Held;
 use self::order::Order;
+#[cfg(test)]
 use self::plan::Plan;
-use self::walk::{HEAD, Record, Step, Walk, op};
-use super::{Contents, Damage, DamageKind, Item, Place, Topic, Unreadable};
-use crate::frame::{BusId, Buses, Direction};
+use self::summary::Summary;
+use self::waiting::Waiting;
+use self::walk::{HEAD, Read, Record, Step, Walk, inner, op};
+use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
+#[cfg(test)]
+use crate::frame::BusId;
+use crate::frame::Buses;
 
-/// Definitions that are kept, in bytes.
-const MOST_TEXT: usize = 16 << 20;
-/// Messages of channels that are not known are kept for so many bytes.
-const MOST_WAITING: usize = 64 << 20;
-/// Topics that are listed.
-const MOST_TOPICS: usize = 1024;
-/// The longest name of a topic or type that is kept.
+/// The longest text of a header that is kept.
 const MOST_NAME: usize = 1024;
 /// Kinds of records that are counted apart.
 const MOST_KINDS: usize = 63;
@@ -72,11 +76,7 @@ pub struct Mcap {
 /// What is known of a file, and what of it waits.
 #[derive(Debug)]
 struct File {
-    choice: Choice,
-    schemas: BTreeMap<u16, Schema>,
-    /// Bytes of their definitions.
-    kept: usize,
-    channels: Vec<Option<Box<Channel>>>,
+    defined: Defined,
     unpacker: Unpacker,
     order: Order,
     /// How far frames lag behind their recording, at most.
@@ -85,12 +85,14 @@ struct File {
     loose: (i64, u32),
     /// A damaged chunk, until it is known how many frames were in it.
     bad: Option<Bad>,
-    /// Messages of channels that are not known: their definition was lost, and may be repeated at the end of the file.
-    waiting: Vec<(u64, Box<[u8]>)>,
-    /// Memory of these.
-    waiting_size: usize,
-    /// Where the first stood of those that there was no room for.
-    unnamed: Option<u64>,
+    /// Messages of channels whose definition was lost, and may be repeated at the end of the file.
+    waiting: Waiting,
+    /// Messages of lost chunks that were told, by channel.
+    lost: BTreeMap<u16, u64>,
+    /// Messages of each channel, as the file counts them.
+    counted: Option<BTreeMap<u16, u64>>,
+    /// The end of the file was looked at before: what it counts is known, or is not to be believed.
+    foreseen: bool,
     /// A part is lost up to the end.
     rest_lost: bool,
     over: bool,
@@ -102,51 +104,26 @@ struct File {
 }
 
 #[derive(Debug)]
-struct Schema {
-    name: String,
-    encoding: String,
-    text: String,
-}
-
-#[derive(Debug)]
-struct Channel {
-    topic: String,
-    schema: String,
-    encoding: String,
-    messages: u64,
-    /// How its messages are read; `None`: they are not.
-    plan: Option<Plan>,
-    bus: Vec<u8>,
-    /// The bus' number, once there was a frame; and of a bus that messages name, the last.
-    bus_id: Option<BusId>,
-    dir: Option<Direction>,
-    source: Source,
-}
-
-#[derive(Debug)]
 struct Bad {
     damage: Damage,
-    /// Frames of it by the indexes so far; `None` where an index is of an unknown channel.
-    frames: Option<u64>,
-    indexed: bool,
+    /// Messages of it by the indexes so far, of each channel.
+    indexed: Vec<(u16, u64)>,
 }
 
 impl Mcap {
     /// A reader at the beginning of a file.
     pub fn new(choice: Choice) -> Self {
         let file = File {
-            choice,
-            schemas: BTreeMap::new(),
-            kept: 0,
-            channels: Vec::new(),
+            defined: Defined::new(choice),
             unpacker: Unpacker::default(),
             order: Order::new(),
             lag_ns: 0,
             loose: (i64::MIN, 0),
             bad: None,
-            waiting: Vec::new(),
-            waiting_size: 0,
-            unnamed: None,
+            waiting: Waiting::default(),
+            lost: BTreeMap::new(),
+            counted: None,
+            foreseen: false,
             rest_lost: false,
             over: false,
             profile: Vec::new(),
@@ -155,6 +132,13 @@ impl Mcap {
             passed_over: BTreeMap::new(),
         };
         Self { walk: Walk::new(), file }
+    }
+
+    /// Takes what stands at the end of the file, from its summary on, before anything else of it: see `summary`.
+    pub fn foresee(&mut self, end: &[u8]) {
+        let mut summary = Summary::read(end);
+        self.file.counted = summary.as_mut().and_then(|summary| summary.messages.take());
+        (self.file.defined.summary, self.file.foreseen) = (summary, true);
     }
 
     /// Takes the next bytes, in any chunking.
@@ -171,7 +155,7 @@ impl Mcap {
             return;
         }
         let cut = self.turn(true, buses, sink);
-        self.file.end(buses, sink);
+        self.file.end(true, buses, sink);
         let whole = self.walk.is_whole() || self.file.rest_lost || self.walk.offset() == 0;
         let (at, bytes) = cut.unwrap_or((self.walk.offset(), 0));
         if !whole || cut.is_some() {
@@ -184,7 +168,7 @@ impl Mcap {
     /// Takes the end of what was read so far, where the reading was broken off.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.file.over = true;
-        self.file.end(buses, sink);
+        self.file.end(false, buses, sink);
         self.walk.stop();
     }
 
@@ -208,17 +192,17 @@ impl Mcap {
                     if record.op == op::CHUNK {
                         file.rescue(walk.body(record), record.at, buses, sink);
                     }
+                    file.catch_up(buses, sink);
                     return Some((record.at, record.len as u64));
                 }
                 Step::Record(record) => {
                     let went = file.record(record, walk.body(record), buses, sink);
                     match went {
-                        Went::Channel(id) => {
-                            let frames = file.channel(id).is_some_and(|channel| channel.plan.is_some());
-                            walk.mark(id, frames);
-                        }
                         Went::Message(log_ns) => walk.near(log_ns),
                         Went::Fine | Went::Wrong => {}
+                    }
+                    for id in std::mem::take(&mut file.defined.changed) {
+                        walk.mark(id, file.defined.channel(id).map_or(Read::Unknown, Channel::read));
                     }
                     walk.went(record, !matches!(went, Went::Wrong));
                 }
@@ -233,8 +217,6 @@ enum Went {
     Fine,
     /// It is no record of its type: its length is wrong.
     Wrong,
-    /// It defined this channel.
-    Channel(u16),
     /// It is a message, recorded then.
     Message(u64),
 }
@@ -244,40 +226,82 @@ impl File {
     fn begin(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        self.schemas.clear();
-        self.kept = 0;
+        self.defined.begin();
     }
 
-    fn end(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    /// `whole`: all of the file was read.
+    fn end(&mut self, whole: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
+        self.catch_up(buses, sink);
+        self.defined.accept();
+        self.catch_up(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        let waiting = std::mem::take(&mut self.waiting);
-        if let Some(at) = waiting.first().map(|(at, _)| *at).or(self.unnamed.take()) {
-            let (place, kind) = (Place::Byte(at), DamageKind::Undefined);
-            sink(Item::Damaged(Damage { place, kind, bytes: None, frames: None }), buses);
+        let mut say = |at, kind, frames| {
+            sink(Item::Damaged(Damage { place: Place::Byte(at), kind, bytes: None, frames: Some(frames) }), buses);
+        };
+        for (at, frames) in self.defined.doubts() {
+            say(at, DamageKind::Definition, frames);
         }
+        let waiting = self.waiting.rest().map(|(id, at)| (at, self.waiting.count(id)));
+        let undefined = waiting.chain(self.defined.unfit()).reduce(|one, other| (one.0.min(other.0), one.1 + other.1));
+        if let Some((at, messages)) = undefined {
+            say(at, DamageKind::Undefined, messages);
+        }
+        if whole && let Some(missing) = self.missing() {
+            say(0, DamageKind::Missing, missing);
+        }
+    }
+
+    /// Frames that the file counts and that neither came nor are known to be lost.
+    fn missing(&self) -> Option<u64> {
+        let counted = self.counted.as_ref().filter(|_| self.defined.age <= 1)?;
+        let missing = counted.iter().map(|(id, told)| {
+            let channel = self.defined.channel(*id);
+            let read = channel.map_or(0, |channel| channel.messages) + self.defined.past(*id);
+            let found = read + self.waiting.count(*id);
+            let lost = self.lost.get(id).copied().unwrap_or_default();
+            let frames = channel.is_none_or(|channel| channel.plan.is_some());
+            if frames { told.saturating_sub(found.saturating_add(lost)) } else { 0 }
+        });
+        let missing = missing.fold(0, u64::saturating_add);
+        // A channel that the file does not count is one of the others, with a damaged number here or there.
+        let waiting = self.waiting.rest().map(|(id, _)| (id, self.waiting.count(id)));
+        let strange = waiting.chain(self.defined.messages()).filter(|(id, _)| !counted.contains_key(id));
+        let strange = strange.fold(0, |sum: u64, (_, count)| sum.saturating_add(count));
+        Some(missing.saturating_sub(strange)).filter(|missing| *missing > 0)
     }
 
     /// Reads the messages that waited for their channel, as far as it is known by now.
     fn catch_up(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.waiting.is_empty() {
+        if self.defined.ready.is_empty() {
             return;
         }
-        self.waiting_size = 0;
-        for (at, body) in std::mem::take(&mut self.waiting) {
-            self.message(&body, at, buses, sink);
+        let ready = std::mem::take(&mut self.defined.ready);
+        for message in self.waiting.take(&ready) {
+            self.message(&message.body, message.at, buses, sink);
+        }
+        if self.defined.both_sides && !self.library.starts_with(b"canalyze") {
+            self.order.seek_echoes();
         }
     }
 
+    /// A message of a channel that is not known, or not well enough.
     #[cold]
-    fn wait(&mut self, body: &[u8], at: u64) {
-        let size = body.len() + 64;
-        if body.len() >= 22 && self.waiting_size + size <= MOST_WAITING {
-            self.waiting_size += size;
-            self.waiting.push((at, body.into()));
-        } else {
-            self.unnamed.get_or_insert(at);
+    fn wait(&mut self, id: u16, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.defined.channel(id).is_none() && self.defined.recall(id) {
+            self.catch_up(buses, sink);
+            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
+                return self.message(body, at, buses, sink);
+            }
         }
+        if !self.waiting.has_room(body) {
+            self.defined.accept();
+            self.catch_up(buses, sink);
+            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
+                return self.message(body, at, buses, sink);
+            }
+        }
+        self.waiting.push(id, body, at);
     }
 
     /// Says that a part is lost: what is held came before it.
@@ -290,34 +314,45 @@ impl File {
     /// Says what is known by now of a damaged chunk.
     fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(bad) = self.bad.take() else { return };
-        let frames = bad.frames.filter(|_| bad.indexed);
+        let frames = |id: u16, count| match self.defined.channel(id) {
+            Some(channel) if channel.plan.is_some() => Some(count),
+            Some(channel) if !channel.waits => Some(0),
+            _ => None,
+        };
+        let each: Option<Vec<u64>> = bad.indexed.iter().map(|(id, count)| frames(*id, *count)).collect();
+        let frames = each.filter(|each| !each.is_empty()).map(|each| each.iter().sum());
+        if frames.is_some() {
+            for (id, count) in bad.indexed {
+                *self.lost.entry(id).or_default() += count;
+            }
+        }
         self.damaged(Damage { frames, ..bad.damage }, buses, sink);
-    }
-
-    fn channel(&self, id: u16) -> Option<&Channel> {
-        self.channels.get(usize::from(id)).and_then(Option::as_deref)
     }
 
     fn record(&mut self, record: Record, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Went {
         if record.op != op::MESSAGE_INDEX {
             self.settle(buses, sink);
         }
+        if !self.defined.ready.is_empty() && !matches!(record.op, op::SCHEMA | op::CHANNEL) {
+            self.catch_up(buses, sink);
+        }
         let fine = |read: Option<()>| if read.is_some() { Went::Fine } else { Went::Wrong };
         match record.op {
             op::HEADER => fine(self.header(body)),
-            op::SCHEMA => fine(self.schema(body, true)),
-            op::CHANNEL => {
-                let defined = self.define(body, true);
-                self.catch_up(buses, sink);
-                defined.map_or(Went::Wrong, Went::Channel)
-            }
+            op::SCHEMA | op::CHANNEL => self.definition(record, body, buses, sink),
             op::MESSAGE => self.loose_message(record, body, buses, sink),
             op::CHUNK => self.chunk(record, body, buses, sink),
             op::MESSAGE_INDEX => {
                 self.index(body);
                 Went::Fine
             }
-            op::FOOTER | op::DATA_END | op::CHUNK_INDEX | op::STATISTICS => Went::Fine,
+            op::STATISTICS => {
+                if !self.foreseen {
+                    self.counted = summary::statistics(body);
+                }
+                Went::Fine
+            }
+            op::FOOTER | op::DATA_END | op::CHUNK_INDEX => Went::Fine,
             op::ATTACHMENT_INDEX | op::METADATA_INDEX | op::SUMMARY_OFFSET => Went::Fine,
             other => {
                 let known = self.passed_over.len() < MOST_KINDS || self.passed_over.contains_key(&other);
@@ -335,67 +370,27 @@ impl File {
         Some(())
     }
 
-    /// `better`: it takes the place of one that is known.
-    fn schema(&mut self, body: &[u8], better: bool) -> Option<()> {
-        let mut rest = Bytes(body);
-        let (id, name, encoding, text) = (rest.u16()?, rest.counted()?, rest.counted()?, rest.counted()?);
-        if !rest.0.is_empty() {
-            return None;
+    /// A type or a topic outside of chunks.
+    fn definition(
+        &mut self,
+        record: Record,
+        body: &[u8],
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> Went {
+        let Some(took) = self.defined(record.op, body, Trust::Plain(record.at)) else { return Went::Wrong };
+        if took == Took::Corrected {
+            let (place, bytes) = (Place::Byte(record.at), Some(record.len as u64));
+            self.damaged(Damage { place, kind: DamageKind::Structure, bytes, frames: Some(0) }, buses, sink);
         }
-        let known = self.schemas.get(&id).map_or(0, |schema| schema.text.len());
-        if id == 0 || !better && self.schemas.contains_key(&id) {
-            return Some(());
-        }
-        let text = String::from_utf8_lossy(text);
-        let others = self.kept - known;
-        let text = if others + text.len() <= MOST_TEXT { text.into_owned() } else { String::new() };
-        self.kept = others + text.len();
-        self.schemas.insert(id, Schema { name: name_of(name), encoding: name_of(encoding), text });
-        Some(())
+        Went::Fine
     }
 
-    /// A channel; its number. `better`: it takes the place of one that is known.
-    fn define(&mut self, body: &[u8], better: bool) -> Option<u16> {
-        let mut rest = Bytes(body);
-        let (id, schema_id) = (rest.u16()?, rest.u16()?);
-        let (topic, encoding, _) = (rest.counted()?, rest.counted()?, rest.counted()?);
-        if !rest.0.is_empty() {
-            return None;
-        }
-        let index = usize::from(id);
-        if self.channels.len() <= index {
-            self.channels.resize_with(index + 1, || None);
-        }
-        let (topic, encoding) = (name_of(topic), name_of(encoding));
-        let schema = self.schemas.get(&schema_id);
-        let name = schema.map(|schema| schema.name.as_str()).unwrap_or_default();
-        let language = schema.map(|schema| schema.encoding.as_str()).unwrap_or_default();
-        let both = if language.is_empty() { encoding.clone() } else { format!("{language}/{encoding}") };
-        let slot = self.channels.get_mut(index)?;
-        let same = |known: &Channel| known.topic == topic && known.schema == name && known.encoding == both;
-        if slot.as_ref().is_some_and(|known| !better || same(known)) {
-            return Some(id);
-        }
-        let plan = schema
-            .filter(|_| self.choice.topics.takes([topic.as_str()]))
-            .and_then(|schema| plan_of(schema, &encoding, &self.choice.fields(&topic)));
-        let (bus, dir) = topic::bus(topic.as_bytes());
-        let source = Source::new(self.choice.clock);
-        let schema = name.to_owned();
-        let channel = Channel { topic, schema, encoding: both, messages: 0, plan, bus, bus_id: None, dir, source };
-        *slot = Some(Box::new(channel));
-        self.may_echo();
-        Some(id)
-    }
-
-    /// Echoes are looked for where a bus has topics of both directions; not in files of our own, whose topics tell the
-    /// direction of frames that stand there once.
-    fn may_echo(&mut self) {
-        let frames = || self.channels.iter().flatten().filter(|channel| channel.plan.is_some());
-        let with = |dir| frames().filter(move |channel| channel.dir == Some(dir));
-        let both = with(Direction::Tx).any(|sent| with(Direction::Rx).any(|heard| heard.bus == sent.bus));
-        if both && !self.library.starts_with(b"canalyze") {
-            self.order.seek_echoes();
+    /// Takes a definition; what became of it, or `None` where it is none.
+    fn defined(&mut self, op: u8, body: &[u8], trust: Trust) -> Option<Took> {
+        match op {
+            op::SCHEMA => self.defined.schema(body, trust),
+            _ => self.defined.define(body, trust).map(|(_, took)| took),
         }
     }
 
@@ -409,7 +404,7 @@ impl File {
     ) -> Went {
         let mut rest = Bytes(body);
         let Some(id) = rest.u16() else { return Went::Wrong };
-        if self.channel(id).is_none_or(|channel| channel.plan.is_none()) {
+        if self.defined.channel(id).is_none_or(|channel| channel.plan.is_none()) {
             self.message(body, record.at, buses, sink);
             return Went::Fine;
         }
@@ -432,9 +427,8 @@ impl File {
     fn message(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let mut rest = Bytes(body);
         let Some(id) = rest.u16() else { return };
-        let Some(channel) = self.channels.get_mut(usize::from(id)).and_then(Option::as_deref_mut) else {
-            return self.wait(body, at);
-        };
+        let channel = self.defined.channel_mut(id).filter(|channel| !channel.waits);
+        let Some(channel) = channel else { return self.wait(id, body, at, buses, sink) };
         channel.messages += 1;
         let Some(plan) = &channel.plan else { return };
         let times = (rest.u32(), rest.u64(), rest.u64());
@@ -485,17 +479,21 @@ impl File {
                 }
                 let before = signed(head.start_ns).saturating_sub(self.lag_ns);
                 self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
-                let left = self.records(records, record.at, buses, sink);
-                if left > 0 {
-                    let (kind, bytes) = (DamageKind::Structure, Some(left as u64));
-                    self.damaged(Damage { place, kind, bytes, frames: None }, buses, sink);
+                let trust = if head.crc == 0 { Trust::Plain(record.at) } else { Trust::Checked };
+                let (left, corrected) = self.records(records, (record.at, trust), buses, sink);
+                let parts = [(corrected, Some(0)), (left, None)];
+                for (bytes, frames) in parts.into_iter().filter(|(bytes, _)| *bytes > 0) {
+                    let (kind, bytes) = (DamageKind::Structure, Some(bytes as u64));
+                    self.damaged(Damage { place, kind, bytes, frames }, buses, sink);
                 }
                 Went::Fine
             }
             Err(kind) => {
-                self.definitions(unpacker.rescue(&head, packed));
+                self.defined.recall_all();
+                self.definitions(unpacker.rescue(&head, packed), record.at);
+                self.catch_up(buses, sink);
                 let damage = Damage { place, kind, bytes: Some(record.len as u64), frames: None };
-                self.bad = Some(Bad { damage, frames: Some(0), indexed: false });
+                self.bad = Some(Bad { damage, indexed: Vec::new() });
                 Went::Fine
             }
         };
@@ -513,36 +511,46 @@ impl File {
         let before = signed(head.start_ns).saturating_sub(self.lag_ns);
         self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
         let mut unpacker = std::mem::take(&mut self.unpacker);
-        self.records(unpacker.rescue(&head, packed), at, buses, sink);
+        self.records(unpacker.rescue(&head, packed), (at, Trust::Plain(at)), buses, sink);
         self.unpacker = unpacker;
     }
 
-    /// The records in a chunk; the bytes at its end that are none.
-    fn records(&mut self, records: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> usize {
-        let mut rest = records;
+    /// The records in a chunk: the bytes at its end that are none, and those of definitions that are damaged.
+    fn records(
+        &mut self,
+        records: &[u8],
+        (at, trust): (u64, Trust),
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> (usize, usize) {
+        let (mut rest, mut corrected) = (records, 0);
         while let Some((op, body, after)) = inner(rest) {
             match op {
-                op::MESSAGE => self.message(body, at, buses, sink),
-                op::SCHEMA => _ = self.schema(body, true),
-                op::CHANNEL => {
-                    self.define(body, true);
-                    self.catch_up(buses, sink);
+                op::MESSAGE => {
+                    if !self.defined.ready.is_empty() {
+                        self.catch_up(buses, sink);
+                    }
+                    self.message(body, at, buses, sink);
+                }
+                op::SCHEMA | op::CHANNEL => {
+                    if let Some(Took::Corrected) = self.defined(op, body, trust) {
+                        corrected += HEAD + body.len();
+                    }
                 }
                 _ => {}
             }
             rest = after;
         }
-        rest.len()
+        self.catch_up(buses, sink);
+        (rest.len(), corrected)
     }
 
-    /// Takes only what a damaged chunk defines, where nothing is known of it.
-    fn definitions(&mut self, records: &[u8]) {
+    /// Takes only what the damaged chunk that begins here defines, where nothing is known of it.
+    fn definitions(&mut self, records: &[u8], at: u64) {
         let mut rest = records;
         while let Some((op, body, after)) = inner(rest) {
-            match op {
-                op::SCHEMA => _ = self.schema(body, false),
-                op::CHANNEL => _ = self.define(body, false),
-                _ => {}
+            if matches!(op, op::SCHEMA | op::CHANNEL) {
+                self.defined(op, body, Trust::Damaged(at));
             }
             rest = after;
         }
@@ -552,11 +560,9 @@ impl File {
     fn index(&mut self, body: &[u8]) {
         let mut rest = Bytes(body);
         let (Some(id), Some(size)) = (rest.u16(), rest.u32()) else { return };
-        let frames = self.channel(id).map(|channel| channel.plan.is_some());
-        let Some(bad) = &mut self.bad else { return };
-        bad.indexed = true;
-        let count = frames.map(|frames| if frames { u64::from(size / 16) } else { 0 });
-        bad.frames = bad.frames.zip(count).map(|(sum, count)| sum + count);
+        if let Some(bad) = &mut self.bad {
+            bad.indexed.push((id, u64::from(size / 16)));
+        }
     }
 
     fn contents(&self) -> Contents {
@@ -570,46 +576,13 @@ impl File {
         dialect.push(("chunks", chunks.to_string().into_bytes()));
         let echoes = Some((b"Echo".to_vec(), self.order.echoes())).filter(|(_, count)| *count > 0);
         let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).chain(echoes).collect();
-        let topics = self.channels.iter().flatten().take(MOST_TOPICS).map(|channel| Topic {
-            name: channel.topic.clone().into_bytes(),
-            schema: channel.schema.clone().into_bytes(),
-            encoding: channel.encoding.clone().into_bytes(),
-            messages: channel.messages,
-            read_as: channel.plan.as_ref().map(|plan| plan.read_as.clone().into_bytes()).unwrap_or_default(),
-            bus: if channel.plan.is_some() { channel.bus.clone() } else { Vec::new() },
-        });
-        Contents { dialect, passed_over, topics: topics.collect() }
+        let topics = self.defined.topics(|id| self.waiting.count(id));
+        Contents { dialect, passed_over, topics }
     }
-}
-
-/// The first of the records in a chunk: its type, its content, what follows.
-#[inline(always)]
-fn inner(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
-    let mut rest = Bytes(records);
-    let op = *rest.take(1)?.first()?;
-    let len = rest.u64()?;
-    let body = rest.take(usize::try_from(len).ok()?)?;
-    Some((op, body, rest.0))
 }
 
 fn packing(head: &chunk::Head) -> Option<usize> {
     Packing::ALL.iter().position(|(.., packing)| Some(*packing) == head.packing)
-}
-
-/// How messages of a type are read as frames.
-fn plan_of(schema: &Schema, encoding: &str, asked: &[(Role, &str)]) -> Option<Plan> {
-    let (wire, text) = match (schema.encoding.as_str(), encoding) {
-        ("ros2msg", "cdr") => (Wire::Cdr, Some(schema.text.as_str())),
-        // Another language: only types that are known by their names.
-        ("ros2idl" | "", "cdr") => (Wire::Cdr, None),
-        ("ros1msg", "ros1") => (Wire::Ros1, Some(schema.text.as_str())),
-        _ => return None,
-    };
-    Plan::new(&schema::plain(&schema.name), text, wire, asked)
-}
-
-fn name_of(text: &[u8]) -> String {
-    String::from_utf8_lossy(text.get(..MOST_NAME).unwrap_or(text)).into_owned()
 }
 
 fn kind_name(op: u8) -> Vec<u8> {

@@ -4,6 +4,8 @@
 //! behind the last field that is wanted. `can_msgs/Frame` and `ros2_socketcan_msgs/FdFrame` have readers of their own,
 //! in `layout`, taken where the steps are theirs exactly.
 
+use std::sync::OnceLock;
+
 use super::bytes::Wire;
 use super::choice::Role;
 use super::fields::{BusField, Fields};
@@ -117,7 +119,7 @@ impl Plan {
         let mut plan = Self { wire, steps, fast: None, fd, len_is_code, read_as: names.join(" ") };
         plan.fast = layout::Layout::ALL.into_iter().find(|layout| {
             let (name, text) = layout.definition();
-            fd == layout.fd() && own_steps(name, text, wire).as_ref() == Some(&plan.steps)
+            fd == layout.fd() && own_steps(*layout, name, text, wire) == Some(plan.steps.as_slice())
         });
         Some(plan)
     }
@@ -165,8 +167,21 @@ impl Plan {
     }
 }
 
-/// The steps of a definition of our own.
-fn own_steps(name: &str, text: &str, wire: Wire) -> Option<Vec<Step>> {
+/// Whether a type of this name holds CAN frames, as far as is known.
+pub(super) fn is_known(name: &str) -> bool {
+    KNOWN.iter().any(|(known, _)| *known == name)
+}
+
+/// The steps of a definition of our own, found out once.
+fn own_steps(layout: layout::Layout, name: &str, text: &str, wire: Wire) -> Option<&'static [Step]> {
+    type Steps = OnceLock<Option<Vec<Step>>>;
+    static STEPS: [[Steps; 2]; 2] = [const { [const { OnceLock::new() }; 2] }; 2];
+    let of_layout = STEPS.get(usize::from(layout == layout::Layout::Fd))?;
+    let own = of_layout.get(usize::from(wire == Wire::Ros1))?;
+    own.get_or_init(|| steps_of(name, text, wire)).as_deref()
+}
+
+fn steps_of(name: &str, text: &str, wire: Wire) -> Option<Vec<Step>> {
     let definitions = Definitions::read(name, text, wire == Wire::Ros1);
     let mut wanted = Vec::new();
     group(&definitions, &definitions.fields, &mut Vec::new(), &[], &mut wanted);

@@ -70,6 +70,17 @@ pub(super) struct Record {
 /// Bytes of the type and length before a record.
 pub(super) const HEAD: usize = 9;
 
+/// What is read of the messages of a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Read {
+    /// They are kept as far as they may be frames: their definition may come later.
+    Unknown,
+    /// All of it: they are frames.
+    Frames,
+    /// Nothing.
+    Nothing,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     /// Before the sign at the beginning.
@@ -98,8 +109,8 @@ pub(super) struct Walk {
     state: State,
     /// Whether the end was as it should be.
     whole: bool,
-    /// Channels whose messages are frames.
-    frames: Vec<bool>,
+    /// What is known of channels, by their numbers.
+    reads: Vec<Read>,
     /// When the last message outside of chunks was recorded.
     near_ns: Option<u64>,
 }
@@ -113,7 +124,7 @@ impl Walk {
             need: 0,
             state: State::Magic,
             whole: true,
-            frames: Vec::new(),
+            reads: Vec::new(),
             near_ns: None,
         }
     }
@@ -135,15 +146,19 @@ impl Walk {
         self.held.extend_from_slice(bytes);
     }
 
-    /// Says that messages of a channel are read as frames, or are not.
-    pub(super) fn mark(&mut self, channel: u16, frames: bool) {
+    /// Says what is read of the messages of a channel.
+    pub(super) fn mark(&mut self, channel: u16, read: Read) {
         let index = usize::from(channel);
-        if self.frames.len() <= index {
-            self.frames.resize(index + 1, false);
+        if self.reads.len() <= index {
+            self.reads.resize(index + 1, Read::Unknown);
         }
-        if let Some(known) = self.frames.get_mut(index) {
-            *known = frames;
+        if let Some(known) = self.reads.get_mut(index) {
+            *known = read;
         }
+    }
+
+    fn read(&self, channel: u16) -> Read {
+        self.reads.get(usize::from(channel)).copied().unwrap_or(Read::Unknown)
     }
 
     /// Whether the input ended as a whole file does, perhaps with zeros after it.
@@ -351,10 +366,12 @@ impl Walk {
             op::CHANNEL => whole(MAX_TEXT, 16),
             op::FOOTER => whole(20, 20),
             op::DATA_END => whole(4, 4),
+            op::STATISTICS => whole(MAX_TEXT, 46),
             op::CHUNK => chunk(body, len),
             op::MESSAGE => match Bytes(body).u16() {
                 None if len >= 22 => Kept::More(HEAD + 2),
-                Some(channel) if self.frames.get(usize::from(channel)) == Some(&true) => whole(MAX_MESSAGE, 22),
+                Some(channel) if self.read(channel) == Read::Frames => whole(MAX_MESSAGE, 22),
+                Some(channel) if self.read(channel) == Read::Unknown && len <= MAX_MESSAGE => whole(MAX_MESSAGE, 22),
                 _ => head(2, (22..=MAX_RECORD).contains(&len)),
             },
             op::MESSAGE_INDEX => match index(Bytes(body)) {
@@ -447,10 +464,20 @@ impl Walk {
         body.u32()?;
         let (log, publish) = (body.u64()?, body.u64()?);
         let near = self.near_ns?;
-        let known = self.frames.get(usize::from(channel)) == Some(&true);
+        let known = self.read(channel) == Read::Frames;
         let close = log.abs_diff(near) < NEAR_NS && publish.abs_diff(near) < NEAR_NS;
         Some(known && close && (22..=MAX_MESSAGE).contains(&len))
     }
+}
+
+/// The first of the records in a chunk, or in what is like one: its type, its content, what follows.
+#[inline(always)]
+pub(super) fn inner(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
+    let mut rest = Bytes(records);
+    let op = *rest.take(1)?.first()?;
+    let len = rest.u64()?;
+    let body = rest.take(usize::try_from(len).ok()?)?;
+    Some((op, body, rest.0))
 }
 
 /// How much of a record is kept.

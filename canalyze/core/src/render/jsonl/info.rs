@@ -15,11 +15,12 @@
 //! | `unreadable` | null or `{"count", "first_line", "first_offset", "further_buses"}`; the last one: those that are on more buses than are kept apart |
 //! | `gaps` `dropped` `error_markers` | reports of lost frames, frames said to be lost, error markers without content |
 //! | `left_out` | null or `{"places", "uncounted", "rows"}`: where the file itself shows that rows are missing, those of them without a count, and the rows that the others count |
-//! | `damage` | list of `{"kind", "line", "offset", "bytes", "frames"}`, the first 64 |
+//! | `damage` | list of `{"kind", "line", "offset", "bytes", "frames"}`, the first 64; of the kinds `doubtful` and `definition` the frames are not lost, but may be wrong |
 //! | `damages` | how many in all |
 //! | `contents` | see `contents` |
 //!
-//! The command adds `format`, `compression` and `size`, which are not known here.
+//! The command adds `format`, `compression`, `checked` (whether all that was unpacked has a check sum; null where nothing was)
+//! and `size`, which are not known here.
 
 use super::{Setting, contents, left_out, name_or_null, number_or_null, seconds};
 use crate::frame::{BusId, Stamp, StampForm};
@@ -37,6 +38,9 @@ pub const DAMAGES: &[(&str, DamageKind)] = &[
     ("compression", DamageKind::Compression),
     ("rest", DamageKind::Rest),
     ("undefined", DamageKind::Undefined),
+    ("doubtful", DamageKind::Doubtful),
+    ("definition", DamageKind::Definition),
+    ("missing", DamageKind::Missing),
 ];
 
 /// Appends the object of a file.

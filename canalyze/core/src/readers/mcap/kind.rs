@@ -1,0 +1,72 @@
+//! A type of messages, as a file defines it, with the plans by which they are read as frames.
+//!
+//! A plan is made once for each encoding, and for each set of fields that the user names: not for each topic.
+
+use std::sync::Arc;
+
+use super::bytes::Wire;
+use super::choice::Role;
+use super::plan::{self, Plan};
+use super::schema;
+
+/// Plans that are kept of one type.
+const MOST_PLANS: usize = 16;
+
+/// A type.
+#[derive(Debug)]
+pub(super) struct Schema {
+    pub(super) name: String,
+    pub(super) encoding: String,
+    pub(super) text: String,
+    /// The damaged chunk that it comes from.
+    pub(super) doubt: Option<u64>,
+    /// It stands under a check sum that holds.
+    pub(super) checked: bool,
+    /// Where it stands under none.
+    pub(super) plain: Option<u64>,
+    /// Plans made of it, by the messages' encoding and the fields that the user names.
+    pub(super) plans: Vec<Planned>,
+}
+
+/// How messages of a type are read as frames, once that was found out.
+#[derive(Debug)]
+pub(super) struct Planned {
+    /// Their encoding.
+    wire: String,
+    /// The fields that the user names.
+    asked: Vec<(Role, String)>,
+    plan: Option<Arc<Plan>>,
+}
+
+impl Schema {
+    /// How messages of it are read as frames, in this encoding and by these fields.
+    pub(super) fn plan(&mut self, wire: &str, asked: &[(Role, &str)]) -> Option<Arc<Plan>> {
+        let names =
+            |one: &Planned| one.asked.iter().map(|(role, name)| (*role, name.as_str())).eq(asked.iter().copied());
+        if let Some(known) = self.plans.iter().find(|one| one.wire == wire && names(one)) {
+            return known.plan.clone();
+        }
+        let plan = self.made(wire, asked).map(Arc::new);
+        if self.plans.len() < MOST_PLANS {
+            let asked = asked.iter().map(|(role, name)| (*role, (*name).to_owned())).collect();
+            self.plans.push(Planned { wire: wire.to_owned(), asked, plan: plan.clone() });
+        }
+        plan
+    }
+
+    fn made(&self, wire: &str, asked: &[(Role, &str)]) -> Option<Plan> {
+        let (wire, text) = match (self.encoding.as_str(), wire) {
+            ("ros2msg", "cdr") => (Wire::Cdr, Some(self.text.as_str())),
+            // Another language: only types that are known by their names.
+            ("ros2idl" | "", "cdr") => (Wire::Cdr, None),
+            ("ros1msg", "ros1") => (Wire::Ros1, Some(self.text.as_str())),
+            _ => return None,
+        };
+        Plan::new(&schema::plain(&self.name), text, wire, asked)
+    }
+
+    /// Whether it is a type of frames, however its messages are encoded.
+    pub(super) fn seems_frames(&self) -> bool {
+        plan::is_known(&schema::plain(&self.name))
+    }
+}

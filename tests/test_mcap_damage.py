@@ -1,0 +1,305 @@
+"""What a damaged MCAP file defines is not believed, and every message that is lost by damage is counted.
+
+What it must not do: look at the wording of findings; what they count is computed from the file that was damaged.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import struct
+import time
+import zlib
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from captures import CanFrame
+from conftest import Runner
+from mcap.writer import CompressionType, IndexType
+from mcap_files import cdr, raw, records
+from ros_messages import FRAME
+
+from canalyze import _core
+from canalyze.sources.summary import summary_of
+
+MAGIC = b"\x89MCAP0\r\n"
+HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 1, 2, 3, 4, 5, 6, 15
+FRAMES = [
+    CanFrame(
+        f"can{number % 3 == 0:d}",
+        0x180 + number % 32,
+        struct.pack("<Q", number * 0x9E3779B97F4A7C15 % 2**64),
+        10**15 + number * 125,
+    )
+    for number in range(260)
+]
+Damages = list[dict[str, Any]]
+
+
+def counted(text: bytes) -> bytes:
+    return struct.pack("<I", len(text)) + text
+
+
+def record(op: int, body: bytes) -> bytes:
+    return bytes([op]) + struct.pack("<Q", len(body)) + body
+
+
+def schema(number: int, text: bytes = FRAME.encode(), name: bytes = b"can_msgs/msg/Frame") -> bytes:
+    return record(SCHEMA, struct.pack("<H", number) + counted(name) + counted(b"ros2msg") + counted(text))
+
+
+def channel(number: int, of: int, topic: bytes, encoding: bytes = b"cdr") -> bytes:
+    return record(CHANNEL, struct.pack("<HH", number, of) + counted(topic) + counted(encoding) + counted(b""))
+
+
+def message(number: int, frame: CanFrame) -> bytes:
+    log_ns = frame.t_us * 1000
+    return record(MESSAGE, struct.pack("<HIQQ", number, 0, log_ns, log_ns) + cdr(frame))
+
+
+def chunk(content: bytes, frames: list[CanFrame], *, sound: bool = True) -> bytes:
+    """A chunk; `sound`: its check sum is right."""
+    times = [frame.t_us * 1000 for frame in frames]
+    crc = zlib.crc32(content) ^ (not sound)
+    head = struct.pack("<QQQI", min(times), max(times), len(content), crc) + counted(b"")
+    return record(CHUNK, head + struct.pack("<Q", len(content)) + content)
+
+
+def whole(*parts: bytes, end: bytes = b"") -> bytes:
+    head = MAGIC + record(HEADER, counted(b"ros2") + counted(b"test"))
+    return head + b"".join(parts) + record(DATA_END, bytes(4)) + end + record(FOOTER, bytes(20)) + MAGIC
+
+
+def summary(data: bytes, path: Path) -> bytes:
+    path.write_bytes(data)
+    return summary_of(path)
+
+
+def read(data: bytes, end: bytes | None = None, size: int = 1 << 20) -> tuple[Counter[Any], Damages, dict[str, int]]:
+    """The frames, what is said to be wrong, and the messages of each topic. `end`: what was seen of the file's end."""
+    rows = []
+    for form in ("jsonl", "info"):
+        session = _core.Session(lang="en", format=form)
+        session.begin("capture.mcap", True, "mcap")
+        if end is not None:
+            session.foresee(end)
+        out = b"".join(session.feed(data[at : at + size]) for at in range(0, len(data), size))
+        rows += [json.loads(line) for line in (out + session.end() + session.finish()).splitlines()]
+    info = rows.pop()
+    frames = [row for row in rows if row["kind"] == "frame"]
+    found = Counter((row["bus"], row["id"], row["data"], row["t"], row["rtr"]) for row in frames)
+    assert info["frames"] == len(frames)
+    caps = [row for row in rows if row["kind"] == "finding" and row["code"] in ("CAP004", "CAP005")]
+    assert len(caps) == info["damages"], "all commands say so alike"
+    topics: Counter[str] = Counter()
+    for topic in info["contents"]["topics"]:
+        topics[topic["name"]] += topic["messages"]
+    damages: Damages = info["damage"]
+    if info["unreadable"]:
+        damages = [*damages, {"kind": "unreadable", "frames": info["unreadable"]["count"]}]
+    return found, damages, dict(topics)
+
+
+def said(damages: Damages) -> list[tuple[str, int | None]]:
+    return [(damage["kind"], damage["frames"]) for damage in damages]
+
+
+def file(**options: Any) -> bytes:
+    return raw([(f"/{frame.bus}/from_can_bus", frame.t_us * 1000, cdr(frame)) for frame in FRAMES], **options)
+
+
+TOPIC = b"/can0/from_can_bus"
+PARTS = [[replace(frame, bus="can0") for frame in FRAMES[at : at + 20]] for at in range(0, 100, 20)]
+BODIES = [b"".join(message(1, frame) for frame in part) for part in PARTS]
+SOUND = [chunk(body, part) for body, part in zip(BODIES[1:], PARTS[1:], strict=True)]
+BETTER = schema(1) + channel(1, 1, TOPIC)
+TRUE = read(whole(chunk(BETTER, PARTS[0]), *SOUND))[0]
+WRONG = {
+    "a field": schema(1, FRAME.replace("uint8 dlc", "uint8 dlx").encode()) + channel(1, 1, TOPIC),
+    "a field's size": schema(1, FRAME.replace("uint32 id", "uint64 id").encode()) + channel(1, 1, TOPIC),
+    "the topic": schema(1) + channel(1, 1, b"/aan0/from_can_bus"),
+    "the type's number": schema(1) + channel(1, 257, TOPIC),
+    "the number of the type": schema(257) + channel(1, 1, TOPIC),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+@pytest.mark.parametrize("size", [1 << 20, 97])
+def test_a_sound_definition_is_taken_where_there_is_one(wrong: bytes, size: int) -> None:
+    bad = chunk(wrong + BODIES[0], PARTS[0], sound=False)
+    for data in (
+        whole(bad, *SOUND, end=BETTER),  # at the end
+        whole(bad, *SOUND[:2], chunk(BETTER + BODIES[3], PARTS[3]), SOUND[3]),  # in a later chunk
+    ):
+        found, damages, topics = read(data, size=size)
+        assert found == TRUE
+        assert said(damages) == [("checksum", None)]
+        assert topics == {TOPIC.decode(): 80}
+
+
+def test_a_definition_of_a_damaged_chunk_is_named_where_it_had_to_be_used() -> None:
+    bad = chunk(WRONG["the topic"] + BODIES[0], PARTS[0], sound=False)
+    found, damages, topics = read(whole(bad, *SOUND))
+    assert {bus for bus, *_ in found} == {"aan0"} and found.total() == 80
+    assert said(damages) == [("checksum", None), ("definition", 80)]
+    assert damages[0]["offset"] == damages[1]["offset"]
+    assert topics == {"/aan0/from_can_bus": 80}
+    # It may be right: what is wrong in the chunk is not known.
+    found, damages, _ = read(whole(chunk(BETTER + BODIES[0], PARTS[0], sound=False), *SOUND))
+    assert found == TRUE and said(damages) == [("checksum", None), ("definition", 80)]
+
+
+def test_what_waits_for_a_definition_is_bounded() -> None:
+    part = PARTS[0]
+    body = b"".join(message(1, frame) for frame in part) * 300
+    many = chunk(body, part)
+    count = 120
+    bad = chunk(WRONG["the topic"], part, sound=False)
+    session = _core.Session(lang="en", format="info")
+    session.begin("capture.mcap", False, "mcap")
+    session.feed(MAGIC + record(HEADER, counted(b"") + counted(b"")) + bad)
+    for _ in range(count):
+        session.feed(many)
+    info = json.loads(session.end() + session.finish())
+    assert info["frames"] == count * 300 * len(part)
+    assert said(info["damage"])[:2] == [("checksum", None), ("definition", count * 300 * len(part))]
+
+
+def test_messages_of_a_type_that_is_not_there_are_counted(canalyze: Runner, tmp_path: Path) -> None:
+    body = b"".join(message(1, frame) for frame in PARTS[0])
+    other = b"".join(message(2, frame) for frame in PARTS[1])
+    good = schema(1) + channel(2, 1, b"/can1/from_can_bus")
+    for wrong in (
+        good + channel(1, 99, TOPIC) + body + other,  # no such type
+        body + good + other,  # no such topic
+        good + channel(1, 1, TOPIC, b"cdx") + body + other,  # no such encoding
+        good + schema(3, b"uint32 ie") + channel(1, 3, TOPIC) + body + other,  # a known name without its fields
+    ):
+        for data in (whole(wrong), whole(chunk(wrong, PARTS[0] + PARTS[1]))):
+            found, damages, topics = read(data)
+            assert found.total() == 20
+            assert said(damages) == [("undefined", 20)]
+            assert topics["/can1/from_can_bus"] == 20 and topics.get(TOPIC.decode(), 20) == 20
+            (tmp_path / "x.mcap").write_bytes(data)
+            for command in (["decode"], ["summary"], ["check"], ["convert", "--to", "candump"]):
+                done = canalyze("--lang", "en", *command, "x.mcap", *(["-"] if command[0] == "convert" else []))
+                (line,) = done.complaints
+                assert "CAP004 20 messages of topics" in line
+                assert done.code == (command == ["check"])
+            assert "20 frames lost" in canalyze("--lang", "en", "info", "x.mcap").out
+    # Other topics are no damage, nor is one without a type.
+    other = schema(3, b"uint32 x", b"other_msgs/msg/Counter") + channel(1, 3, TOPIC) + body
+    for data in (whole(other, good), whole(channel(1, 0, TOPIC), body, good)):
+        found, damages, topics = read(data)
+        assert (found.total(), damages, topics[TOPIC.decode()]) == (0, [], 20)
+
+
+def test_a_type_that_comes_after_its_topic() -> None:
+    for data in (whole(channel(1, 1, TOPIC), *BODIES[1:], schema(1)), whole(*BODIES[1:], end=BETTER)):
+        assert read(data)[:2] == (TRUE, [])
+
+
+def test_two_definitions_of_one_topic() -> None:
+    other = channel(1, 1, b"/can1/from_can_bus")
+    # No check sum covers them: the frames before the second are doubtful.
+    found, damages, topics = read(whole(BETTER, BODIES[1], other, BODIES[2]))
+    assert (found.total(), said(damages)) == (40, [("definition", 20)])
+    assert topics == {TOPIC.decode(): 20, "/can1/from_can_bus": 20}
+    # Nor those before one that makes frames of what was none.
+    found, damages, topics = read(whole(schema(1), channel(1, 1, TOPIC, b"cdx"), BODIES[1], BETTER, BODIES[2]))
+    assert (found.total(), said(damages), topics) == (20, [("undefined", 20)], {TOPIC.decode(): 40})
+    # The same of their type.
+    other = schema(1, FRAME.replace("uint8 dlc", "uint8 dlx").encode())
+    found, damages, _ = read(whole(other, channel(1, 1, TOPIC), BODIES[1], schema(1), BODIES[2]))
+    assert (found.total(), said(damages)) == (40, [("definition", 20)])
+    other = schema(1, FRAME.replace("uint32 id", "uint32 ie").encode(), b"can_msgs/msg/Fraoe")
+    found, damages, _ = read(whole(other, channel(1, 1, TOPIC), BODIES[1], schema(1), BODIES[2]))
+    assert (found.total(), said(damages)) == (20, [("undefined", 20)])
+    # One that no check sum covers is wrong where it says otherwise than one that is covered.
+    found, damages, _ = read(whole(chunk(BETTER + BODIES[1], PARTS[1]), *SOUND[1:], end=other))
+    assert (found, said(damages)) == (TRUE, [("structure", 0)])
+
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "none": {"compression": CompressionType.NONE, "chunk_size": 2000},
+    "zstd": {"compression": CompressionType.ZSTD, "chunk_size": 2000},
+    "lz4": {"compression": CompressionType.LZ4, "chunk_size": 2000},
+    "no index": {"compression": CompressionType.NONE, "chunk_size": 2000, "index_types": IndexType.NONE},
+    "no check sum": {"compression": CompressionType.NONE, "chunk_size": 2000, "enable_crcs": False},
+    "no chunks": {"use_chunking": False},
+}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("ahead", [True, False], ids=["file", "pipe"])
+def test_every_loss_is_told_with_its_number(variant: str, ahead: bool, tmp_path: Path) -> None:
+    data = file(**VARIANTS[variant])
+    path = tmp_path / "x.mcap"
+    true, damages, _ = read(data, summary(data, path) if ahead else None)
+    assert true.total() == len(FRAMES) and damages == []
+    protected = "crcs" not in str(VARIANTS[variant]) and "chunks" not in variant
+    choose = random.Random(variant)
+    for _ in range(120):
+        at, bit = choose.randrange(len(data)), choose.randrange(8)
+        changed = bytearray(data)
+        changed[at] ^= 1 << bit
+        flipped = bytes(changed)
+        found, damages, _ = read(flipped, summary(flipped, path) if ahead else None)
+        lost, new = (true - found).total(), (found - true).total()
+        where = (at, bit, lost, new, damages)
+        doubtful = sum(damage["frames"] or 0 for damage in damages if damage["kind"] == "definition")
+        told = sum(damage["frames"] or 0 for damage in damages if damage["kind"] != "definition")
+        assert new <= max(doubtful, 0 if protected else 1), where
+        assert new <= 1 or not ahead, where
+        if not any(damage["kind"] in ("cut", "rest") for damage in damages):
+            assert told == lost - new, where
+
+
+def test_each_definition_takes_the_same_time() -> None:
+    one = CanFrame("can0", 0x181, bytes(8), 10**15)
+    many = {
+        "redefined": schema(1) + b"".join(channel(1, 1, b"/can%d" % (number % 2)) for number in range(200_000)),
+        "topics": schema(1)
+        + b"".join(
+            channel(number, 1, b"/can%d/%s_can_bus" % (number // 2, (b"from", b"to")[number % 2]))
+            + message(number, one)
+            for number in range(65_535)
+        ),
+        "types": b"".join(
+            schema(1, FRAME.encode() + b"\nuint8 x%d" % number) + channel(1, 1, b"/can%d" % (number % 2))
+            for number in range(20_000)
+        ),
+        "a long type": schema(1, FRAME.encode() + b"\nuint8 x" * 100_000)
+        + b"".join(channel(1, 1, b"/can%d" % (number % 2)) for number in range(50_000)),
+        "no type": b"".join(channel(number, 9, b"/can") for number in range(60_000))
+        + b"".join(schema(9, b"uint8 x%d" % number) for number in range(20_000)),
+        "no type, by turns": b"".join(
+            message(1, one) + channel(2, 9, b"/can%d" % (number % 2)) for number in range(50_000)
+        ),
+    }
+    for name, body in many.items():
+        session = _core.Session(lang="en", format="info")
+        session.begin("capture.mcap", True, "mcap")
+        began = time.process_time()
+        session.feed(whole(body))
+        session.end()
+        session.finish()
+        assert time.process_time() - began < 5, name
+
+
+def test_what_stands_at_the_end_of_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    data = file(**VARIANTS["zstd"])
+    (end,) = (at + 13 for at, op, _ in records(data) if op == DATA_END)
+    assert summary(data, path) == data[end:]
+    for cut in (b"", data[:7], data[:-1], data[:-8], data[: end + 40], whole(), data + b"\0"):
+        assert summary(cut, path) == b""
+    assert summary_of(tmp_path / "none") == b""
+    assert summary_of(tmp_path) == b""
+    for at in range(len(data[end:])):  # no end of a file does any harm
+        changed = bytearray(data[end:])
+        changed[at] ^= 0xFF
+        assert read(data, bytes(changed))[0].total() == len(FRAMES)
