@@ -192,9 +192,13 @@ class Trc:
                 self.header.append(";$FILEVERSION=1.3" if value == "1.2" else line)
             case ";$STARTTIME":
                 self.date_ns = _date(value)
+                if self.date_ns is None and value.strip("0123456789.,"):
+                    return DAMAGED
             case ";$COLUMNS":
                 self._columns = value.split(",")
                 self.header.append(line)
+            case _ if key.startswith(";$"):  # there are no other keys
+                return DAMAGED
             case _:
                 pass
         return None
