@@ -404,6 +404,9 @@ def sniff(head: bytes, complete: bool) -> str | None:
 def omission(line: bytes) -> int | None:
     """Rows that a line of a listing says were left out, -1 where it does not tell how many; None for any other line."""
 
+def may_hold_command(lines: bytes) -> bool:
+    """Whether there is anything in it that the runner of GitHub could take for a command: `::` or `##[`."""
+
 def class_of(kind: str, number: int) -> str | None:
     """The class by which lanes of the timeline (table `lanes`) show a state as it is on the wire.
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+from canalyze._core import may_hold_command
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
 from canalyze.layout import width
 from canalyze.words import Words
@@ -40,9 +41,9 @@ def _escaped(char: str) -> str:
 
 def commandless(lines: bytes) -> bytes:
     """Give lines without what the runner of GitHub takes for a command: `::` first in a line, `##[` anywhere."""
-    if b"##[" in lines:
-        lines = lines.replace(b"##[", b"##\\x5b")
-    return _COMMAND.sub(rb"\1\\x3a", lines) if b"::" in lines else lines
+    if not may_hold_command(lines):
+        return lines
+    return _COMMAND.sub(rb"\1\\x3a", lines.replace(b"##[", b"##\\x5b"))
 
 
 def complain(line: str) -> None:

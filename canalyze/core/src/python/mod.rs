@@ -87,6 +87,11 @@ fn omission(line: &[u8]) -> Option<i64> {
 }
 
 #[pyfunction]
+fn may_hold_command(lines: &[u8]) -> bool {
+    [&b"::"[..], b"##["].iter().any(|sign| memchr::memmem::find(lines, sign).is_some())
+}
+
+#[pyfunction]
 fn class_of(kind: &str, number: u16) -> Option<&'static str> {
     render::columns::class_of(kind, number)
 }
@@ -107,6 +112,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sniffed, module)?)?;
     module.add_function(wrap_pyfunction!(omission, module)?)?;
     module.add_function(wrap_pyfunction!(class_of, module)?)?;
+    module.add_function(wrap_pyfunction!(may_hold_command, module)?)?;
     module.add("TABLES", Name::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())
