@@ -298,7 +298,7 @@ class Trc:
 
 def is_damaged(line: str) -> bool:
     """Tell whether a line has bytes that no text has."""
-    return _CONTROL.search(line) is not None
+    return not line.isprintable() and _CONTROL.search(line) is not None
 
 
 def _unquoted(line: str) -> str:
