@@ -25,7 +25,7 @@ MAY_USE: dict[str, set[str]] = {
     "bounded": {"errors"},
     "toml": {"bounded", "errors", "network"},
     "writing": set(),
-    "output": {*SAID, "layout", "writing"},
+    "output": {*SAID, "_core", "layout", "writing"},
     "sources": READ,
     "sinks": {*READ, "output"},
     "reading": READ,

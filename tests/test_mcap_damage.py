@@ -303,3 +303,18 @@ def test_what_stands_at_the_end_of_a_file(tmp_path: Path) -> None:
         changed = bytearray(data[end:])
         changed[at] ^= 0xFF
         assert read(data, bytes(changed))[0].total() == len(FRAMES)
+
+
+def test_the_summary_holds_no_frames() -> None:
+    """A record of the summary becomes one of the data by a changed byte: no frame is made of it, and it is reported."""
+    parts = (schema(1), channel(1, 1, b"/can"), *(message(1, frame) for frame in FRAMES[:20]))
+    stray = message(1, FRAMES[30])
+    whole_chunk = chunk(message(1, FRAMES[30]), FRAMES[30:31])
+    sound, nothing, topics = read(whole(*parts, end=record(14, bytes(17))))
+    assert not nothing and sum(sound.values()) == 20 and topics == {"/can": 20}
+    for end in (stray, whole_chunk):
+        found, damages, topics = read(whole(*parts, end=end))
+        assert found == sound and topics == {"/can": 20}
+        assert [damage["kind"] for damage in damages] == ["structure"]
+    twice, nothing, _ = read(whole(*parts) + whole(*parts))
+    assert sum(twice.values()) == 40 and not nothing, "a file behind another has data again"

@@ -113,6 +113,8 @@ pub(super) struct Walk {
     reads: Vec<Read>,
     /// When the last message outside of chunks was recorded.
     near_ns: Option<u64>,
+    /// The data of the file are over: only records of its summary follow.
+    data_ended: bool,
 }
 
 impl Walk {
@@ -126,6 +128,7 @@ impl Walk {
             whole: true,
             reads: Vec::new(),
             near_ns: None,
+            data_ended: false,
         }
     }
 
@@ -192,6 +195,7 @@ impl Walk {
             self.lose();
         } else if !matches!(self.state, State::Passing(_)) {
             self.advance(record.len);
+            self.data_ended |= record.op == op::DATA_END;
             if record.op == op::FOOTER {
                 self.state = State::Records;
             }
@@ -262,7 +266,7 @@ impl Walk {
         if self.rest().starts_with(MAGIC) {
             self.advance(MAGIC.len());
             self.state = State::Records;
-            self.whole = false;
+            (self.whole, self.data_ended) = (false, false);
             return Some(Step::Begin);
         }
         if MAGIC.starts_with(self.rest()) {
@@ -361,6 +365,7 @@ impl Walk {
         let body = self.rest().get(HEAD..).unwrap_or_default();
         let head = |count: usize, fine: bool| if fine { Kept::Head(count) } else { Kept::No };
         match op {
+            _ if self.data_ended && is_of_data(op) => Kept::No,
             op::HEADER => whole(MAX_TEXT, 8),
             op::SCHEMA => whole(MAX_TEXT, 14),
             op::CHANNEL => whole(MAX_TEXT, 16),
@@ -445,6 +450,9 @@ impl Walk {
         if !matches!(*op, op::CHUNK | op::MESSAGE_INDEX | op::DATA_END | op::FOOTER | op::MESSAGE) {
             return false;
         }
+        if self.data_ended && is_of_data(*op) {
+            return false;
+        }
         let Some(len) = rest.u64() else { return false };
         let after = |count: usize| rest.0.get(count..).unwrap_or_default();
         match *op {
@@ -498,6 +506,14 @@ fn index(mut body: Bytes<'_>) -> Option<u64> {
     body.u16()?;
     let size = body.u32()?;
     (size % 16 == 0).then_some(u64::from(size))
+}
+
+/// Whether a record stands in front of the end of the data only.
+fn is_of_data(op: u8) -> bool {
+    matches!(
+        op,
+        op::HEADER | op::MESSAGE | op::CHUNK | op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA | op::DATA_END
+    )
 }
 
 /// A chunk says its length twice; where its own is wrong that of its content may be right.
