@@ -318,3 +318,25 @@ def test_the_summary_holds_no_frames() -> None:
         assert [damage["kind"] for damage in damages] == ["structure"]
     twice, nothing, _ = read(whole(*parts) + whole(*parts))
     assert sum(twice.values()) == 40 and not nothing, "a file behind another has data again"
+
+
+@pytest.mark.parametrize("size", [7, 1 << 20])
+def test_the_check_sum_over_the_data(size: int) -> None:
+    """It is asked where nothing else shows damage; and a record that takes in the end of the data is reported."""
+    head = MAGIC + record(HEADER, counted(b"ros2") + counted(b"test"))
+    data = head + schema(1) + channel(1, 1, b"/can") + b"".join(message(1, frame) for frame in FRAMES[:20])
+    end = record(FOOTER, bytes(20)) + MAGIC
+    crc = record(DATA_END, struct.pack("<I", zlib.crc32(data)))
+    assert read(data + crc + end, size=size)[1] == []
+    for place in range(len(head), len(data)):
+        changed = bytearray(data)
+        changed[place] ^= 1
+        found, damages, _ = read(bytes(changed) + crc + end, size=size)
+        assert damages, place
+        if [damage["kind"] for damage in damages] == ["unlocated"]:
+            assert damages[0]["frames"] == sum(found.values())
+    swallowed = head[:-4] + data[len(head) - 4 :] + crc
+    length = len(swallowed) - len(MAGIC) - 9
+    swallowed = MAGIC + bytes([HEADER]) + struct.pack("<Q", length) + swallowed[len(MAGIC) + 9 :]
+    found, damages, _ = read(swallowed + end, size=size)
+    assert not found and [damage["kind"] for damage in damages] == ["structure"]

@@ -15,7 +15,7 @@ from canalyze.words import Words
 Record = Mapping[str, Any]
 """An object of the core."""
 
-_DOUBTFUL: Final = ("doubtful", "definition")
+_DOUBTFUL: Final = ("doubtful", "definition", "unlocated")
 """Kinds of damage whose frames are there, and may be wrong."""
 _LISTED: Final = 20
 """Topics, buses, damages and the like that are shown of each; JSON has more."""

@@ -130,6 +130,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("damage.definition", "此处损坏，其中的定义只能照用", "what is damaged here defines topics, and had to be used"),
     ("damage.missing", "按文件自身的统计缺少消息", "messages are missing by the file's own statistics"),
     (
+        "damage.unlocated",
+        "全部数据的校验和不符，看不出损坏在何处",
+        "the check sum over all of the data does not match, and nothing shows where",
+    ),
+    (
         "damage.undefined",
         "消息所属的topic没有定义或定义无法使用",
         "messages of topics whose definition is lost or cannot be used",

@@ -251,6 +251,8 @@ pub enum DamageKind {
     Definition,
     /// The file says that it has more messages than could be found.
     Missing,
+    /// The check sum over all data of the file does not match, and nothing shows where: what was read may be wrong.
+    Unlocated,
 }
 
 /// What a reader knows of its file beyond frames.

@@ -96,6 +96,9 @@ rules! {
         Missing { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
             "按文件自身的统计, 还缺{frames}条消息, 未能找到"
             "by the file's own statistics {frames} more messages are missing: they were not found";
+        Unlocated { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
+            "全部数据的校验和不符, 但看不出损坏在何处; 已读取的{frames}帧可能有误"
+            "the check sum over all of the data does not match, and nothing shows where: {frames} frames that were read may be wrong";
         ChecksumWithFrames { offset: JsonOnly<Option<Count>>, bytes: Option<Count>, frames: Count }
             "校验和不符; 跳过{bytes}字节, 其中{frames}帧"
             "the check sum does not match; {bytes} bytes with {frames} frames were passed over";

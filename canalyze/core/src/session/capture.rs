@@ -261,6 +261,7 @@ impl Capture {
             (DamageKind::Doubtful, _, Some(frames)) => Cap004::DoubtfulWithFrames { offset, bytes, frames }.into(),
             (DamageKind::Definition, ..) => Cap004::Definition { offset, bytes, frames }.into(),
             (DamageKind::Missing, ..) => Cap004::Missing { offset, bytes, frames }.into(),
+            (DamageKind::Unlocated, ..) => Cap004::Unlocated { offset, bytes, frames }.into(),
         };
         let finding = self.finding(what, place, BusId(0));
         self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));

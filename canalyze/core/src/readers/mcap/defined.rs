@@ -498,6 +498,12 @@ impl Defined {
         channels.filter_map(|(channel, id)| channel.as_ref().map(|channel| (id, channel.messages)))
     }
 
+    /// Frames that were read, of all topics that hold any.
+    pub(super) fn frames(&self) -> u64 {
+        let channels = self.channels.iter().flatten().filter(|channel| channel.plan.is_some());
+        channels.map(|channel| channel.messages).sum()
+    }
+
     /// Messages that were read under the number of a channel when it was defined otherwise.
     pub(super) fn past(&self, id: u16) -> u64 {
         self.past.get(&id).copied().unwrap_or_default()

@@ -23,6 +23,7 @@ mod fields;
 mod held;
 mod kind;
 mod layout;
+mod lost;
 mod order;
 mod plan;
 mod schema;
@@ -44,6 +45,7 @@ use self::chunk::{Packing, Unpacker};
 use self::defined::{Channel, Defined, Took, Trust};
 use self::fields::BusField;
 use self::held::Held;
+use self::lost::Lost;
 use self::order::Order;
 #[cfg(test)]
 use self::plan::Plan;
@@ -83,14 +85,9 @@ struct File {
     lag_ns: i64,
     /// When the last message outside of chunks was recorded, and how many have come.
     loose: (i64, u32),
-    /// A damaged chunk, until it is known how many frames were in it.
-    bad: Option<Bad>,
     /// Messages of channels whose definition was lost, and may be repeated at the end of the file.
     waiting: Waiting,
-    /// Messages of lost chunks that were told, by channel.
-    lost: BTreeMap<u16, u64>,
-    /// Messages of each channel, as the file counts them.
-    counted: Option<BTreeMap<u16, u64>>,
+    lost: Lost,
     /// The end of the file was looked at before: what it counts is known, or is not to be believed.
     foreseen: bool,
     /// A part is lost up to the end.
@@ -103,13 +100,6 @@ struct File {
     passed_over: BTreeMap<u8, u64>,
 }
 
-#[derive(Debug)]
-struct Bad {
-    damage: Damage,
-    /// Messages of it by the indexes so far, of each channel.
-    indexed: Vec<(u16, u64)>,
-}
-
 impl Mcap {
     /// A reader at the beginning of a file.
     pub fn new(choice: Choice) -> Self {
@@ -119,10 +109,8 @@ impl Mcap {
             order: Order::new(),
             lag_ns: 0,
             loose: (i64::MIN, 0),
-            bad: None,
             waiting: Waiting::default(),
-            lost: BTreeMap::new(),
-            counted: None,
+            lost: Lost::default(),
             foreseen: false,
             rest_lost: false,
             over: false,
@@ -137,7 +125,7 @@ impl Mcap {
     /// Takes what stands at the end of the file, from its summary on, before anything else of it: see `summary`.
     pub fn foresee(&mut self, end: &[u8]) {
         let mut summary = Summary::read(end);
-        self.file.counted = summary.as_mut().and_then(|summary| summary.messages.take());
+        self.file.lost.counted = summary.as_mut().and_then(|summary| summary.messages.take());
         (self.file.defined.summary, self.file.foreseen) = (summary, true);
     }
 
@@ -226,6 +214,7 @@ impl File {
     fn begin(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
+        self.lost.reported = false;
         self.defined.begin();
     }
 
@@ -247,28 +236,9 @@ impl File {
         if let Some((at, messages)) = undefined {
             say(at, DamageKind::Undefined, messages);
         }
-        if whole && let Some(missing) = self.missing() {
+        if whole && let Some(missing) = self.lost.missing(&self.defined, &self.waiting) {
             say(0, DamageKind::Missing, missing);
         }
-    }
-
-    /// Frames that the file counts and that neither came nor are known to be lost.
-    fn missing(&self) -> Option<u64> {
-        let counted = self.counted.as_ref().filter(|_| self.defined.age <= 1)?;
-        let missing = counted.iter().map(|(id, told)| {
-            let channel = self.defined.channel(*id);
-            let read = channel.map_or(0, |channel| channel.messages) + self.defined.past(*id);
-            let found = read + self.waiting.count(*id);
-            let lost = self.lost.get(id).copied().unwrap_or_default();
-            let frames = channel.is_none_or(|channel| channel.plan.is_some());
-            if frames { told.saturating_sub(found.saturating_add(lost)) } else { 0 }
-        });
-        let missing = missing.fold(0, u64::saturating_add);
-        // A channel that the file does not count is one of the others, with a damaged number here or there.
-        let waiting = self.waiting.rest().map(|(id, _)| (id, self.waiting.count(id)));
-        let strange = waiting.chain(self.defined.messages()).filter(|(id, _)| !counted.contains_key(id));
-        let strange = strange.fold(0, |sum: u64, (_, count)| sum.saturating_add(count));
-        Some(missing.saturating_sub(strange)).filter(|missing| *missing > 0)
     }
 
     /// Reads the messages that waited for their channel, as far as it is known by now.
@@ -307,26 +277,20 @@ impl File {
     /// Says that a part is lost: what is held came before it.
     fn damaged(&mut self, damage: Damage, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
+        let reported = std::mem::replace(&mut self.lost.reported, true);
+        let unlocated = damage.kind == DamageKind::Unlocated;
+        if unlocated && reported {
+            return;
+        }
+        let frames = if unlocated { Some(self.defined.frames()) } else { damage.frames };
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        sink(Item::Damaged(damage), buses);
+        sink(Item::Damaged(Damage { frames, ..damage }), buses);
     }
 
     /// Says what is known by now of a damaged chunk.
     fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let Some(bad) = self.bad.take() else { return };
-        let frames = |id: u16, count| match self.defined.channel(id) {
-            Some(channel) if channel.plan.is_some() => Some(count),
-            Some(channel) if !channel.waits => Some(0),
-            _ => None,
-        };
-        let each: Option<Vec<u64>> = bad.indexed.iter().map(|(id, count)| frames(*id, *count)).collect();
-        let frames = each.filter(|each| !each.is_empty()).map(|each| each.iter().sum());
-        if frames.is_some() {
-            for (id, count) in bad.indexed {
-                *self.lost.entry(id).or_default() += count;
-            }
-        }
-        self.damaged(Damage { frames, ..bad.damage }, buses, sink);
+        let Some(damage) = self.lost.settle(&self.defined) else { return };
+        self.damaged(damage, buses, sink);
     }
 
     fn record(&mut self, record: Record, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Went {
@@ -348,7 +312,7 @@ impl File {
             }
             op::STATISTICS => {
                 if !self.foreseen {
-                    self.counted = summary::statistics(body);
+                    self.lost.counted = summary::statistics(body);
                 }
                 Went::Fine
             }
@@ -493,7 +457,7 @@ impl File {
                 self.definitions(unpacker.rescue(&head, packed), record.at);
                 self.catch_up(buses, sink);
                 let damage = Damage { place, kind, bytes: Some(record.len as u64), frames: None };
-                self.bad = Some(Bad { damage, indexed: Vec::new() });
+                self.lost.chunk(damage);
                 Went::Fine
             }
         };
@@ -560,9 +524,7 @@ impl File {
     fn index(&mut self, body: &[u8]) {
         let mut rest = Bytes(body);
         let (Some(id), Some(size)) = (rest.u16(), rest.u32()) else { return };
-        if let Some(bad) = &mut self.bad {
-            bad.indexed.push((id, u64::from(size / 16)));
-        }
+        self.lost.index(id, u64::from(size / 16));
     }
 
     fn contents(&self) -> Contents {

@@ -6,6 +6,8 @@
 //!
 //! Limits: a record that has to be kept is at most [`MAX_RECORD`] bytes, a message of frames at most [`MAX_MESSAGE`].
 
+use crc32fast::Hasher;
+
 use super::bytes::Bytes;
 use crate::readers::{Damage, DamageKind, Place};
 
@@ -115,6 +117,9 @@ pub(super) struct Walk {
     near_ns: Option<u64>,
     /// The data of the file are over: only records of its summary follow.
     data_ended: bool,
+    /// The check sum of the data so far, and where in what is held it ends; not where anything was lost.
+    sum: Option<Hasher>,
+    summed: usize,
 }
 
 impl Walk {
@@ -129,13 +134,17 @@ impl Walk {
             reads: Vec::new(),
             near_ns: None,
             data_ended: false,
+            sum: None,
+            summed: 0,
         }
     }
 
     /// Takes the next bytes of the input.
     pub(super) fn push(&mut self, mut bytes: &[u8]) {
         if self.from > 0 {
+            self.add_up();
             self.held.drain(..self.from);
+            self.summed = 0;
             self.at += self.from as u64;
             self.need = self.need.saturating_sub(self.from);
             self.from = 0;
@@ -144,6 +153,9 @@ impl Walk {
             let passed = bytes.len().min(usize::try_from(*left).unwrap_or(usize::MAX));
             *left -= passed as u64;
             self.at += passed as u64;
+            if let (Some(sum), Some(bytes)) = (&mut self.sum, bytes.get(..passed)) {
+                sum.update(bytes);
+            }
             bytes = bytes.get(passed..).unwrap_or_default();
         }
         self.held.extend_from_slice(bytes);
@@ -207,6 +219,28 @@ impl Walk {
         self.near_ns = Some(log_ns);
     }
 
+    /// Takes what is done with into the check sum.
+    fn add_up(&mut self) {
+        if let (Some(sum), Some(done)) = (&mut self.sum, self.held.get(self.summed..self.from)) {
+            sum.update(done);
+        }
+        self.summed = self.from;
+    }
+
+    /// What is wrong with the data where they end: nothing else showed it so far.
+    fn end_of_data(&mut self, op: u8) -> Option<Step> {
+        self.add_up();
+        let sum = self.sum.take()?.finalize();
+        let crc = self.rest().get(HEAD..).and_then(|body| Bytes(body).u32()).unwrap_or_default();
+        let kind = match op {
+            // Some record's length has taken in the end of the data.
+            op::FOOTER if !self.data_ended => DamageKind::Structure,
+            op::DATA_END if crc != 0 && crc != sum => DamageKind::Unlocated,
+            _ => return None,
+        };
+        Some(Step::Damaged(Damage { place: Place::Byte(self.offset()), kind, bytes: None, frames: None }))
+    }
+
     fn advance(&mut self, count: usize) {
         self.from = (self.from + count).min(self.held.len());
         self.need = 0;
@@ -215,7 +249,7 @@ impl Walk {
     /// No record can stand here.
     fn lose(&mut self) {
         self.state = State::Lost(self.offset());
-        self.whole = false;
+        (self.whole, self.sum) = (false, None);
         self.advance(1);
     }
 
@@ -264,6 +298,7 @@ impl Walk {
             return Some(Step::More);
         }
         if self.rest().starts_with(MAGIC) {
+            (self.sum, self.summed) = (Some(Hasher::new()), self.from);
             self.advance(MAGIC.len());
             self.state = State::Records;
             (self.whole, self.data_ended) = (false, false);
@@ -350,6 +385,11 @@ impl Walk {
                         return None;
                     }
                     return Some(self.cut(op));
+                }
+                if let op::DATA_END | op::FOOTER = op
+                    && let Some(step) = self.end_of_data(op)
+                {
+                    return Some(step);
                 }
                 Some(Step::Record(Record { at, op, len: total, doubtful }))
             }

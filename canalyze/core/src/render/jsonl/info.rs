@@ -41,6 +41,7 @@ pub const DAMAGES: &[(&str, DamageKind)] = &[
     ("doubtful", DamageKind::Doubtful),
     ("definition", DamageKind::Definition),
     ("missing", DamageKind::Missing),
+    ("unlocated", DamageKind::Unlocated),
 ];
 
 /// Appends the object of a file.
