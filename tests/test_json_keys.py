@@ -50,6 +50,7 @@ INFO = {
             "dropped",
             "left_out",
             "error_markers",
+            "clamped_stamps",
             "damage",
             "damages",
             "contents",

@@ -340,3 +340,12 @@ def test_the_check_sum_over_the_data(size: int) -> None:
     swallowed = MAGIC + bytes([HEADER]) + struct.pack("<Q", length) + swallowed[len(MAGIC) + 9 :]
     found, damages, _ = read(swallowed + end, size=size)
     assert not found and [damage["kind"] for damage in damages] == ["structure"]
+
+
+def test_many_damages_are_named_up_to_a_number(canalyze: Runner, tmp_path: Path) -> None:
+    chunks = [chunk(message(1, frame), [frame], sound=number % 2 == 0) for number, frame in enumerate(FRAMES[:200])]
+    (tmp_path / "many.mcap").write_bytes(whole(schema(1), channel(1, 1, b"/can"), *chunks))
+    done = canalyze("--lang", "en", "decode", "many.mcap")
+    assert len([line for line in done.complaints if "CAP004" in line]) == 5
+    assert done.complaints[-1] == "many.mcap: 100 damaged places in all"
+    assert json.loads(canalyze("info", "--format", "jsonl", "many.mcap").out)["damages"] == 100

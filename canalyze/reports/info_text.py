@@ -117,6 +117,8 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
             yield words("info.unreadable", count=unreadable["count"], place=_place(line, offset, words))
         if unreadable["further_buses"]:
             yield words("info.further_buses", count=unreadable["further_buses"])
+    if record["clamped_stamps"]:
+        yield words("info.clamped_stamps", count=record["clamped_stamps"])
     if record["gaps"]:
         yield words("info.gaps", count=record["gaps"], frames=record["dropped"])
     left_out = record["left_out"]
@@ -135,7 +137,8 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
         )
         yield words("info.then").join([fact, *lost])
     yield from _more(record["damage"], record["damages"], words)
-    if not (unreadable or record["gaps"] or left_out or record["error_markers"] or record["damages"]):
+    wrong = ("unreadable", "clamped_stamps", "gaps", "left_out", "error_markers", "damages")
+    if not any(record[key] for key in wrong):
         yield words("info.whole")
 
 

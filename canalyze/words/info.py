@@ -91,6 +91,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.read_as", "按 {fields} 读作CAN帧", "read as CAN frames by {fields}"),
     ("info.not_read", "不读作CAN帧", "not read as CAN frames"),
     ("info.unreadable", "无法读取：{count}处，首先是{place}", "cannot be read: {count}, first {place}"),
+    ("info.clamped_stamps", "超出可表示范围的时间戳：{count}个", "stamps out of range: {count}"),
     ("info.unreadable_somewhere", "无法读取：{count}处", "cannot be read: {count}"),
     (
         "info.further_buses",

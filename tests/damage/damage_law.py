@@ -34,6 +34,10 @@ class Said:
     """How many frames there are, by each command."""
     doubts: dict[str, bool]
     """Whether something is wrong with the file, by each command."""
+    passed_over: int
+    """How many records are counted as no frames, by `info`."""
+    doubtful: bool
+    """Whether all that was read is said to be perhaps wrong."""
 
 
 def run(*arguments: str, folder: Path) -> tuple[int, str, str]:
@@ -61,12 +65,16 @@ def said(folder: Path, name: str) -> Said:
     frames = [line for line in out.splitlines() if line.startswith("(")]
     counts: dict[str, int | None] = {"convert": len(frames)}
     doubts = {"convert": complains(err)}
+    passed_over, doubtful = 0, False
     for command, kind in zip(COMMANDS, ("info", "check", "summary_capture"), strict=True):
         ended, text, complaints = run(command, "--format", "jsonl", name, folder=folder)
         assert "Traceback" not in complaints, complaints
         found = rows(text, kind)
         counts[command] = found[0]["frames"] if found else None
         row = found[0] if found else {}
+        if command == "info" and found:
+            passed_over = sum(one["count"] for one in row["contents"]["passed_over"])
+            doubtful = any(one["kind"] == "doubtful" and one["offset"] == 0 for one in row["damage"])
         doubts[command] = bool(
             ended == 2
             or complains(complaints)
@@ -74,7 +82,7 @@ def said(folder: Path, name: str) -> Said:
             or (row["unreadable"]["count"] if isinstance(row.get("unreadable"), dict) else row.get("unreadable"))
             or (command == "check" and any(found["code"] in OF_THE_FILE for found in rows(text, "finding")))
         )
-    return Said(frames, err.splitlines(), code, counts, doubts)
+    return Said(frames, err.splitlines(), code, counts, doubts, passed_over, doubtful)
 
 
 @cache
@@ -106,9 +114,11 @@ def of_frames(form: Form, kind: str, before: list[str], of_damaged: Said) -> Ite
     """Frames against frames."""
     after = of_damaged.frames
     lost, new = Counter(before) - Counter(after), Counter(after) - Counter(before)
+    # What is shown as another frame, or counted as another record, is no frame that is gone.
+    shown = new.total() if kind != "doubled" else 0
+    gone = max(0, lost.total() - shown - of_damaged.passed_over)
     new = Counter({frame: count for frame, count in new.items() if frame not in before})
-    # What is shown as another frame is no frame that is gone.
-    gone, count = max(0, lost.total() - new.total()), new.total()
+    count = new.total()
     silent = not of_damaged.complaints
     cut = form.open_end and kind == "cut" and after == before[: len(after)]
     # Where what stands before a piece goes on behind it, nothing shows that the piece is gone.
@@ -117,7 +127,7 @@ def of_frames(form: Form, kind: str, before: list[str], of_damaged: Said) -> Ite
         yield f"lost silently: {gone}, first {next(iter(lost))}"
     if silent and count and (form.checksum or count > most_changed(kind)):
         yield f"changed silently: {count}, first {next(iter(new))}"
-    if new.total() > lost.total() + (0 if form.checksum else most_changed(kind) - 1):
+    if not of_damaged.doubtful and new.total() > lost.total() + (0 if form.checksum else most_changed(kind) - 1):
         yield f"invented: {new.total() - lost.total()}, {next(iter(new))}{', silently' if silent else ''}"
 
 

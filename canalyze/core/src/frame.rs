@@ -185,6 +185,11 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Whether its stamp was out of the range of nanoseconds of 64 bits, and is the end of that.
+    pub fn is_clamped(&self) -> bool {
+        self.t_ns.is_some_and(|t_ns| t_ns.unsigned_abs() >= LAST_SECOND_NS.unsigned_abs())
+    }
+
     /// A classic data frame on bus 0 without a stamp: the least a test or a caller has to say.
     pub fn classic(id: CanId, payload: &[u8]) -> Self {
         let mut data = [0; 64];

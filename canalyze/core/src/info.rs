@@ -45,6 +45,8 @@ pub struct Info {
     pub date_ns: Option<i64>,
     /// The stamps are written as dates.
     pub calendar: bool,
+    /// Stamps that are out of the range that can be shown, and were taken as its end.
+    pub clamped_stamps: u64,
     /// Lines or records that cannot be read.
     pub unreadable: u64,
     /// Those of them that are on buses beyond those that are kept apart.
@@ -124,6 +126,7 @@ impl Info {
             Some(Direction::Tx) => self.tx += 1,
             None => {}
         }
+        self.clamped_stamps += u64::from(frame.is_clamped());
         let (Some(t_ns), Some(stamp)) = (frame.t_ns, frame.stamp) else {
             self.unstamped += 1;
             return;

@@ -33,6 +33,8 @@ pub struct File {
     pub of_further_buses: u64,
     /// Frames whose stamps are further off than nanoseconds of 64 bits can tell.
     pub beyond: u64,
+    /// Damaged places so far.
+    pub damages: u64,
     /// The last frame of each bus, by its number.
     pub last: Vec<Option<FrameRef>>,
     /// Its stamps are not what they were taken for, which was said.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::filter::Clock;
 use crate::finding::{Code, Finding, Verdict};
-use crate::frame::{BusId, Buses, Frame, FrameRef, LAST_SECOND_NS, Stamp};
+use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
 use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
 use crate::render::jsonl;
@@ -16,7 +16,7 @@ use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005, Cap008};
 use crate::text::{Lang, complaints};
 use crate::writers;
 
-/// Unreadable lines of a file that are named one by one as they come.
+/// Unreadable lines and damaged places of a file that are named one by one as they come.
 const NAMED: u64 = 5;
 /// A file that begins so much earlier than the one before it ended is out of order, in ns.
 const STEP_BACK_NS: i64 = 10_000_000;
@@ -115,7 +115,7 @@ impl Capture {
     /// A frame of the file has come.
     fn arrived(&mut self, frame: &Frame) {
         self.file.frames += 1;
-        self.file.beyond += u64::from(frame.t_ns.is_some_and(|t_ns| t_ns.unsigned_abs() >= LAST_SECOND_NS as u64));
+        self.file.beyond += u64::from(frame.is_clamped());
     }
 
     /// Gives the next frame its number and its time among the capture's.
@@ -264,7 +264,10 @@ impl Capture {
             (DamageKind::Unlocated, ..) => Cap004::Unlocated { offset, bytes, frames }.into(),
         };
         let finding = self.finding(what, place, BusId(0));
-        self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));
+        self.file.damages += 1;
+        if self.file.damages <= NAMED {
+            self.complaints.push(complaints::marker(self.lang, &self.file.name, place, Some(&finding)));
+        }
         finding
     }
 
@@ -277,8 +280,11 @@ impl Capture {
         }
     }
 
-    /// The file is over: stamps that could not be taken as they are.
-    pub(super) fn end_of_stamps(&mut self) {
+    /// The file is over: how many damaged places it has, and stamps that could not be taken as they are.
+    pub(super) fn end_of_complaints(&mut self) {
+        if self.file.damages > NAMED {
+            self.complaints.push(complaints::damages(self.lang, &self.file.name, self.file.damages));
+        }
         if self.file.beyond > 0 {
             self.complaints.push(complaints::beyond(self.lang, &self.file.name, self.file.beyond));
         }

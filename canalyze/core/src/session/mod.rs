@@ -571,7 +571,7 @@ impl Stream {
     }
 
     fn end_of_file(&mut self, contents: &Contents, buses: &Buses, out: &mut Vec<u8>) {
-        self.capture.end_of_stamps();
+        self.capture.end_of_complaints();
         if let Some(info) = self.output.info() {
             return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
         }

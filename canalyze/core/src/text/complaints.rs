@@ -107,13 +107,21 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
     })
 }
 
-/// So many stamps of a file are further off than can be told.
+/// How many damaged places a file has, where only the first of them were named.
+pub fn damages(lang: Lang, file: &[u8], count: u64) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    say!(&mut out, lang; zh: ": 共", count, "处损坏"; en: ": ", count, " damaged places in all");
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// How many stamps of a file are out of the range that can be shown.
 pub fn beyond(lang: Lang, file: &[u8], count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     say!(&mut out, lang;
         zh: ": ", count, "个时间戳超出可表示的范围 (1677-09-21至2262-04-11), 已改为该范围的边界";
-        en: ": ", count, " stamps are out of the range that can be told, 1677-09-21 to 2262-04-11, and were taken as its end");
+        en: ": ", count, " stamps are out of the range that can be shown, 1677-09-21 to 2262-04-11, and were taken as its end");
     String::from_utf8_lossy(&out).into_owned()
 }
 

@@ -12,6 +12,7 @@
 //! | `first_date` `last_date` `zone` | the same as dates; `utc`, or `local` where no zone is told; null where unknown |
 //! | `decimals` | digits after the point of a stamp: null or `[fewest, most]` |
 //! | `backward` `backward_most_us` | how often a stamp is earlier than the one before, and the longest such step |
+//! | `clamped_stamps` | stamps out of the range that can be shown, 1677-09-21 to 2262-04-11, taken as its end |
 //! | `unreadable` | null or `{"count", "first_line", "first_offset", "further_buses"}`; the last one: those that are on more buses than are kept apart |
 //! | `gaps` `dropped` `error_markers` | reports of lost frames, frames said to be lost, error markers without content |
 //! | `left_out` | null or `{"places", "uncounted", "rows"}`: where the file itself shows that rows are missing, those of them without a count, and the rows that the others count |
@@ -61,7 +62,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
     put!(out; "},\"directions\":{\"rx\":", info.rx, ",\"tx\":", info.tx, "},\"unstamped\":", info.unstamped);
     times(out, info);
     put!(out; ",\"backward\":", info.span.backward, ",\"backward_most_us\":", info.span.backward_most_ns.unsigned_abs() / 1000);
-    put!(out; ",\"unreadable\":");
+    put!(out; ",\"clamped_stamps\":", info.clamped_stamps, ",\"unreadable\":");
     match info.first_unreadable {
         Some(place) => {
             put!(out; "{\"count\":", info.unreadable);
