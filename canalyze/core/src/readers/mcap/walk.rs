@@ -338,7 +338,7 @@ impl Walk {
                 return None;
             }
             [first, ..] if Some(first) == MAGIC.first() && MAGIC.starts_with(whole.get(..8).unwrap_or(whole)) => {
-                if let Some(step) = self.want(MAGIC.len(), done) {
+                if let Some(step) = self.want(MAGIC.len(), done).or_else(|| self.end_of_data(op::FOOTER)) {
                     return Some(step);
                 }
                 self.advance(MAGIC.len());
