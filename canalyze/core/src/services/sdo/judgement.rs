@@ -486,7 +486,9 @@ impl Channel {
         }
         let lasted = self.proof.last.since(first).unwrap_or(0);
         let flood = self.proof.requests == 0 && frames >= FLOOD && (1..APART_NS * frames as i64).contains(&lasted);
-        if !unanswered && !flood && self.is_sdo() == Some(true) {
+        // A few frames that nobody can tell are no sign of another protocol while each of them can be one of SDO.
+        let other = self.is_sdo().map_or(self.proof.odd > 0 || frames >= FEW, |is_sdo| !is_sdo);
+        if !unanswered && !flood && !other {
             return;
         }
         let what: Verdict = match (unanswered, flood) {
