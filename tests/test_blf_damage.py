@@ -1,4 +1,4 @@
-"""Damaged BLF files: every frame that is gone is told, none is invented, and reading goes on behind the damage."""
+"""Damaged BLF files: every frame that is lost is reported, none is invented, and reading goes on behind the damage."""
 
 import random
 import re

@@ -1,4 +1,4 @@
-"""What may not happen to a damaged capture: frames lost, changed or invented without a word, and counts that differ.
+"""What may not happen to a damaged capture: frames lost, changed or invented silently, and counts that differ.
 
 Why it exists: one judge for the test and for campaigns by hand. What it must not do: ask that frames are recovered.
 """

@@ -1,6 +1,6 @@
 """Damaged captures: nothing is lost, changed or invented in silence, and all commands say alike.
 
-`python tests/damage/test_damage.py 1000 [FORM...]` runs so many cases of each format and counts what is wrong.
+`python tests/damage/test_damage.py 1000 [FORM...]` runs that many cases of each format and counts what is wrong.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-//! One changed byte of a sound file never changes other records without a word, and invents none.
+//! One changed byte of a sound file never changes other records silently, and invents none.
 //!
 //! The first byte chooses the format, three more where a byte is changed and how, and the others are the frames. Bytes
 //! that describe all frames at once and have no checksum (the head of an ASC or pcapng file) stay as they are.

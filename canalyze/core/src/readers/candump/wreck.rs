@@ -35,7 +35,7 @@ pub(super) fn is_comment_damaged(text: &[u8], buses: &Buses) -> bool {
     !name.is_empty() && buses.names().any(known) && is_frame(skip_blanks(behind))
 }
 
-/// Whether what stands behind a frame is no remark: control bytes, or the next line, whose newline was changed.
+/// Whether what follows a frame is no remark: control bytes, or the next line, whose newline was changed.
 #[inline(never)]
 pub(super) fn is_tail_damaged(tail: &[u8]) -> bool {
     if tail.iter().all(|&byte| is_blank(byte)) {

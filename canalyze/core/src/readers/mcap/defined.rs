@@ -26,7 +26,7 @@ const MOST_TOPICS: usize = 1024;
 /// The longest name of a topic or type that is kept.
 const MOST_NAME: usize = 1024;
 
-/// Damaged parts whose definitions are told one by one; what else there is, is counted with the last.
+/// Damaged parts whose definitions are reported one by one; the others are counted with the last.
 const MOST_DOUBTS: usize = 16;
 
 /// What a definition stands under.

@@ -35,7 +35,7 @@ impl Lost {
         self.bad = Some(Bad { damage, indexed: Vec::new() });
     }
 
-    /// A message index: of this channel the chunk in front of it has so many messages.
+    /// A message index: how many messages of this channel the chunk in front of it has.
     pub(super) fn index(&mut self, id: u16, count: u64) {
         if let Some(bad) = &mut self.bad {
             bad.indexed.push((id, count));

@@ -65,7 +65,7 @@ const MOST_KINDS: usize = 63;
 const PIECE: usize = 1 << 20;
 /// Outside of chunks frames wait for earlier ones for so long, by the time of recording.
 const WAIT_NS: i64 = 1_000_000_000;
-/// And are looked at whenever so many have come.
+/// And are looked at whenever that many have come.
 const ROUND: u32 = 1024;
 
 /// A reader of MCAP. One for each file.
@@ -122,7 +122,7 @@ impl Mcap {
         Self { walk: Walk::new(), file }
     }
 
-    /// Takes what stands at the end of the file, from its summary on, before anything else of it: see `summary`.
+    /// Takes the end of the file, from its summary on, before anything else of it: see `summary`.
     pub fn foresee(&mut self, end: &[u8]) {
         let mut summary = Summary::read(end);
         self.file.lost.counted = summary.as_mut().and_then(|summary| summary.messages.take());

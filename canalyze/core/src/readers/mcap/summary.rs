@@ -13,13 +13,13 @@ use super::walk::{HEAD, MAGIC, inner, op};
 const FOOTER: usize = 20;
 const BEFORE_CRC: usize = 16;
 
-/// What stands in a summary.
+/// What a summary holds.
 #[derive(Debug)]
 pub(super) struct Summary {
     bytes: Box<[u8]>,
     schemas: BTreeMap<u16, Range<usize>>,
     channels: BTreeMap<u16, Range<usize>>,
-    /// Messages of each channel, where they are told.
+    /// Messages of each channel, where it counts them.
     pub(super) messages: Option<BTreeMap<u16, u64>>,
     /// Its check sum is there and holds.
     pub(super) verified: bool,
