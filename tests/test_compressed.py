@@ -1,4 +1,4 @@
-"""Compressed files and text of another encoding are read as what is in them; damage costs what it must and is reported."""
+"""Compressed files and text of another encoding are read as what is in them; damage costs little and is reported."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Compressed files and text of another encoding, as the bytes that are in them.
 
 A layer reads what the one below it gives and hands on pieces of bounded size, whatever they hold: memory does not grow
-with what a file unpacks to. Damage ends it and is reported, never raised. Bytes go out before the check sum behind them is
-seen: where that fails, or nothing can be unpacked up to it, all that came of its member may be wrong, and it is reported
+with what a file unpacks to. Damage ends it and is reported, never raised. Bytes go out before the check sum behind them
+is seen: where that fails, or nothing can be unpacked up to it, all that came of its member may be wrong: reported
 where the member begins. No format of captures is known here.
 """
 
