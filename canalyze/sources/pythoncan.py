@@ -540,7 +540,7 @@ class _Csv(_Text):
 
     @staticmethod
     def _change(line: str) -> str | None:
-        if is_damaged(line):
+        if not line.isprintable() and is_damaged(line):
             return DAMAGED
         return None if line.startswith("timestamp,") and line.count(",") <= _COMMAS else line
 

@@ -165,7 +165,7 @@ class Trc:
 
     def change(self, line: str) -> str | None:
         """Take a line: those of the header are kept back, those of version 1.2 become what 1.3 would have."""
-        if is_damaged(line):
+        if not line.isprintable() and is_damaged(line):
             return DAMAGED
         if line[0] in ">`|<" or line[-1] in "`|>":
             line = _MARKS.sub("", _unquoted(line))
@@ -175,7 +175,7 @@ class Trc:
             self.complete = True
             if not self.decided:
                 self._decide(line)
-            if self.version.startswith("2"):  # whose data are the rest of the line
+            if self.version.startswith("2") and _may_hold_remark(line):  # whose data are the rest of the line
                 line = _REMARK.sub("", line)
             if line.count(".") > 1 and self._holds_two(line):
                 return DAMAGED
@@ -297,8 +297,13 @@ class Trc:
 
 
 def is_damaged(line: str) -> bool:
-    """Tell whether a line has bytes that no text has."""
-    return not line.isprintable() and _CONTROL.search(line) is not None
+    """Tell whether a line has bytes that no text has. Of a line that is printable it need not be asked."""
+    return _CONTROL.search(line) is not None
+
+
+def _may_hold_remark(line: str) -> bool:
+    """Tell whether `_REMARK` has to look at a line."""
+    return ";" in line or "#" in line or "/" in line or "<" in line or "\u2190" in line
 
 
 def _unquoted(line: str) -> str:
