@@ -90,3 +90,13 @@ def test_a_list_of_holes_that_exists_is_kept(tmp_path: Path) -> None:
     assert (files.written, files.code) == (0, 2)
     directory(tmp_path, [], force=True).add([("a.bin", b"12", "incomplete", [])])
     assert names(tmp_path) == ["a.bin.incomplete"]
+
+
+def test_without_a_byte_only_what_is_complete_is_a_file(tmp_path: Path) -> None:
+    files = directory(tmp_path, [])
+    files.add([("a.bin", b"", "", []), ("b.bin", b"", "incomplete", [(0, 7)]), ("c.bin", b"", "aborted", [])])
+    assert names(tmp_path) == []
+    files.add([("a.bin", b"", "ok", [])])
+    files.close()
+    assert names(tmp_path) == ["a.bin"]
+    assert (files.written, files.holed) == (1, 0)

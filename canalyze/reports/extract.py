@@ -6,6 +6,9 @@ NAME.aborted and the like. Files that exist are kept. Names are the core's, and 
 A transfer of which the capture lacks a part never gets the plain name. Where the length of a hole is known, the file
 has as many bytes FILL in its place, so that what stands behind has its offset; a hole at the end, or of unknown length,
 takes no room. Which holes there are stands in a file beside it, NAME.STATUS.holes.json.
+
+A transfer without a byte is a file only where it is complete: of thousands of requests that found no answer there is
+nothing to keep.
 """
 
 import errno
@@ -39,7 +42,7 @@ class Directory:
         self._tell = tell
         self._force = force
         self._open: dict[str, Part | None] = {}
-        """By name; None where a file that exists is kept."""
+        """By name, from the first byte on; None where a file that exists is kept."""
         try:
             if not name:
                 raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
@@ -59,6 +62,8 @@ class Directory:
 
     def _add(self, name: str, data: bytes, status: str, holes: Sequence[Hole]) -> None:
         if name not in self._open:
+            if not data and not (status == "ok" and not holes):
+                return
             self._open[name] = self._part(self._path / name)
         part = self._open[name]
         if part is not None and data:

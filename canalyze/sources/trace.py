@@ -61,7 +61,7 @@ class Lines:
         """The number of a last line that lacks its end, and may be cut."""
         self.unanswered: Callable[[], None] = lambda: None
         """Called when a further line is wanted, and nothing came of the last one."""
-        self.aside: Callable[[], bool] = lambda: False
+        self.aside: Callable[[], bool] | None = None
         """Looks at the line that is to be handed out; what it takes for itself the reader never sees."""
         self._change = change
         self._lines: deque[tuple[int, str]] = deque()
@@ -117,7 +117,7 @@ class Lines:
                 self.number, self.line = 0, self._before.pop(0)
             elif lines:
                 self.number, self.line = lines.popleft()
-                if self.aside():
+                if self.aside and self.aside():
                     continue
                 self.answered = False
             else:
