@@ -26,6 +26,7 @@ from canalyze.output import Output, complain, shows_chinese
 from canalyze.words import Words
 
 COMMANDS: Final = (
+    "diagnose",
     "decode",
     "sniff",
     "monitor",
@@ -141,7 +142,7 @@ def _run(args: list[str]) -> int:
         if not args and not _completes():
             complain_page(group, words)
             return 2
-        return int(group.main(args, prog_name="canalyze", standalone_mode=False, obj=config) or 0)
+        return int(group.main(_commanded(args), prog_name="canalyze", standalone_mode=False, obj=config) or 0)
     except click.UsageError as error:
         complain(usage_line(error, words))
         return 2
@@ -167,6 +168,16 @@ def complain_page(group: click.Group, words: Words) -> None:
 
 def _completes() -> bool:
     return "_CANALYZE_COMPLETE" in os.environ
+
+
+def _commanded(args: list[str]) -> list[str]:
+    """Put the command before files that come without one: they are diagnosed."""
+    first = next((arg for arg in args if not arg.startswith("-") or arg == "-"), None)
+    if first is None or first in COMMANDS or _completes():
+        return args
+    files = [arg for arg in args if arg == "-" or os.path.lexists(arg)]
+    looks = os.sep in first or "." in first or any(sign in first for sign in "*?[")
+    return ["diagnose", *args] if files or looks else args
 
 
 def _command(args: list[str]) -> str:

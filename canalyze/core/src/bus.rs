@@ -124,6 +124,22 @@ impl Bus {
         self.checks.drives.states(node)
     }
 
+    /// What is known of a node.
+    pub fn node(&self, node: u8) -> Option<&Node> {
+        self.nodes.get(node)
+    }
+
+    /// The nodes that have a TPDO with an identifier, a bit each, by what is known of them and by the pre-defined
+    /// connection set.
+    pub fn producers(&self, id: CanId) -> u128 {
+        let sends = |node: &Node| node.pdos().iter().any(|pdo| pdo.transmit && pdo.cob.0.valid && pdo.cob.0.id == id);
+        let known = self.nodes.iter().filter(|(_, node)| sends(node)).fold(0, |all, (node, _)| all | 1 << (node & 0x7F));
+        match self.roles.of(id) {
+            Role::Tpdo { node, .. } if known == 0 => 1 << (node & 0x7F),
+            _ => known,
+        }
+    }
+
     /// The SDO transfers that run, by server, with what is known of their objects.
     pub fn running(&self) -> impl Iterator<Item = (&Transfer, Option<Arc<Object>>)> {
         self.channels.values().filter_map(|channel| channel.running())

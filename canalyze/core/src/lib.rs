@@ -35,6 +35,7 @@ pub mod cob_id;
 pub mod configuration;
 pub mod context;
 pub mod dictionary;
+pub mod diagnosis;
 pub mod diff;
 pub mod drive;
 pub mod event;

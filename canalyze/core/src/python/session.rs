@@ -107,6 +107,7 @@ impl Session {
             ("convert", Format::Convert(to)),
             ("info", Format::Info),
             ("check", Format::Check),
+            ("diagnosis", Format::Diagnosis),
             ("columns", Format::Columns),
             ("digest", Format::Digest),
             ("monitor", Format::Monitor),

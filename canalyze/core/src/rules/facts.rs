@@ -35,7 +35,7 @@ pub struct Variant {
 
 impl Variant {
     /// Does not compile where a sentence and the facts do not fit.
-    pub(super) const fn check(&self) {
+    pub(crate) const fn check(&self) {
         assert!(self.is_sound(), "a name in braces is no fact of the variant, or a fact stands in no sentence");
     }
 
@@ -99,7 +99,7 @@ const fn begins(mut text: &[u8], mut name: &[u8]) -> bool {
 }
 
 /// A name without the mark by which Rust tells it from a keyword.
-pub(super) const fn plain(name: &'static str) -> &'static str {
+pub(crate) const fn plain(name: &'static str) -> &'static str {
     match name.as_bytes() {
         [b'r', b'#', rest @ ..] => match std::str::from_utf8(rest) {
             Ok(name) => name,
@@ -122,7 +122,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    pub(super) fn new<const N: usize>(variant: &'static Variant, facts: [Quantity; N]) -> Self {
+    pub(crate) fn new<const N: usize>(variant: &'static Variant, facts: [Quantity; N]) -> Self {
         const { assert!(N <= MEASURED, "a variant with more facts than a finding holds") };
         let mut values = [Quantity::Nothing; MEASURED];
         for (slot, fact) in values.iter_mut().zip(facts) {

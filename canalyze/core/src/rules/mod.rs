@@ -9,7 +9,7 @@
 //! the standard or the configuration; an info is worth knowing.
 
 mod facts;
-mod quantity;
+pub(crate) mod quantity;
 
 pub mod bus;
 pub mod capture;
@@ -30,7 +30,7 @@ pub mod time;
 pub use facts::{Deviation, Fact, Facts, Measured, Unmet, Variant, Verdict, Words};
 pub use quantity::{CrcMatch, JsonOnly, Kind, Quantity, Said};
 
-use facts::plain;
+pub(crate) use facts::plain;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -191,7 +191,7 @@ macro_rules! rules {
         }
     };
 }
-use rules;
+pub(crate) use rules;
 
 /// The codes, from the files that hold their rules.
 macro_rules! codes {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use crate::bus::Bus;
 use crate::context::{Chunk, Context};
+use crate::diagnosis::Diagnosis;
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
@@ -54,6 +55,8 @@ pub(super) struct Decoding {
     repeats: Repeats,
     /// What is expected of the capture.
     verification: Option<Box<Verification>>,
+    /// What went wrong.
+    diagnosis: Option<Box<Diagnosis>>,
     /// Which nodes had a frame, a bit each, by bus.
     seen: Vec<u128>,
     pub(super) extracted: Vec<Extracted>,
@@ -73,6 +76,7 @@ impl Decoding {
             next_transfer: 0,
             repeats: Repeats::default(),
             verification: None,
+            diagnosis: None,
             seen: Vec::new(),
             extracted: Vec::new(),
         }
@@ -81,6 +85,42 @@ impl Decoding {
     /// The capture is held against what is expected of it.
     pub(super) fn expect(&mut self, expected: &Expectations) {
         self.verification = Some(Box::new(Verification::new(expected, self.network.bit_rate)));
+    }
+
+    /// What goes wrong is followed.
+    pub(super) fn diagnose(&mut self) {
+        self.diagnosis = Some(Box::default());
+    }
+
+    /// A frame with all that follows from it goes to the diagnosis.
+    #[inline]
+    pub(super) fn diagnosed(&mut self, frame: &Frame) {
+        if let Some(diagnosis) = &mut self.diagnosis
+            && let Some(bus) = self.state.get(usize::from(frame.bus.0))
+        {
+            diagnosis.frame(frame, &self.events, bus);
+        }
+    }
+
+    /// So does what belongs to no frame at hand.
+    pub(super) fn diagnosed_aside(&mut self) {
+        if let Some(diagnosis) = &mut self.diagnosis {
+            diagnosis.asides(&self.events, &self.state);
+        }
+    }
+
+    /// And a finding about the capture.
+    pub(super) fn diagnosed_finding(&mut self, finding: &Finding) {
+        if let Some(diagnosis) = &mut self.diagnosis {
+            diagnosis.finding(finding, &self.state);
+        }
+    }
+
+    /// The capture is over: what went wrong in it.
+    pub(super) fn take_diagnosis(&mut self) -> Option<Box<Diagnosis>> {
+        let mut diagnosis = self.diagnosis.take()?;
+        diagnosis.finish(&self.state);
+        Some(diagnosis)
     }
 
     /// Whether it is held against anything.

@@ -74,6 +74,8 @@ pub enum Format {
     Convert(writers::Format),
     /// JSON lines of findings only, each with the annotated lines of its context.
     Check,
+    /// JSON lines of what went wrong: incidents, then the verdict, all at the end.
+    Diagnosis,
     /// Nothing: what a view shows while the capture grows is asked for with [`Session::snapshot`] and
     /// [`Session::trace`].
     Monitor,
@@ -150,6 +152,9 @@ impl Session {
         let mut decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
         if let Some(expected) = expectations {
             decoding.expect(&expected);
+        }
+        if output.diagnoses() {
+            decoding.diagnose();
         }
         Self {
             lang,
@@ -515,6 +520,7 @@ impl Stream {
                 self.decoding.find(frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
             }
         }
+        self.decoding.diagnosed(frame);
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);
             self.output.rows(self.capture.view(buses), frame, &mut self.decoding.events, sync);
@@ -605,6 +611,9 @@ impl Stream {
         self.aside(buses, out);
         self.decoding.counted(self.capture.last);
         self.write_aside(buses, out);
+        if let Some(diagnosis) = self.decoding.take_diagnosis() {
+            self.output.diagnosis(out, self.capture.view(buses), &diagnosis);
+        }
         if self.capture.frames > 0 {
             self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
             self.output.finish(out, self.capture.view(buses));
@@ -615,6 +624,7 @@ impl Stream {
     fn report(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
         if let Some(finding) = finding {
             self.tally.finding(finding);
+            self.decoding.diagnosed_finding(finding);
             self.output.finding(out, self.capture.view(buses), finding);
         }
     }
@@ -622,6 +632,7 @@ impl Stream {
     /// What belongs to no frame at hand.
     fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
+        self.decoding.diagnosed_aside();
         self.decoding.fold();
         self.write_aside(buses, out);
     }

@@ -5,8 +5,9 @@
 
 use super::capture::View;
 use super::records::Records;
-use super::sink::{JsonLines, Nothing, NumberedLines, Passing, Sink, Text, service};
+use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text, service};
 use super::{Format, Options};
+use crate::diagnosis::Diagnosis;
 use crate::diff::digest::Digest;
 use crate::event::{Event, What};
 use crate::filter::Filter;
@@ -48,6 +49,7 @@ impl Output {
             Format::Transfers | Format::Check | Format::Summary | Format::Records | Format::Observed => {
                 Box::new(Records::new(options.format, &options.network))
             }
+            Format::Diagnosis => Box::new(Incidents),
             Format::Info => Box::new(Info::default()),
             Format::Digest => Box::new(Digest::default()),
             Format::Convert(format) => Box::new(Writer::new(format, &options.writing)),
@@ -64,6 +66,16 @@ impl Output {
     /// As many were shown as are to be.
     pub(super) fn is_done(&self) -> bool {
         self.count.is_some_and(|count| self.shown >= count)
+    }
+
+    /// Whether what goes wrong is asked for.
+    pub(super) fn diagnoses(&self) -> bool {
+        self.sink.diagnoses()
+    }
+
+    /// What went wrong in the capture, which is over.
+    pub(super) fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
+        self.sink.diagnosis(out, view, diagnosis);
     }
 
     /// Nobody asks what frames mean.

@@ -6,6 +6,7 @@
 use std::fmt::Debug;
 
 use super::capture::View;
+use crate::diagnosis::Diagnosis;
 use crate::diff::digest::Digest;
 use crate::event::{Event, What};
 use crate::filter::Filter;
@@ -71,6 +72,14 @@ pub(super) trait Sink: Debug + Send + Sync {
     /// The end of the capture; `shown`: the frames or transfers of it that were shown.
     fn finish(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _shown: u64) {}
 
+    /// Whether it wants to know what went wrong.
+    fn diagnoses(&self) -> bool {
+        false
+    }
+
+    /// What went wrong in the capture, which is over.
+    fn diagnosis(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _diagnosis: &Diagnosis) {}
+
     /// Whether it takes frames, and not only what ends with them.
     fn takes_frames(&self) -> bool {
         true
@@ -121,6 +130,24 @@ pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
 pub(super) struct Nothing;
 
 impl Sink for Nothing {}
+
+/// What went wrong.
+#[derive(Debug)]
+pub(super) struct Incidents;
+
+impl Sink for Incidents {
+    fn takes_frames(&self) -> bool {
+        false
+    }
+
+    fn diagnoses(&self) -> bool {
+        true
+    }
+
+    fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
+        jsonl::diagnosis::write(out, view.jsonl, diagnosis);
+    }
+}
 
 /// Annotated lines.
 #[derive(Debug)]

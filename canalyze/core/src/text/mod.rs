@@ -18,6 +18,7 @@ pub mod digits;
 pub mod escape;
 pub mod explain;
 pub mod findings;
+pub mod incidents;
 pub mod lane;
 pub mod losses;
 pub mod notes;

@@ -108,7 +108,7 @@ fn unmet(out: &mut Vec<u8>, unmet: &Unmet) {
 }
 
 /// Appends `name":value`.
-fn pair(out: &mut Vec<u8>, name: &str, quantity: Quantity) {
+pub(super) fn pair(out: &mut Vec<u8>, name: &str, quantity: Quantity) {
     put!(out; name);
     if matches!(quantity, Quantity::Ns(_)) {
         put!(out; "_ns");

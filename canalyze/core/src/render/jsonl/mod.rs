@@ -13,12 +13,14 @@
 //! | `summary_...` | see [`summary`] |
 //! | `observed_...` | see [`observed`] |
 //! | `difference`, `diff` | see [`diff`] |
+//! | `incident`, `diagnosis` | see [`diagnosis`] |
 //!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it. Its `message` is about `cause_frame`, where
 //! there is one. `lines` are the annotated lines of its context, `{"frame","text"}` each, oldest first.
 
 mod contents;
+pub mod diagnosis;
 pub mod diff;
 pub mod facts;
 mod info;

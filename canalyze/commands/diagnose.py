@@ -1,0 +1,166 @@
+"""`canalyze diagnose`, and `canalyze FILE` without a command: what went wrong, whether it still is, and why.
+
+What went wrong, the core says; how it is laid out, `reports.diagnosis_text`.
+
+Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is there; 2 something could not be read.
+"""
+
+import json
+from collections.abc import Iterator
+from typing import Any, Final, Unpack
+
+import click
+
+from canalyze.help import Command
+from canalyze.options import CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
+from canalyze.output import Output, Progress, open_output, told
+from canalyze.run import Run
+from canalyze.sources.file import STDIN, total_size
+from canalyze.words import Words
+
+KEYS: Final = (
+    *("kind", "phase", "id", "incident", "subject", "status", "impact", "grade", "begin", "noticed", "end", "cause"),
+    *("effects", "steps", "facts", "checks", "findings", "message", "repeats"),
+)
+"""Of an incident in JSON lines."""
+FAIL_ON: Final = {"stands": ("stands",), "unknown": ("stands", "unknown"), "over": ("stands", "unknown", "over")}
+"""What makes the command fail, by --fail-on."""
+AROUND: Final = 2
+"""Frames that are shown before and behind a step of a story."""
+
+
+def command(words: Words) -> click.Command:
+    """Build the command in one language."""
+
+    def run(
+        files: tuple[str, ...],
+        form: str,
+        story: int | None,
+        everything: bool,
+        since: float | None,
+        node: int | None,
+        bus: str | None,
+        fail_on: str | None,
+        output: str | None,
+        force: bool,
+        expression: str | None,
+        stamps: str,
+        **given: Unpack[CaptureOptions],
+    ) -> int:
+        names = inputs(files, words)
+        if story is not None and (STDIN in names or form != "text"):
+            key = "usage.text_only" if form != "text" else "diagnose.story_stdin"
+            raise click.UsageError(words(key, option="-n"), click.get_current_context())
+        session = open_session(words, given, format="diagnosis", stamps=stamps, filter=expression)
+        with open_output(output, force=force) as out:
+            results: list[bytes] = []
+            total = total_size(names)
+            code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
+            records = [json.loads(line) for line in b"".join(results).splitlines()]
+            incidents = [one for one in records if one["kind"] == "incident"]
+            whole = next((one for one in records if one["kind"] == "diagnosis"), None)
+            shown = _chosen(incidents, whole, since, node, bus)
+            if story is not None:
+                if not any(one["id"] == story for one in incidents):
+                    raise click.UsageError(words("diagnose.no_story", number=story), click.get_current_context())
+            if form == "jsonl":
+                for one in shown:
+                    line = json.dumps({key: one[key] for key in KEYS}, ensure_ascii=False)
+                    out.write(f"{line}\n".encode("utf-8", "backslashreplace"))
+            elif whole is not None:
+                from canalyze.reports import diagnosis_text
+
+                if story is None:
+                    names_shown = [name for name in names if name != STDIN]
+                    diagnosis_text.show(shown, whole, out, words, names_shown, session.nature, everything=everything)
+                else:
+                    lines = _around(names, incidents, story, given, stamps, words)
+                    diagnosis_text.tell(story, incidents, whole, lines, out, words)
+            told(code, out, words, stream=total is None, some=whole is not None)
+            if whole is None:
+                out.drop()
+        fails = FAIL_ON.get(fail_on or "", ())
+        return code or int(any(one["status"] in fails and one["root"] for one in shown))
+
+    return Command(
+        "diagnose",
+        words,
+        run,
+        [
+            click.Option(["-n", "story"], type=click.IntRange(1), metavar="N", help=words("diagnose.story")),
+            click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
+            click.Option(["--since"], type=float, metavar="S", help=words("diagnose.since")),
+            click.Option(["--node"], type=click.IntRange(1, 127), metavar="N", help=words("diagnose.node")),
+            click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
+            click.Option(["--fail-on"], type=OneOf(tuple(FAIL_ON), words), help=words("diagnose.fail_on")),
+            format_option(words, "diagnose"),
+            *capture_options(words),
+        ],
+    )
+
+
+def _chosen(
+    incidents: list[dict[str, Any]],
+    whole: dict[str, Any] | None,
+    since: float | None,
+    node: int | None,
+    bus: str | None,
+) -> list[dict[str, Any]]:
+    """Give the stories that are asked for, each with all that belongs to it."""
+    begin = float((whole or {}).get("begin") or 0)
+    by_id = {one["id"]: one for one in incidents}
+
+    def fits(one: dict[str, Any]) -> bool:
+        subject, end = one["subject"], one["end"]
+        late = since is None or end is None or end["t"] is None or float(end["t"]) - begin >= since
+        about = node is None or node in (subject.get("node"), *subject.get("nodes", ()))
+        return late and about and (bus is None or subject["bus"] == bus)
+
+    roots = {root(one, by_id)["id"] for one in incidents if fits(one)}
+    return [one for one in incidents if root(one, by_id)["id"] in roots]
+
+
+def root(one: dict[str, Any], by_id: dict[int, dict[str, Any]]) -> dict[str, Any]:
+    """Give the incident from which this one comes."""
+    for _ in by_id:
+        if one["root"] or one["cause"] is None:
+            break
+        one = by_id[one["cause"]["id"]]
+    return one
+
+
+def _around(
+    names: tuple[str, ...],
+    incidents: list[dict[str, Any]],
+    story: int,
+    given: CaptureOptions,
+    stamps: str,
+    words: Words,
+) -> dict[int, str]:
+    """Read again, and keep the annotated lines around each step of a story, by the number of the frame."""
+    wanted = {
+        frame + near
+        for one in _tree(story, incidents)
+        for frame in (one["begin"]["frame"], *(step["frame"] for step in one["steps"]))
+        for near in range(-AROUND, AROUND + 1)
+    }
+    kept: dict[int, str] = {}
+
+    def take(result: bytes) -> None:
+        for line in result.splitlines():
+            record = json.loads(line)
+            if record["frame"] in wanted:
+                kept[record["frame"]] = record["text"]
+
+    session = open_session(words, given, format="lines", stamps=stamps)
+    Run(session, words, Progress(words, Output(), total_size(names)), take, given).over(names)
+    return kept
+
+
+def _tree(story: int, incidents: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    by_id = {one["id"]: one for one in incidents}
+    waiting = [story]
+    while waiting:
+        one = by_id[waiting.pop(0)]
+        yield one
+        waiting += [effect for effect in one["effects"] if not by_id[effect]["root"]]

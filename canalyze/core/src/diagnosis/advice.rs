@@ -1,0 +1,68 @@
+//! What to look at first: from what the capture shows, not from a list for each kind.
+//!
+//! Must not: advise what the capture speaks against.
+
+use super::incident::{Grade, Incident, Status};
+use super::kinds::Kind;
+use super::sayings::{self as say, Check};
+
+/// What the whole capture shows that matters to advice.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shown {
+    /// There are error frames in it.
+    pub error_frames: bool,
+}
+
+/// What to look at first, the first first.
+pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
+    if one.status == Status::Harmless {
+        return vec![if one.kind == Kind::CaptureGap { say::RECORDER } else { say::NOTHING }];
+    }
+    if one.cause.is_some_and(|link| link.grade >= Grade::Likely) {
+        let mut checks = vec![say::CAUSE];
+        if one.facts.iter().any(|(name, _)| *name == "left_operational") {
+            checks.push(say::ERROR_BEHAVIOUR);
+        }
+        return checks;
+    }
+    let boot_up = one.facts.iter().any(|(name, _)| *name == "boot_up");
+    let wires = if shown.error_frames { say::WIRING } else { say::ERROR_FRAMES_OFF };
+    match one.kind {
+        Kind::NodeSilent | Kind::GuardingUnanswered | Kind::NodeAbsent | Kind::NoBootUp => match (boot_up, one.end) {
+            (true, _) => vec![say::SUPPLY, say::WATCHDOG],
+            (false, Some(_)) => vec![say::CONNECTOR, say::CABLE_ONLY, wires],
+            (false, None) => vec![say::SUPPLY, say::CONNECTOR, say::LEDS, say::NO_SIGN, wires],
+        },
+        Kind::SegmentLost if boot_up => vec![say::SUPPLY, say::SEGMENT],
+        Kind::SegmentLost => vec![say::SEGMENT, wires],
+        Kind::HeartbeatStopped => vec![say::FIRMWARE],
+        Kind::NodeRestarted | Kind::RestartLoop => vec![say::SUPPLY, say::WATCHDOG],
+        Kind::LeftOperational => vec![say::ERROR_BEHAVIOUR],
+        Kind::StartWithoutEffect => vec![say::STATE],
+        Kind::HeartbeatConsumerError => vec![say::WATCHED],
+        Kind::ConsumerTimeTooShort => vec![say::CONSUMER_TIME],
+        Kind::GuardingStopped => vec![say::MASTER],
+        Kind::DuplicateNodeId => vec![say::NODE_ID],
+        Kind::RequestUnanswered | Kind::LateAnswer => vec![say::SERVER, say::CLIENT],
+        Kind::ObjectRefused | Kind::IdentityMismatch | Kind::LengthRefused => vec![say::EDS],
+        Kind::MappingRefused => vec![say::PDO_ORDER],
+        Kind::AccessRefused | Kind::StateRefused | Kind::ValueRefused | Kind::WriteRefused => vec![say::STATE, say::EDS],
+        Kind::RpdoTimeout => vec![say::PRODUCER],
+        Kind::PdoLength | Kind::SharedCobId | Kind::PdoConfiguration | Kind::PdoNotAllowed => vec![say::MAPPING],
+        Kind::PdoMissing => vec![say::STATE, say::MAPPING],
+        Kind::SyncStopped | Kind::SyncIrregular | Kind::TwoSyncProducers | Kind::SyncLength => vec![say::SYNC_PRODUCER],
+        Kind::BusOff | Kind::ErrorPassive | Kind::BusErrors | Kind::NotAcknowledged | Kind::TransceiverFault
+        | Kind::WrongBitRate | Kind::BusTrouble => vec![say::TERMINATION],
+        Kind::AxisFault | Kind::DeviceError => {
+            let mut checks = vec![say::MANUAL];
+            if one.facts.iter().any(|(name, _)| *name == "reset_in_vain") {
+                checks.push(say::FAULT_CAUSE);
+            }
+            checks
+        }
+        Kind::FaultResetWithoutEffect => vec![say::FAULT_CAUSE],
+        Kind::NotEnabled | Kind::QuickStop | Kind::StateLeft => vec![say::ENABLE],
+        Kind::Overrun | Kind::HeartbeatIrregular | Kind::InhibitTime | Kind::EmcyFlood => vec![say::LOAD],
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,109 @@
+//! All incidents of a capture, in the order in which they were opened.
+//!
+//! Memory is bounded: beyond [`KEPT`] incidents further ones are only counted. Must not: know a kind.
+
+use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
+use super::incident::Grade;
+use super::kinds::Kind;
+use crate::frame::{BusId, FrameRef};
+
+/// Incidents kept at most (invariant 6).
+const KEPT: usize = 1024;
+/// Of the last ones so many are looked at when something of the past is looked for.
+const RECENT: usize = 128;
+
+/// The place of an incident in the ledger.
+pub(super) type Place = usize;
+
+/// All incidents so far.
+#[derive(Debug, Default)]
+pub struct Ledger {
+    pub(super) all: Vec<Incident>,
+    /// Further ones that are only counted.
+    pub(super) beyond: u64,
+}
+
+impl Ledger {
+    /// Opens an incident; `None` where there are too many.
+    pub(super) fn open(
+        &mut self,
+        kind: Kind,
+        bus: BusId,
+        subject: Subject,
+        begin: FrameRef,
+        noticed: FrameRef,
+    ) -> Option<Place> {
+        if self.all.len() >= KEPT {
+            self.beyond += 1;
+            return None;
+        }
+        self.all.push(Incident {
+            id: IncidentId(self.all.len() as u32 + 1),
+            kind,
+            bus,
+            subject,
+            begin,
+            noticed,
+            end: None,
+            status: Status::Stands,
+            grade: Grade::Certain,
+            steps: Vec::new(),
+            left_out: 0,
+            facts: Vec::new(),
+            repeats: Repeats { count: 1, longest_ns: 0, total_ns: 0, since: begin },
+            cause: None,
+            possible: Vec::new(),
+            findings: Vec::new(),
+            clue: Clue::default(),
+        });
+        Some(self.all.len() - 1)
+    }
+
+    pub(super) fn get(&self, place: Place) -> Option<&Incident> {
+        self.all.get(place)
+    }
+
+    pub(super) fn get_mut(&mut self, place: Place) -> Option<&mut Incident> {
+        self.all.get_mut(place)
+    }
+
+    /// The incident of this number.
+    pub fn by_id(&self, id: IncidentId) -> Option<&Incident> {
+        self.all.get((id.0 as usize).checked_sub(1)?)
+    }
+
+    /// The last incident of a bus that fits, among the recent ones.
+    pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Incident) -> bool) -> Option<Place> {
+        let recent = self.all.iter().enumerate().rev().take(RECENT);
+        recent.filter(|(_, one)| one.bus == bus).find(|(_, one)| fits(one)).map(|(place, _)| place)
+    }
+
+    /// The places of the recent incidents of a bus, the last one first.
+    pub(super) fn recent(&self, bus: BusId) -> Vec<Place> {
+        let recent = self.all.iter().enumerate().rev().take(RECENT);
+        recent.filter(|(_, one)| one.bus == bus).map(|(place, _)| place).collect()
+    }
+
+    /// Whether an incident is another one, or one that it came from.
+    pub(super) fn comes_from(&self, one: IncidentId, other: IncidentId) -> bool {
+        let mut at = Some(one);
+        for _ in 0..RECENT {
+            match at {
+                Some(id) if id == other => return true,
+                Some(id) => at = self.by_id(id).and_then(|one| one.cause).map(|link| link.cause),
+                None => return false,
+            }
+        }
+        true
+    }
+
+    /// How many more there were than are kept.
+    pub fn beyond(&self) -> u64 {
+        self.beyond
+    }
+
+    /// All incidents that are worth telling.
+    pub fn told(&self) -> impl Iterator<Item = &Incident> {
+        self.all.iter().filter(|one| one.counts())
+    }
+}

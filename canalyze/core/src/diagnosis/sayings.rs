@@ -1,0 +1,158 @@
+//! What an incident and its steps say, and what to look at first, in both languages.
+//!
+//! A sentence is declared with its facts as those of rules are: a name in braces that is no fact does not compile. Times
+//! called `at` are counted from the first frame of the capture. Must not: choose a sentence.
+
+use crate::rules::{Measured, Words};
+use crate::rules::quantity::{Abort, Command, Count, Emcy, Hex2, Ns, Object, Pdo, State, Statusword};
+use crate::rules::rules;
+
+macro_rules! sayings {
+    ($($saying:ident $({ $($fact:ident: $kind:ty),+ })? $zh:literal $en:literal;)*) => {
+        /// A sentence with what was measured.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Saying {
+            $(
+                #[doc = $en]
+                $saying $({ $(#[doc = stringify!($kind)] $fact: <$kind as crate::rules::Kind>::Value),+ })?,
+            )*
+        }
+
+        $(const _: () = rules!(@variant $zh, $en, [], [$($($fact: $kind),+)?]).check();)*
+
+        impl From<Saying> for Measured {
+            fn from(what: Saying) -> Self {
+                match what {$(
+                    Saying::$saying $({ $($fact),+ })? => {
+                        const VARIANT: &crate::rules::Variant = &rules!(@variant $zh, $en, [], [$($($fact: $kind),+)?]);
+                        Self::new(VARIANT, [$($(<$kind as crate::rules::Kind>::of($fact)),+)?])
+                    }
+                )*}
+            }
+        }
+    };
+}
+
+sayings! {
+    // Titles.
+    Silent { at: Ns, period: Ns }
+        "{at}起没有任何报文, 此前每{period}一次心跳" "silent since {at}, a heartbeat every {period} before";
+    SilentSince { at: Ns } "{at}起没有任何报文" "silent since {at}";
+    SilentAndBack { at: Ns, silence: Ns }
+        "{at}起{silence}没有任何报文, 之后恢复" "silent for {silence} from {at} on, then heard again";
+    SilentAndBooted { at: Ns, silence: Ns }
+        "{at}起{silence}没有任何报文, 之后自行启动" "silent for {silence} from {at} on, came back with a boot-up nobody had asked for";
+    SilentOften { at: Ns, count: Count } "{at}起{count}次失去联系" "silent {count} times from {at} on";
+    HeartbeatStopped { at: Ns } "{at}起没有心跳, 其他报文仍在" "no heartbeat since {at}, though other frames of it come";
+    Segment { at: Ns, count: Count } "{at}起{count}个节点同时没有任何报文" "{count} nodes silent at once since {at}";
+    Restarted { at: Ns } "{at}自行重启" "restarted by itself at {at}";
+    RestartedOften { at: Ns, count: Count } "{at}起自行重启{count}次" "restarted by itself {count} times from {at} on";
+    NoBootUp { at: Ns } "{at}复位后没有启动报文" "no boot-up after the reset at {at}";
+    LeftOperational { at: Ns, state: State } "{at}自行进入{state}" "went to {state} by itself at {at}";
+    WithoutEffect { at: Ns, command: Command } "{at}的NMT命令“{command}”没有效果" "NMT command \"{command}\" of {at} without effect";
+    ResetByCommand { at: Ns, command: Command } "{at}按命令复位: {command}" "reset by command at {at}: {command}";
+    StoppedByCommand { at: Ns, command: Command } "{at}按命令: {command}" "by command at {at}: {command}";
+    Reported { code: Emcy, at: Ns } "{at}报告EMCY {code}" "reported EMCY {code} at {at}";
+    ReportedOften { code: Emcy, at: Ns, count: Count } "{at}起{count}次报告EMCY {code}" "reported EMCY {code} {count} times from {at} on";
+    TooShort { limit: Ns, watched: Count, period: Ns }
+        "对节点{watched}的消费者时间(1016h)为{limit}, 而其心跳周期为{period}: 误报"
+        "waits only {limit} (1016h) for the heartbeat of node {watched}, which comes every {period}: false alarms";
+    Fault { at: Ns } "{at}进入故障状态" "in fault since {at}";
+    FaultWith { at: Ns, code: Emcy } "{at}进入故障状态, EMCY {code}" "in fault since {at}, EMCY {code}";
+    Refused { count: Count, object: Object, abort: Abort }
+        "{count}次写入被拒绝, 第一次是{object}: {abort}" "{count|write|writes} refused, the first to {object}: {abort}";
+    RefusedMadeGood { count: Count, object: Object, abort: Abort }
+        "{count}次写入被拒绝({object}: {abort}), 之后都已改正"
+        "{count|write|writes} refused ({object}: {abort}), all made good";
+    Unanswered { object: Object, at: Ns } "{at}对{object}的请求没有响应" "the request for {object} at {at} was not answered";
+    UnansweredAt { at: Ns } "{at}的请求没有响应" "a request at {at} was not answered";
+    GapOf { at: Ns, silence: Ns } "{at}处{silence}没有任何帧: 记录停顿" "no frame for {silence} at {at}: the recording stood still";
+    Gap { at: Ns } "{at}处记录有缺口" "a gap of the recording at {at}";
+    SyncStopped { at: Ns } "{at}起没有SYNC" "no SYNC since {at}";
+    PdoMissing { pdo: Pdo, at: Ns } "{at}起没有{pdo}" "no {pdo} since {at}";
+    PdoOf { pdo: Pdo, at: Ns } "{at}: {pdo}" "{pdo} at {at}";
+    Since { at: Ns } "{at}起" "since {at}";
+    Times { at: Ns, count: Count } "{at}起{count}次" "{count} times from {at} on";
+    AllNodes "整个总线" "the whole bus";
+
+    // Steps.
+    LastSign "最后一帧" "its last frame";
+    BootedUnasked "没有命令而启动" "boot-up nobody had asked for";
+    HeardAgain "重新出现, 没有启动报文" "heard again, without a boot-up";
+    Booted "启动报文" "boot-up";
+    OperationalAgain "重新进入操作状态" "Operational again";
+    Went { from: State, to: State } "从{from}进入{to}, 没有命令" "from {from} to {to} without a command";
+    Commanded { command: Command } "NMT命令: {command}" "NMT command: {command}";
+    Raised { code: Emcy, register: Hex2 } "EMCY {code}, 错误寄存器{register}" "EMCY {code}, error register {register}";
+    TakenBack { code: Emcy } "{code}已清除" "{code} taken back";
+    AllTakenBack "所有错误已清除" "all errors taken back";
+    StillSet { register: Hex2 } "错误复位报文, 错误寄存器仍为{register}" "an error reset, the register still is {register}";
+    SyncGone "SYNC随之停止" "SYNC stops with it";
+    InFault { statusword: Statusword } "状态字{statusword}" "statusword {statusword}";
+    LeftFault "离开故障状态" "out of fault";
+    ResetInVain "故障复位没有效果" "fault reset without effect";
+    WriteRefused { object: Object, abort: Abort } "写入{object}被拒绝: {abort}" "write to {object} refused: {abort}";
+    WriteTaken { object: Object } "写入{object}成功" "write to {object} succeeded";
+    Answered "节点又有响应" "the node answers again";
+    NotAnswered "没有响应" "not answered";
+    ClientGaveUp "客户端放弃" "the client gave up";
+    SyncAgain "SYNC恢复" "SYNC again";
+    PdoAgain "PDO恢复" "the PDO comes again";
+    LengthFits "长度相符" "the length fits again";
+    RecordingGoesOn "记录继续" "the recording goes on";
+    Recovered "已恢复" "recovered";
+}
+
+/// What to look at first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Check {
+    /// The word in machine output.
+    pub name: &'static str,
+    /// For people.
+    pub words: Words,
+}
+
+macro_rules! checks {
+    ($($(#[$doc:meta])* $check:ident $name:literal $zh:literal $en:literal;)*) => {
+        $(#[doc = $en] pub const $check: Check = Check { name: $name, words: Words { zh: $zh, en: $en } };)*
+    };
+}
+
+checks! {
+    SUPPLY "supply" "节点的电源" "the supply of the node";
+    CONNECTOR "connector" "节点的接插件和电缆" "connector and cable of the node";
+    LEDS "leds" "节点的指示灯" "its LEDs";
+    SEGMENT "segment" "这些节点共用的电缆段或电源" "the cable or supply that these nodes share";
+    WATCHDOG "watchdog" "看门狗或固件: 节点有启动报文, 所以断过电或自行复位; 只是电缆松动不会有启动报文"
+        "a watchdog or the firmware: with a boot-up it lost power or reset itself; a loose cable alone gives none";
+    CABLE_ONLY "cable-only" "它没有启动报文, 所以没有断电: 只是连接中断" "it sent no boot-up, so it kept its power: only the connection was open";
+    NO_SIGN "no-sign" "它没有发出紧急报文或启动报文: 没有重启, 总线上看不出原因"
+        "no EMCY and no boot-up came from it: it did not restart, and nothing on the bus says why it stopped";
+    ERROR_FRAMES_OFF "berr-reporting"
+        "本记录中没有错误帧; 要看接线和干扰, 请打开: ip link set can0 type can berr-reporting on"
+        "no error frames are recorded here; to tell wiring and noise, switch them on: ip link set can0 type can berr-reporting on";
+    WIRING "wiring" "附近有错误帧: 接线、终端电阻、屏蔽" "error frames are near: wiring, termination, shield";
+    FIRMWARE "firmware" "节点的其他报文仍在: 固件任务或1017h, 不是电缆" "other frames of it go on: its firmware or 1017h, not the cable";
+    CAUSE "cause" "先处理它的起因, 不是这个节点" "what caused it, not this node";
+    WATCHED "watched-node" "它所监视的节点(1016h)" "the node that it watches (1016h)";
+    CONSUMER_TIME "consumer-time" "消费者时间1016h至少为对方1017h的1.5倍" "1016h: at least 1.5 times the producer's 1017h";
+    PRODUCER "producer" "它所等待的PDO的发送者" "the producer of the PDO that it waits for";
+    SYNC_PRODUCER "sync-producer" "SYNC生产者" "the producer of SYNC";
+    MANUAL "manual" "设备手册中的错误代码, 603Fh" "the code in the device's manual, 603Fh";
+    PDO_ORDER "pdo-order" "写入顺序: COB-ID位31=1, 映射:00=0, 各条目, :00=n, 最后有效"
+        "the order of writes: COB-ID bit 31 = 1, mapping :00 = 0, entries, :00 = n, then valid";
+    EDS "eds" "主站所用的EDS是否属于这个固件" "whether the EDS in the master is of this firmware";
+    STATE "state" "设备当时的状态(NMT、驱动、本地操作)" "the state of the device then (NMT, drive, local operation)";
+    CLIENT "client" "客户端的超时时间" "the client's timeout";
+    SERVER "server" "节点当时是否忙(存储、启动)" "whether the node was busy (storing, booting)";
+    RECORDER "recorder" "记录用的主机" "the recording machine";
+    MASTER "master" "主站" "the master";
+    NODE_ID "node-id" "拨码开关或LSS设置的节点ID" "DIP switches, or the node-ID set by LSS";
+    ERROR_BEHAVIOUR "error-behaviour" "1029h: 是否应离开操作状态" "1029h: whether it should leave Operational";
+    MAPPING "mapping" "两端的PDO映射" "the mapping of both ends";
+    TERMINATION "termination" "终端电阻(H-L间60Ω)、分支、短路、波特率" "termination (60 Ω between H and L), stubs, shorts, bit rate";
+    ENABLE "enable" "使能输入、STO、直流母线(状态字位4)" "enable input, STO, DC link (statusword bit 4)";
+    FAULT_CAUSE "fault-cause" "故障原因仍在: 先消除它" "the cause of the fault is still there: remove it first";
+    LOAD "load" "总线负载和发送者的实时性" "bus load and the timing of the sender";
+    NOTHING "nothing" "无需处理" "nothing";
+}

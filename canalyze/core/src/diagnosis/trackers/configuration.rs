@@ -1,0 +1,130 @@
+//! Writes that a node has refused: from the first refusal to the write that makes good the last of them.
+//!
+//! A refused write is made good by one to the same object that succeeds; what belongs to one PDO, by the write that makes
+//! its mapping count again. Must not: judge reads, which are refused in ordinary traffic.
+
+use std::collections::BTreeMap;
+
+use crate::checks::pdo::configuration::pdo_parameter;
+use crate::diagnosis::incident::{Role, Subject};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::ledger::Place;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::finding::Quantity;
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::services::sdo::wire::{Mux, Side};
+
+/// A pause that ends a run of writes, in ns.
+const PAUSE_NS: i64 = 2_000_000_000;
+/// Refused objects of one node that are waited for.
+const KEPT: usize = 64;
+
+/// What is open about the configuration of a bus's nodes.
+#[derive(Debug, Default)]
+pub(in crate::diagnosis) struct Configurations {
+    open: BTreeMap<u8, (Place, Vec<Mux>)>,
+}
+
+/// The kind of refusal that an abort code says of an object.
+fn kind(code: u32, mux: Mux) -> Kind {
+    let of_pdo = pdo_parameter(mux.index).is_some();
+    match code {
+        0x0602_0000 | 0x0609_0011 => Kind::ObjectRefused,
+        _ if of_pdo => Kind::MappingRefused,
+        0x0604_0041 | 0x0604_0042 => Kind::MappingRefused,
+        0x0601_0000..=0x0601_00FF => Kind::AccessRefused,
+        0x0607_0000..=0x0607_00FF => Kind::LengthRefused,
+        0x0609_0000..=0x0609_00FF => Kind::ValueRefused,
+        0x0800_0000..=0x0800_00FF => Kind::StateRefused,
+        _ => Kind::WriteRefused,
+    }
+}
+
+impl Configurations {
+    /// An SDO transfer has ended.
+    pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
+        match (transfer.outcome.status, transfer.outcome.abort) {
+            (Status::Aborted, Some(abort)) if abort.by == Side::Server => self.refused(transfer, mux, abort.code, scene),
+            (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),
+            _ => {}
+        }
+    }
+
+    fn refused(&mut self, transfer: &Transfer, mux: Mux, abort: u32, scene: &mut Scene<'_>) {
+        let node = transfer.node;
+        let open = self.open.get(&node).map(|(place, _)| *place);
+        let ended = || {
+            scene.ledger.last(scene.id, |one| {
+                one.subject.node == Some(node)
+                    && one.facts.iter().any(|(name, _)| *name == "abort")
+                    && one.ended_within(transfer.first, PAUSE_NS)
+            })
+        };
+        let place = open.or_else(ended);
+        let (begin, at) = (transfer.first, transfer.last);
+        let place = match place {
+            Some(place) => place,
+            None => {
+                let kind = kind(abort, mux);
+                let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, at) else { return };
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.subject.pdo = pdo_parameter(mux.index).map(|(_, transmit, number)| (transmit, number));
+                    one.fact("object", Quantity::Object(mux));
+                    one.fact("abort", Quantity::Abort(abort));
+                }
+                place
+            }
+        };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.end = None;
+            one.step(at, Role::Sign, Saying::WriteRefused { object: mux, abort }, None);
+            let refused = one.facts.iter().find_map(|(name, value)| match value {
+                Quantity::Count(count) if *name == "refused" => Some(*count),
+                _ => None,
+            });
+            one.fact("refused", Quantity::Count(refused.unwrap_or(0) + 1));
+        }
+        let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
+        if objects.len() < KEPT && !objects.contains(&mux) {
+            objects.push(mux);
+        }
+    }
+
+    fn taken(&mut self, transfer: &Transfer, mux: Mux, scene: &mut Scene<'_>) {
+        let Some((place, objects)) = self.open.get_mut(&transfer.node) else { return };
+        let nonzero = transfer.data.kept.iter().any(|byte| *byte != 0);
+        let whole = pdo_parameter(mux.index).filter(|(mapping, ..)| *mapping && mux.sub == 0 && nonzero);
+        let before = objects.len();
+        objects.retain(|open| {
+            let same_pdo = whole.is_some_and(|(_, transmit, number)| {
+                pdo_parameter(open.index).is_some_and(|(mapping, t, n)| mapping && (t, n) == (transmit, number))
+            });
+            *open != mux && !same_pdo
+        });
+        let (place, done) = (*place, objects.is_empty());
+        if before == objects.len() {
+            return;
+        }
+        if done {
+            self.open.remove(&transfer.node);
+        }
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(transfer.last, Role::Recovery, Saying::WriteTaken { object: mux }, None);
+            if done {
+                one.ends(transfer.last);
+            }
+        }
+    }
+
+    /// A node has booted: what it refused before counts no more.
+    pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if let Some((place, _)) = self.open.remove(&node)
+            && let Some(one) = scene.ledger.get_mut(place)
+        {
+            one.step(scene.at, Role::Recovery, Saying::Booted, None);
+            one.ends(scene.at);
+        }
+    }
+}

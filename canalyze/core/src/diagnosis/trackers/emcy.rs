@@ -1,0 +1,202 @@
+//! Errors that nodes report by emergencies: each trouble of a node from the first emergency to the one that takes it back.
+//!
+//! Which errors stand is known to the bus (`checks/emcy`); here they are put together to what a person calls one trouble.
+//! Must not: read a byte of an emergency that the message has not.
+
+use std::collections::BTreeMap;
+
+use super::AGAIN_NS;
+use crate::diagnosis::incident::{Role, Subject, bit};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::ledger::Place;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::finding::{Finding, Quantity};
+use crate::message::Errors;
+
+/// Errors of one node within this time have one cause, in ns.
+const TOGETHER_NS: i64 = 500_000_000;
+
+/// A loss that a heartbeat consumer reports (CiA 301, 7.2.7.1).
+pub(in crate::diagnosis) const LIFE_GUARD: u16 = 0x8130;
+/// An RPDO that did not come in time.
+pub(in crate::diagnosis) const RPDO_TIMEOUT: u16 = 0x8250;
+
+/// The kind of trouble that an emergency error code reports.
+fn kind(code: u16) -> Kind {
+    match code {
+        LIFE_GUARD => Kind::HeartbeatConsumerError,
+        RPDO_TIMEOUT => Kind::RpdoTimeout,
+        0x8110 => Kind::Overrun,
+        0x8120 | 0x8140 => Kind::BusTrouble,
+        0x8210 | 0x8220 => Kind::PdoLength,
+        0x8240 => Kind::SyncLength,
+        0x8100..=0x82FF => Kind::CommunicationError,
+        _ => Kind::DeviceError,
+    }
+}
+
+/// One emergency.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::diagnosis) struct Emergency {
+    pub(in crate::diagnosis) node: u8,
+    pub(in crate::diagnosis) code: u16,
+    pub(in crate::diagnosis) register: u8,
+    pub(in crate::diagnosis) manufacturer: [u8; 5],
+    pub(in crate::diagnosis) active: Errors,
+}
+
+/// What is open about the errors of a bus's nodes.
+#[derive(Debug, Default)]
+pub(in crate::diagnosis) struct Emergencies {
+    open: BTreeMap<u8, Vec<Place>>,
+}
+
+impl Emergencies {
+    /// A node has reported an error, or taken errors back.
+    pub(in crate::diagnosis) fn emergency(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
+        if emergency.code > 0xFF {
+            self.raised(emergency, scene);
+        } else {
+            self.taken_back(emergency, scene);
+        }
+    }
+
+    fn raised(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
+        let Emergency { node, code, register, .. } = emergency;
+        let at = scene.at;
+        let kind = kind(code);
+        let open = self.open.entry(node).or_default();
+        let known = |place: &&Place, scene: &Scene<'_>| {
+            scene.ledger.get(**place).is_some_and(|one| one.clue.codes.contains(&code))
+        };
+        if let Some(place) = open.iter().find(|place| known(place, scene)).copied() {
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.step(at, Role::Sign, Saying::Raised { code, register }, None);
+            }
+            return;
+        }
+        let same = scene.ledger.last(scene.id, |one| {
+            one.subject.node == Some(node) && one.clue.reported.contains(&code) && one.ended_within(at, AGAIN_NS)
+        });
+        let near = scene.ledger.last(scene.id, |one| {
+            let near = one.began_within(at, TOGETHER_NS) || one.steps.last().is_some_and(|step| {
+                at.since(step.at).is_some_and(|since| (0..=TOGETHER_NS).contains(&since)) && !one.clue.reported.is_empty()
+            });
+            let errs = !one.clue.reported.is_empty() || one.kind == Kind::AxisFault;
+            one.subject.node == Some(node) && near && errs && one.end.is_none()
+        });
+        let place = match same.or(near) {
+            Some(place) => {
+                if let Some(one) = scene.ledger.get_mut(place)
+                    && one.end.is_some()
+                {
+                    one.again(at);
+                }
+                place
+            }
+            None => {
+                let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), at, at) else { return };
+                self.begin(place, emergency, scene);
+                place
+            }
+        };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(at, Role::Sign, Saying::Raised { code, register }, None);
+            one.clue.codes.push(code);
+            if !one.clue.reported.contains(&code) {
+                one.clue.reported.push(code);
+            }
+            if !one.facts.iter().any(|(name, _)| *name == "code") {
+                one.fact("code", Quantity::Emcy(code));
+                one.fact("register", Quantity::Hex2(register));
+            }
+        }
+        let open = self.open.entry(node).or_default();
+        if !open.contains(&place) {
+            open.push(place);
+        }
+    }
+
+    /// What is known at the begin, and needed to find the cause.
+    fn begin(&mut self, place: Place, emergency: Emergency, scene: &mut Scene<'_>) {
+        let Emergency { node, code, manufacturer, .. } = emergency;
+        let (watched, sources) = (scene.watched(node), scene.sources(node));
+        let sync = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
+        let short = (code == LIFE_GUARD).then(|| too_short(&watched, manufacturer, scene)).flatten();
+        let written = short.and_then(|(_, _, _, sub)| scene.value(node, 0x1016, sub)).and_then(|(_, from)| from.frame());
+        let Some(one) = scene.ledger.get_mut(place) else { return };
+        one.clue.watched = watched.iter().map(|(node, time, _)| (*node, *time)).collect();
+        (one.clue.sources, one.clue.sync) = (sources, sync);
+        if let Some((watched, limit, period, _)) = short {
+            one.kind = Kind::ConsumerTimeTooShort;
+            one.subject.nodes |= bit(watched);
+            one.fact("watched", Quantity::Count(watched.into()));
+            one.fact("limit", Quantity::Ns(limit));
+            one.fact("period", Quantity::Ns(period));
+            if let Some(frame) = written {
+                one.fact("written", Quantity::Count(frame));
+            }
+        }
+    }
+
+    fn taken_back(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
+        let Emergency { node, register, active, .. } = emergency;
+        let at = scene.at;
+        let Some(open) = self.open.get_mut(&node) else { return };
+        open.retain(|place| {
+            let Some(one) = scene.ledger.get_mut(*place) else { return false };
+            let before = one.clue.codes.len();
+            one.clue.codes.retain(|code| register != 0 && active.iter().any(|known| known == *code));
+            if one.clue.codes.is_empty() {
+                let said = match one.clue.reported.as_slice() {
+                    [code] => Saying::TakenBack { code: *code },
+                    _ => Saying::AllTakenBack,
+                };
+                one.step(at, Role::Recovery, said, None);
+                one.fact("taken_back", Quantity::Count(at.no));
+            } else if one.clue.codes.len() == before {
+                one.step(at, Role::Reaction, Saying::StillSet { register }, None);
+            }
+            !one.clue.codes.is_empty()
+        });
+    }
+
+    /// A node has booted: its errors are gone with it.
+    pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        for place in self.open.remove(&node).unwrap_or_default() {
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.clue.codes.clear();
+                one.step(scene.at, Role::Recovery, Saying::Booted, None);
+                one.fact("taken_back", Quantity::Count(scene.at.no));
+            }
+        }
+    }
+
+    /// What a rule says of an emergency belongs to the trouble that it reports.
+    pub(in crate::diagnosis) fn found(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let place = scene.ledger.last(scene.id, |one| one.subject.node == Some(node) && one.holds(finding.at.no));
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            one.found(finding.code, finding.at.no);
+        }
+    }
+}
+
+/// A watched node whose heartbeats come, though more seldom than the consumer waits: it, the time that the consumer waits
+/// and the period in ns, and the sub-index of 1016h.
+fn too_short(watched: &[(u8, i64, u8)], manufacturer: [u8; 5], scene: &Scene<'_>) -> Option<(u8, i64, i64, u8)> {
+    let here = |node: u8, period: i64| {
+        let last = scene.heard.last_heartbeat(node).and_then(|last| scene.at.since(last));
+        last.is_some_and(|since| since <= period.saturating_add(period / 4))
+    };
+    let short = watched.iter().filter_map(|(node, limit, sub)| {
+        let period = scene.bus.heartbeat_period(*node)?;
+        (limit.saturating_mul(10) <= period.saturating_mul(12) && here(*node, period))
+            .then_some((*node, *limit, period, *sub))
+    });
+    let short: Vec<_> = short.collect();
+    // CANopenNode says which entry of 1016h it is: its index from 0 follows the error bit.
+    let said = u8::try_from(u32::from_le_bytes([manufacturer[1], manufacturer[2], manufacturer[3], manufacturer[4]]));
+    let said = said.ok().and_then(|index| short.iter().find(|one| one.3 == index.saturating_add(1)).copied());
+    said.or_else(|| short.first().copied())
+}

@@ -1,0 +1,406 @@
+//! Nodes that are lost, restart, leave Operational or are commanded to: who was heard, and what it did then.
+//!
+//! A silence begins with the last frame of the node, not with the moment at which it is noticed. It ends when the node is
+//! heard again; where that is a boot-up of a node that was Operational, when it is Operational again. Must not: decide
+//! when a heartbeat is overdue (`checks/heartbeat` does).
+
+use std::collections::BTreeMap;
+
+use super::AGAIN_NS;
+use crate::diagnosis::incident::{Role, Subject, bit, members};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::ledger::Place;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::finding::{Code, Finding, Quantity};
+use crate::frame::FrameRef;
+use crate::services::heartbeat::OPERATIONAL;
+
+/// Nodes that fall silent within this time of each other, in ns, have one cause.
+const TOGETHER_NS: i64 = 100_000_000;
+/// A state that is left within this time of an emergency, in ns, is left because of it.
+const REACTION_NS: i64 = 2_000_000_000;
+/// Boot-ups without a command from which on they are a loop.
+const LOOP: u64 = 3;
+/// Resets within this time are one restart of the plant, in ns.
+const ONE_RESET_NS: i64 = 3_000_000_000;
+
+/// What is open about the nodes of a bus.
+#[derive(Debug, Default)]
+pub(in crate::diagnosis) struct Nodes {
+    silent: BTreeMap<u8, Place>,
+    /// Nodes that are back, or left Operational, and are over it once they are Operational again.
+    waiting: BTreeMap<u8, Vec<Place>>,
+    /// Nodes that were to boot or to reach a state.
+    owing: BTreeMap<u8, Place>,
+    /// The reset, or the stop, that runs by command, and the nodes that are not Operational again.
+    commanded: Option<(Place, u128)>,
+    /// Which of the nodes were Operational before their last boot-up or reset.
+    was_operational: u128,
+    /// The last boot-up of each node.
+    booted: BTreeMap<u8, FrameRef>,
+}
+
+impl Nodes {
+    /// A node has sent something that is no boot-up.
+    pub(in crate::diagnosis) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
+        if self.silent.is_empty() {
+            return;
+        }
+        let Some(place) = self.silent.get(&node).copied() else { return };
+        let at = scene.at;
+        let Some(one) = scene.ledger.get_mut(place) else { return };
+        if one.kind == Kind::HeartbeatStopped && !heartbeat {
+            return;
+        }
+        one.step(at, Role::Recovery, Saying::HeardAgain, None);
+        self.silent.remove(&node);
+        if !self.silent.values().any(|other| *other == place) {
+            one.ends(at);
+        }
+    }
+
+    /// A node has booted; `asked`: by command.
+    pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
+        self.booted.insert(node, at);
+        if let Some(place) = self.owing.remove(&node) {
+            self.close(place, at, Saying::Booted, scene);
+        }
+        let waits = self.waiting.remove(&node).unwrap_or_default();
+        for place in &waits {
+            if let Some(one) = scene.ledger.get_mut(*place) {
+                one.step(at, Role::Reaction, Saying::Booted, None);
+            }
+        }
+        if !waits.is_empty() {
+            self.waiting.insert(node, waits);
+        }
+        if let Some(place) = self.silent.remove(&node)
+            && let Some(one) = scene.ledger.get_mut(place)
+        {
+            one.step(at, Role::Recovery, Saying::BootedUnasked, None);
+            one.fact("boot_up", Quantity::Count(1));
+            if one.facts.iter().all(|(name, _)| *name != "back") {
+                one.fact("back", Quantity::Count(at.no));
+            }
+            if let Some(silence) = at.since(one.repeats.since) {
+                one.fact("silence", Quantity::Ns(silence));
+            }
+            if was {
+                self.wait(node, place);
+            } else if !self.silent.values().any(|other| *other == place) {
+                one.ends(at);
+            }
+        }
+    }
+
+    /// Error control has shown a state.
+    pub(in crate::diagnosis) fn state(&mut self, node: u8, state: u8, scene: &mut Scene<'_>) {
+        if state != OPERATIONAL {
+            return;
+        }
+        self.was_operational &= !bit(node);
+        let at = scene.at;
+        for place in self.waiting.remove(&node).unwrap_or_default() {
+            let others = self.waiting.values().flatten().any(|other| *other == place)
+                || self.silent.values().any(|other| *other == place);
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.step(at, Role::Recovery, Saying::OperationalAgain, None);
+                if !others && one.clue.codes.is_empty() && one.kind != Kind::AxisFault {
+                    one.ends(at);
+                }
+            }
+        }
+        if let Some(place) = self.owing.get(&node).copied()
+            && scene.ledger.get(place).is_some_and(|one| one.kind == Kind::StartWithoutEffect)
+        {
+            self.owing.remove(&node);
+            self.close(place, at, Saying::OperationalAgain, scene);
+        }
+        if let Some((place, left)) = &mut self.commanded {
+            *left &= !bit(node);
+            if *left == 0 {
+                let place = *place;
+                self.commanded = None;
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.step(at, Role::Recovery, Saying::OperationalAgain, None);
+                    one.ends(at);
+                }
+            }
+        }
+    }
+
+    /// The NMT master has commanded a node, or all (0); `before`: the nodes that were Operational until now.
+    pub(in crate::diagnosis) fn commanded(&mut self, command: u8, node: u8, before: u128, scene: &mut Scene<'_>) {
+        let meant = if node == 0 { scene.heard.known } else { bit(node) & scene.heard.known };
+        let hit = meant & before;
+        if hit != 0 && command != 0x01 {
+            let at = scene.at;
+            let kind = if matches!(command, 0x81 | 0x82) { Kind::CommandedReset } else { Kind::CommandedStop };
+            let place = match self.commanded {
+                Some((place, left))
+                    if scene.ledger.get(place).is_some_and(|one| one.began_within(at, ONE_RESET_NS)) =>
+                {
+                    self.commanded = Some((place, left | hit));
+                    Some(place)
+                }
+                _ => {
+                    let place = scene.ledger.open(kind, scene.id, Subject::nodes(hit), at, at);
+                    self.commanded = place.map(|place| (place, hit));
+                    place
+                }
+            };
+            if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                one.subject.nodes |= hit;
+                if kind == Kind::CommandedReset {
+                    one.kind = kind;
+                }
+                one.fact("command", Quantity::Command(command));
+                one.step(at, Role::Sign, Saying::Commanded { command }, None);
+            }
+        }
+        if matches!(command, 0x81 | 0x82) {
+            self.was_operational &= !meant;
+        }
+        let at = scene.at;
+        for node in members(meant) {
+            for place in self.waiting.get(&node).into_iter().flatten() {
+                if let Some(one) = scene.ledger.get_mut(*place) {
+                    one.step(at, Role::Attempt, Saying::Commanded { command }, None);
+                }
+            }
+        }
+    }
+
+    /// A heartbeat is overdue (HBT002).
+    pub(in crate::diagnosis) fn lost(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        if let Some(one) = self.silent.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
+            return one.found(finding.code, finding.at.no);
+        }
+        let heartbeat = finding.cause.or_else(|| scene.heard.last_heartbeat(node)).unwrap_or(finding.at);
+        let period = scene.bus.heartbeat_period(node);
+        let mut begin = scene.heard.last(node).filter(|last| last.no > heartbeat.no).unwrap_or(heartbeat);
+        let producer = scene.produces_sync(node);
+        let sync = scene.heard.sync;
+        if producer && sync.no > begin.no {
+            begin = sync;
+        }
+        // It counts as silent only where nothing of it has come for as long as a heartbeat takes.
+        let rest = finding.at.since(begin).unwrap_or(i64::MAX);
+        let goes_on = period.is_some_and(|period| rest < period / 2) && begin.no > heartbeat.no;
+        let kind = if goes_on { Kind::HeartbeatStopped } else { Kind::NodeSilent };
+        let begin = if goes_on { heartbeat } else { begin };
+        let place = self.again(kind, node, begin, scene).or_else(|| self.join(node, kind, begin, period, scene));
+        let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at));
+        let Some(place) = place else { return };
+        let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
+        let at_sync = producer && scene.heard.sync_period_ns.is_some_and(|p| finding.at.since(sync) > Some(2 * p));
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.clue.sync_producer |= producer && !goes_on;
+            one.clue.sync = sync_clue;
+            one.clue.because_of = finding.because_of.map(|at| at.no);
+            if one.steps.is_empty() {
+                one.step(begin, Role::Sign, Saying::LastSign, None);
+            }
+            if at_sync {
+                one.step(sync, Role::Reaction, Saying::SyncGone, None);
+            }
+            if let Some(period) = period {
+                one.fact("period", Quantity::Ns(period));
+            }
+            for (name, value) in clue_limit.iter().flat_map(|all| all.facts()) {
+                one.fact(if name == "silence" { "noticed_after" } else { name }, value);
+            }
+            one.found(finding.code, finding.at.no);
+        }
+        self.silent.insert(node, place);
+        self.was_operational = self.was_operational & !bit(node) | scene.heard.operational & bit(node);
+    }
+
+    /// A boot-up that nobody had asked for (NMT003).
+    pub(in crate::diagnosis) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
+        let at = finding.at;
+        if let Some(place) = self.waiting.get(&node).and_then(|places| places.last()).copied()
+            && let Some(one) = scene.ledger.get_mut(place)
+            && matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted | Kind::RestartLoop)
+        {
+            let back = one.facts.iter().any(|(name, value)| *name == "back" && *value == Quantity::Count(at.no));
+            if !back {
+                one.again(at);
+                one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding.code));
+                if one.repeats.count >= LOOP {
+                    one.kind = Kind::RestartLoop;
+                }
+            }
+            return one.found(finding.code, at.no);
+        }
+        let silent = scene.ledger.last(scene.id, |one| {
+            one.subject.concerns(node) && one.end.is_some_and(|end| end.no == at.no) && one.kind == Kind::NodeSilent
+        });
+        if let Some(one) = silent.and_then(|place| scene.ledger.get_mut(place)) {
+            return one.found(finding.code, at.no);
+        }
+        let again = scene.ledger.last(scene.id, |one| {
+            one.subject.node == Some(node) && matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop)
+        });
+        let again = again.filter(|place| scene.ledger.get(*place).is_some_and(|one| one.ended_within(at, AGAIN_NS)));
+        let place = match again {
+            Some(place) => {
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.again(at);
+                    if one.repeats.count >= LOOP {
+                        one.kind = Kind::RestartLoop;
+                    }
+                }
+                Some(place)
+            }
+            None => scene.ledger.open(Kind::NodeRestarted, scene.id, Subject::node(node), at, at),
+        };
+        let Some(place) = place else { return };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding.code));
+            one.clue.because_of = finding.because_of.map(|at| at.no);
+            if !was {
+                one.ends(at);
+            }
+        }
+        if was {
+            self.wait(node, place);
+        }
+    }
+
+    /// A node has changed its state by itself (NMT004, NMT005).
+    pub(in crate::diagnosis) fn changed(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let Some(measured) = finding.measured() else { return };
+        let (Some(Quantity::State(from)), Some(Quantity::State(to))) = (measured.get("from"), measured.get("to")) else {
+            return;
+        };
+        if from != OPERATIONAL {
+            return;
+        }
+        let at = finding.about().unwrap_or(finding.at);
+        let trouble = scene.ledger.last(scene.id, |one| {
+            one.subject.node == Some(node)
+                && !one.clue.reported.is_empty()
+                && at.since(one.repeats.since).is_none_or(|since| since.abs() <= REACTION_NS)
+        });
+        let place = trouble.or_else(|| {
+            let place = scene.ledger.open(Kind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
+            scene.ledger.get_mut(place)?.fact("state", Quantity::State(to));
+            Some(place)
+        });
+        let Some(place) = place else { return };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(at, Role::Reaction, Saying::Went { from, to }, Some(finding.code));
+            one.fact("left_operational", Quantity::Count(1));
+            if one.clue.because_of.is_none() {
+                one.clue.because_of = finding.because_of.map(|at| at.no);
+            }
+            one.end = None;
+        }
+        self.wait(node, place);
+    }
+
+    /// A command had no effect (NMT002), or no boot-up has come (NMT006).
+    pub(in crate::diagnosis) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let kind = if finding.code == Code::Nmt006 { Kind::NoBootUp } else { Kind::StartWithoutEffect };
+        let begin = finding.cause.unwrap_or(finding.at);
+        let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at) else { return };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.clue.because_of = finding.because_of.map(|at| at.no);
+            if let Some(command) = finding.measured().and_then(|all| all.get("command")) {
+                one.fact("command", command);
+                if let Quantity::Command(command) = command {
+                    one.step(begin, Role::Sign, Saying::Commanded { command }, Some(finding.code));
+                }
+            }
+        }
+        self.owing.insert(node, place);
+    }
+
+    /// Whether an incident of a node is over only once the node is Operational again.
+    pub(in crate::diagnosis) fn waits(&self, place: Place) -> bool {
+        self.waiting.values().flatten().any(|other| *other == place)
+    }
+
+    /// Whether a node is waited for to be Operational.
+    pub(in crate::diagnosis) fn is_waiting(&self, node: u8) -> bool {
+        self.waiting.contains_key(&node) || self.owing.contains_key(&node) || self.commanded.is_some()
+    }
+
+    /// Whether a node is silent.
+    pub(in crate::diagnosis) fn is_silent(&self, node: u8) -> bool {
+        self.silent.contains_key(&node)
+    }
+
+    /// Since when nodes are back without being Operational again.
+    pub(in crate::diagnosis) fn back(&self, place: Place) -> Option<FrameRef> {
+        let waiting = self.waiting.iter().filter(|(_, places)| places.contains(&place));
+        waiting.filter_map(|(node, _)| self.booted.get(node).copied()).max_by_key(|at| at.no)
+    }
+
+    fn wait(&mut self, node: u8, place: Place) {
+        let places = self.waiting.entry(node).or_default();
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+
+    fn close(&mut self, place: Place, at: FrameRef, said: Saying, scene: &mut Scene<'_>) {
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(at, Role::Recovery, said, None);
+            one.ends(at);
+        }
+    }
+
+    /// The same trouble of the node, where it has come again soon.
+    fn again(&mut self, kind: Kind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
+        let place = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node))?;
+        let one = scene.ledger.get_mut(place)?;
+        let soon = one.repeats.longest_ns.saturating_mul(10).max(AGAIN_NS);
+        if one.end.is_some() && !one.ended_within(begin, soon) {
+            return None;
+        }
+        one.again(begin);
+        one.step(begin, Role::Sign, Saying::LastSign, None);
+        Some(place)
+    }
+
+    /// The silence of other nodes that began when this one's did.
+    fn join(
+        &mut self,
+        node: u8,
+        kind: Kind,
+        begin: FrameRef,
+        period: Option<i64>,
+        scene: &mut Scene<'_>,
+    ) -> Option<Place> {
+        let place = self.silent.values().copied().max()?;
+        let since = scene.heard.last(node)?;
+        // When the other's next heartbeat was due it was gone already, and so was this one.
+        let one = scene.ledger.get_mut(place).filter(|one| kind == Kind::NodeSilent && one.end.is_none())?;
+        if !matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) {
+            return None;
+        }
+        let other_period = one.facts.iter().find_map(|(name, value)| match value {
+            Quantity::Ns(ns) if *name == "period" => Some(*ns),
+            _ => None,
+        })?;
+        let (first, then) = (one.begin.t_ns?, begin.t_ns.or(since.t_ns)?);
+        let earliest = first.max(then);
+        let latest = first.saturating_add(other_period).min(then.saturating_add(period?));
+        if earliest > latest.saturating_add(TOGETHER_NS) || (then - first).abs() > other_period.max(period?) {
+            return None;
+        }
+        one.kind = Kind::SegmentLost;
+        one.subject.nodes |= bit(node);
+        one.subject.node = None;
+        if then < first {
+            (one.begin, one.repeats.since) = (begin, begin);
+        }
+        one.step(begin, Role::Sign, Saying::LastSign, None);
+        Some(place)
+    }
+}

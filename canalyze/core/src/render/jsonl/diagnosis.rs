@@ -1,0 +1,158 @@
+//! What went wrong, as JSON lines: an object an incident in the order of their numbers, then one for all of it.
+//!
+//! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
+//! findings message repeats`, and for people `checks_text`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
+//! there are such; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are
+//! read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
+
+use super::{Setting, facts, name_or_null, number_or_null, object::Object, quoted, seconds, truth};
+use crate::diagnosis::incident::{Incident, Status, members};
+use crate::diagnosis::rank::{is_root, roots};
+use crate::diagnosis::{Diagnosis, advice};
+use crate::frame::FrameRef;
+use crate::text::digits::{Hex, put};
+use crate::text::incidents as words;
+
+/// Appends all of it.
+pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
+    for one in diagnosis.ledger().told() {
+        incident(out, setting, diagnosis, one);
+    }
+    whole(out, setting, diagnosis);
+}
+
+fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
+    put!(out; "{\"frame\":", at.no, ",\"t\":");
+    seconds(out, at.t_ns, setting.decimals);
+}
+
+fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident) {
+    let (_, first, _) = diagnosis.extent();
+    let row = one.kind.row();
+    put!(out; "{\"kind\":\"incident\",\"phase\":\"final\",\"id\":", u64::from(one.id.0), ",\"incident\":\"", row.name);
+    put!(out; "\",\"subject\":{\"bus\":");
+    name_or_null(out, setting.buses.name(one.bus));
+    if let Some(node) = one.subject.node {
+        put!(out; ",\"node\":", node);
+    }
+    if one.subject.node.is_none() || one.subject.nodes.count_ones() > 1 {
+        put!(out; ",\"nodes\":[");
+        for (place, node) in members(one.subject.nodes).enumerate() {
+            put!(out; if place > 0 { "," } else { "" }, node);
+        }
+        put!(out; "]");
+    }
+    if let Some(axis) = one.subject.axis {
+        put!(out; ",\"axis\":", axis);
+    }
+    if let Some((transmit, number)) = one.subject.pdo {
+        put!(out; ",\"pdo\":\"", if transmit { "TPDO" } else { "RPDO" }, number, "\"");
+    }
+    put!(out; "},\"status\":\"", one.status.name(), "\",\"impact\":\"", row.impact.name());
+    put!(out; "\",\"grade\":\"", one.grade.name(), "\",\"begin\":");
+    place(out, setting, one.begin);
+    put!(out; "},\"noticed\":");
+    place(out, setting, one.noticed);
+    put!(out; ",\"delay\":");
+    seconds(out, one.noticed.since(one.begin), 9);
+    put!(out; "},\"end\":");
+    match one.end {
+        Some(end) => {
+            place(out, setting, end);
+            put!(out; "}");
+        }
+        None => put!(out; "null"),
+    }
+    put!(out; ",\"cause\":");
+    match one.cause {
+        Some(link) => {
+            put!(out; "{\"id\":", u64::from(link.cause.0), ",\"link\":\"L", u64::from(link.rule));
+            put!(out; "\",\"grade\":\"", link.grade.name(), "\"}");
+        }
+        None => put!(out; "null"),
+    }
+    put!(out; ",\"effects\":[");
+    let effects = diagnosis.ledger().told().filter(|other| other.cause.is_some_and(|link| link.cause == one.id));
+    for (place, other) in effects.enumerate() {
+        put!(out; if place > 0 { "," } else { "" }, u64::from(other.id.0));
+    }
+    put!(out; "],\"steps\":[");
+    for (number, step) in one.steps.iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" });
+        place(out, setting, step.at);
+        put!(out; ",\"role\":\"", step.role.name(), "\",\"text\":");
+        quoted(out, |text| words::said(text, setting.lang, &step.said));
+        put!(out; ",\"finding\":");
+        match step.from {
+            Some(code) => put!(out; "\"", code.rule().id, "\""),
+            None => put!(out; "null"),
+        }
+        put!(out; "}");
+    }
+    put!(out; "],\"facts\":{");
+    for (number, (name, value)) in one.facts.iter().enumerate() {
+        put!(out; if number > 0 { ",\"" } else { "\"" });
+        facts::pair(out, name, *value);
+    }
+    let checks = advice::of(one, diagnosis.shown());
+    put!(out; "},\"checks\":[");
+    for (number, check) in checks.iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" }, "\"", check.name, "\"");
+    }
+    put!(out; "],\"findings\":[");
+    for (number, (code, frame)) in one.findings.iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" }, "{\"code\":\"", code.rule().id, "\",\"frame\":", *frame, "}");
+    }
+    put!(out; "],\"message\":");
+    quoted(out, |text| words::title(text, setting.lang, one, first.and_then(|first| first.t_ns)));
+    put!(out; ",\"repeats\":{\"count\":", one.repeats.count);
+    if one.repeats.count > 1 {
+        put!(out; ",\"longest_ns\":", one.repeats.longest_ns, ",\"total_ns\":", one.repeats.total_ns);
+    }
+    put!(out; "},\"checks_text\":[");
+    for (number, check) in checks.iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" });
+        quoted(out, |text| put!(text; setting.lang.of(check.words)));
+    }
+    put!(out; "],\"root\":", truth(is_root(one)), "}\n");
+}
+
+fn whole(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
+    let (frames, first, last) = diagnosis.extent();
+    put!(out; "{\"kind\":\"diagnosis\",\"order\":[");
+    let order = roots(diagnosis.ledger());
+    for (place, id) in order.iter().enumerate() {
+        put!(out; if place > 0 { "," } else { "" }, u64::from(id.0));
+    }
+    put!(out; "],\"counts\":{");
+    for (place, status) in [Status::Stands, Status::Unknown, Status::Over, Status::Harmless].iter().enumerate() {
+        let all = order.iter().filter_map(|id| diagnosis.ledger().by_id(*id));
+        let count = all.filter(|one| one.status == *status).count();
+        put!(out; if place > 0 { ",\"" } else { "\"" }, status.name(), "\":", count as u64);
+    }
+    put!(out; "},\"frames\":", frames, ",\"begin\":");
+    seconds(out, first.and_then(|first| first.t_ns), setting.decimals);
+    put!(out; ",\"end\":");
+    seconds(out, last.t_ns.filter(|_| frames > 0), setting.decimals);
+    put!(out; ",\"buses\":[");
+    for (place, bus) in setting.buses.names().enumerate() {
+        put!(out; if place > 0 { "," } else { "" });
+        name_or_null(out, bus);
+    }
+    put!(out; "],\"nodes\":[");
+    for (place, view) in diagnosis.nodes().iter().enumerate() {
+        put!(out; if place > 0 { "," } else { "" });
+        let mut object = Object::open(out);
+        name_or_null(object.key("bus"), setting.buses.name(view.bus));
+        object.number("node", view.node);
+        let state = object.key("state");
+        match view.state {
+            Some(state_of) => put!(state; "\"", Hex::<2>(u64::from(state_of)), "\""),
+            None => put!(state; "null"),
+        }
+        number_or_null(object.key("incident"), view.incident.map(|id| u64::from(id.0)));
+        object.close();
+    }
+    put!(out; "],\"beyond\":", diagnosis.ledger().beyond(), ",\"error_frames\":");
+    put!(out; truth(diagnosis.shown().error_frames), "}\n");
+}

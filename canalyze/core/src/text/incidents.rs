@@ -1,0 +1,55 @@
+//! Incidents in words, in both languages.
+//!
+//! The sentences stand in `diagnosis`. It must not choose one.
+
+use super::digits::put;
+use super::{Lang, sentence};
+use crate::diagnosis::incident::{Incident, members};
+use crate::diagnosis::titles;
+use crate::finding::{Measured, Said};
+
+/// Most nodes that are named one by one.
+const NAMED: usize = 6;
+
+/// Appends what a step says.
+pub fn said(out: &mut Vec<u8>, lang: Lang, measured: &Measured) {
+    let named = |name: &str| measured.get(name).map(Said::Quantity);
+    sentence::fill(out, lang, lang.of(measured.variant.words), named);
+}
+
+/// Appends the subject of an incident and what happened to it, in one line. `began_ns`: the first stamp of the capture.
+pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64>) {
+    subject(out, lang, one);
+    let words = lang.of(one.kind.row().words);
+    match titles::of(one, began_ns) {
+        Some(title) if titles::is_whole(one) => said(out, lang, &title),
+        Some(title) => {
+            put!(out; words, lang.pick(", ", ", "));
+            said(out, lang, &title);
+        }
+        None => put!(out; words),
+    }
+}
+
+/// Appends `node 3: `, `nodes 3, 4: `; nothing where it is about none.
+fn subject(out: &mut Vec<u8>, lang: Lang, one: &Incident) {
+    if let Some(node) = one.subject.node {
+        put!(out; lang.pick("节点", "node "), node);
+        if let Some(axis) = one.subject.axis.filter(|axis| *axis > 1) {
+            put!(out; lang.pick("轴", " axis "), axis);
+        }
+        return put!(out; ": ");
+    }
+    let nodes: Vec<u8> = members(one.subject.nodes).collect();
+    if nodes.is_empty() {
+        return;
+    }
+    put!(out; lang.pick("节点", if nodes.len() == 1 { "node " } else { "nodes " }));
+    for (place, node) in nodes.iter().take(NAMED).enumerate() {
+        put!(out; if place > 0 { lang.pick("、", ", ") } else { "" }, *node);
+    }
+    if nodes.len() > NAMED {
+        put!(out; " ...");
+    }
+    put!(out; ": ");
+}

@@ -1,0 +1,243 @@
+"""The report of `diagnose` for people: the verdict, the stories in the order in which they matter, the nodes.
+
+An ordinary capture takes at most 25 lines: where there is more, the least important is left out, and the last line says
+how to see it. Must not: judge.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+from canalyze.layout import pad, width
+from canalyze.output import Output, printable
+from canalyze.reports import wording
+from canalyze.words import Words
+
+LINES: Final = 25
+"""Most lines of a report that does not show everything."""
+_EFFECTS: Final = 4
+"""Consequences that are shown of one story."""
+_NODES: Final = 12
+"""Nodes that are named."""
+_SHORT_S: Final = 2.0
+"""A capture shorter than this, in s, shows no heartbeat that stays away."""
+_COLUMN: Final = 100
+"""Where the numbers of frames stand."""
+_STATES: Final = ("stands", "unknown", "over", "harmless")
+
+Record = Mapping[str, Any]
+
+
+def show(
+    incidents: Sequence[Record],
+    whole: Record,
+    out: Output,
+    words: Words,
+    names: Sequence[str],
+    nature: str,
+    *,
+    everything: bool,
+) -> None:
+    """Write the report. incidents: those that are asked for; names: the files, to be typed again."""
+    by_id = {one["id"]: one for one in incidents}
+    roots = [by_id[number] for number in whole["order"] if number in by_id]
+    told = roots if everything else [one for one in roots if one["status"] != "harmless"]
+    lines = [_verdict(roots, whole, words)]
+    if not told:
+        lines += _healthy(whole, nature, words)
+        hidden = len(roots)
+    else:
+        if (notice := _notice(whole, nature, words)) is not None:
+            lines.append(notice)
+        stories, hidden = _stories(told, by_id, words, LINES - len(lines) - 3 if not everything else None)
+        lines += stories
+        lines += _nodes(whole, by_id, words)
+    if told or hidden:
+        lines.append(_more(told, names, hidden, words))
+    for line in lines:
+        out.text(line + "\n")
+
+
+def tell(
+    story: int,
+    incidents: Sequence[Record],
+    whole: Record,
+    lines: Mapping[int, str],
+    out: Output,
+    words: Words,
+) -> None:
+    """Write one story in full. lines: the annotated frames around its steps, by their number."""
+    by_id = {one["id"]: one for one in incidents}
+    shown = set[int]()
+    for depth, one in _tree(by_id[story], by_id, 0):
+        indent = "  " * depth
+        head = f"{one['id']}  {_title(one, words)}" if not depth else f"→ {_title(one, words)}"
+        out.text(indent + head + f"  [{words.of('incident_status', one['status'])}]" + "\n")
+        if one["cause"] is not None:
+            out.text(f"{indent}   {_because(one, by_id, words)}\n")
+        for step in one["steps"]:
+            role = words.of("incident_role", step["role"])
+            at = _seconds(step["t"], whole, words)
+            rule = f" {step['finding']}" if step["finding"] else ""
+            out.text(f"{indent}   {role} {at} #{step['frame']}: {printable(step['text'])}{rule}\n")
+            for frame in range(step["frame"] - 2, step["frame"] + 3):
+                if frame in lines and frame not in shown:
+                    shown.add(frame)
+                    mark = ">" if frame == step["frame"] else " "
+                    for line in printable(lines[frame]).splitlines()[:1]:
+                        out.text(f"{indent}     {mark} #{frame} {line}\n")
+        for text in one["checks_text"]:
+            out.text(f"{indent}   {words('diagnose.check_first', said=text)}\n")
+        if one["findings"]:
+            found = ", ".join(f"{entry['code']} #{entry['frame']}" for entry in one["findings"][:8])
+            out.text(f"{indent}   {words('diagnose.findings', said=found)}\n")
+
+
+def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tuple[int, Record]]:
+    yield depth, one
+    for effect in one["effects"]:
+        if effect in by_id and not by_id[effect]["root"]:
+            yield from _tree(by_id[effect], by_id, depth + 1)
+
+
+def _verdict(roots: Sequence[Record], whole: Record, words: Words) -> str:
+    counts = {status: sum(one["status"] == status for one in roots) for status in _STATES}
+    parts = [words(f"diagnose.{status}", count=counts[status]) for status in _STATES[:3] if counts[status]]
+    if counts["stands"]:
+        mark = "✖"
+    elif counts["unknown"]:
+        mark = "?"
+    else:
+        mark = "✔"
+    if not parts:
+        parts = [words("diagnose.none")]
+    if counts["harmless"]:
+        parts.append(words("diagnose.harmless", count=counts["harmless"]))
+    said = f"{mark} {words('check.then').join(parts)}"
+    return f"{said}   {_extent(whole, words)}"
+
+
+def _extent(whole: Record, words: Words) -> str:
+    parts = [", ".join(printable(bus) for bus in whole["buses"] if bus)]
+    if (seconds := _span(whole)) is not None:
+        parts.append(words("diagnose.seconds", seconds=f"{seconds:.1f}"))
+    parts.append(words("diagnose.frames", count=whole["frames"]))
+    parts.append(words("diagnose.nodes", count=len(whole["nodes"])))
+    return " · ".join(part for part in parts if part)
+
+
+def _span(whole: Record) -> float | None:
+    begin, end = whole["begin"], whole["end"]
+    return None if begin is None or end is None else float(end) - float(begin)
+
+
+def _notice(whole: Record, nature: str, words: Words) -> str | None:
+    """Say what could not be judged, if something could not."""
+    span = _span(whole)
+    if nature in ("foreign", "silent", "unproven"):
+        return words(f"diagnose.{nature}")
+    if span is None:
+        return words("diagnose.no_stamps")
+    if span < _SHORT_S:
+        return words("diagnose.short_capture", seconds=f"{span:.1f}")
+    return None
+
+
+def _healthy(whole: Record, nature: str, words: Words) -> list[str]:
+    if (notice := _notice(whole, nature, words)) is not None:
+        return [notice]
+    key = "diagnose.looked" if whole["error_frames"] else "diagnose.looked_without"
+    return [words(key)]
+
+
+def _stories(
+    roots: Sequence[Record], by_id: Mapping[int, Record], words: Words, room: int | None
+) -> tuple[list[str], int]:
+    """Give the lines of the stories, and how many stories are left out. room: lines that there are for them."""
+    for effects, checks in ((_EFFECTS, True), (2, True), (2, False), (1, False), (0, False)):
+        blocks = [_story(one, by_id, words, effects, checks=checks or one["status"] == "stands") for one in roots]
+        headings = len({one["status"] for one in roots})
+        if room is None or sum(map(len, blocks)) + headings <= room:
+            break
+    lines, left, heading = list[str](), 0, ""
+    for one, block in zip(roots, blocks, strict=True):
+        fresh = [words(f"diagnose.heading_{one['status']}")] if one["status"] != heading else []
+        if room is not None and len(lines) + len(fresh) + len(block) > room:
+            left += 1
+            continue
+        heading = one["status"]
+        lines += [*fresh, *block]
+    return lines, left
+
+
+def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int, *, checks: bool) -> list[str]:
+    lines = [_placed(f" {one['id']:>2}  {_title(one, words)}", one)]
+    below = [entry for entry in _tree(one, by_id, 0) if entry[0]]
+    for depth, effect in below[:effects]:
+        grade = words.of("incident_grade", effect["cause"]["grade"])
+        lines.append(_placed(f"     {'  ' * (depth - 1)}→ {_title(effect, words)}{_delay(effect, by_id, words)}  {grade}", effect))
+    if len(below) > effects and effects:
+        lines.append(f"     → {words('diagnose.more_effects', count=len(below) - effects)}")
+    if effects >= _EFFECTS - 2 and not below:
+        lines += [
+            _placed(f"     → {printable(step['text'])}", {"begin": step})
+            for step in one["steps"]
+            if step["role"] in ("reaction", "attempt", "recovery")
+        ][:2]
+    if checks and one["checks_text"] and one["status"] != "harmless":
+        said = words("diagnose.between").join(one["checks_text"][:3])
+        lines.append(f"     {words('diagnose.check_first', said=said)}")
+    return lines
+
+
+def _title(one: Record, words: Words) -> str:
+    return str(printable(one["message"]))
+
+
+def _because(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
+    cause = by_id[one["cause"]["id"]]
+    grade = words.of("incident_grade", one["cause"]["grade"])
+    return words("diagnose.because", number=cause["id"], title=_title(cause, words), grade=grade)
+
+
+def _delay(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
+    cause = by_id[one["cause"]["id"]]
+    begin, then = cause["begin"]["t"], one["begin"]["t"]
+    if begin is None or then is None or float(then) < float(begin):
+        return ""
+    return words("diagnose.after", ms=f"{(float(then) - float(begin)) * 1000:.0f}")
+
+
+def _placed(line: str, one: Record) -> str:
+    frame = f"#{one['begin']['frame']}"
+    return f"{pad(line, _COLUMN)} {frame}" if width(line) < _COLUMN else f"{line}  {frame}"
+
+
+def _seconds(t: str | None, whole: Record, words: Words) -> str:
+    if t is None or whole["begin"] is None:
+        return ""
+    return str(words("diagnose.seconds", seconds=f"{float(t) - float(whole['begin']):.3f}"))
+
+
+def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words) -> list[str]:
+    parts = []
+    for node in whole["nodes"][:_NODES]:
+        number = f"{printable(node['bus'])}:{node['node']}" if len(whole["buses"]) > 1 else str(node["node"])
+        if node["incident"] in by_id:
+            parts.append(words("diagnose.node_in", node=number, number=node["incident"]))
+        else:
+            parts.append(words("diagnose.node_ok", node=number))
+    if len(whole["nodes"]) > _NODES:
+        parts.append(words("diagnose.node_more", count=len(whole["nodes"]) - _NODES))
+    return [words("diagnose.heading_nodes") + " · ".join(parts)] if parts else []
+
+
+def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Words) -> str:
+    """Give what to type next."""
+    file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
+    commands = []
+    if told:
+        first = told[0]
+        commands = [f"canalyze {file} -n {first['id']}", f"canalyze decode {file} --filter \"frame={first['begin']['frame']}\""]
+    if hidden:
+        commands.insert(1, f"canalyze {file} --all")
+    return words("diagnose.more", said=" · ".join(commands))

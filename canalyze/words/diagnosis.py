@@ -1,0 +1,112 @@
+"""The report of `diagnose`.
+
+Rows (key, zh, en), as the folder's `__init__` has it; nothing else.
+"""
+
+from typing import Final
+
+ROWS: Final[tuple[tuple[str, str, str], ...]] = (
+    ("diagnose.short", "诊断：出了什么问题、是否仍存在、为什么、先查什么", "What broke, whether it still is, why, what to check"),
+    ("diagnose.usage", "[选项] [文件]...", "[OPTIONS] [FILE]..."),
+    (
+        "diagnose.help",
+        "诊断记录：把发现归结为问题，每个问题说明对象、起止、起因、后果和先查什么；最重要的在前。"
+        "不写命令而只写文件名时就是这个命令；文件与命令同名时写成“./名字”。#后面是帧号。",
+        "Diagnose captures: findings become problems, each with its subject, begin and end, cause, consequences and what "
+        "to check first; the most important comes first. A file name without a command means this command; a file that "
+        "is called as a command is written './NAME'. A number behind # is that of a frame.",
+    ),
+    ("diagnose.story", "完整讲述一个问题，并带注释的帧。", "Tell one problem in full, with its annotated frames."),
+    ("diagnose.all", "列出全部问题，包括无害的。", "List all problems, harmless ones too."),
+    (
+        "diagnose.since",
+        "只列从记录开始S秒之后仍存在的问题。",
+        "Only problems that still were there S seconds after the begin of the capture.",
+    ),
+    ("diagnose.node", "只列与这个节点有关的问题。", "Only problems that concern this node."),
+    ("diagnose.bus", "只列这条总线上的问题。", "Only problems of this bus."),
+    (
+        "diagnose.fail_on",
+        "有这样的问题时退出码为1：stands 仍存在，unknown 也包括状态不明的，over 也包括已恢复的。",
+        "Exit code 1 where there is such a problem: stands, unknown (those too), over (those too).",
+    ),
+    (
+        "diagnose.format",
+        "text 给人看；jsonl 每行一个问题(JSON对象)。",
+        "text for people; jsonl is one JSON object a problem.",
+    ),
+    (
+        "diagnose.examples",
+        "canalyze capture.log                   诊断一个记录\n"
+        "canalyze capture.log -n 1              完整讲述1号问题\n"
+        "canalyze diagnose --node 5 a.log b.log 只看节点5\n"
+        "canalyze capture.log --format jsonl --fail-on stands",
+        "canalyze capture.log                   diagnose a capture\n"
+        "canalyze capture.log -n 1              tell problem 1 in full\n"
+        "canalyze diagnose --node 5 a.log b.log only what concerns node 5\n"
+        "canalyze capture.log --format jsonl --fail-on stands",
+    ),
+    ("diagnose.story_stdin", "{option}需要能再次读取的文件，不能用标准输入", "{option} reads the files again; standard input cannot be"),
+    ("diagnose.no_story", "没有{number}号问题", "there is no problem {number}"),
+    ("diagnose.stands", "{count}个问题仍存在", "problems that stand: {count}"),
+    ("diagnose.unknown", "{count}个问题状态不明", "not known to be over: {count}"),
+    ("diagnose.over", "{count}个已恢复", "over: {count}"),
+    ("diagnose.harmless", "{count}个无害", "harmless: {count}"),
+    ("diagnose.none", "没有发现问题", "no problem found"),
+    ("diagnose.seconds", "{seconds} s", "{seconds} s"),
+    ("diagnose.frames", "{count}帧", "frames: {count}"),
+    ("diagnose.nodes", "{count}个节点", "nodes: {count}"),
+    ("diagnose.foreign", "这不像CANopen的报文：没有可以判断的", "this does not look like CANopen: nothing could be judged"),
+    ("diagnose.silent", "没有报文：没有可以判断的", "there is no traffic: nothing could be judged"),
+    (
+        "diagnose.unproven",
+        "没有报文能证明这是CANopen：判断有限",
+        "nothing proves that this is CANopen: little could be judged",
+    ),
+    (
+        "diagnose.no_stamps",
+        "没有时间戳：只判断了顺序和内容，没有判断心跳、周期和超时",
+        "no stamps: judged were order and content; heartbeats, periods and timeouts were not",
+    ),
+    (
+        "diagnose.short_capture",
+        "记录只有{seconds} s：心跳丢失和周期可能看不出",
+        "the capture has only {seconds} s: lost heartbeats and periods may not show",
+    ),
+    (
+        "diagnose.looked",
+        "检查了心跳、启动、EMCY、SDO、PDO、SYNC、驱动状态和错误帧",
+        "looked at: heartbeats, boot-ups, EMCY, SDO, PDO, SYNC, drive states, error frames",
+    ),
+    (
+        "diagnose.looked_without",
+        "检查了心跳、启动、EMCY、SDO、PDO、SYNC和驱动状态；记录中没有错误帧",
+        "looked at: heartbeats, boot-ups, EMCY, SDO, PDO, SYNC, drive states; no error frames are recorded here",
+    ),
+    ("diagnose.heading_stands", "未解决", "STANDS"),
+    ("diagnose.heading_unknown", "状态不明", "NOT KNOWN"),
+    ("diagnose.heading_over", "已恢复", "OVER"),
+    ("diagnose.heading_harmless", "无害", "HARMLESS"),
+    ("diagnose.heading_nodes", "节点  ", "NODES  "),
+    ("diagnose.node_ok", "{node} 正常", "{node} ok"),
+    ("diagnose.node_in", "{node} 见{number}号", "{node} see {number}"),
+    ("diagnose.node_more", "另有{count}个", "{count} more"),
+    ("diagnose.more_effects", "另有{count}个后果", "{count} more consequences"),
+    ("diagnose.check_first", "先查：{said}", "check first: {said}"),
+    ("diagnose.between", "；", "; "),
+    ("diagnose.because", "起因：{number}号 {title}（{grade}）", "because of {number}, {title} ({grade})"),
+    ("diagnose.after", "，{ms} ms后", ", {ms} ms after"),
+    ("diagnose.findings", "规则：{said}", "rules: {said}"),
+    ("diagnose.more", "更多：{said}", "more: {said}"),
+    ("incident_status.stands", "仍存在", "stands"),
+    ("incident_status.unknown", "不明", "not known"),
+    ("incident_status.over", "已恢复", "over"),
+    ("incident_status.harmless", "无害", "harmless"),
+    ("incident_grade.certain", "确定", "certain"),
+    ("incident_grade.likely", "很可能", "likely"),
+    ("incident_grade.possible", "可能", "possible"),
+    ("incident_role.sign", "征兆", "sign"),
+    ("incident_role.reaction", "反应", "reaction"),
+    ("incident_role.attempt", "尝试", "attempt"),
+    ("incident_role.recovery", "恢复", "recovery"),
+)
