@@ -133,7 +133,8 @@ impl Bus {
     /// connection set.
     pub fn producers(&self, id: CanId) -> u128 {
         let sends = |node: &Node| node.pdos().iter().any(|pdo| pdo.transmit && pdo.cob.0.valid && pdo.cob.0.id == id);
-        let known = self.nodes.iter().filter(|(_, node)| sends(node)).fold(0, |all, (node, _)| all | 1 << (node & 0x7F));
+        let known =
+            self.nodes.iter().filter(|(_, node)| sends(node)).fold(0, |all, (node, _)| all | 1 << (node & 0x7F));
         match self.roles.of(id) {
             Role::Tpdo { node, .. } if known == 0 => 1 << (node & 0x7F),
             _ => known,

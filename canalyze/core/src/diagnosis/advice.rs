@@ -46,15 +46,23 @@ pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
         Kind::RequestUnanswered | Kind::LateAnswer => vec![say::SERVER, say::CLIENT],
         Kind::ObjectRefused | Kind::IdentityMismatch | Kind::LengthRefused => vec![say::EDS],
         Kind::MappingRefused => vec![say::PDO_ORDER],
-        Kind::AccessRefused | Kind::StateRefused | Kind::ValueRefused | Kind::WriteRefused => vec![say::STATE, say::EDS],
+        Kind::AccessRefused | Kind::StateRefused | Kind::ValueRefused | Kind::WriteRefused => {
+            vec![say::STATE, say::EDS]
+        }
         Kind::RpdoTimeout => vec![say::PRODUCER],
         Kind::PdoLength | Kind::SharedCobId | Kind::PdoConfiguration | Kind::PdoNotAllowed => vec![say::MAPPING],
         Kind::PdoMissing => vec![say::STATE, say::MAPPING],
         Kind::SyncStopped | Kind::SyncIrregular | Kind::TwoSyncProducers | Kind::SyncLength => vec![say::SYNC_PRODUCER],
-        Kind::BusOff | Kind::ErrorPassive | Kind::BusErrors | Kind::NotAcknowledged | Kind::TransceiverFault
-        | Kind::WrongBitRate | Kind::BusTrouble => vec![say::TERMINATION],
+        Kind::BusOff
+        | Kind::ErrorPassive
+        | Kind::BusErrors
+        | Kind::NotAcknowledged
+        | Kind::TransceiverFault
+        | Kind::WrongBitRate
+        | Kind::BusTrouble => vec![say::TERMINATION],
         Kind::AxisFault | Kind::DeviceError => {
-            let mut checks = vec![say::MANUAL];
+            let unannounced = one.clue.reported.is_empty() && one.subject.axes.count_ones() > 1;
+            let mut checks = vec![if unannounced { say::ALL_AXES } else { say::MANUAL }];
             if one.facts.iter().any(|(name, _)| *name == "reset_in_vain") {
                 checks.push(say::FAULT_CAUSE);
             }

@@ -98,8 +98,10 @@ pub struct Subject {
     pub node: Option<u8>,
     /// All nodes concerned, a bit each.
     pub nodes: u128,
-    /// The axis of a drive, from 1.
+    /// The axis of a drive, from 1, where it is one.
     pub axis: Option<u8>,
+    /// All axes concerned, a bit each.
+    pub axes: u8,
     /// A PDO of the node: whether it is a TPDO, and its number.
     pub pdo: Option<(bool, u16)>,
 }
@@ -210,6 +212,8 @@ pub struct Incident {
     pub possible: Vec<Link>,
     /// The rules that found what belongs to it, with their frames.
     pub findings: Vec<(Code, u64)>,
+    /// It is part of another incident, and not told by itself.
+    pub(super) merged: bool,
     /// What links ask for.
     pub(super) clue: Clue,
 }
@@ -300,7 +304,7 @@ impl Incident {
 
     /// Whether it is worth telling: it has happened often enough, or has not ended.
     pub fn counts(&self) -> bool {
-        self.repeats.count >= self.clue.least
+        !self.merged && self.repeats.count >= self.clue.least
     }
 
     pub(super) fn link(&mut self, link: Link) {

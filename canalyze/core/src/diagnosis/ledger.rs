@@ -2,8 +2,8 @@
 //!
 //! Memory is bounded: beyond [`KEPT`] incidents further ones are only counted. Must not: know a kind.
 
-use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
 use super::incident::Grade;
+use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
 use super::kinds::Kind;
 use crate::frame::{BusId, FrameRef};
 
@@ -54,6 +54,7 @@ impl Ledger {
             cause: None,
             possible: Vec::new(),
             findings: Vec::new(),
+            merged: false,
             clue: Clue::default(),
         });
         Some(self.all.len() - 1)
@@ -95,6 +96,34 @@ impl Ledger {
             }
         }
         true
+    }
+
+    /// Puts an incident into another one.
+    pub(super) fn merge(&mut self, place: Place, into: Place) {
+        let Some(one) = self.all.get_mut(place).filter(|_| place != into) else { return };
+        one.merged = true;
+        let (gone, one) = (one.id, one.clone());
+        let Some(other) = self.all.get_mut(into) else { return };
+        let stays = other.id;
+        if one.subject.node.is_some() {
+            other.subject.nodes |= one.subject.nodes;
+            if other.kind == one.kind && other.subject.nodes.count_ones() > 1 {
+                other.subject.node = None;
+            }
+        }
+        if other.kind == one.kind {
+            other.end = other.end.zip(one.end).map(|(end, last)| if last.no > end.no { last } else { end });
+        }
+        for step in one.steps {
+            other.step(step.at, step.role, step.said, step.from);
+        }
+        other.steps.sort_by_key(|step| step.at.no);
+        one.findings.iter().for_each(|(code, frame)| other.found(*code, *frame));
+        for link in self.all.iter_mut().flat_map(|one| one.cause.iter_mut().chain(&mut one.possible)) {
+            if link.cause == gone {
+                link.cause = stays;
+            }
+        }
     }
 
     /// How many more there were than are kept.

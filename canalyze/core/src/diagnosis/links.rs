@@ -57,7 +57,8 @@ fn best(ledger: &Ledger, place: Place, others: &[Place]) -> Option<Link> {
         }
         let Some(one) = relate(cause, effect, ledger) else { continue };
         let better = found.is_none_or(|(before, incident)| {
-            (one.1, -one.2, std::cmp::Reverse(cause.begin.no)) > (before.1, -before.2, std::cmp::Reverse(incident.begin.no))
+            (one.1, -one.2, std::cmp::Reverse(cause.begin.no))
+                > (before.1, -before.2, std::cmp::Reverse(incident.begin.no))
         });
         if better {
             found = Some((one, cause));
@@ -81,10 +82,7 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
 
 fn is_gone(kind: Kind) -> bool {
     use Kind::{GuardingUnanswered, NoBootUp, NodeAbsent, NodeRestarted, NodeSilent, RestartLoop, SegmentLost};
-    matches!(
-        kind,
-        NodeSilent | SegmentLost | NodeRestarted | RestartLoop | NoBootUp | GuardingUnanswered | NodeAbsent
-    )
+    matches!(kind, NodeSilent | SegmentLost | NodeRestarted | RestartLoop | NoBootUp | GuardingUnanswered | NodeAbsent)
 }
 
 fn is_commanded(kind: Kind) -> bool {
@@ -147,10 +145,10 @@ fn relate(cause: &Incident, effect: &Incident, ledger: &Ledger) -> Option<Found>
             Some((15, Grade::Certain, delay))
         }
         Kind::AxisFault | Kind::QuickStop => {
-            let limit = effect.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node)).map(|(_, limit)| *limit);
-            let watched = is_gone(cause.kind) && limit.is_some_and(|limit| {
-                (limit..=limit + limit / 3 + PROMPT_NS).contains(&delay)
-            });
+            let limit =
+                effect.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node)).map(|(_, limit)| *limit);
+            let watched = is_gone(cause.kind)
+                && limit.is_some_and(|limit| (limit..=limit + limit / 3 + PROMPT_NS).contains(&delay));
             watched.then_some((7, Grade::Likely, delay))
         }
         Kind::PdoMissing | Kind::SyncStopped | Kind::SyncIrregular if same_node => {
@@ -214,7 +212,9 @@ fn loss(cause: &Incident, effect: &Incident, delay: i64) -> Option<Found> {
             let fits = (least.min(0)..=most).contains(&delay) || rule == 3;
             Some((rule, if fits { Grade::Certain } else { Grade::Possible }, (delay - limit).abs()))
         }
-        None if effect.clue.watched.is_empty() && (0..=WINDOW_NS).contains(&delay) => Some((rule, Grade::Likely, delay)),
+        None if effect.clue.watched.is_empty() && (0..=WINDOW_NS).contains(&delay) => {
+            Some((rule, Grade::Likely, delay))
+        }
         None => None,
     }
 }
@@ -222,7 +222,8 @@ fn loss(cause: &Incident, effect: &Incident, delay: i64) -> Option<Found> {
 /// L6: SYNC is gone with its producer, and its consumers say so.
 fn sync(cause: &Incident, effect: &Incident) -> Option<Found> {
     let stopped = cause.clue.sync_producer || cause.kind == Kind::SyncStopped;
-    let (last, period) = if cause.clue.sync_producer { cause.clue.sync? } else { effect.clue.sync.or(cause.clue.sync)? };
+    let (last, period) =
+        if cause.clue.sync_producer { cause.clue.sync? } else { effect.clue.sync.or(cause.clue.sync)? };
     let since = effect.begin.since(last)?;
     if effect.kind == Kind::SyncStopped && is_gone(cause.kind) {
         let near = effect.begin.since(cause.begin)?.abs() <= period.saturating_mul(2);
@@ -232,6 +233,40 @@ fn sync(cause: &Incident, effect: &Incident) -> Option<Found> {
     let says = effect.clue.reported.iter().any(|code| may_be_sync(*code));
     let soon = (period / 2..=period.saturating_mul(SYNCS)).contains(&since);
     (stopped && says && soon && cause.subject.node != effect.subject.node).then_some((6, Grade::Likely, since))
+}
+
+/// Consequences of one cause that begin within this time of each other, in ns, are one where they are of one kind.
+const TOGETHER_NS: i64 = 100_000_000;
+
+/// The capture is over: what happened to several nodes alike, by one cause, is one incident; so is a SYNC that stops with
+/// its producer, and the loss of that.
+pub(super) fn join(ledger: &mut Ledger) {
+    for place in 0..ledger.all.len() {
+        let Some(one) = ledger.get(place) else { continue };
+        let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
+        let into = match one.kind {
+            Kind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
+            _ => (0..place).find(|other| ledger.get(*other).is_some_and(|other| is_alike(other, one, link))),
+        };
+        if let Some(into) = into {
+            ledger.merge(place, into);
+        }
+    }
+}
+
+fn place_of(link: Link) -> Place {
+    (link.cause.0 as usize).saturating_sub(1)
+}
+
+/// Whether the same happened to another node at the same time, by the same cause.
+fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
+    let near = one.begin.since(other.begin).is_some_and(|since| since.abs() <= TOGETHER_NS);
+    let same = other.kind == one.kind && other.bus == one.bus && other.status == one.status && !other.merged;
+    let subject = one.subject.node.is_some() && one.subject.pdo.is_none() && one.subject.axis == other.subject.axis;
+    same && near
+        && subject
+        && other.clue.reported == one.clue.reported
+        && other.cause.is_some_and(|cause| cause.cause == link.cause)
 }
 
 /// The capture is over: what only follows from what is harmless is harmless, too.

@@ -36,7 +36,7 @@ use crate::checks::pdo::length::misfit;
 use crate::drive::State;
 use crate::event::{Event, ProcessData, Step, What};
 use crate::finding::{Code, Finding};
-use crate::frame::{BusId, Frame, FrameRef};
+use crate::frame::{self, BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::sdo::transfer::Status as Transferred;
@@ -129,6 +129,7 @@ impl Diagnosis {
             of_bus.finish(BusId(index as u8), self.last, bus, &mut self.ledger);
         }
         links::settle(&mut self.ledger);
+        links::join(&mut self.ledger);
     }
 
     /// All incidents.
@@ -197,6 +198,7 @@ impl OfBus {
                 What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
                 What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
                 What::Transfer(transfer) => {
+                    self.drives.transfer(transfer);
                     self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
                     if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
                         let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None };
@@ -207,6 +209,9 @@ impl OfBus {
                 What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
                 What::Mpdo(_) | What::Note(_) => false,
             };
+        }
+        if !self.found.is_empty() && frame.kind != frame::Kind::Error {
+            self.found.sign(Sign { ends: Ends::Traffic, node: None, pdo: None }, scene!(self, ledger, bus, id, at));
         }
         self.conclude(before, dirty, id, at, bus, ledger);
     }
@@ -278,6 +283,7 @@ impl OfBus {
                 self.found.sign(Sign { ends, node: Some(data.node), pdo }, scene!(self, ledger, bus, id, at));
             }
         }
+        self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
         if !data.transmit {
             return false;
         }
@@ -378,13 +384,19 @@ impl OfBus {
             (Code::Nmt003, Some(node)) => self.nodes.restarted(node, finding, self.was, scene),
             (Code::Nmt004 | Code::Nmt005, Some(node)) => self.nodes.changed(node, finding, scene),
             (Code::Nmt002 | Code::Nmt006, Some(node)) => self.nodes.owes(node, finding, scene),
-            (Code::Emc002 | Code::Emc007 | Code::Emc008 | Code::Emc009, Some(node)) => {
-                self.emergencies.found(node, finding, scene);
+            (code, Some(node)) if code.rule().id.starts_with("EMC") => {
+                if !self.emergencies.found(node, finding, scene) {
+                    self.found.found(finding, scene!(self, ledger, bus, id, at));
+                }
             }
+            (Code::Sdo018, Some(node)) => self.configurations.stays(node, finding, scene),
             (Code::Drv005, Some(node)) => self.drives.fault(node, finding, scene),
             (Code::Drv002, Some(node)) => self.drives.stuck(node, finding, scene),
             (Code::Bus006, _) => {
-                self.found.sign(Sign { ends: Ends::Controller, node: None, pdo: None }, scene);
+                for ends in [Ends::Controller, Ends::Traffic] {
+                    let sign = Sign { ends, node: None, pdo: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
             }
             _ => {
                 self.found.found(finding, scene);
@@ -401,6 +413,7 @@ impl OfBus {
         } else if !mine {
             return;
         }
+        self.nodes.finish(scene!(self, ledger, bus, id, end));
         self.found.finish(end, scene!(self, ledger, bus, id, end));
         for place in 0..ledger.all.len() {
             let back = self.nodes.back(place);
@@ -434,7 +447,18 @@ fn status(one: &incident::Incident, end: FrameRef, back: Option<FrameRef>, gone:
     if let Some(back) = back {
         return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
     }
-    let silent = matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::RequestUnanswered | Kind::NodeAbsent);
+    // Not every controller says that it is active again.
+    if one.kind == Kind::ErrorPassive {
+        return Status::Unknown;
+    }
+    // A refused write may still be made good where the capture ends too soon for the rule to say.
+    if one.facts.iter().any(|(name, _)| *name == "refused") {
+        let stays = one.findings.iter().any(|(code, _)| *code == Code::Sdo018);
+        return if stays { Status::Stands } else { Status::Unknown };
+    }
+    let silent = matches!(
+        one.kind,
+        Kind::NodeSilent | Kind::HeartbeatStopped | Kind::SegmentLost | Kind::RequestUnanswered | Kind::NodeAbsent
+    );
     if gone && !silent { Status::Unknown } else { Status::Stands }
 }
-

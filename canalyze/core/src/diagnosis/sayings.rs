@@ -3,9 +3,9 @@
 //! A sentence is declared with its facts as those of rules are: a name in braces that is no fact does not compile. Times
 //! called `at` are counted from the first frame of the capture. Must not: choose a sentence.
 
-use crate::rules::{Measured, Words};
 use crate::rules::quantity::{Abort, Command, Count, Emcy, Hex2, Ns, Object, Pdo, State, Statusword};
 use crate::rules::rules;
+use crate::rules::{Measured, Words};
 
 macro_rules! sayings {
     ($($saying:ident $({ $($fact:ident: $kind:ty),+ })? $zh:literal $en:literal;)*) => {
@@ -47,6 +47,7 @@ sayings! {
     Segment { at: Ns, count: Count } "{at}起{count}个节点同时没有任何报文" "{count} nodes silent at once since {at}";
     Restarted { at: Ns } "{at}自行重启" "restarted by itself at {at}";
     RestartedOften { at: Ns, count: Count } "{at}起自行重启{count}次" "restarted by itself {count} times from {at} on";
+    Absent { at: Ns } "{at}起被询问, 从未出现" "asked from {at} on, never heard";
     NoBootUp { at: Ns } "{at}复位后没有启动报文" "no boot-up after the reset at {at}";
     LeftOperational { at: Ns, state: State } "{at}自行进入{state}" "went to {state} by itself at {at}";
     WithoutEffect { at: Ns, command: Command } "{at}的NMT命令“{command}”没有效果" "NMT command \"{command}\" of {at} without effect";
@@ -90,6 +91,7 @@ sayings! {
     SyncGone "SYNC随之停止" "SYNC stops with it";
     InFault { statusword: Statusword } "状态字{statusword}" "statusword {statusword}";
     LeftFault "离开故障状态" "out of fault";
+    FaultReset "故障复位命令" "fault reset";
     ResetInVain "故障复位没有效果" "fault reset without effect";
     WriteRefused { object: Object, abort: Abort } "写入{object}被拒绝: {abort}" "write to {object} refused: {abort}";
     WriteTaken { object: Object } "写入{object}成功" "write to {object} succeeded";
@@ -152,6 +154,7 @@ checks! {
     MAPPING "mapping" "两端的PDO映射" "the mapping of both ends";
     TERMINATION "termination" "终端电阻(H-L间60Ω)、分支、短路、波特率" "termination (60 Ω between H and L), stubs, shorts, bit rate";
     ENABLE "enable" "使能输入、STO、直流母线(状态字位4)" "enable input, STO, DC link (statusword bit 4)";
+    ALL_AXES "safety" "所有轴共同的原因: STO、急停、电源" "what the axes share: STO, emergency stop, supply";
     FAULT_CAUSE "fault-cause" "故障原因仍在: 先消除它" "the cause of the fault is still there: remove it first";
     LOAD "load" "总线负载和发送者的实时性" "bus load and the timing of the sender";
     NOTHING "nothing" "无需处理" "nothing";

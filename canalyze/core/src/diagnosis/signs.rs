@@ -27,6 +27,8 @@ pub(super) enum Ends {
     Length,
     /// The controller is active again.
     Controller,
+    /// The same, or any frame: a controller that is off receives none.
+    Traffic,
     /// The node boots, or is Operational.
     Guarded,
 }
@@ -36,7 +38,7 @@ pub(super) type Row = (Code, Kind, u64, Ends);
 
 /// The rows. What one late frame may raise counts from the third time on.
 pub(super) const SIGNS: &[Row] = &[
-    (Code::Bus001, Kind::BusOff, 1, Ends::Controller),
+    (Code::Bus001, Kind::BusOff, 1, Ends::Traffic),
     (Code::Bus002, Kind::ErrorPassive, 1, Ends::Controller),
     (Code::Bus003, Kind::ErrorPassive, 1, Ends::Controller),
     (Code::Bus004, Kind::NotAcknowledged, 1, Ends::Once),

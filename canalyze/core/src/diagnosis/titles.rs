@@ -30,13 +30,16 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         Kind::SegmentLost => Saying::Segment { at, count: one.subject.nodes.count_ones().into() }.into(),
         Kind::NodeRestarted if count == 1 => Saying::Restarted { at }.into(),
         Kind::NodeRestarted | Kind::RestartLoop => Saying::RestartedOften { at, count }.into(),
+        Kind::NodeAbsent => Saying::Absent { at }.into(),
         Kind::NoBootUp => Saying::NoBootUp { at }.into(),
         Kind::LeftOperational => match get("state") {
             Some(Quantity::State(state)) => Saying::LeftOperational { at, state }.into(),
             _ => return None,
         },
         Kind::StartWithoutEffect | Kind::CommandedReset | Kind::CommandedStop => match (one.kind, get("command")) {
-            (Kind::StartWithoutEffect, Some(Quantity::Command(command))) => Saying::WithoutEffect { at, command }.into(),
+            (Kind::StartWithoutEffect, Some(Quantity::Command(command))) => {
+                Saying::WithoutEffect { at, command }.into()
+            }
             (Kind::CommandedReset, Some(Quantity::Command(command))) => Saying::ResetByCommand { at, command }.into(),
             (_, Some(Quantity::Command(command))) => Saying::StoppedByCommand { at, command }.into(),
             _ => return None,
@@ -96,6 +99,7 @@ pub fn is_whole(one: &Incident) -> bool {
         | Kind::SegmentLost
         | Kind::NodeRestarted
         | Kind::RestartLoop
+        | Kind::NodeAbsent
         | Kind::NoBootUp
         | Kind::LeftOperational
         | Kind::StartWithoutEffect

@@ -35,8 +35,11 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64
 fn subject(out: &mut Vec<u8>, lang: Lang, one: &Incident) {
     if let Some(node) = one.subject.node {
         put!(out; lang.pick("节点", "node "), node);
-        if let Some(axis) = one.subject.axis.filter(|axis| *axis > 1) {
-            put!(out; lang.pick("轴", " axis "), axis);
+        let axes = (1..=8_u8).filter(|axis| one.subject.axes >> (axis - 1) & 1 != 0);
+        for (place, axis) in axes.filter(|axis| *axis > 1 || one.subject.axis.is_none()).enumerate() {
+            let many = one.subject.axis.is_none();
+            let first = lang.pick("轴", if many { " axes " } else { " axis " });
+            put!(out; if place > 0 { lang.pick("、", ", ") } else { first }, axis);
         }
         return put!(out; ": ");
     }

@@ -11,7 +11,7 @@ use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
-use crate::finding::Quantity;
+use crate::finding::{Finding, Quantity};
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
@@ -46,7 +46,9 @@ impl Configurations {
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
         match (transfer.outcome.status, transfer.outcome.abort) {
-            (Status::Aborted, Some(abort)) if abort.by == Side::Server => self.refused(transfer, mux, abort.code, scene),
+            (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
+                self.refused(transfer, mux, abort.code, scene)
+            }
             (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),
             _ => {}
         }
@@ -115,6 +117,17 @@ impl Configurations {
             if done {
                 one.ends(transfer.last);
             }
+        }
+    }
+
+    /// The capture is over, and a refused write was not made good (SDO018).
+    pub(in crate::diagnosis) fn stays(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let open = self.open.get(&node).map(|(place, _)| *place);
+        let place = open.or_else(|| scene.ledger.last(scene.id, |one| one.holds(finding.at.no)));
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
+            && finding.because_of.is_none()
+        {
+            one.found(finding.code, finding.at.no);
         }
     }
 

@@ -5,14 +5,18 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnosis::incident::{Role, Subject};
+use super::AGAIN_NS;
+use crate::diagnosis::incident::{Grade, Incident, Role, Subject, bit};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
-use crate::drive::State;
-use crate::finding::{Finding, Quantity};
-use crate::frame::FrameRef;
+use crate::drive::{Object, PROFILE, State};
+use crate::event::{ProcessData, Signals, Unmapped};
+use crate::finding::{Code, Finding, Quantity};
+use crate::frame::{Frame, FrameRef};
+use crate::services::pdo::mapping::extract;
+use crate::services::sdo::transfer::{Status, Transfer};
 
 /// An emergency and a fault of one node within this time, in ns, are one trouble, whichever comes first.
 const SAME_NS: i64 = 500_000_000;
@@ -22,6 +26,12 @@ const TOGETHER_NS: i64 = 100_000_000;
 /// What is open about the drives of a bus.
 #[derive(Debug, Default)]
 pub(in crate::diagnosis) struct Drives {
+    /// Nodes that were seen to be drives, a bit each: by their device type, or by a drive's object in SDO.
+    drives: u128,
+    /// The states of drives of which no mapping is known, by CiA 402's default mapping: the statusword comes first.
+    assumed: BTreeMap<u8, State>,
+    /// The last controlword of each node.
+    controlwords: BTreeMap<u8, u16>,
     /// Faults, by node.
     faults: BTreeMap<u8, Place>,
     /// Commands without effect, with the state in which the axis stayed.
@@ -34,7 +44,79 @@ fn axis(finding: &Finding) -> u8 {
     (index.saturating_sub(0x6000) / 0x800).min(7) as u8 + 1
 }
 
+/// Bit 7 of the controlword: fault reset.
+const FAULT_RESET: u16 = 1 << 7;
+
+/// The word of an object in a PDO; where no mapping is known, the first two bytes, as the default mapping of CiA 402 has
+/// them in the first PDO. Whether it is assumed so.
+fn word(data: &ProcessData, frame: &Frame, object: Object) -> Option<(u16, bool)> {
+    match &data.content {
+        Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..) => {
+            let mut entries = mapping.entries.iter();
+            let part = entries.find(|entry| Object::at(entry.index) == Some(object) && entry.bits == 16)?;
+            let raw = extract(frame.payload(), usize::from(part.offset), 16)?;
+            Some((raw as u16, false))
+        }
+        Signals::None(Unmapped::Unknown) if data.number == 1 => match frame.payload() {
+            [low, high, ..] => Some((u16::from_le_bytes([*low, *high]), true)),
+            _ => None,
+        },
+        Signals::None(_) => None,
+    }
+}
+
 impl Drives {
+    /// An SDO transfer may show that a node is a drive.
+    pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer) {
+        let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
+        let of_type = mux.index == 0x1000
+            && matches!(transfer.data.kept.as_slice(), [low, high, ..] if u16::from_le_bytes([*low, *high]) == PROFILE);
+        if of_type || Object::at(mux.index).is_some() || matches!(mux.index, 0x6502 | 0x607A | 0x60FF | 0x6071) {
+            self.drives |= bit(transfer.node);
+        }
+    }
+
+    /// A PDO of a node: what it commands, and what it reports where only the default mapping says so.
+    pub(in crate::diagnosis) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+        if self.drives & bit(data.node) == 0 && self.faults.is_empty() {
+            return;
+        }
+        let at = scene.at;
+        if !data.transmit {
+            let Some((word, _)) = word(data, frame, Object::Controlword) else { return };
+            let before = self.controlwords.insert(data.node, word).unwrap_or(FAULT_RESET);
+            if word & !before & FAULT_RESET != 0
+                && let Some(one) = self.faults.get(&data.node).and_then(|place| scene.ledger.get_mut(*place))
+            {
+                let resets = one.facts.iter().find_map(|(name, value)| match value {
+                    Quantity::Count(count) if *name == "resets" => Some(*count),
+                    _ => None,
+                });
+                one.fact("resets", Quantity::Count(resets.unwrap_or(0) + 1));
+                one.step(at, Role::Attempt, Saying::FaultReset, None);
+            }
+            return;
+        }
+        let is_known = scene.bus.drive_states(data.node).next().is_some();
+        let Some((word, true)) = word(data, frame, Object::Statusword).filter(|_| !is_known) else { return };
+        let Some(state) = State::of(word) else { return };
+        let before = self.assumed.insert(data.node, state);
+        let is_fault = |state: State| matches!(state, State::Fault | State::FaultReactionActive);
+        if is_fault(state) && before.is_some_and(|before| !is_fault(before)) {
+            self.enter(data.node, (at, 1), None, None, scene);
+            if let Some(one) = self.faults.get(&data.node).and_then(|place| scene.ledger.get_mut(*place)) {
+                one.grade = Grade::Likely;
+                one.step(at, Role::Sign, Saying::InFault { statusword: word }, None);
+            }
+        }
+    }
+
+    /// The states of a node's axes.
+    fn states(&self, node: u8, scene: &Scene<'_>) -> Vec<State> {
+        let known: Vec<State> = scene.bus.drive_states(node).map(|(_, state)| state).collect();
+        if known.is_empty() { self.assumed.get(&node).copied().into_iter().collect() } else { known }
+    }
+
     /// Whether anything is open: only then it matters what state an axis is in.
     pub(in crate::diagnosis) fn is_empty(&self) -> bool {
         self.faults.is_empty() && self.stuck.is_empty()
@@ -43,22 +125,48 @@ impl Drives {
     /// The drive is in fault (DRV005).
     pub(in crate::diagnosis) fn fault(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.about().unwrap_or(finding.at);
-        let axis = axis(finding);
-        let because = finding.because_of.map(|frame| frame.no);
-        let place = self.faults.get(&node).copied().filter(|place| {
-            scene.ledger.get(*place).is_some_and(|one| one.end.is_none() && one.began_within(at, TOGETHER_NS))
-        });
-        let place = place.or_else(|| {
+        self.enter(node, (at, axis(finding)), finding.because_of, Some(finding.code), scene);
+        if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
+            if let Some(Quantity::Statusword(statusword)) = finding.measured().and_then(|all| all.get("statusword")) {
+                one.step(at, Role::Sign, Saying::InFault { statusword }, Some(finding.code));
+            }
+            one.found(finding.code, finding.at.no);
+        }
+    }
+
+    /// An axis has entered the fault state.
+    fn enter(
+        &mut self,
+        node: u8,
+        (at, axis): (FrameRef, u8),
+        because_of: Option<FrameRef>,
+        from: Option<Code>,
+        scene: &mut Scene<'_>,
+    ) {
+        let because = because_of.map(|frame| frame.no);
+        let near = |one: &Incident, ns: i64| at.since(one.repeats.since).is_some_and(|since| since.abs() <= ns);
+        let open = self.faults.get(&node).copied();
+        let open = open
+            .filter(|place| scene.ledger.get(*place).is_some_and(|one| one.end.is_none() && near(one, TOGETHER_NS)));
+        let place = open.or_else(|| {
             scene.ledger.last(scene.id, |one| {
-                let near = at.since(one.repeats.since).is_some_and(|since| since.abs() <= SAME_NS);
                 let reported = !one.clue.reported.is_empty();
-                one.subject.node == Some(node) && reported && (near || because.is_some_and(|frame| one.holds(frame)))
+                let explains = because.is_some_and(|frame| one.holds(frame));
+                one.subject.node == Some(node) && reported && (near(one, SAME_NS) || explains)
             })
         });
-        let place = match place {
+        let again = || {
+            scene.ledger.last(scene.id, |one| {
+                let same = one.kind == Kind::AxisFault && one.subject.node == Some(node);
+                same && one.ended_within(at, AGAIN_NS) && one.clue.reported.is_empty() && from.is_some()
+            })
+        };
+        let place = match place.or_else(again) {
             Some(place) => place,
             None => {
-                let Some(place) = scene.ledger.open(Kind::AxisFault, scene.id, Subject::node(node), at, at) else { return };
+                let Some(place) = scene.ledger.open(Kind::AxisFault, scene.id, Subject::node(node), at, at) else {
+                    return;
+                };
                 let watched = scene.watched(node).iter().map(|(node, time, _)| (*node, *time)).collect();
                 let sync = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
                 let sources = scene.sources(node);
@@ -71,12 +179,16 @@ impl Drives {
         };
         if let Some(one) = scene.ledger.get_mut(place) {
             one.kind = Kind::AxisFault;
-            one.end = None;
-            one.subject.axis = one.subject.axis.or(Some(axis));
-            if let Some(Quantity::Statusword(statusword)) = finding.measured().and_then(|all| all.get("statusword")) {
-                one.step(at, Role::Sign, Saying::InFault { statusword }, Some(finding.code));
+            if one.end.is_some() {
+                one.again(at);
             }
-            one.found(finding.code, finding.at.no);
+            if one.begin.no > at.no {
+                (one.begin, one.repeats.since) = (at, at);
+            }
+            one.facts.retain(|(name, _)| *name != "left_fault");
+            one.subject.axes |= 1 << (axis - 1);
+            let axes: u32 = one.subject.axes.count_ones();
+            one.subject.axis = if axes == 1 { Some(axis) } else { None };
         }
         self.faults.insert(node, place);
     }
@@ -96,7 +208,8 @@ impl Drives {
         {
             return one.step(at, Role::Attempt, Saying::ResetInVain, Some(finding.code));
         }
-        let subject = Subject { axis: Some(axis(finding)), ..Subject::node(node) };
+        let axes = 1 << (axis(finding) - 1);
+        let subject = Subject { axis: Some(axis(finding)), axes, ..Subject::node(node) };
         let Some(place) = scene.ledger.open(kind, scene.id, subject, at, finding.at) else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
             one.clue.because_of = finding.because_of.map(|frame| frame.no);
@@ -111,10 +224,10 @@ impl Drives {
     /// A node has sent something: whether its axes are out of what is open. Says whether that has changed.
     pub(in crate::diagnosis) fn heard(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> bool {
         let mut changed = false;
-        let states = || scene.bus.drive_states(node).map(|(_, state)| state);
-        let is_known = states().next().is_some();
-        let in_fault = states().any(|state| matches!(state, State::Fault | State::FaultReactionActive));
-        let enabled = states().any(|state| state == State::OperationEnabled);
+        let states = self.states(node, scene);
+        let is_known = !states.is_empty();
+        let in_fault = states.iter().any(|state| matches!(state, State::Fault | State::FaultReactionActive));
+        let enabled = states.contains(&State::OperationEnabled);
         if let Some(place) = self.faults.get(&node).copied()
             && is_known
             && !in_fault
@@ -151,6 +264,8 @@ impl Drives {
     /// A node has booted, or was reset: its axes are in no state.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
+        self.assumed.remove(&node);
+        self.controlwords.remove(&node);
         if let Some(place) = self.faults.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)
         {

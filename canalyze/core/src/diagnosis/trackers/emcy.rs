@@ -80,9 +80,11 @@ impl Emergencies {
             one.subject.node == Some(node) && one.clue.reported.contains(&code) && one.ended_within(at, AGAIN_NS)
         });
         let near = scene.ledger.last(scene.id, |one| {
-            let near = one.began_within(at, TOGETHER_NS) || one.steps.last().is_some_and(|step| {
-                at.since(step.at).is_some_and(|since| (0..=TOGETHER_NS).contains(&since)) && !one.clue.reported.is_empty()
-            });
+            let near = one.began_within(at, TOGETHER_NS)
+                || one.steps.last().is_some_and(|step| {
+                    at.since(step.at).is_some_and(|since| (0..=TOGETHER_NS).contains(&since))
+                        && !one.clue.reported.is_empty()
+                });
             let errs = !one.clue.reported.is_empty() || one.kind == Kind::AxisFault;
             one.subject.node == Some(node) && near && errs && one.end.is_none()
         });
@@ -124,7 +126,8 @@ impl Emergencies {
         let (watched, sources) = (scene.watched(node), scene.sources(node));
         let sync = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
         let short = (code == LIFE_GUARD).then(|| too_short(&watched, manufacturer, scene)).flatten();
-        let written = short.and_then(|(_, _, _, sub)| scene.value(node, 0x1016, sub)).and_then(|(_, from)| from.frame());
+        let written =
+            short.and_then(|(_, _, _, sub)| scene.value(node, 0x1016, sub)).and_then(|(_, from)| from.frame());
         let Some(one) = scene.ledger.get_mut(place) else { return };
         one.clue.watched = watched.iter().map(|(node, time, _)| (*node, *time)).collect();
         (one.clue.sources, one.clue.sync) = (sources, sync);
@@ -174,11 +177,14 @@ impl Emergencies {
     }
 
     /// What a rule says of an emergency belongs to the trouble that it reports.
-    pub(in crate::diagnosis) fn found(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+    /// Says whether there is such a trouble.
+    pub(in crate::diagnosis) fn found(&self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let place = scene.ledger.last(scene.id, |one| one.subject.node == Some(node) && one.holds(finding.at.no));
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
             one.found(finding.code, finding.at.no);
+            return true;
         }
+        false
     }
 }
 

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
-use crate::diagnosis::incident::{Role, Subject, bit, members};
+use crate::diagnosis::incident::{Incident, Role, Subject, bit, members};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
@@ -50,6 +50,7 @@ impl Nodes {
         let Some(place) = self.silent.get(&node).copied() else { return };
         let at = scene.at;
         let Some(one) = scene.ledger.get_mut(place) else { return };
+        gone(one, scene.heard.last(node), at);
         if one.kind == Kind::HeartbeatStopped && !heartbeat {
             return;
         }
@@ -187,9 +188,10 @@ impl Nodes {
         if producer && sync.no > begin.no {
             begin = sync;
         }
-        // It counts as silent only where nothing of it has come for as long as a heartbeat takes.
+        // Other frames that come after the next heartbeat was due show that the node goes on.
         let rest = finding.at.since(begin).unwrap_or(i64::MAX);
-        let goes_on = period.is_some_and(|period| rest < period / 2) && begin.no > heartbeat.no;
+        let beyond = begin.since(heartbeat).unwrap_or(0);
+        let goes_on = period.is_some_and(|period| beyond > period + period / 2 && rest < beyond);
         let kind = if goes_on { Kind::HeartbeatStopped } else { Kind::NodeSilent };
         let begin = if goes_on { heartbeat } else { begin };
         let place = self.again(kind, node, begin, scene).or_else(|| self.join(node, kind, begin, period, scene));
@@ -274,7 +276,8 @@ impl Nodes {
     /// A node has changed its state by itself (NMT004, NMT005).
     pub(in crate::diagnosis) fn changed(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let Some(measured) = finding.measured() else { return };
-        let (Some(Quantity::State(from)), Some(Quantity::State(to))) = (measured.get("from"), measured.get("to")) else {
+        let (Some(Quantity::State(from)), Some(Quantity::State(to))) = (measured.get("from"), measured.get("to"))
+        else {
             return;
         };
         if from != OPERATIONAL {
@@ -318,6 +321,16 @@ impl Nodes {
             }
         }
         self.owing.insert(node, place);
+    }
+
+    /// The capture is over: nodes whose other frames have stopped, too.
+    pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (node, place) in &self.silent {
+            let last = scene.heard.last(*node);
+            if let Some(one) = scene.ledger.get_mut(*place) {
+                gone(one, last, scene.at);
+            }
+        }
     }
 
     /// Whether an incident of a node is over only once the node is Operational again.
@@ -402,5 +415,19 @@ impl Nodes {
         }
         one.step(begin, Role::Sign, Saying::LastSign, None);
         Some(place)
+    }
+}
+
+/// A node of which only heartbeats were missing is silent where nothing else of it has come for as long.
+fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
+    let limit = one.facts.iter().find_map(|(name, value)| match value {
+        Quantity::Ns(ns) if *name == "limit" => Some(*ns),
+        _ => None,
+    });
+    let Some(last) = last.filter(|last| one.kind == Kind::HeartbeatStopped && last.no >= one.begin.no) else { return };
+    if limit.is_some_and(|limit| at.since(last) > Some(limit)) && one.repeats.count == 1 {
+        one.kind = Kind::NodeSilent;
+        (one.begin, one.repeats.since) = (last, last);
+        one.step(last, Role::Sign, Saying::LastSign, None);
     }
 }

@@ -52,17 +52,21 @@ impl Found {
     pub(in crate::diagnosis) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<Place> {
         let (code, kind, least, ends) = signs::of(finding.code)?;
         let at = finding.about().unwrap_or(finding.at);
-        let pdo = finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
+        let pdo =
+            finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         let (kind, ends) = match (code, says(finding)) {
             (Code::Sdo002, Some("request")) => (Kind::DamagedTransfer, Ends::Transferred),
             _ => (kind, ends),
         };
-        let subject = Subject { pdo, ..Subject::of(finding.node) };
+        // A SYNC that stops is no trouble of the node that misses it.
+        let node = finding.node.filter(|_| kind != Kind::SyncStopped);
+        let subject = Subject { pdo, ..Subject::of(node) };
         let because = finding.because_of.map(|frame| frame.no);
         let again = scene.ledger.last(scene.id, |one| {
             let (node, other) = (one.subject.node, one.kind);
             let same = other == kind && (node, one.subject.pdo) == (subject.node, subject.pdo);
-            let near = one.end.is_none() || one.ended_within(at, ONE_TRANSFER_NS) || one.began_within(at, ONE_TRANSFER_NS);
+            let near =
+                one.end.is_none() || one.ended_within(at, ONE_TRANSFER_NS) || one.began_within(at, ONE_TRANSFER_NS);
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
             let of_kind = |is: fn(Kind) -> bool| is(other) && is(kind) && node == subject.node && near;
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
@@ -75,7 +79,7 @@ impl Found {
                 if one.end.is_some() || ends == Ends::Once {
                     one.again(at);
                 }
-                one.repeats.count += finding.facts.count() - 1;
+                one.repeats.count += times(finding, least) - 1;
                 self.keep(place, ends, at);
             }
             return None;
@@ -98,7 +102,7 @@ impl Found {
         one.clue.because_of = because;
         one.clue.least = least;
         one.clue.sync = producer;
-        one.repeats.count = finding.facts.count().max(1);
+        one.repeats.count = times(finding, least);
         for (name, value) in finding.measured().iter().flat_map(|all| all.facts()) {
             one.fact(name, value);
         }
@@ -189,6 +193,17 @@ impl Found {
             }
         }
     }
+}
+
+/// How often it happened by a finding: what has no single gap lasts.
+fn times(finding: &Finding, least: u64) -> u64 {
+    let Some(measured) = finding.measured() else { return finding.facts.count().max(1) };
+    let counted = measured.facts().find_map(|(name, value)| match value {
+        Quantity::Count(count) if matches!(name, "count" | "missing") => Some(count),
+        _ => None,
+    });
+    let lasts = finding.code == Code::Syn003 && measured.get("gap").is_none();
+    if lasts { least } else { counted.unwrap_or(1).max(1) }
 }
 
 /// What a finding about an unanswered request says is missing.
