@@ -27,7 +27,10 @@ def test_row_is_complete(key: str, zh: str, en: str) -> None:
 
 PAGES = {"short", "usage", "help", "format", "examples", "completion"}
 """What every command has; the keys are made of its name."""
-SAID_BY_THE_CORE = {"bus_state", "damage", "info", "merge", "mode", "severity", "status"}
+SAID_BY_THE_CORE = {
+    *("bus_state", "damage", "info", "merge", "mode", "severity", "status"),
+    *("incident_grade", "incident_heading", "incident_role", "incident_status"),
+}
 """Tables whose keys are made of what the core says."""
 PROGRAM = "".join(path.read_text() for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE / "words")
 

@@ -59,10 +59,11 @@ def command(words: Words) -> click.Command:
             records = [json.loads(line) for line in b"".join(results).splitlines()]
             incidents = [one for one in records if one["kind"] == "incident"]
             whole = next((one for one in records if one["kind"] == "diagnosis"), None)
+            if code and not session.frames:
+                whole = None
             shown = _chosen(incidents, whole, since, node, bus)
-            if story is not None:
-                if not any(one["id"] == story for one in incidents):
-                    raise click.UsageError(words("diagnose.no_story", number=story), click.get_current_context())
+            if story is not None and not any(one["id"] == story for one in incidents):
+                raise click.UsageError(words("diagnose.no_story", number=story), click.get_current_context())
             if form == "jsonl":
                 for one in shown:
                     line = json.dumps({key: one[key] for key in KEYS}, ensure_ascii=False)

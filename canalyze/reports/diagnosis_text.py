@@ -160,7 +160,7 @@ def _stories(
             break
     lines, left, heading = list[str](), 0, ""
     for one, block in zip(roots, blocks, strict=True):
-        fresh = [words(f"diagnose.heading_{one['status']}")] if one["status"] != heading else []
+        fresh = [words.of("incident_heading", one["status"])] if one["status"] != heading else []
         if room is not None and len(lines) + len(fresh) + len(block) > room:
             left += 1
             continue
@@ -174,7 +174,11 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
     below = [entry for entry in _tree(one, by_id, 0) if entry[0]]
     for depth, effect in below[:effects]:
         grade = words.of("incident_grade", effect["cause"]["grade"])
-        lines.append(_placed(f"     {'  ' * (depth - 1)}→ {_title(effect, words)}{_delay(effect, by_id, words)}  {grade}", effect))
+        lines.append(
+            _placed(
+                f"     {'  ' * (depth - 1)}→ {_title(effect, words)}{_delay(effect, by_id, words)}  {grade}", effect
+            )
+        )
     if len(below) > effects and effects:
         lines.append(f"     → {words('diagnose.more_effects', count=len(below) - effects)}")
     if effects >= _EFFECTS - 2 and not below:
@@ -237,7 +241,10 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
     commands = []
     if told:
         first = told[0]
-        commands = [f"canalyze {file} -n {first['id']}", f"canalyze decode {file} --filter \"frame={first['begin']['frame']}\""]
+        commands = [
+            f"canalyze {file} -n {first['id']}",
+            f'canalyze decode {file} --filter "frame={first["begin"]["frame"]}"',
+        ]
     if hidden:
         commands.insert(1, f"canalyze {file} --all")
     return words("diagnose.more", said=" · ".join(commands))

@@ -6,15 +6,19 @@ Rows (key, zh, en), as the folder's `__init__` has it; nothing else.
 from typing import Final
 
 ROWS: Final[tuple[tuple[str, str, str], ...]] = (
-    ("diagnose.short", "诊断：出了什么问题、是否仍存在、为什么、先查什么", "What broke, whether it still is, why, what to check"),
+    (
+        "diagnose.short",
+        "诊断：出了什么问题、是否仍存在、为什么、先查什么",
+        "What broke, whether it still is, why, what to check",
+    ),
     ("diagnose.usage", "[选项] [文件]...", "[OPTIONS] [FILE]..."),
     (
         "diagnose.help",
         "诊断记录：把发现归结为问题，每个问题说明对象、起止、起因、后果和先查什么；最重要的在前。"
         "不写命令而只写文件名时就是这个命令；文件与命令同名时写成“./名字”。#后面是帧号。",
-        "Diagnose captures: findings become problems, each with its subject, begin and end, cause, consequences and what "
-        "to check first; the most important comes first. A file name without a command means this command; a file that "
-        "is called as a command is written './NAME'. A number behind # is that of a frame.",
+        "Diagnose captures: findings become problems, each with its subject, begin and end, cause, consequences and "
+        "what to check first; the most important comes first. A file name without a command means this command; a file "
+        "that is called as a command is written './NAME'. A number behind # is that of a frame.",
     ),
     ("diagnose.story", "完整讲述一个问题，并带注释的帧。", "Tell one problem in full, with its annotated frames."),
     ("diagnose.all", "列出全部问题，包括无害的。", "List all problems, harmless ones too."),
@@ -46,7 +50,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze diagnose --node 5 a.log b.log only what concerns node 5\n"
         "canalyze capture.log --format jsonl --fail-on stands",
     ),
-    ("diagnose.story_stdin", "{option}需要能再次读取的文件，不能用标准输入", "{option} reads the files again; standard input cannot be"),
+    (
+        "diagnose.story_stdin",
+        "{option}需要能再次读取的文件，不能用标准输入",
+        "{option} reads the files again; standard input cannot be",
+    ),
     ("diagnose.no_story", "没有{number}号问题", "there is no problem {number}"),
     ("diagnose.stands", "{count}个问题仍存在", "problems that stand: {count}"),
     ("diagnose.unknown", "{count}个问题状态不明", "not known to be over: {count}"),
@@ -56,7 +64,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("diagnose.seconds", "{seconds} s", "{seconds} s"),
     ("diagnose.frames", "{count}帧", "frames: {count}"),
     ("diagnose.nodes", "{count}个节点", "nodes: {count}"),
-    ("diagnose.foreign", "这不像CANopen的报文：没有可以判断的", "this does not look like CANopen: nothing could be judged"),
+    (
+        "diagnose.foreign",
+        "这不像CANopen的报文：没有可以判断的",
+        "this does not look like CANopen: nothing could be judged",
+    ),
     ("diagnose.silent", "没有报文：没有可以判断的", "there is no traffic: nothing could be judged"),
     (
         "diagnose.unproven",
@@ -83,10 +95,10 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "检查了心跳、启动、EMCY、SDO、PDO、SYNC和驱动状态；记录中没有错误帧",
         "looked at: heartbeats, boot-ups, EMCY, SDO, PDO, SYNC, drive states; no error frames are recorded here",
     ),
-    ("diagnose.heading_stands", "未解决", "STANDS"),
-    ("diagnose.heading_unknown", "状态不明", "NOT KNOWN"),
-    ("diagnose.heading_over", "已恢复", "OVER"),
-    ("diagnose.heading_harmless", "无害", "HARMLESS"),
+    ("incident_heading.stands", "未解决", "STANDS"),
+    ("incident_heading.unknown", "状态不明", "NOT KNOWN"),
+    ("incident_heading.over", "已恢复", "OVER"),
+    ("incident_heading.harmless", "无害", "HARMLESS"),
     ("diagnose.heading_nodes", "节点  ", "NODES  "),
     ("diagnose.node_ok", "{node} 正常", "{node} ok"),
     ("diagnose.node_in", "{node} 见{number}号", "{node} see {number}"),

@@ -109,10 +109,11 @@ fn relate(cause: &Incident, effect: &Incident, ledger: &Ledger) -> Option<Found>
     {
         return Some((0, Grade::Certain, 0));
     }
-    if reported(LIFE_GUARD) && effect.kind != Kind::ConsumerTimeTooShort {
-        if let Some(found) = loss(cause, effect, delay) {
-            return Some(found);
-        }
+    if reported(LIFE_GUARD)
+        && effect.kind != Kind::ConsumerTimeTooShort
+        && let Some(found) = loss(cause, effect, delay)
+    {
+        return Some(found);
     }
     if reported(RPDO_TIMEOUT) || effect.kind == Kind::RpdoTimeout {
         let stops = is_gone(cause.kind)
@@ -164,7 +165,6 @@ fn relate(cause: &Incident, effect: &Incident, ledger: &Ledger) -> Option<Found>
         {
             Some((12, Grade::Likely, delay))
         }
-        Kind::NoBootUp if same_node => commanded.then_some((0, Grade::Possible, delay)).filter(|_| false),
         Kind::StartWithoutEffect if same_node && !cause.clue.codes.is_empty() => Some((4, Grade::Likely, delay)),
         Kind::LeftOperational if same_node && !cause.clue.reported.is_empty() => Some((4, Grade::Likely, delay)),
         Kind::FaultResetWithoutEffect | Kind::NotEnabled if same_node && !cause.clue.codes.is_empty() => {

@@ -1,0 +1,94 @@
+"""`canalyze diagnose`, and files without a command: what is printed, and the exit codes.
+
+What it must not do: test what is diagnosed.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from conftest import Runner
+from network_sessions import SESSIONS
+from test_diagnosis import frames_of, lost
+
+LINES = 25
+CHINESE = re.compile("[\u4e00-\u9fff]")
+
+
+@pytest.fixture(autouse=True)
+def lost_log(tmp_path: Path) -> None:
+    """A capture in which node 5 is lost."""
+    (tmp_path / "lost.log").write_bytes(lost(20))
+
+
+def test_a_file_without_a_command_is_diagnosed(canalyze: Runner) -> None:
+    alone, named = canalyze("lost.log"), canalyze("diagnose", "lost.log")
+    assert alone.code == named.code == 0
+    assert alone.out == named.out
+    assert "节点5" in alone.out
+    assert "node 5" in canalyze("lost.log", "--lang", "en").out
+
+
+def test_a_file_that_is_not_there_is_one_line(canalyze: Runner) -> None:
+    done = canalyze("missing.log")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+    assert "missing.log" in done.err
+
+
+def test_a_file_that_is_called_as_a_command(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "info").write_bytes(lost(20))
+    assert "node 5" in canalyze("./info", "--lang", "en").out
+    assert "did you mean" in canalyze("inof", "--lang", "en").err or canalyze("inof").code == 2
+
+
+def test_from_standard_input(canalyze: Runner) -> None:
+    assert "node 5" in canalyze("-", "--lang", "en", stdin=lost(20)).out
+    assert canalyze("diagnose", "-", "-n", "1", stdin=lost(20)).code == 2
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("name", SESSIONS)
+def test_a_report_is_short(canalyze: Runner, tmp_path: Path, name: str, lang: str) -> None:
+    (tmp_path / "a.log").write_bytes(frames_of(name))
+    done = canalyze("a.log", "--lang", lang)
+    assert done.code == 0
+    assert 1 <= len(done.out.splitlines()) <= LINES
+    if lang == "en":
+        assert not CHINESE.search(done.out)
+
+
+def test_a_healthy_capture_takes_two_lines(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_bytes(lost(40))
+    for lang in ("zh", "en"):
+        assert len(canalyze("a.log", "--lang", lang).out.splitlines()) == 2
+
+
+def test_what_could_not_be_judged(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "short.log").write_bytes(lost(3, until=3))
+    assert "only 0.2 s" in canalyze("short.log", "--lang", "en").out
+    (tmp_path / "bare.log").write_text("".join(f"can0  70{5 + n % 2}   [1]  05\n" for n in range(40)))
+    assert "no stamps" in canalyze("bare.log", "--lang", "en").out
+
+
+def test_one_problem_in_full(canalyze: Runner) -> None:
+    done = canalyze("lost.log", "-n", "1", "--lang", "en")
+    assert done.code == 0
+    assert "> #39 " in done.out
+    assert "heartbeat of node 5" in done.out
+    assert canalyze("lost.log", "-n", "9").code == 2
+
+
+def test_only_some_problems(canalyze: Runner) -> None:
+    for option in (["--node", "5"], ["--since", "3"], ["--bus", "can0"]):
+        assert "node 5" in canalyze("lost.log", *option, "--lang", "en").out
+    for option in (["--node", "6"], ["--bus", "can7"]):
+        assert "silent since" not in canalyze("lost.log", *option, "--lang", "en").out
+
+
+def test_exit_codes(canalyze: Runner, tmp_path: Path) -> None:
+    assert canalyze("lost.log").code == 0
+    assert canalyze("lost.log", "--fail-on", "stands").code == 1
+    (tmp_path / "well.log").write_bytes(lost(40))
+    assert canalyze("well.log", "--fail-on", "stands").code == 0

@@ -1,0 +1,128 @@
+"""What is diagnosed: no problem in clean traffic, one for one fault, and the keys that other programs rely on.
+
+Nodes of clean sessions may report errors of themselves, and refuse writes: those are problems that are there.
+Recorded stories with their causes are held in `test_stories.py`. What it must not do: test how findings come to be.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+
+import pytest
+from captures import CanFrame, Row, log_text, run_canalyze, spaced
+from clean_sessions import sessions
+from diagnoses import diagnosed
+from fault_table import TABLE, AnyFault
+from network_sessions import SESSIONS
+
+from canalyze.commands.diagnose import KEYS
+
+REPORTED = {
+    "boot-and-states": ["device-error", "overrun"],
+    "drive-states": ["device-error"],
+    "a2-selfstart-heartbeat": ["device-error"],
+    "c3-pdo-remap-master-sync": ["mapping-refused"],
+    "emergencies": ["device-error", "overrun"],
+    "transfers": ["access-refused", "access-refused"],
+}
+"""What nodes of clean sessions report of themselves, by the truth of these: emergencies, and refused writes."""
+
+BESIDE = {
+    "recorded: frames lost silently: 30": 10,
+    "recorded: frames lost silently: 100": 4,
+    "recorded: node lost: for ever": 2,
+    "synchronous PDO missing: 3 cycles after a refused write": 6,
+}
+"""Cases in which one fault has a second root: what is lost breaks the transfers of several nodes, or leaves a mapping
+half written; a refused write is part of the fault's making."""
+
+
+@pytest.mark.parametrize("name", sessions())
+def test_clean_sessions_have_no_problem(name: str) -> None:
+    session = sessions()[name]
+    found = diagnosed(log_text(session.frames), session.network)
+    assert sorted(one["incident"] for one in found.roots) == REPORTED.get(name, []), found.said
+
+
+def own(name: str) -> Counter[str]:
+    """The kinds that are in a recorded session without the fault, with its descriptions or without them."""
+    return Counter([*REPORTED.get(name, []), *(["axis-fault"] if name == "drive-states" else [])])
+
+
+@pytest.mark.parametrize("fault", TABLE, ids=lambda fault: fault.row)
+def test_one_fault_is_at_most_one_problem(fault: AnyFault) -> None:
+    beside = 0
+    said: list[str] = []
+    for case in fault.cases():
+        found = diagnosed(log_text(case.faulty.frames), case.network)
+        kinds = Counter(one["incident"] for one in found.roots)
+        recorded = case.where.rsplit(" at ", 1)[0] if fault.row.startswith("recorded") else ""
+        if (kinds - own(recorded)).total() > 1:
+            beside += 1
+            said += [case.where, *found.said]
+    assert beside <= BESIDE.get(fault.row, 0), "\n".join(said)
+
+
+def frames_of(name: str) -> bytes:
+    return log_text(SESSIONS[name]().frames())
+
+
+def test_json_lines_have_these_keys(tmp_path: object) -> None:
+    from pathlib import Path
+
+    folder = Path(str(tmp_path))
+    (folder / "a.log").write_bytes(frames_of("emergencies"))
+    lines = run_canalyze(["diagnose", "a.log", "--format", "jsonl"], folder=folder).decode().splitlines()
+    rows: list[Row] = [json.loads(line) for line in lines]
+    assert rows
+    for row in rows:
+        assert list(row) == list(KEYS)
+        assert (row["kind"], row["phase"]) == ("incident", "final")
+        assert row["status"] in {"stands", "over", "harmless", "unknown"}
+        assert row["impact"] in set("ABCDE")
+        assert row["grade"] in {"certain", "likely", "possible"}
+        assert "bus" in row["subject"]
+        assert set(row["begin"]) == {"frame", "t"}
+        assert set(row["noticed"]) == {"frame", "t", "delay"}
+        assert row["repeats"]["count"] >= 1
+
+
+def lost(count: int, *, until: int = 40) -> bytes:
+    """Two producers of heartbeats; after `count` of them node 5 is silent."""
+    frames = []
+    for beat in range(until):
+        for node in (5, 6):
+            if node == 6 or beat < count:
+                at = 1_700_000_000_000_000 + beat * 100_000 + node * 500
+                frames.append(CanFrame("can0", 0x700 + node, b"\x05", at))
+    return log_text(frames)
+
+
+def test_a_node_is_silent_since_its_last_frame() -> None:
+    found = diagnosed(lost(20))
+    (one,) = found.roots
+    assert (one["incident"], one["status"], one["subject"]["node"]) == ("node-silent", "stands", 5)
+    assert one["begin"]["frame"] == 39
+    assert one["end"] is None
+    assert [entry["code"] for entry in one["findings"]] == ["HBT002"]
+    assert found.whole["counts"] == {"stands": 1, "unknown": 0, "over": 0, "harmless": 0}
+
+
+def test_a_node_that_goes_on_is_not_silent() -> None:
+    assert not diagnosed(lost(40)).incidents
+
+
+def test_who_asked_for_the_reset_makes_it_harmless() -> None:
+    heartbeat = [CanFrame("can0", 0, b"\x01\x05"), *([CanFrame("can0", 0x705, b"\x05")] * 8)]
+    boot = [CanFrame("can0", 0x705, b"\0"), *heartbeat]
+    asked = [*heartbeat, CanFrame("can0", 0, b"\x81\x05"), *boot]
+    commanded = diagnosed(log_text(spaced(asked, step_us=100_000)))
+    assert [(one["incident"], one["status"]) for one in commanded.incidents] == [("commanded-reset", "harmless")]
+    by_itself = diagnosed(log_text(spaced([*heartbeat, *boot], step_us=100_000)))
+    assert [(one["incident"], one["status"]) for one in by_itself.incidents] == [("node-restarted", "over")]
+    stays = [*heartbeat, CanFrame("can0", 0x705, b"\0"), *([CanFrame("can0", 0x705, b"\x7f")] * 80)]
+    forgotten = diagnosed(log_text(spaced(stays, step_us=100_000)))
+    assert [(one["incident"], one["status"]) for one in forgotten.incidents] == [("node-restarted", "stands")]
+    early = diagnosed(log_text(spaced(stays[:30], step_us=100_000)))
+    assert [(one["incident"], one["status"]) for one in early.incidents] == [("node-restarted", "unknown")]
