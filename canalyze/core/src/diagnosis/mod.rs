@@ -44,6 +44,8 @@ use crate::services::sdo::wire::Side;
 
 /// A node that is back has this time to be started again, in ns.
 const START_NS: i64 = 5_000_000_000;
+/// An error stands once it was not taken back for so long, in ns.
+const SETTLED_NS: i64 = 500_000_000;
 /// Error frames, and nothing else, that show a wrong bit rate.
 const ERRORS_ONLY: u64 = 10;
 /// SYNCs further apart than this show no period, in ns.
@@ -446,6 +448,10 @@ fn status(one: &incident::Incident, end: FrameRef, back: Option<FrameRef>, gone:
     }
     if let Some(back) = back {
         return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
+    }
+    // An error that was reported at the very end may be taken back at once.
+    if !one.clue.reported.is_empty() && end.since(one.repeats.since).is_none_or(|since| since < SETTLED_NS) {
+        return Status::Unknown;
     }
     // Not every controller says that it is active again.
     if one.kind == Kind::ErrorPassive {

@@ -54,6 +54,10 @@ sayings! {
     ResetByCommand { at: Ns, command: Command } "{at}按命令复位: {command}" "reset by command at {at}: {command}";
     StoppedByCommand { at: Ns, command: Command } "{at}按命令: {command}" "by command at {at}: {command}";
     Reported { code: Emcy, at: Ns } "{at}报告EMCY {code}" "reported EMCY {code} at {at}";
+    ReportedOnce { code: Emcy } "报告EMCY {code}" "reported EMCY {code}";
+    FaultOnce { code: Emcy } "进入故障状态, EMCY {code}" "in fault, EMCY {code}";
+    UnansweredOnce { object: Object } "对{object}的请求没有响应" "the request for {object} was not answered";
+    OfPdo { pdo: Pdo } "{pdo}" "{pdo}";
     ReportedOften { code: Emcy, at: Ns, count: Count } "{at}起{count}次报告EMCY {code}" "reported EMCY {code} {count} times from {at} on";
     TooShort { limit: Ns, watched: Count, period: Ns }
         "对节点{watched}的消费者时间(1016h)为{limit}, 而其心跳周期为{period}: 误报"

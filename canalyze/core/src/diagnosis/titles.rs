@@ -17,7 +17,9 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         _ => None,
     };
     let count = one.repeats.count;
-    let timed = one.begin.t_ns.is_some();
+    if one.begin.t_ns.is_none() {
+        return untimed(one);
+    }
     Some(match one.kind {
         Kind::NodeSilent if count > 1 => Saying::SilentOften { at, count }.into(),
         Kind::NodeSilent => match (ns("silence"), get("boot_up"), one.end, ns("period")) {
@@ -82,14 +84,34 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             (_, Some(pdo)) => Saying::PdoOf { pdo, at }.into(),
             _ => Saying::Since { at }.into(),
         },
-        _ if !timed => return None,
         _ if count > 1 => Saying::Times { at, count }.into(),
         _ => Saying::Since { at }.into(),
     })
 }
 
+/// The line of a capture without stamps: what needs no time.
+fn untimed(one: &Incident) -> Option<Measured> {
+    let get = |name: &str| one.facts.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+    Some(match (one.kind, get("code"), get("object")) {
+        (Kind::AxisFault, Some(Quantity::Emcy(code)), _) => Saying::FaultOnce { code }.into(),
+        (_, Some(Quantity::Emcy(code)), _) => Saying::ReportedOnce { code }.into(),
+        (Kind::RequestUnanswered, _, Some(Quantity::Object(object))) => Saying::UnansweredOnce { object }.into(),
+        (_, _, Some(Quantity::Object(object))) if get("refused").is_some() => match (get("refused"), get("abort")) {
+            (Some(Quantity::Count(count)), Some(Quantity::Abort(abort))) => {
+                Saying::Refused { count, object, abort }.into()
+            }
+            _ => return None,
+        },
+        (Kind::PdoLength | Kind::PdoNotAllowed, ..) => Saying::OfPdo { pdo: one.subject.pdo? }.into(),
+        _ => return None,
+    })
+}
+
 /// Whether the line says by itself what kind it is; else the words of the kind stand before it.
 pub fn is_whole(one: &Incident) -> bool {
+    if one.begin.t_ns.is_none() {
+        return !matches!(one.kind, Kind::PdoLength | Kind::PdoNotAllowed);
+    }
     match one.kind {
         Kind::PdoLength | Kind::PdoNotAllowed | Kind::CaptureGap => {
             one.kind == Kind::CaptureGap || !one.clue.reported.is_empty()
