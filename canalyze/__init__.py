@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
     from canalyze.library.event import Abort, Event, Frame, Hole, Note, Transfer
+    from canalyze.library.incident import Cause, Incident, Incidents, Moment, Step
     from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
     from canalyze.library.rows import Findings, Transfers
     from canalyze.library.series import Series, Signal, Signals
@@ -24,6 +25,7 @@ _FROM = {
     "library.event": ("Abort", "Event", "Frame", "Hole", "Note", "Transfer"),
     "finding": ("Finding", "Line"),
     "library": ("Options", "open"),
+    "library.incident": ("Cause", "Incident", "Incidents", "Moment", "Step"),
     "library.node": ("Aborts", "Emcy", "Node", "Nodes", "Spread", "StateChange"),
     "library.rows": ("Findings", "Transfers"),
     "library.series": ("Series", "Signal", "Signals"),
@@ -34,6 +36,7 @@ __all__ = [
     "Batch",
     "CanalyzeError",
     "Capture",
+    "Cause",
     "ConfigError",
     "CoreError",
     "Emcy",
@@ -42,7 +45,10 @@ __all__ = [
     "Findings",
     "Frame",
     "Hole",
+    "Incident",
+    "Incidents",
     "Line",
+    "Moment",
     "Node",
     "Nodes",
     "Note",
@@ -55,6 +61,7 @@ __all__ = [
     "SourceError",
     "Spread",
     "StateChange",
+    "Step",
     "Table",
     "Transfer",
     "Transfers",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from captures import CanFrame, Row, log_text, run_canalyze, spaced
@@ -16,6 +17,7 @@ from diagnoses import diagnosed
 from fault_table import TABLE, AnyFault
 from network_sessions import SESSIONS
 
+import canalyze
 from canalyze.commands.diagnose import KEYS
 
 REPORTED = {
@@ -68,10 +70,8 @@ def frames_of(name: str) -> bytes:
     return log_text(SESSIONS[name]().frames())
 
 
-def test_json_lines_have_these_keys(tmp_path: object) -> None:
-    from pathlib import Path
-
-    folder = Path(str(tmp_path))
+def test_json_lines_have_these_keys(tmp_path: Path) -> None:
+    folder = tmp_path
     (folder / "a.log").write_bytes(frames_of("emergencies"))
     lines = run_canalyze(["diagnose", "a.log", "--format", "jsonl"], folder=folder).decode().splitlines()
     rows: list[Row] = [json.loads(line) for line in lines]
@@ -126,3 +126,20 @@ def test_who_asked_for_the_reset_makes_it_harmless() -> None:
     assert [(one["incident"], one["status"]) for one in forgotten.incidents] == [("node-restarted", "stands")]
     early = diagnosed(log_text(spaced(stays[:30], step_us=100_000)))
     assert [(one["incident"], one["status"]) for one in early.incidents] == [("node-restarted", "unknown")]
+
+
+def test_incidents_of_the_library(tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_bytes(lost(20))
+    capture = canalyze.open(tmp_path / "a.log")
+    (one,) = capture.incidents.roots
+    assert capture.incidents.standing == [one]
+    assert capture.incidents.of(node=5, kind="node-silent", bus="can0", status="stands") == [one]
+    assert not capture.incidents.of(node=6)
+    assert (one.begin.frame, one.end, one.nodes, one.cause, one.effects) == (39, None, (5,), None, ())
+    assert capture.incidents.cause_of(one) is None and not capture.incidents.effects_of(one)
+    assert 39 in one.frames
+    assert "node 5" in repr(capture.incidents)
+    with pytest.raises(ValueError, match="status"):
+        capture.incidents.of(status="gone")  # type: ignore[arg-type]
+    with pytest.raises(KeyError):
+        capture.incidents.by_id(7)

@@ -19,6 +19,7 @@ from canalyze.errors import SourceError
 from canalyze.finding import Finding, Line, Severity
 from canalyze.library import event
 from canalyze.library.event import Event, Frame
+from canalyze.library.incident import Incidents, incident
 from canalyze.library.node import Nodes, node
 from canalyze.library.rows import Findings, Rows, Transfers
 from canalyze.library.series import Signals, signal
@@ -114,6 +115,7 @@ class Capture:
         self._events: Rows[Event] | None = None
         self._frames: Rows[Frame] | None = None
         self._signals: Signals | None = None
+        self._incidents: Incidents | None = None
         self._lists: dict[str, Any] = {}
         self._checked: list[Finding] = []
         self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
@@ -179,6 +181,17 @@ class Capture:
     def findings(self) -> Findings:
         """Findings, in the order of frames; of one kind on one object ten, then one that counts the rest."""
         return self._list("finding", Findings)
+
+    @property
+    def incidents(self) -> Incidents:
+        """What went wrong, whether it still is, and why: `capture.incidents.roots`, `.standing`, `.of(node=5)`."""
+        if self._incidents is None:
+            with closing(self._objects(self._plan.session("diagnosis"))) as rows:
+                records = list(rows)
+            found = (incident(row) for row in records if row["kind"] == "incident")
+            order = next((row["order"] for row in records if row["kind"] == "diagnosis"), ())
+            self._incidents = Incidents(found, order)
+        return self._incidents
 
     @property
     def nodes(self) -> Nodes:

@@ -48,7 +48,14 @@ def show(
     else:
         if (notice := _notice(whole, nature, words)) is not None:
             lines.append(notice)
-        stories, hidden = _stories(told, by_id, words, LINES - len(lines) - 3 if not everything else None)
+        alike = _alike(told) if not everything else {}
+        stories, hidden = _stories(
+            [one for one in told if one["id"] not in alike],
+            alike,
+            by_id,
+            words,
+            LINES - len(lines) - 3 if not everything else None,
+        )
         lines += stories
         lines += _nodes(whole, by_id, words)
     if told or hidden:
@@ -150,11 +157,14 @@ def _healthy(whole: Record, nature: str, words: Words) -> list[str]:
 
 
 def _stories(
-    roots: Sequence[Record], by_id: Mapping[int, Record], words: Words, room: int | None
+    roots: Sequence[Record], alike: Mapping[int, int], by_id: Mapping[int, Record], words: Words, room: int | None
 ) -> tuple[list[str], int]:
     """Give the lines of the stories, and how many stories are left out. room: lines that there are for them."""
     for effects, checks in ((_EFFECTS, True), (2, True), (2, False), (1, False), (0, False)):
         blocks = [_story(one, by_id, words, effects, checks=checks or one["status"] == "stands") for one in roots]
+        for one, block in zip(roots, blocks, strict=True):
+            if more := sum(first == one["id"] for first in alike.values()):
+                block.insert(1, f"     {words('diagnose.alike', count=more)}")
         headings = len({one["status"] for one in roots})
         if room is None or sum(map(len, blocks)) + headings <= room:
             break
@@ -167,6 +177,19 @@ def _stories(
         heading = one["status"]
         lines += [*fresh, *block]
     return lines, left
+
+
+def _alike(roots: Sequence[Record]) -> dict[int, int]:
+    """Give the stories that repeat an earlier one, of the same kind, subject and status, with that."""
+    first: dict[tuple[object, ...], int] = {}
+    alike = {}
+    for one in roots:
+        subject = tuple(sorted((key, str(value)) for key, value in one["subject"].items()))
+        key = (one["incident"], subject, one["status"])
+        if key in first:
+            alike[one["id"]] = first[key]
+        first.setdefault(key, one["id"])
+    return alike
 
 
 def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int, *, checks: bool) -> list[str]:

@@ -104,6 +104,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("diagnose.node_in", "{node} 见{number}号", "{node} see {number}"),
     ("diagnose.node_more", "另有{count}个", "{count} more"),
     ("diagnose.more_effects", "另有{count}个后果", "{count} more consequences"),
+    ("diagnose.alike", "同样的问题另有{count}次：--all", "{count} more like it: --all"),
     ("diagnose.check_first", "先查：{said}", "check first: {said}"),
     ("diagnose.between", "；", "; "),
     ("diagnose.because", "起因：{number}号 {title}（{grade}）", "because of {number}, {title} ({grade})"),
