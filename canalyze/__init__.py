@@ -9,10 +9,11 @@ if TYPE_CHECKING:
     from canalyze._core import Batch, Table
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
     from canalyze.finding import Finding, Line
+    from canalyze.incident import Cause, Incident, Moment, Step
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
     from canalyze.library.event import Abort, Event, Frame, Hole, Note, Transfer
-    from canalyze.library.incident import Cause, Incident, Incidents, Moment, Step
+    from canalyze.library.incident import Incidents
     from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
     from canalyze.library.rows import Findings, Transfers
     from canalyze.library.series import Series, Signal, Signals
@@ -25,7 +26,8 @@ _FROM = {
     "library.event": ("Abort", "Event", "Frame", "Hole", "Note", "Transfer"),
     "finding": ("Finding", "Line"),
     "library": ("Options", "open"),
-    "library.incident": ("Cause", "Incident", "Incidents", "Moment", "Step"),
+    "incident": ("Cause", "Incident", "Moment", "Step"),
+    "library.incident": ("Incidents",),
     "library.node": ("Aborts", "Emcy", "Node", "Nodes", "Spread", "StateChange"),
     "library.rows": ("Findings", "Transfers"),
     "library.series": ("Series", "Signal", "Signals"),

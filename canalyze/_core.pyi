@@ -119,6 +119,7 @@ class Session:
         mcap_archive: bool = False,
         tables: Sequence[str] = (),
         expectations: Expectations | None = None,
+        incidents: bool = False,
         masks: Sequence[str] = (),
         count: int | None = None,
     ) -> None:
@@ -150,6 +151,7 @@ class Session:
         decoded: topics of what the frames mean as well, where the format has such.
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
         tables: which of TABLES are built beside, to be taken with batches(); with every format but info.
+        incidents: whether they are written at the end, too (format check or jsonl).
         expectations: what the capture is held against; what does not hold is a finding like others.
         masks: channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are
         shown; of channels that are not named, or have no filters, all are.

@@ -89,6 +89,7 @@ SYNC: Final[Mapping[str, Key]] = {
 """Keys of [sync]."""
 CHECK: Final[Mapping[str, Key]] = {
     "fail_on": Key(lambda value: value if value in policy.THRESHOLDS else None, "threshold"),
+    "incidents": choice(*policy.STANDINGS),
     "select": Key(_codes, "codes"),
     "ignore": Key(_codes, "codes"),
     "baseline": Key(text, "text"),
@@ -200,6 +201,7 @@ def _check(filed: File, values: Mapping[str, object], directory: Path) -> policy
         tuple(overrides),
         str(directory),
         tuple((key, filed.at("check", 0, key)) for key in ("select", "ignore")),
+        own.get("incidents"),
     )
 
 

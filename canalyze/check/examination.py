@@ -16,6 +16,7 @@ from canalyze.check.baseline import Kind
 from canalyze.check.verdict import Counted, Examined
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
+from canalyze.incident import Incident, incident
 from canalyze.options import CaptureOptions, known_of, start_session
 from canalyze.run import Meter, Run
 from canalyze.words import Words
@@ -45,6 +46,8 @@ class Job:
     """A file of expectations for every capture."""
     beside: bool = True
     """Without that file, the one that lies beside a capture counts."""
+    incidents: bool = False
+    """Whether it is asked what went wrong."""
     _network: "list[Network | None]" = field(default_factory=list)
 
     def know(self, words: Words | None) -> None:
@@ -71,7 +74,12 @@ class Job:
         """Start a session for this capture; ValueError for what the core cannot accept."""
         if not self._network:
             self.know(None)
-        settings = {"format": "check", "network": self._network[0], **self.settings_for(name)}
+        settings = {
+            "format": "check",
+            "network": self._network[0],
+            "incidents": self.incidents,
+            **self.settings_for(name),
+        }
         return start_session(Words(self.lang), self.given, **settings)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -84,11 +92,17 @@ class _Kinds:
 
     def __init__(self) -> None:
         self._found: dict[tuple[Kind, str | None, int | None], tuple[list[Finding], int]] = {}
+        self.incidents: list[Incident] = []
 
     def take(self, result: bytes) -> None:
         """Take JSON lines of the core."""
         for line in result.splitlines():
-            finding = Finding.from_json(json.loads(line))
+            row = json.loads(line)
+            if row["kind"] == "incident":
+                self.incidents.append(incident(row))
+            if row["kind"] != "finding":
+                continue
+            finding = Finding.from_json(row)
             kind = (Kind.of(finding), finding.expectation, finding.because_of)
             if kind not in self._found and len(self._found) >= _KINDS:
                 kind = (Kind(finding.code, None, None, None), None, finding.because_of and 0)
@@ -132,5 +146,6 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
         monotonic() - began,
         None if held_against is None else str(held_against),
         session.nature,
+        tuple(kinds.incidents),
         code - 128 if code > 128 else 0,
     )

@@ -21,6 +21,14 @@ from canalyze.finding import SEVERITIES, Severity
 Threshold = Literal["error", "warning", "info", "never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = get_args(Threshold)
 """Values of --fail-on."""
+Standing = Literal["stands", "over", "never"]
+STANDINGS: Final[tuple[Standing, ...]] = get_args(Standing)
+"""Values of --incidents: which problems fail; `never`: they are only told."""
+_FAILING: Final[dict[Standing, tuple[str, ...]]] = {
+    "stands": ("stands",),
+    "over": ("stands", "unknown", "over"),
+    "never": (),
+}
 Ruling = Literal["ignore", "info", "warning", "error"]
 RULINGS: Final[tuple[Ruling, ...]] = get_args(Ruling)
 """What an override may make of a finding."""
@@ -93,6 +101,8 @@ class Policy:
     """What globs of overrides are relative to: the directory of canalyze.toml."""
     at: tuple[tuple[str, str], ...] = ()
     """FILE:LINE of `select` and `ignore`, by their keys."""
+    incidents: Standing | None = None
+    """Which problems fail; None: they are not asked for."""
 
     def overruled(self, by: "Policy") -> "Policy":
         """Give what holds of both: `by` puts the threshold, the selection and the baseline, and adds to `ignore`."""
@@ -102,6 +112,7 @@ class Policy:
             select=by.select or self.select,
             ignore=(*self.ignore, *by.ignore),
             baseline=by.baseline or self.baseline,
+            incidents=by.incidents or self.incidents,
         )
 
     def fails(self, severity: Severity) -> bool:
@@ -146,6 +157,10 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
         tuple(sorted(reasons.items())),
         examined.expectations,
         examined.nature,
+        examined.incidents,
+        tuple(
+            one.id for one in examined.incidents if one.is_root and one.status in _FAILING[policy.incidents or "never"]
+        ),
     )
 
 

@@ -6,6 +6,7 @@ Nothing here reads, judges or prints.
 from dataclasses import dataclass
 
 from canalyze.finding import Finding
+from canalyze.incident import Incident
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,8 @@ class Examined:
     """The file of expectations that it was held against."""
     nature: str = "canopen"
     """What it has shown of its buses, as the core says it; `canopen` where one of them is."""
+    incidents: tuple[Incident, ...] = ()
+    """What went wrong, where that is asked for."""
     signal: int = 0
     """What ended the reading before its end: SIGINT or SIGTERM."""
 
@@ -78,12 +81,22 @@ class Verdict:
     nature: str = "canopen"
     """What it has shown of its buses: `silent`, `foreign`, `unproven`, or `canopen` where one of them is."""
 
+    incidents: tuple[Incident, ...] = ()
+    """What went wrong, where that was asked for."""
+    problems: tuple[int, ...] = ()
+    """The numbers of those that fail the check."""
+
     @property
     def every_consequence(self) -> tuple[Counted, ...]:
         """Give all consequences, whatever explains them."""
         return (*(c for one in (*self.failures, *self.others) for c in one.consequences), *self.consequences)
 
     @property
+    def stories(self) -> tuple[Incident, ...]:
+        """Give the incidents that nothing else has caused and that are more than harmless."""
+        return tuple(one for one in self.incidents if one.is_root and one.status != "harmless")
+
+    @property
     def failed(self) -> bool:
         """Tell whether there is anything that fails the check; a capture that cannot be read is another matter."""
-        return bool(self.failures)
+        return bool(self.failures or self.problems)

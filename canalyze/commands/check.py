@@ -57,20 +57,23 @@ def command(words: Words) -> click.Command:
         baseline: str | None,
         expect: str | None,
         no_expect: bool,
+        incidents: policy.Standing | None,
         **given: Unpack[CaptureOptions],
     ) -> int:
         from canalyze.check.workers import examine_all
 
         given["merge"] = False
         config = click.get_current_context().find_object(Config) or Config()
-        asked = policy.Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline)
+        asked = policy.Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline, incidents=incidents)
         held = _policy(config.check, asked, words)
         known = _known(held, words, update=update_baseline)
         if expect is not None and no_expect:
             problem = words("usage.exclusive", one="--expect", other="--no-expect")
             raise click.UsageError(problem, click.get_current_context())
         settings = {"filter": expression, "stamps": stamps}
-        job = _job(Job(words.lang, given, config.known, settings, expect, not no_expect), words)
+        job = _job(
+            Job(words.lang, given, config.known, settings, expect, not no_expect, held.incidents is not None), words
+        )
         named = list(expanded(inputs(files, words)))
         names = [one.name for one in named if one.error is None]
         with open_output(output, force=force) as out:
@@ -114,6 +117,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--update-baseline"], is_flag=True, help=words("check.update_baseline")),
             click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("check.expect")),
             click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),
+            click.Option(["--incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.incidents")),
             format_option(words, "check", ("text", "jsonl", "github")),
             click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
             click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),

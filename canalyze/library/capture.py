@@ -17,9 +17,10 @@ from weakref import WeakSet
 
 from canalyze.errors import SourceError
 from canalyze.finding import Finding, Line, Severity
+from canalyze.incident import incident
 from canalyze.library import event
 from canalyze.library.event import Event, Frame
-from canalyze.library.incident import Incidents, incident
+from canalyze.library.incident import Incidents
 from canalyze.library.node import Nodes, node
 from canalyze.library.rows import Findings, Rows, Transfers
 from canalyze.library.series import Signals, signal

@@ -11,6 +11,9 @@ first of its kind, and
 | `known` | how many of them the baseline allows |
 | `fails` | whether the check fails by it |
 
+`incident`, with --incidents, has `id incident bus node nodes status impact grade begin end message frames fails`; only
+roots are listed, and harmless ones are not.
+
 `check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
 many do not), `nature` (what the capture has shown of its buses: `canopen` where one is; `unproven`, `foreign`, or
 `silent` without data frames), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override
@@ -24,6 +27,7 @@ from typing import Any
 
 from canalyze import jsonl
 from canalyze.check.verdict import Counted, Verdict
+from canalyze.incident import Incident
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
@@ -33,6 +37,8 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
         both = [(one, True) for one in verdict.failures] + [(one, False) for one in passing]
         for one, fails in sorted(both, key=lambda row: row[0].finding.frame or 0):
             yield _line(_finding(one, fails))
+        for problem in verdict.stories:
+            yield _line(_incident(problem, fails=problem.id in verdict.problems))
         yield _line(
             {
                 "kind": "check",
@@ -75,6 +81,25 @@ def _finding(one: Counted, fails: bool) -> dict[str, Any]:
         "count": one.count,
         "frames": [other.frame for other in one.shown if other.frame is not None],
         "known": one.known,
+        "fails": fails,
+    }
+
+
+def _incident(one: Incident, *, fails: bool) -> dict[str, Any]:
+    return {
+        "kind": "incident",
+        "id": one.id,
+        "incident": one.kind,
+        "bus": one.bus,
+        "node": one.node,
+        "nodes": list(one.nodes),
+        "status": one.status,
+        "impact": one.impact,
+        "grade": one.grade,
+        "begin": {"frame": one.begin.frame, "t": one.begin.t},
+        "end": None if one.end is None else {"frame": one.end.frame, "t": one.end.t},
+        "message": one.message,
+        "frames": list(one.frames),
         "fails": fails,
     }
 

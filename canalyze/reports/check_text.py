@@ -11,6 +11,7 @@ from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
+from canalyze.incident import Incident
 from canalyze.output import Output, printable
 from canalyze.reports import wording
 from canalyze.words import Words
@@ -64,17 +65,21 @@ class _Report:
         yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
         for one in verdict.failures:
             yield from self._entry(one)
+        for problem in verdict.stories:
+            yield self._problem(problem, fails=problem.id in verdict.problems)
         unjudged = [one for one in verdict.others if one.finding.code in _UNJUDGED]
         for one in unjudged:
             yield self._head(one.finding)
-        if verdict.failures or unjudged:
+        if verdict.failures or verdict.stories or unjudged:
             yield ""
 
     def _said(self, verdict: Verdict) -> Iterator[str]:
         """Say what fails; of what nothing shows to be CANopen, that nothing was judged, and not that it is clean."""
         unjudged = verdict.frames > 0 and verdict.nature in _NO_CANOPEN
-        if verdict.failures or not unjudged:
+        if verdict.failures or not (unjudged or verdict.problems):
             yield self._severities(verdict.failures)
+        if verdict.problems:
+            yield self._dyed(self._words("check.problems", count=len(verdict.problems)), "error")
         if unjudged:
             yield self._words(f"check.{verdict.nature}")
         if unjudged and not verdict.failures and verdict.expectations is None:
@@ -119,6 +124,12 @@ class _Report:
         if one.consequences:
             yield f"    {wording.consequences(one.consequences, self._words)}"
 
+    def _problem(self, one: Incident, *, fails: bool) -> str:
+        status = self._dyed(self._words.of("incident_status", one.status), "error" if fails else "info")
+        place = self._words("check.frame", frame=one.begin.frame)
+        head = f"  {status} {self._words('check.problem')} {place}"
+        return self._words("check.entry", head=head, message=printable(one.message))
+
     def _head(self, finding: Finding) -> str:
         where = [
             finding.bus and printable(finding.bus),
@@ -158,8 +169,13 @@ class _Report:
             self._words("check.files", files=len(verdicts)),
             self._words("check.frames", frames=sum(verdict.frames for verdict in verdicts)),
         ]
+        problems = sum(len(verdict.problems) for verdict in verdicts)
+        if problems:
+            parts.append(self._dyed(self._words("check.problems", count=problems), "error"))
         if found:
-            parts.append(self._severities(found) + self._words("check.in_files", files=failed))
+            parts.append(self._severities(found))
+        if found or problems:
+            parts[-1] += self._words("check.in_files", files=failed)
         elif read:
             parts.append(self._dyed(self._words("check.none"), "clean"))
         if len(read) < len(verdicts):

@@ -12,7 +12,8 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
-from canalyze.finding import SEVERITIES
+from canalyze.finding import SEVERITIES, Severity
+from canalyze.incident import Incident
 from canalyze.output import printable
 from canalyze.reports import wording
 from canalyze.sources.file import STDIN
@@ -33,6 +34,11 @@ def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
             given["error"] += 1
             shown = given["error"] <= _MOST["error"]
             yield _unreadable(verdict.file, printable(verdict.error), words, as_command=shown)
+    for verdict in verdicts:
+        for problem in verdict.stories:
+            severity: Severity = "error" if problem.id in verdict.problems else "info"
+            given[severity] += 1
+            yield _problem(verdict.file, problem, severity, words, as_command=given[severity] <= _MOST[severity])
     for failing in (True, False):
         for verdict in verdicts:
             for one in verdict.failures if failing else verdict.others:
@@ -73,6 +79,15 @@ def _finding(file: str, one: Counted, words: Words, *, as_command: bool) -> str:
         properties["line"] = str(finding.about_line)
     properties["title"] = wording.title(finding)
     return _command(_COMMANDS[finding.severity], properties, "\n".join([said, *wording.annotated(finding), *explained]))
+
+
+def _problem(file: str, one: Incident, severity: Severity, words: Words, *, as_command: bool) -> str:
+    """Give a root at its begin; captures of text have a line a frame only where they say so, so none is named."""
+    title = f"{words('check.problem')} {one.kind}, {words('check.frame', frame=one.begin.frame)}"
+    said = "\n".join([printable(one.message), *(printable(check) for check in one.checks)])
+    if as_command:
+        return _command(_COMMANDS[severity], {**_file(file), "title": title}, said)
+    return _plain(f"{words.of('severity', severity)} {title}: {printable(one.message)}")
 
 
 def _file(file: str) -> dict[str, str]:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from canalyze.check.verdict import Counted, Verdict
+from canalyze.incident import Incident
 from canalyze.output import printable
 from canalyze.reports import wording
 from canalyze.words import Words
@@ -53,15 +54,16 @@ def _suite(verdict: Verdict, classname: str, words: Words) -> ET.Element:
     cases = [
         *([_unreadable(verdict.error, words)] if verdict.error is not None else []),
         *(_failing(one, verdict, words) for one in verdict.failures),
+        *(_problem(one, verdict, words) for one in verdict.stories),
         *(_skipped(one, words) for one in known),
     ]
-    if verdict.error is None and not verdict.failures:
+    if verdict.error is None and not verdict.failed:
         cases.insert(0, ET.Element("testcase", name=words("reports.clean")))
     for number, case in enumerate(cases):
         case.set("classname", classname)
         case.set("time", _seconds(verdict.seconds if number == 0 else 0))
     suite.set("tests", str(len(cases)))
-    suite.set("failures", str(len(verdict.failures)))
+    suite.set("failures", str(len(verdict.failures) + len(verdict.problems)))
     suite.set("errors", str(int(verdict.error is not None)))
     suite.set("skipped", str(len(known)))
     suite.set("time", _seconds(verdict.seconds))
@@ -102,6 +104,17 @@ def _failing(one: Counted, verdict: Verdict, words: Words) -> ET.Element:
     if one.consequences:
         lines.append(wording.consequences(one.consequences, words))
     said.text = _block(lines)
+    return case
+
+
+def _problem(one: Incident, verdict: Verdict, words: Words) -> ET.Element:
+    """Give a story: it fails where problems of its status do."""
+    where = " ".join(str(part) for part in (one.bus, *one.nodes) if part is not None)
+    case = ET.Element("testcase", name=printable(f"{words('check.problem')} {one.kind} {where}".rstrip()))
+    if one.id in verdict.problems:
+        said = ET.SubElement(case, "failure", type=one.status, message=printable(one.message))
+        steps = (f"{words('check.frame', frame=step.frame)}: {printable(step.text)}" for step in one.steps)
+        said.text = _block([printable(one.message), *steps, *(printable(check) for check in one.checks)])
     return case
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from canalyze import __version__, jsonl
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
+from canalyze.incident import Incident
 from canalyze.output import printable
 from canalyze.reports import wording
 from canalyze.reports.uri import file_uri
@@ -64,6 +65,13 @@ def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words)
         if baseline:
             result["baselineState"] = _state(one)
         results.append(result)
+    problems = [(verdict, one) for verdict in verdicts for one in verdict.stories][: max(_MOST - len(results), 0)]
+    kinds = list(dict.fromkeys(one.kind for _, one in problems))
+    for verdict, problem in problems:
+        artifact = {"uri": uris[verdict.file], "index": artifacts[uris[verdict.file]]}
+        result = _story(artifact, problem, verdict)
+        result["ruleIndex"] = len(places) + kinds.index(problem.kind)
+        results.append(result)
     run = {
         "tool": {
             "driver": {
@@ -71,7 +79,8 @@ def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words)
                 "version": __version__,
                 "semanticVersion": __version__,
                 "language": _LANGUAGES[words.lang],
-                "rules": [_rule(firsts[code], known.get(code), words) for code in places],
+                "rules": [_rule(firsts[code], known.get(code), words) for code in places]
+                + [{"id": kind, "shortDescription": {"text": kind}} for kind in kinds],
             }
         },
         "language": _LANGUAGES[words.lang],
@@ -159,6 +168,33 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
         "lines": list(wording.annotated(finding)),
     }
     result["properties"] = {name: value for name, value in properties.items() if value not in (None, [])}
+    return result
+
+
+def _story(artifact: Json, one: Incident, verdict: Verdict) -> Json:
+    """Give a root: its steps as a flow, and what it has caused as related places."""
+    steps = [
+        {"location": {**_location(artifact, None, None), "message": {"text": printable(f"#{step.frame}: {step.text}")}}}
+        for step in one.steps
+    ]
+    caused = [other for other in verdict.incidents if other.id in one.effects]
+    result: Json = {
+        "ruleId": one.kind,
+        "level": "error" if one.id in verdict.problems else "note",
+        "message": {"text": printable(one.message)},
+        "locations": [_location(artifact, None, None)],
+        "partialFingerprints": {
+            "incident/v1": hashlib.sha256(repr((one.kind, one.bus, one.nodes)).encode()).hexdigest()
+        },
+        "properties": {"status": one.status, "impact": one.impact, "frame": one.begin.frame, "nodes": list(one.nodes)},
+    }
+    if steps:
+        result["codeFlows"] = [{"threadFlows": [{"locations": steps}]}]
+    if caused:
+        result["relatedLocations"] = [
+            {**_location(artifact, None, None), "id": other.id, "message": {"text": printable(other.message)}}
+            for other in caused
+        ]
     return result
 
 

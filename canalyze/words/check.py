@@ -92,6 +92,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "text for people; jsonl is one JSON object a kind of finding and one at the end of each file; github is "
         "annotations of GitHub Actions.",
     ),
+    (
+        "check.incidents",
+        "同时诊断，并按问题判断：stands 仍存在的问题不合格，over 已恢复的也不合格，never 只列出。也可写在 [check] 里。",
+        "Diagnose, too, and judge by problems: stands (those that stand fail), over (those that are over as well), "
+        "never (they are only listed). Also a key of [check].",
+    ),
+    ("check.problem", "问题", "problem"),
+    ("check.problems", "问题 {count}", "problems: {count}"),
     ("check.junit", "另写一份JUnit报告（XML）。", "Also write a JUnit report (XML)."),
     ("check.sarif", "另写一份SARIF 2.1.0报告（JSON）。", "Also write a SARIF 2.1.0 report (JSON)."),
     ("check.examples", _EXAMPLES, _EXAMPLES),

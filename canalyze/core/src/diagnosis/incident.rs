@@ -2,7 +2,7 @@
 //!
 //! It is made of facts at frames. Must not: hold words of a language, or decide anything.
 
-use super::kinds::Kind;
+use super::kinds::{Impact, Kind};
 use crate::frame::{BusId, FrameRef};
 use crate::rules::{Code, Measured, Quantity};
 
@@ -300,6 +300,14 @@ impl Incident {
             || self.noticed.no == frame
             || self.steps.iter().any(|step| step.at.no == frame)
             || self.findings.iter().any(|(_, no)| *no == frame)
+    }
+
+    /// What it means for the machine.
+    pub fn impact(&self) -> Impact {
+        match (self.kind, self.status) {
+            (Kind::CommandedStop, Status::Stands) => Impact::A,
+            (kind, _) => kind.row().impact,
+        }
     }
 
     /// Whether it is worth telling: it has happened often enough, or has not ended.

@@ -7,6 +7,7 @@ use super::incident::{Grade, Incident, Link, Status, bit};
 use super::kinds::Kind;
 use super::ledger::{Ledger, Place};
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
+use crate::finding::Quantity;
 use crate::frame::BusId;
 
 /// A cause may be noticed so long after its consequence, in ns; and a consequence come so long after its cause is over.
@@ -134,13 +135,22 @@ fn relate(cause: &Incident, effect: &Incident, ledger: &Ledger) -> Option<Found>
     if let Some(found) = sync(cause, effect) {
         return Some(found);
     }
+    if same_node && cause.kind == Kind::DuplicateNodeId && delay >= -LATE_NS {
+        return Some((20, Grade::Likely, delay));
+    }
+    // Who could not be heard could not hear, either.
+    let of_bus = effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
+    if same_node && of_bus && matches!(cause.kind, Kind::NodeSilent | Kind::SegmentLost) && delay >= 0 {
+        return Some((7, Grade::Likely, delay));
+    }
     let commanded = is_commanded(cause.kind) && delay >= -LATE_NS;
     match effect.kind {
         Kind::RequestUnanswered | Kind::LateAnswer | Kind::DamagedTransfer if same_node => {
-            let gone = is_gone(cause.kind) || cause.kind == Kind::HeartbeatStopped || commanded;
+            let gone = is_gone(cause.kind) || commanded;
             // Before the node was lost it could have answered.
             gone.then_some((11, Grade::Certain, delay.abs()))
         }
+        Kind::NodeSilent if same_node && cause.kind == Kind::RestartLoop => Some((12, Grade::Likely, delay)),
         Kind::NodeAbsent if same_node => is_gone(cause.kind).then_some((11, Grade::Likely, delay.abs())),
         Kind::AxisFault | Kind::QuickStop | Kind::StateLeft if same_node && commanded && delay <= 2 * PROMPT_NS => {
             Some((15, Grade::Certain, delay))
@@ -194,7 +204,7 @@ fn over(gap: &Incident, effect: &Incident) -> bool {
 
 /// L1, L2, L3: a heartbeat consumer has reported the loss of a node.
 fn loss(cause: &Incident, effect: &Incident, delay: i64) -> Option<Found> {
-    if cause.subject.node == effect.subject.node {
+    if cause.subject.node == effect.subject.node && cause.kind != Kind::GuardingStopped {
         return None;
     }
     let rule = match cause.kind {
@@ -208,7 +218,8 @@ fn loss(cause: &Incident, effect: &Incident, delay: i64) -> Option<Found> {
         Some((_, limit)) => {
             // A silence begins with the last frame, the consumer's time with the last heartbeat before it.
             let least = limit - limit / 3 - LATE_NS;
-            let most = limit.saturating_add(LATE_NS.max(limit / 3));
+            let apart = if cause.kind == Kind::SegmentLost { period(cause) } else { 0 };
+            let most = limit.saturating_add(LATE_NS.max(limit / 3)).saturating_add(apart);
             let fits = (least.min(0)..=most).contains(&delay) || rule == 3;
             Some((rule, if fits { Grade::Certain } else { Grade::Possible }, (delay - limit).abs()))
         }
@@ -219,6 +230,15 @@ fn loss(cause: &Incident, effect: &Incident, delay: i64) -> Option<Found> {
     }
 }
 
+/// How often the subject of an incident sent heartbeats, in ns; 0 where that is not known.
+fn period(one: &Incident) -> i64 {
+    let found = one.facts.iter().find_map(|(name, value)| match value {
+        Quantity::Ns(ns) if *name == "period" => Some(*ns),
+        _ => None,
+    });
+    found.unwrap_or(0)
+}
+
 /// L6: SYNC is gone with its producer, and its consumers say so.
 fn sync(cause: &Incident, effect: &Incident) -> Option<Found> {
     let stopped = cause.clue.sync_producer || cause.kind == Kind::SyncStopped;
@@ -226,7 +246,7 @@ fn sync(cause: &Incident, effect: &Incident) -> Option<Found> {
         if cause.clue.sync_producer { cause.clue.sync? } else { effect.clue.sync.or(cause.clue.sync)? };
     let since = effect.begin.since(last)?;
     if effect.kind == Kind::SyncStopped && is_gone(cause.kind) {
-        let near = effect.begin.since(cause.begin)?.abs() <= period.saturating_mul(2);
+        let near = effect.begin.since(cause.begin)?.abs() <= period.saturating_mul(2).max(self::period(cause));
         let grade = if cause.clue.sync_producer { Grade::Certain } else { Grade::Likely };
         return near.then_some((6, grade, 0));
     }

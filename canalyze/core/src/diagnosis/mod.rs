@@ -46,6 +46,8 @@ use crate::services::sdo::wire::Side;
 const START_NS: i64 = 5_000_000_000;
 /// An error stands once it was not taken back for so long, in ns.
 const SETTLED_NS: i64 = 500_000_000;
+/// A node that was stopped by command for so long while others run is left alone, in ns.
+const ALONE_NS: i64 = 2_000_000_000;
 /// Error frames, and nothing else, that show a wrong bit rate.
 const ERRORS_ONLY: u64 = 10;
 /// SYNCs further apart than this show no period, in ns.
@@ -287,8 +289,10 @@ impl OfBus {
         }
         self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
         if !data.transmit {
+            self.heard.control = at;
             return false;
         }
+        self.heard.serves(data.node);
         let dirty = self.alive(data.node, frame, bus, ledger);
         // A node without heartbeats shows by its PDOs that it is started.
         if data.state == Some(OPERATIONAL) && self.nodes.is_waiting(data.node) {
@@ -301,7 +305,11 @@ impl OfBus {
 
     fn sdo(&mut self, step: &Step, node: Option<u8>, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
         let (at, id) = (frame.reference(), frame.bus);
-        let (Side::Server, Some(node)) = (step.side, node) else { return false };
+        let (Side::Server, Some(node)) = (step.side, node) else {
+            self.heard.control = at;
+            return false;
+        };
+        self.heard.serves(node);
         if !self.found.is_empty() {
             let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None };
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
@@ -343,12 +351,14 @@ impl OfBus {
                 self.alive(node, frame, bus, ledger) || changed
             }
             Message::Emcy { node, code, register, manufacturer, active, .. } => {
+                self.heard.serves(node);
                 let emergency = Emergency { node, code, register, manufacturer, active };
                 let dirty = self.alive(node, frame, bus, ledger);
                 self.emergencies.emergency(emergency, scene!(self, ledger, bus, id, at));
                 dirty || code <= 0xFF
             }
             Message::Nmt { command, node } if node <= 127 => {
+                self.heard.control = at;
                 let before = self.heard.operational;
                 let meant = self.heard.known & if node == 0 { u128::MAX } else { bit(node) };
                 if command == 0x01 {
@@ -363,7 +373,7 @@ impl OfBus {
                 let gap = at.since(Some(self.heard.sync).filter(|last| last.no > 0));
                 self.heard.sync_period_ns =
                     gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
-                self.heard.sync = at;
+                (self.heard.sync, self.heard.control) = (at, at);
                 if !self.found.is_empty() {
                     let sign = Sign { ends: Ends::Sync, node: None, pdo: None };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
@@ -421,7 +431,9 @@ impl OfBus {
             let back = self.nodes.back(place);
             let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
             let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
-            one.status = status(one, end, back, gone);
+            let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
+            let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
+            one.status = status(one, end, (back, gone, others && long));
             if one.status == Status::Stands {
                 one.end = None;
             }
@@ -430,21 +442,30 @@ impl OfBus {
 }
 
 /// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
-/// cannot be heard any more.
-fn status(one: &incident::Incident, end: FrameRef, back: Option<FrameRef>, gone: bool) -> Status {
-    use Kind::{BusSilent, CaptureGap, CommandedReset, CommandedStop, ConsumerTimeTooShort, NotCanopen};
+/// cannot be heard any more; `left_alone`: others have been Operational for long while it is not.
+fn status(one: &incident::Incident, end: FrameRef, (back, gone, left_alone): (Option<FrameRef>, bool, bool)) -> Status {
+    use Kind::{
+        BusSilent, CaptureGap, CommandedReset, CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent,
+        NodeRestarted, NodeSilent, NotCanopen, RequestUnanswered, RestartLoop, SegmentLost,
+    };
     match one.kind {
+        // One node that stays stopped while others run is not what anybody wants.
+        CommandedStop if one.end.is_none() && left_alone => return Status::Stands,
         BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen => return Status::Harmless,
         ConsumerTimeTooShort => return Status::Stands,
         _ => {}
     }
-    if let Some(last) = one.end {
-        // What has come again and again, and whose next time is not due yet, goes on.
-        let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.max(2) as i64);
-        let rest = end.since(last);
-        let of_errors = !one.clue.reported.is_empty();
-        let goes_on = of_errors && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(2));
-        return if one.repeats.count >= GOES_ON && goes_on { Status::Stands } else { Status::Over };
+    // What has come again and again, and whose next time is not due yet, goes on.
+    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
+    let comes_again = !one.clue.reported.is_empty()
+        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
+    let rest = end.since(one.end.unwrap_or(one.repeats.since));
+    let goes_on = comes_again && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(2));
+    if one.repeats.count >= GOES_ON && goes_on {
+        return Status::Stands;
+    }
+    if one.end.is_some() {
+        return Status::Over;
     }
     if let Some(back) = back {
         return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
@@ -462,9 +483,6 @@ fn status(one: &incident::Incident, end: FrameRef, back: Option<FrameRef>, gone:
         let stays = one.findings.iter().any(|(code, _)| *code == Code::Sdo018);
         return if stays { Status::Stands } else { Status::Unknown };
     }
-    let silent = matches!(
-        one.kind,
-        Kind::NodeSilent | Kind::HeartbeatStopped | Kind::SegmentLost | Kind::RequestUnanswered | Kind::NodeAbsent
-    );
+    let silent = matches!(one.kind, NodeSilent | HeartbeatStopped | SegmentLost | RequestUnanswered | NodeAbsent);
     if gone && !silent { Status::Unknown } else { Status::Stands }
 }

@@ -17,7 +17,7 @@ pub fn roots(ledger: &Ledger) -> Vec<IncidentId> {
     let mut roots: Vec<_> = ledger.told().filter(|one| is_root(one)).collect();
     roots.sort_by_key(|one| {
         let spread = std::cmp::Reverse(spread(ledger, one));
-        (one.status, one.kind.row().impact, spread, std::cmp::Reverse(one.grade), one.begin.no, one.id)
+        (one.status, one.impact(), spread, std::cmp::Reverse(one.grade), one.begin.no, one.id)
     });
     roots.into_iter().map(|one| one.id).collect()
 }

@@ -52,7 +52,7 @@ sayings! {
     LeftOperational { at: Ns, state: State } "{at}自行进入{state}" "went to {state} by itself at {at}";
     WithoutEffect { at: Ns, command: Command } "{at}的NMT命令“{command}”没有效果" "NMT command \"{command}\" of {at} without effect";
     ResetByCommand { at: Ns, command: Command } "{at}按命令复位: {command}" "reset by command at {at}: {command}";
-    StoppedByCommand { at: Ns, command: Command } "{at}按命令: {command}" "by command at {at}: {command}";
+    StoppedByCommand { at: Ns, command: Command } "{at}按命令离开操作状态: {command}" "stopped by command at {at}: {command}";
     Reported { code: Emcy, at: Ns } "{at}报告EMCY {code}" "reported EMCY {code} at {at}";
     ReportedOnce { code: Emcy } "报告EMCY {code}" "reported EMCY {code}";
     FaultOnce { code: Emcy } "进入故障状态, EMCY {code}" "in fault, EMCY {code}";

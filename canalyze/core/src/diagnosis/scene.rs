@@ -22,6 +22,10 @@ pub(super) struct Heard {
     pub(super) operational: u128,
     /// The last SYNC.
     pub(super) sync: FrameRef,
+    /// Nodes that have sent more than heartbeats, a bit each: the others are hosts that only control.
+    pub(super) serving: u128,
+    /// The last frame of whoever controls: a command, a SYNC, an RPDO, an SDO request.
+    pub(super) control: FrameRef,
     /// The time between the last two of them, in ns.
     pub(super) sync_period_ns: Option<i64>,
     /// Error frames so far, and the last one.
@@ -36,6 +40,8 @@ impl Default for Heard {
             known: 0,
             operational: 0,
             sync: FrameRef::default(),
+            serving: 0,
+            control: FrameRef::default(),
             sync_period_ns: None,
             errors: (0, FrameRef::default()),
         }
@@ -50,6 +56,11 @@ impl Heard {
             *slot = at;
             self.known |= bit(node);
         }
+    }
+
+    /// A node has sent something that only a device sends.
+    pub(super) fn serves(&mut self, node: u8) {
+        self.serving |= bit(node);
     }
 
     /// A node has sent a heartbeat, or answered guarding.

@@ -67,7 +67,7 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None, masks = Vec::new(), count = None))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None, incidents = false, masks = Vec::new(), count = None))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -88,6 +88,7 @@ impl Session {
         mcap_archive: bool,
         tables: Vec<String>,
         expectations: Option<&Expectations>,
+        incidents: bool,
         masks: Vec<String>,
         count: Option<u64>,
     ) -> PyResult<Self> {
@@ -143,6 +144,7 @@ impl Session {
             mcap,
             tables: tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
             writing: writers::Settings { mcap: written },
+            incidents,
             expectations: expectations.map(|given| Arc::clone(&given.expected)),
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())), lang })

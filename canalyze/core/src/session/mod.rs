@@ -114,6 +114,8 @@ pub struct Options {
     pub tables: Vec<columns::Name>,
     /// How the format that is written is written.
     pub writing: writers::Settings,
+    /// Whether incidents are written, too, at the end of [`Format::Check`] and [`Format::Jsonl`].
+    pub incidents: bool,
     /// What is expected of the capture.
     pub expectations: Option<Arc<Expectations>>,
 }

@@ -32,6 +32,8 @@ pub(super) struct Output {
     pub(super) shown: u64,
     /// So many are shown at most.
     count: Option<u64>,
+    /// Incidents are written, too.
+    incidents: bool,
     /// Tables that are built beside.
     tables: Option<Box<Columns>>,
 }
@@ -60,7 +62,7 @@ impl Output {
         let has_tables = !options.tables.is_empty() && options.format != Format::Info;
         let columns = || Columns::new(lang, &options.select, &options.tables, options.network.bit_rate);
         let tables = has_tables.then(|| Box::new(columns()));
-        Self { sink, filter, masks, shown: 0, count: options.count, tables }
+        Self { sink, filter, masks, shown: 0, count: options.count, incidents: options.incidents, tables }
     }
 
     /// As many were shown as are to be.
@@ -70,7 +72,7 @@ impl Output {
 
     /// Whether what goes wrong is asked for.
     pub(super) fn diagnoses(&self) -> bool {
-        self.sink.diagnoses()
+        self.incidents || self.sink.diagnoses()
     }
 
     /// What went wrong in the capture, which is over.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::Format;
 use super::capture::View;
 use super::sink::{Passing, Sink, service};
+use crate::diagnosis::Diagnosis;
 use crate::event::{Event, What};
 use crate::expectation::observed::Observed;
 use crate::filter::Filter;
@@ -133,6 +134,10 @@ impl Sink for Records {
         if let Some(context) = &self.context {
             jsonl::finding_with_lines(out, view.jsonl, finding, &context.frames(finding));
         }
+    }
+
+    fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
+        jsonl::diagnosis::write(out, view.jsonl, diagnosis);
     }
 
     fn end_of_file(&mut self, unreadable: u64) {

@@ -205,6 +205,10 @@ impl Sink for JsonLines {
     fn finding(&mut self, out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
         jsonl::finding(out, view.jsonl, finding);
     }
+
+    fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
+        jsonl::diagnosis::write(out, view.jsonl, diagnosis);
+    }
 }
 
 impl Sink for Signals {

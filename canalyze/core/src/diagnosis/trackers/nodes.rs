@@ -183,10 +183,15 @@ impl Nodes {
         let heartbeat = finding.cause.or_else(|| scene.heard.last_heartbeat(node)).unwrap_or(finding.at);
         let period = scene.bus.heartbeat_period(node);
         let mut begin = scene.heard.last(node).filter(|last| last.no > heartbeat.no).unwrap_or(heartbeat);
-        let producer = scene.produces_sync(node);
         let sync = scene.heard.sync;
-        if producer && sync.no > begin.no {
-            begin = sync;
+        let stopped = |last: FrameRef| finding.at.since(last).zip(scene.heard.sync_period_ns);
+        let stopped = |last: FrameRef| last.no > 0 && stopped(last).is_some_and(|(since, period)| since > 2 * period);
+        // Who only sends heartbeats controls the others: where that has stopped with them, it went on until then.
+        let controls = scene.heard.serving & bit(node) == 0 && stopped(scene.heard.control);
+        let producer = scene.produces_sync(node) || controls && stopped(sync);
+        let last = if controls { scene.heard.control } else { sync };
+        if producer && last.no > begin.no {
+            begin = last;
         }
         // Other frames that come after the next heartbeat was due show that the node goes on.
         let rest = finding.at.since(begin).unwrap_or(i64::MAX);
@@ -198,7 +203,7 @@ impl Nodes {
         let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at));
         let Some(place) = place else { return };
         let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
-        let at_sync = producer && scene.heard.sync_period_ns.is_some_and(|p| finding.at.since(sync) > Some(2 * p));
+        let at_sync = producer && stopped(sync);
         if let Some(one) = scene.ledger.get_mut(place) {
             one.clue.sync_producer |= producer && !goes_on;
             one.clue.sync = sync_clue;
@@ -285,9 +290,16 @@ impl Nodes {
         }
         let at = finding.about().unwrap_or(finding.at);
         let trouble = scene.ledger.last(scene.id, |one| {
-            one.subject.node == Some(node)
-                && !one.clue.reported.is_empty()
-                && at.since(one.repeats.since).is_none_or(|since| since.abs() <= REACTION_NS)
+            // It could hear nobody while nobody could hear it.
+            let lost = matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) && one.ended_within(at, REACTION_NS);
+            lost && one.subject.concerns(node)
+        });
+        let trouble = trouble.or_else(|| {
+            scene.ledger.last(scene.id, |one| {
+                one.subject.node == Some(node)
+                    && !one.clue.reported.is_empty()
+                    && at.since(one.repeats.since).is_none_or(|since| since.abs() <= REACTION_NS)
+            })
         });
         let place = trouble.or_else(|| {
             let place = scene.ledger.open(Kind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;

@@ -16,6 +16,8 @@ use crate::frame::FrameRef;
 
 /// Trouble of one SDO server within this time is one, in ns.
 const ONE_TRANSFER_NS: i64 = 2_000_000_000;
+/// What a second node with a node-ID shows before it is known to be one comes within this time, in ns.
+const DOUBLE_NS: i64 = 15_000_000_000;
 /// So many times as long as it may be, a PDO is missing and not late.
 const MISSING: i64 = 5;
 /// What came so often goes on where the next time is not due yet at the end of the capture.
@@ -82,6 +84,20 @@ impl Found {
                 one.repeats.count += times(finding, least) - 1;
                 self.keep(place, ends, at);
             }
+            return None;
+        }
+        if kind == Kind::DuplicateNodeId
+            && let Some(one) = scene.ledger.last(scene.id, |one| {
+                let shows = matches!(
+                    one.kind,
+                    Kind::NodeRestarted | Kind::RestartLoop | Kind::LeftOperational | Kind::HeartbeatIrregular
+                );
+                shows && one.subject.node == subject.node && one.began_within(finding.at, DOUBLE_NS)
+            })
+            && let Some(one) = scene.ledger.get_mut(one)
+        {
+            (one.kind, one.end, one.clue.least) = (kind, None, 1);
+            one.found(finding.code, finding.at.no);
             return None;
         }
         // What something else explains, and is no trouble of its own, belongs to that.

@@ -48,7 +48,7 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     if let Some((transmit, number)) = one.subject.pdo {
         put!(out; ",\"pdo\":\"", if transmit { "TPDO" } else { "RPDO" }, number, "\"");
     }
-    put!(out; "},\"status\":\"", one.status.name(), "\",\"impact\":\"", row.impact.name());
+    put!(out; "},\"status\":\"", one.status.name(), "\",\"impact\":\"", one.impact().name());
     put!(out; "\",\"grade\":\"", one.grade.name(), "\",\"begin\":");
     place(out, setting, one.begin);
     put!(out; "},\"noticed\":");

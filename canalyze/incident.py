@@ -1,0 +1,130 @@
+"""Incidents of a capture, typed: what went wrong, to whom, from when to when, and why.
+
+Read from the records of the core's diagnosis and never made here. It must not read a capture, judge or print.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Literal, get_args
+
+Status = Literal["stands", "unknown", "over", "harmless"]
+"""How an incident stands at the end: not over, not known, over, or explained by a command or by the recording."""
+Impact = Literal["A", "B", "C", "D", "E"]
+"""What it means: something has stopped, does not start, works worse, is wrong on the wire only, is worth knowing."""
+Grade = Literal["certain", "likely", "possible"]
+"""How sure it is."""
+STATUSES: Final[tuple[Status, ...]] = get_args(Status)
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A frame and its time."""
+
+    frame: int
+    """Its number, from 1."""
+    t: str | None
+    """Seconds, a decimal string with all its digits; None without stamps."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """From what an incident comes."""
+
+    id: int
+    """The number of the incident that caused it."""
+    link: str
+    """The rule of cause, as L1."""
+    grade: Grade
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A fact of an incident at a frame."""
+
+    frame: int
+    t: str | None
+    role: Literal["sign", "reaction", "attempt", "recovery"]
+    text: str
+    """In words."""
+    finding: str | None
+    """The code of the rule that found it, where one did."""
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """What happened to one subject."""
+
+    id: int
+    """Its number, in the order in which incidents began to show."""
+    kind: str
+    """What it is, as `node-silent`."""
+    bus: str | None
+    node: int | None
+    """The node; None where it happened to several, to the bus or to the capture."""
+    nodes: tuple[int, ...]
+    """All nodes concerned."""
+    axis: int | None
+    """The axis of a drive, from 1, where it is one."""
+    pdo: str | None
+    """A PDO of the node, as `TPDO1`."""
+    status: Status
+    impact: Impact
+    grade: Grade
+    begin: Moment
+    """The first evidence: the last sign of life, the frame that is wrong."""
+    noticed: Moment
+    """The frame by which it could be told."""
+    end: Moment | None
+    """The frame by which it is over."""
+    cause: Cause | None
+    effects: tuple[int, ...]
+    """The numbers of the incidents that it has caused."""
+    steps: tuple[Step, ...]
+    facts: Mapping[str, Any] = field(repr=False)
+    """What was measured; times in nanoseconds have `_ns` in their names."""
+    checks: tuple[str, ...]
+    """What to look at first, in words."""
+    findings: tuple[tuple[str, int], ...]
+    """The codes of the rules that found what belongs to it, with their frames."""
+    message: str
+    """What it says, in one line."""
+    count: int
+    """How often it happened."""
+    is_root: bool
+    """Whether nothing is known to have caused it."""
+
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """Give the frames that are its evidence, ascending."""
+        ends = [self.end.frame] if self.end else []
+        return tuple(sorted({self.begin.frame, self.noticed.frame, *(step.frame for step in self.steps), *ends}))
+
+
+def incident(row: Mapping[str, Any]) -> Incident:
+    """Read a record of the core."""
+    subject, cause, end = row["subject"], row["cause"], row["end"]
+    nodes = subject.get("nodes") or ([subject["node"]] if "node" in subject else [])
+    return Incident(
+        id=row["id"],
+        kind=row["incident"],
+        bus=subject["bus"],
+        node=subject.get("node"),
+        nodes=tuple(nodes),
+        axis=subject.get("axis"),
+        pdo=subject.get("pdo"),
+        status=row["status"],
+        impact=row["impact"],
+        grade=row["grade"],
+        begin=Moment(row["begin"]["frame"], row["begin"]["t"]),
+        noticed=Moment(row["noticed"]["frame"], row["noticed"]["t"]),
+        end=None if end is None else Moment(end["frame"], end["t"]),
+        cause=None if cause is None else Cause(cause["id"], cause["link"], cause["grade"]),
+        effects=tuple(row["effects"]),
+        steps=tuple(Step(**step) for step in row["steps"]),
+        facts=row["facts"],
+        checks=tuple(row["checks_text"]),
+        findings=tuple((one["code"], one["frame"]) for one in row["findings"]),
+        message=row["message"],
+        count=row["repeats"]["count"],
+        is_root=row["root"],
+    )
