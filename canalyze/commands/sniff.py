@@ -69,6 +69,7 @@ def command(words: Words) -> click.Command:
         check(given, words, drawn=drawn, shown=rerun, why_not=("sniff.needs_rerun", "--rerun"))
         settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "count": count}
         settings["masks"] = [channel.mask for channel in named if channel.filters] or None
+        settings["incidents"] = depth != "brief"
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
         session = open_session(words, given, tables=TABLES if drawn else None, **settings)

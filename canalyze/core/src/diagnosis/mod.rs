@@ -22,8 +22,11 @@ mod trackers;
 
 pub use ledger::Ledger;
 
+use std::collections::VecDeque;
+
 use self::incident::{IncidentId, Status, bit};
 use self::kinds::Kind;
+use self::ledger::Place;
 use self::scene::{Heard, Scene};
 use self::signs::Ends;
 use self::trackers::configuration::Configurations;
@@ -48,6 +51,8 @@ const START_NS: i64 = 5_000_000_000;
 const SETTLED_NS: i64 = 500_000_000;
 /// A node that was stopped by command for so long while others run is left alone, in ns.
 const ALONE_NS: i64 = 2_000_000_000;
+/// Incidents that are over and may begin again.
+const CLOSED: usize = 64;
 /// Error frames, and nothing else, that show a wrong bit rate.
 const ERRORS_ONLY: u64 = 10;
 /// SYNCs further apart than this show no period, in ns.
@@ -62,6 +67,22 @@ pub struct Diagnosis {
     first: Option<FrameRef>,
     last: FrameRef,
     frames: u64,
+    /// Incidents that were told of and are not over.
+    open: Vec<Place>,
+    /// Those that were over lately: what happens again is told again.
+    closed: VecDeque<Place>,
+    /// Incidents before this place were looked at; those that did not count yet are looked at again.
+    looked: Place,
+    unripe: Vec<Place>,
+}
+
+/// What has become of an incident.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// It has begun to show.
+    Opened,
+    /// It is over.
+    Ended,
 }
 
 /// What is open on one bus.
@@ -106,6 +127,53 @@ impl Diagnosis {
         if let Some(of_bus) = buses.get_mut(index) {
             of_bus.frame(frame, events, bus, ledger);
         }
+    }
+
+    /// What has become of incidents since this was last asked, the first first. What is harmless by its kind is left out.
+    pub fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
+        let (fresh, ledger) = (self.looked..self.ledger.all.len(), &self.ledger);
+        if fresh.is_empty() && self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() {
+            return Vec::new();
+        }
+        self.looked = fresh.end;
+        let mut changes = Vec::new();
+        let (open, closed) = (&mut self.open, &mut self.closed);
+        closed.retain(|place| {
+            let Some(one) = ledger.get(*place).filter(|one| one.end.is_none()) else { return true };
+            changes.push((Phase::Opened, one.id));
+            open.push(*place);
+            false
+        });
+        open.retain(|place| {
+            let Some(one) = ledger.get(*place) else { return false };
+            if one.end.is_some() {
+                changes.push((Phase::Ended, one.id));
+                closed.push_back(*place);
+            }
+            one.end.is_none()
+        });
+        self.unripe.extend(fresh);
+        self.unripe.retain(|place| {
+            let Some(one) = ledger.get(*place) else { return false };
+            if is_harmless(one.kind) {
+                return false;
+            }
+            if one.counts() {
+                changes.push((Phase::Opened, one.id));
+                match one.end {
+                    Some(_) => {
+                        changes.push((Phase::Ended, one.id));
+                        closed.push_back(*place);
+                    }
+                    None => open.push(*place),
+                }
+            }
+            !one.counts()
+        });
+        while closed.len() > CLOSED {
+            closed.pop_front();
+        }
+        changes
     }
 
     /// Takes what belongs to no frame at hand.
@@ -441,17 +509,23 @@ impl OfBus {
     }
 }
 
+/// Whether a kind is explained by a command or by the recording.
+fn is_harmless(kind: Kind) -> bool {
+    use Kind::{BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen};
+    matches!(kind, BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen)
+}
+
 /// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
 /// cannot be heard any more; `left_alone`: others have been Operational for long while it is not.
 fn status(one: &incident::Incident, end: FrameRef, (back, gone, left_alone): (Option<FrameRef>, bool, bool)) -> Status {
     use Kind::{
-        BusSilent, CaptureGap, CommandedReset, CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent,
-        NodeRestarted, NodeSilent, NotCanopen, RequestUnanswered, RestartLoop, SegmentLost,
+        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeRestarted, NodeSilent,
+        RequestUnanswered, RestartLoop, SegmentLost,
     };
     match one.kind {
         // One node that stays stopped while others run is not what anybody wants.
         CommandedStop if one.end.is_none() && left_alone => return Status::Stands,
-        BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen => return Status::Harmless,
+        kind if is_harmless(kind) => return Status::Harmless,
         ConsumerTimeTooShort => return Status::Stands,
         _ => {}
     }

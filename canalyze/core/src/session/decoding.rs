@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use crate::bus::Bus;
 use crate::context::{Chunk, Context};
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::incident::IncidentId;
+use crate::diagnosis::{Diagnosis, Phase};
 use crate::event::{Event, What};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
@@ -114,6 +115,17 @@ impl Decoding {
         if let Some(diagnosis) = &mut self.diagnosis {
             diagnosis.finding(finding, &self.state);
         }
+    }
+
+    /// What has become of incidents by the frame at hand.
+    #[inline]
+    pub(super) fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
+        self.diagnosis.as_mut().map_or_else(Vec::new, |diagnosis| diagnosis.changes())
+    }
+
+    /// What went wrong so far.
+    pub(super) fn diagnosis(&self) -> Option<&Diagnosis> {
+        self.diagnosis.as_deref()
     }
 
     /// The capture is over: what went wrong in it.

@@ -114,7 +114,8 @@ pub struct Options {
     pub tables: Vec<columns::Name>,
     /// How the format that is written is written.
     pub writing: writers::Settings,
-    /// Whether incidents are written, too, at the end of [`Format::Check`] and [`Format::Jsonl`].
+    /// Whether incidents are written, too: in [`Format::Text`] as they begin and end, in [`Format::Jsonl`] both so and at
+    /// the end, in [`Format::Check`] at the end.
     pub incidents: bool,
     /// What is expected of the capture.
     pub expectations: Option<Arc<Expectations>>,
@@ -530,7 +531,18 @@ impl Stream {
         self.decoding.fold();
         self.tally.frame(frame, &self.decoding.events);
         self.output.frame(out, self.capture.view(buses), frame, &mut self.decoding.events);
+        self.tell(buses, out);
         self.decoding.clear(buses);
+    }
+
+    /// Tells of incidents that begin to show, and of those that are over.
+    #[inline]
+    fn tell(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        for (phase, id) in self.decoding.changes() {
+            if let Some(diagnosis) = self.decoding.diagnosis() {
+                self.output.incident(out, self.capture.view(buses), diagnosis, (phase, id));
+            }
+        }
     }
 
     fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
@@ -643,6 +655,7 @@ impl Stream {
     fn write_aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.tally.events(&self.decoding.events);
         self.output.aside(out, self.capture.view(buses), &self.decoding.events);
+        self.tell(buses, out);
         self.decoding.clear(buses);
     }
 }

@@ -7,7 +7,8 @@ use super::capture::View;
 use super::records::Records;
 use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text, service};
 use super::{Format, Options};
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::incident::IncidentId;
+use crate::diagnosis::{Diagnosis, Phase};
 use crate::diff::digest::Digest;
 use crate::event::{Event, What};
 use crate::filter::Filter;
@@ -73,6 +74,17 @@ impl Output {
     /// Whether what goes wrong is asked for.
     pub(super) fn diagnoses(&self) -> bool {
         self.incidents || self.sink.diagnoses()
+    }
+
+    /// What has become of an incident.
+    pub(super) fn incident(
+        &mut self,
+        out: &mut Vec<u8>,
+        view: View<'_>,
+        diagnosis: &Diagnosis,
+        change: (Phase, IncidentId),
+    ) {
+        self.sink.incident(out, view, diagnosis, change);
     }
 
     /// What went wrong in the capture, which is over.

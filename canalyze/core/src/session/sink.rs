@@ -6,7 +6,8 @@
 use std::fmt::Debug;
 
 use super::capture::View;
-use crate::diagnosis::Diagnosis;
+use crate::diagnosis::incident::IncidentId;
+use crate::diagnosis::{Diagnosis, Phase};
 use crate::diff::digest::Digest;
 use crate::event::{Event, What};
 use crate::filter::Filter;
@@ -20,6 +21,7 @@ use crate::render::jsonl;
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
 use crate::services::sdo::transfer::Transfer;
+use crate::text::incidents;
 use crate::writers::{Losses, Writer};
 
 /// A frame, and what is known of it beside what it means.
@@ -76,6 +78,9 @@ pub(super) trait Sink: Debug + Send + Sync {
     fn diagnoses(&self) -> bool {
         false
     }
+
+    /// What has become of an incident.
+    fn incident(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _diagnosis: &Diagnosis, _change: (Phase, IncidentId)) {}
 
     /// What went wrong in the capture, which is over.
     fn diagnosis(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _diagnosis: &Diagnosis) {}
@@ -169,6 +174,11 @@ impl Sink for Text {
         self.0.marker(out, marker, view.buses);
     }
 
+    fn incident(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis, change: (Phase, IncidentId)) {
+        self.0.finish(out);
+        incidents::changed(out, view.jsonl.lang, diagnosis, change);
+    }
+
     fn finish(&mut self, out: &mut Vec<u8>, _view: View<'_>, _shown: u64) {
         self.0.finish(out);
     }
@@ -204,6 +214,10 @@ impl Sink for JsonLines {
 
     fn finding(&mut self, out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
         jsonl::finding(out, view.jsonl, finding);
+    }
+
+    fn incident(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis, change: (Phase, IncidentId)) {
+        jsonl::diagnosis::changed(out, view.jsonl, diagnosis, change);
     }
 
     fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {

@@ -4,8 +4,8 @@
 
 use super::digits::put;
 use super::{Lang, sentence};
-use crate::diagnosis::incident::{Incident, members};
-use crate::diagnosis::titles;
+use crate::diagnosis::incident::{Incident, IncidentId, members};
+use crate::diagnosis::{Diagnosis, Phase, titles};
 use crate::finding::{Measured, Said};
 
 /// Most nodes that are named one by one.
@@ -15,6 +15,18 @@ const NAMED: usize = 6;
 pub fn said(out: &mut Vec<u8>, lang: Lang, measured: &Measured) {
     let named = |name: &str| measured.get(name).map(Said::Quantity);
     sentence::fill(out, lang, lang.of(measured.variant.words), named);
+}
+
+/// Appends the line that tells of an incident that begins to show, or is over.
+pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
+    let Some(one) = diagnosis.ledger().by_id(id) else { return };
+    let (_, first, _) = diagnosis.extent();
+    match phase {
+        Phase::Opened => put!(out; lang.pick("# ✖ 问题", "# ✖ problem "), u64::from(id.0), ": "),
+        Phase::Ended => put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ over "), u64::from(id.0), ": "),
+    }
+    title(out, lang, one, first.and_then(|first| first.t_ns));
+    put!(out; "\n");
 }
 
 /// Appends the subject of an incident and what happened to it, in one line. `began_ns`: the first stamp of the capture.

@@ -1,4 +1,5 @@
-//! What went wrong, as JSON lines: an object an incident in the order of their numbers, then one for all of it.
+//! What went wrong, as JSON lines: an object an incident in the order of their numbers, then one for all of it. `phase` is
+//! `final` then; while a capture is read, incidents that begin to show and that are over are `opened` and `ended`.
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
 //! findings message repeats`, and for people `checks_text`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
@@ -6,9 +7,9 @@
 //! read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
 
 use super::{Setting, facts, name_or_null, number_or_null, object::Object, quoted, seconds, truth};
-use crate::diagnosis::incident::{Incident, Status, members};
+use crate::diagnosis::incident::{Incident, IncidentId, Status, members};
 use crate::diagnosis::rank::{is_root, roots};
-use crate::diagnosis::{Diagnosis, advice};
+use crate::diagnosis::{Diagnosis, Phase, advice};
 use crate::frame::FrameRef;
 use crate::text::digits::{Hex, put};
 use crate::text::incidents as words;
@@ -16,7 +17,7 @@ use crate::text::incidents as words;
 /// Appends all of it.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().told() {
-        incident(out, setting, diagnosis, one);
+        incident(out, setting, diagnosis, one, "final");
     }
     whole(out, setting, diagnosis);
 }
@@ -26,10 +27,21 @@ fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
     seconds(out, at.t_ns, setting.decimals);
 }
 
-fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident) {
+/// Appends an incident as it is known when it begins to show, or when it is over.
+pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
+    let name = match phase {
+        Phase::Opened => "opened",
+        Phase::Ended => "ended",
+    };
+    if let Some(one) = diagnosis.ledger().by_id(id) {
+        incident(out, setting, diagnosis, one, name);
+    }
+}
+
+fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident, phase: &'static str) {
     let (_, first, _) = diagnosis.extent();
     let row = one.kind.row();
-    put!(out; "{\"kind\":\"incident\",\"phase\":\"final\",\"id\":", u64::from(one.id.0), ",\"incident\":\"", row.name);
+    put!(out; "{\"kind\":\"incident\",\"phase\":\"", phase, "\",\"id\":", u64::from(one.id.0), ",\"incident\":\"", row.name);
     put!(out; "\",\"subject\":{\"bus\":");
     name_or_null(out, setting.buses.name(one.bus));
     if let Some(node) = one.subject.node {
