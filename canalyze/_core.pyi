@@ -394,7 +394,11 @@ def rules(lang: str = "zh") -> list[Rule]:
     """Every rule, in order of its code, in words of that language."""
 
 def explain(line: str, lang: str = "zh") -> str | None:
-    """One frame (candump log or console form, or cansend's ID#DATA) field by field; None when the line is no frame."""
+    """One frame (candump log or console form, or cansend's ID#DATA) field by field; or what a code is.
+
+    A code is that of a rule, a kind of incident, an abort code, `8130h`, `1016h:01`, `182`, or one with a word before
+    it (`emcy 8130`, `register 11`, `statusword 0218`). None for anything else.
+    """
 
 def sniff(head: bytes, complete: bool) -> str | None:
     """The format of the input that begins with `head`; None while more bytes are needed to tell.

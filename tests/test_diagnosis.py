@@ -151,7 +151,7 @@ def test_incidents_are_told_as_they_begin_and_end() -> None:
     session = _core.Session(lang="en", format="text", incidents=True)
     session.begin("a.log", True, "candump", 0)
     out = b"".join([session.feed(text, 0), session.end(False, 0), session.finish()]).decode()
-    told = [line for line in out.splitlines() if line.startswith("# ✖") or line.startswith("# ✔")]
+    told = [line for line in out.splitlines() if line.startswith(("# ✖", "# ✔"))]
     assert len(told) == 2
     assert told[0].startswith("# ✖ problem 1: node 5: silent since")
     assert told[1].startswith("# ✔ over 1: node 5: silent for")

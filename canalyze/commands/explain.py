@@ -1,4 +1,4 @@
-"""`canalyze explain`: one frame, field by field. The core reads the frame and finds the words; this joins and asks."""
+"""`canalyze explain`: a frame field by field, or a code. The core reads it and finds the words; this joins and asks."""
 
 import click
 
@@ -34,12 +34,14 @@ def command(words: Words) -> click.Command:
 
 
 def _frames(arguments: tuple[str, ...]) -> list[str]:
-    """Give the lines that the arguments are: each a frame by itself, or all together the words of one line."""
+    """Give the lines that the arguments are: each a frame or a code by itself, or together the words of one line."""
     from canalyze._core import explain
 
+    line = " ".join(arguments)
     if all("#" in argument for argument in arguments) or all(map(explain, arguments)):
         return list(arguments)
-    return [" ".join(arguments)]
+    several = explain(line) is None and "[" not in line and any(map(explain, arguments))
+    return list(arguments) if several else [line]
 
 
 class _Explained:

@@ -62,10 +62,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "explain.help",
         "逐字段、逐位解释一帧或几帧。帧可以是cansend的写法，也可以是贴进来的一行candump输出（引号可省）；“-”从标准输入逐行读，"
         "跳过空行和以 # 开头的行。"
-        "单独的一帧没有上下文，所以只说它自身能说明的内容。",
+        "单独的一帧没有上下文，所以只说它自身能说明的内容。也可以给出代码：规则(HBT002)、问题的种类(node-silent)、SDO中止码、"
+        "EMCY代码、错误寄存器、状态字、控制字、对象、COB-ID。",
         "Explain a frame, or several, every field and bit. A frame is in cansend's form or a pasted line of candump "
         "(quotes may be left out); '-' reads lines from standard input and skips blank lines and those that begin "
-        "with #. A frame alone has no history, so only what it says by itself is said.",
+        "with #. A frame alone has no history, so only what it says by itself is said. Codes are explained, too: "
+        "a rule (HBT002), a kind of problem (node-silent), an SDO abort code, an EMCY code, an error register, "
+        "a statusword or controlword, an object, a COB-ID.",
     ),
     (
         "explain.examples",
@@ -73,23 +76,27 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze explain '60A#4008100000000000' '58A#4108100017000000'\n"
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
+        "canalyze explain 06020000h 8130h 'statusword 0218' 'register 11' 1016h:01 182\n"
         "tail -n 3 capture.log | canalyze explain -",
         "canalyze explain '60A#4008100000000000'\n"
         "canalyze explain '60A#4008100000000000' '58A#4108100017000000'\n"
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
+        "canalyze explain 06020000h 8130h 'statusword 0218' 'register 11' 1016h:01 182\n"
         "tail -n 3 capture.log | canalyze explain -",
     ),
     (
         "explain.no_frame",
-        "这不是一帧：{line}；可以写成 60A#4008100000000000 或 can1  60A   [8]  40 08 10 00 00 00 00 00",
-        "not a frame: {line}; write it as 60A#4008100000000000 or can1  60A   [8]  40 08 10 00 00 00 00 00",
+        "这不是一帧，也不是已知的代码：{line}；可以写成 60A#4008100000000000 或 "
+        "can1  60A   [8]  40 08 10 00 00 00 00 00",
+        "neither a frame nor a known code: {line}; write it as 60A#4008100000000000 or "
+        "can1  60A   [8]  40 08 10 00 00 00 00 00",
     ),
     (
         "explain.no_frame_at",
-        "{name}:{number}: 这不是一帧：{line}；可以写成 60A#4008100000000000 或 "
+        "{name}:{number}: 这不是一帧，也不是已知的代码：{line}；可以写成 60A#4008100000000000 或 "
         "can1  60A   [8]  40 08 10 00 00 00 00 00",
-        "{name}:{number}: not a frame: {line}; write it as 60A#4008100000000000 or "
+        "{name}:{number}: neither a frame nor a known code: {line}; write it as 60A#4008100000000000 or "
         "can1  60A   [8]  40 08 10 00 00 00 00 00",
     ),
     (

@@ -67,11 +67,15 @@ fn rules(lang: &str) -> PyResult<Vec<Rule>> {
 fn explain(line: &str, lang: &str) -> PyResult<Option<String>> {
     let lang = language(lang)?;
     let mut buses = Buses::default();
-    Ok(candump::line(line.as_bytes(), &mut buses).map(|frame| {
-        let mut out = Vec::new();
-        render::text::explain(&mut out, lang, &frame, &buses);
-        String::from_utf8_lossy(&out).into_owned()
-    }))
+    let mut out = Vec::new();
+    let known = match candump::line(line.as_bytes(), &mut buses) {
+        Some(frame) => {
+            render::text::explain(&mut out, lang, &frame, &buses);
+            true
+        }
+        None => crate::text::explain::code::code(&mut out, lang, line),
+    };
+    Ok(known.then(|| String::from_utf8_lossy(&out).into_owned()))
 }
 
 #[pyfunction]

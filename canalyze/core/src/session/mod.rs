@@ -538,6 +538,9 @@ impl Stream {
     /// Tells of incidents that begin to show, and of those that are over.
     #[inline]
     fn tell(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        if !self.output.tells() {
+            return;
+        }
         for (phase, id) in self.decoding.changes() {
             if let Some(diagnosis) = self.decoding.diagnosis() {
                 self.output.incident(out, self.capture.view(buses), diagnosis, (phase, id));

@@ -76,6 +76,11 @@ impl Output {
         self.incidents || self.sink.diagnoses()
     }
 
+    /// Whether incidents are told of as they begin and end.
+    pub(super) fn tells(&self) -> bool {
+        self.incidents
+    }
+
     /// What has become of an incident.
     pub(super) fn incident(
         &mut self,

@@ -4,6 +4,7 @@
 //! The layout is one and only the words differ: they stand in [`Lang::pick`]. A new service gets its arm in
 //! `services::message`. Must not decide anything.
 
+pub mod code;
 pub mod command_byte;
 pub mod lss;
 pub mod mapping;

@@ -1,0 +1,198 @@
+//! A code by itself, as a person reads it in a manual or on a display: what it is, where it is defined, what usually
+//! causes it.
+//!
+//! A word before it says of what kind it is (`emcy 8130`, `statusword 0218`); without one, its form does: eight digits are
+//! an abort code, an index with a sub-index is an object, four digits are an emergency error code and an object, up to
+//! three are a COB-ID. Must not: look at a frame or a device description.
+
+use crate::cob_id::{Role, predefined};
+use crate::diagnosis::kinds::{Impact, KINDS};
+use crate::drive::State;
+use crate::frame::CanId;
+use crate::rules::{Code, RULES};
+use crate::text::digits::{Hex, put};
+use crate::text::services::role::Named;
+use crate::text::{Lang, say, signal, terms};
+
+/// What a word before a code says that it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sort {
+    Emcy,
+    Register,
+    Abort,
+    Statusword,
+    Controlword,
+    CobId,
+    Object,
+    State,
+}
+
+/// The words, in both languages.
+const SORTS: &[(&str, Sort)] = &[
+    ("emcy", Sort::Emcy),
+    ("紧急报文", Sort::Emcy),
+    ("register", Sort::Register),
+    ("错误寄存器", Sort::Register),
+    ("abort", Sort::Abort),
+    ("中止码", Sort::Abort),
+    ("statusword", Sort::Statusword),
+    ("状态字", Sort::Statusword),
+    ("controlword", Sort::Controlword),
+    ("控制字", Sort::Controlword),
+    ("cob-id", Sort::CobId),
+    ("cob", Sort::CobId),
+    ("object", Sort::Object),
+    ("对象", Sort::Object),
+    ("state", Sort::State),
+    ("状态", Sort::State),
+];
+
+/// Appends what a code is; `false`, and nothing, where it is none that is known.
+pub fn code(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
+    let text = text.trim();
+    if rule(out, lang, text) || incident(out, lang, text) {
+        return true;
+    }
+    let (sort, rest) = match text.split_once(char::is_whitespace) {
+        Some((word, rest)) => match SORTS.iter().find(|(known, _)| known.eq_ignore_ascii_case(word)) {
+            Some((_, sort)) => (Some(*sort), rest.trim()),
+            None => return false,
+        },
+        None => (None, text),
+    };
+    let (number, sub) = match rest.split_once(':') {
+        Some((index, sub)) => (index, Some(sub)),
+        None => (rest, None),
+    };
+    let Some((value, digits)) = hexadecimal(number) else { return false };
+    let sub = match sub.map(hexadecimal) {
+        Some(Some((sub, _))) => Some(sub),
+        Some(None) => return false,
+        None => None,
+    };
+    let before = out.len();
+    match (sort, sub, digits) {
+        (Some(Sort::Emcy), None, _) => emcy(out, lang, value),
+        (Some(Sort::Register), None, _) => register(out, lang, value),
+        (Some(Sort::Abort), None, _) | (None, None, 8) => abort(out, lang, value),
+        (Some(Sort::Statusword), None, _) => word(out, lang, 0x6041, value),
+        (Some(Sort::Controlword), None, _) => word(out, lang, 0x6040, value),
+        (Some(Sort::CobId), None, _) | (None, None, 1..=3) => cob_id(out, lang, value),
+        (Some(Sort::State), None, _) => state(out, lang, value),
+        (Some(Sort::Object), ..) | (None, Some(_), _) => object(out, lang, value, sub),
+        (None, None, 4) => {
+            emcy(out, lang, value);
+            object(out, lang, value, None);
+        }
+        _ => {}
+    }
+    out.len() > before
+}
+
+/// A hexadecimal number as people write it (`8130h`, `0x8130`, `8130`), and how many digits it has.
+fn hexadecimal(text: &str) -> Option<(u32, usize)> {
+    let text = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
+    let text = text.strip_suffix(['h', 'H']).unwrap_or(text);
+    let fits = (1..=8).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    Some((u32::from_str_radix(text, 16).ok().filter(|_| fits)?, text.len()))
+}
+
+fn rule(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
+    let by_name = || RULES.iter().find(|rule| rule.name.eq_ignore_ascii_case(text)).map(|rule| rule.code);
+    let Some(rule) = Code::parse(text).or_else(by_name).map(Code::rule) else { return false };
+    let (message, meaning, cause) = (lang.of(rule.message), lang.of(rule.meaning), lang.of(rule.cause));
+    put!(out; rule.id, " ", rule.name, ": ", message, "\n  ", meaning, "\n  ");
+    say!(out, lang; zh: "常见原因: ", cause; en: "Usual cause: ", cause);
+    if rule.clause != "-" {
+        put!(out; "\n  ", rule.clause);
+    }
+    put!(out; "\n");
+    true
+}
+
+fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
+    let Some(row) = KINDS.iter().find(|row| row.name.eq_ignore_ascii_case(text)) else { return false };
+    put!(out; row.name, ": ", lang.of(row.words), "\n  ");
+    let impact = match row.impact {
+        Impact::A => ("有东西停了下来", "something has stopped"),
+        Impact::B => ("有东西没有启动", "something does not start"),
+        Impact::C => ("有东西工作得不好", "something works worse than it should"),
+        Impact::D => ("总线上的报文有误", "something is wrong on the wire"),
+        Impact::E => ("值得知道", "worth knowing"),
+    };
+    put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
+    true
+}
+
+fn emcy(out: &mut Vec<u8>, lang: Lang, value: u32) {
+    let Ok(code) = u16::try_from(value) else { return };
+    let Some(words) = terms::emcy::code(lang, code) else { return };
+    let hex = Hex::<4>(u64::from(code));
+    say!(out, lang; zh: "EMCY错误代码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
+    put!(out; "\n  CiA 301 7.2.7.1\n");
+}
+
+fn register(out: &mut Vec<u8>, lang: Lang, value: u32) {
+    let Ok(register) = u8::try_from(value) else { return };
+    put!(out; lang.pick("错误寄存器 ", "error register "), Hex::<2>(u64::from(register)), "h (1001h)\n");
+    let bits = (0..8).filter(|bit| register >> bit & 1 != 0);
+    for bit in bits {
+        let words = terms::emcy::register_bit(lang, bit).unwrap_or(lang.pick("保留", "reserved"));
+        put!(out; lang.pick("  位", "  bit "), bit, ": ", words, "\n");
+    }
+    if register == 0 {
+        put!(out; lang.pick("  没有错误\n", "  no error\n"));
+    }
+}
+
+fn abort(out: &mut Vec<u8>, lang: Lang, value: u32) {
+    let Some(words) = terms::sdo_abort::abort_code(lang, value) else { return };
+    let hex = Hex::<8>(u64::from(value));
+    say!(out, lang; zh: "SDO中止码 ", hex, "h: ", words; en: "SDO abort code ", hex, "h: ", words);
+    put!(out; "\n  CiA 301 7.2.4.3.17\n");
+}
+
+fn word(out: &mut Vec<u8>, lang: Lang, index: u16, value: u32) {
+    let Ok(word) = u16::try_from(value) else { return };
+    let name =
+        if index == 0x6041 { lang.pick("状态字 ", "statusword ") } else { lang.pick("控制字 ", "controlword ") };
+    put!(out; name, Hex::<4>(u64::from(word)), "h (", Hex::<4>(u64::from(index)), "h): ");
+    signal::annotation(out, lang, index, u64::from(word));
+    if index == 0x6041 && State::of(word).is_none() {
+        put!(out; lang.pick("不是CiA 402的状态", "no state of CiA 402"));
+    }
+    put!(out; "\n  CiA 402-2\n");
+}
+
+fn state(out: &mut Vec<u8>, lang: Lang, value: u32) {
+    let words = u8::try_from(value).ok().and_then(|state| terms::nmt::state(lang, state));
+    if let Some(words) = words {
+        put!(out; lang.pick("NMT状态 ", "NMT state "), Hex::<2>(u64::from(value)), "h: ", words);
+        put!(out; "\n  CiA 301 7.2.8.3.2\n");
+    }
+}
+
+fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>) {
+    let (Ok(index), Ok(number)) = (u16::try_from(value), u8::try_from(sub.unwrap_or(0))) else { return };
+    let Some(name) = terms::objects::object_name(lang, index, number) else { return };
+    put!(out; lang.pick("对象 ", "object "), Hex::<4>(u64::from(index)), "h");
+    if sub.is_some() {
+        put!(out; ":", Hex::<2>(u64::from(number)));
+    }
+    put!(out; ": ", name, "\n");
+}
+
+fn cob_id(out: &mut Vec<u8>, lang: Lang, value: u32) {
+    let Some(id) = u16::try_from(value).ok().filter(|id| *id <= 0x7FF) else { return };
+    let role = predefined(CanId::standard(id));
+    put!(out; "COB-ID ", Hex::<3>(u64::from(id)), "h: ", Named(lang, role));
+    let node = match role {
+        Role::Emcy(node) | Role::SdoResponse(node) | Role::SdoRequest(node) | Role::ErrorControl(node) => Some(node),
+        Role::Tpdo { node, .. } | Role::Rpdo { node, .. } => Some(node),
+        _ => None,
+    };
+    if let Some(node) = node {
+        put!(out; lang.pick(", 节点", ", node "), node);
+    }
+    put!(out; lang.pick("\n  预定义连接集 (CiA 301 7.3.5)\n", "\n  pre-defined connection set (CiA 301 7.3.5)\n"));
+}
