@@ -98,6 +98,24 @@ const MAY_USE: &[Row] = &[
             "services",
         ],
     ),
+    (
+        "diagnosis",
+        &[
+            "frame",
+            "drive",
+            "configuration",
+            "message",
+            "finding",
+            "rules",
+            "event",
+            "services::heartbeat",
+            "services::pdo",
+            "services::sdo::wire",
+            "services::sdo::transfer",
+            "checks::pdo",
+            "bus",
+        ],
+    ),
     ("readers", &["frame", "calendar", "select"]),
     ("inputs", &["frame", "readers"]),
     ("info", &["frame", "span", "readers"]),
@@ -143,6 +161,7 @@ const MAY_USE: &[Row] = &[
         "text",
         &[
             "drive",
+            "diagnosis",
             "frame",
             "rules",
             "cob_id",
@@ -171,6 +190,7 @@ const MAY_USE: &[Row] = &[
             "diff",
             "dictionary",
             "info",
+            "diagnosis",
             "frame",
             "cob_id",
             "od",
@@ -225,6 +245,7 @@ const MAY_USE: &[Row] = &[
     (
         "session",
         &[
+            "diagnosis",
             "frame",
             "rules",
             "finding",
@@ -434,7 +455,9 @@ fn words_for_people_stand_in_text_and_rules() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // What people write in a listing is read, whatever their language.
         let read = module == "readers::listing";
-        let words = belongs(&module, "text") || belongs(&module, "rules") || is_test(&module) || read;
+        // A kind of incident is declared with its words, as a rule is.
+        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings"].iter().any(|room| belongs(&module, room));
+        let words = belongs(&module, "text") || declared || is_test(&module) || read;
         assert!(!chinese || words, "{module} holds Chinese words");
     }
 }
