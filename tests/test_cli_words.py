@@ -32,7 +32,9 @@ SAID_BY_THE_CORE = {
     *("incident_grade", "incident_heading", "incident_role", "incident_status"),
 }
 """Tables whose keys are made of what the core says."""
-PROGRAM = "".join(path.read_text() for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE / "words")
+PROGRAM = "".join(
+    path.read_text() for end in ("py", "html") for path in PACKAGE.rglob(f"*.{end}") if path.parent != PACKAGE / "words"
+)
 
 
 @pytest.mark.parametrize("key", [row[0] for row in ROWS])

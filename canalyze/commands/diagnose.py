@@ -6,17 +6,18 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, Final, Unpack
 
 import click
 
 from canalyze.help import Command
-from canalyze.options import CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
-from canalyze.output import Output, Progress, open_output, told
+from canalyze.options import ANY_PATH, CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
+from canalyze.output import FileOutput, Output, Progress, open_output, told
+from canalyze.reports import wording
 from canalyze.run import Run
 from canalyze.sources.file import STDIN, total_size
-from canalyze.words import Words
+from canalyze.words import LANGUAGES, Words
 
 KEYS: Final = (
     *("kind", "phase", "id", "incident", "subject", "status", "impact", "grade", "begin", "noticed", "end", "cause"),
@@ -41,6 +42,7 @@ def command(words: Words) -> click.Command:
         node: int | None,
         bus: str | None,
         fail_on: str | None,
+        html: str | None,
         output: str | None,
         force: bool,
         expression: str | None,
@@ -48,6 +50,8 @@ def command(words: Words) -> click.Command:
         **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
+        if html is not None and (STDIN in names or html == STDIN):
+            raise click.UsageError(words("diagnose.story_stdin", option="--html"), click.get_current_context())
         if story is not None and (STDIN in names or form != "text"):
             key = "usage.text_only" if form != "text" else "diagnose.story_stdin"
             raise click.UsageError(words(key, option="-n"), click.get_current_context())
@@ -77,6 +81,8 @@ def command(words: Words) -> click.Command:
                 else:
                     lines = _around(names, incidents, story, given, stamps, words)
                     diagnosis_text.tell(story, incidents, whole, lines, out, words)
+            if html is not None and whole is not None:
+                _write_page(html, names, given, stamps, expression, words, force=force)
             told(code, out, words, stream=total is None, some=whole is not None)
             if whole is None:
                 out.drop()
@@ -93,6 +99,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--since"], type=float, metavar="S", help=words("diagnose.since")),
             click.Option(["--node"], type=click.IntRange(1, 127), metavar="N", help=words("diagnose.node")),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
+            click.Option(["--html"], type=ANY_PATH, metavar="FILE", help=words("diagnose.html")),
             click.Option(["--fail-on"], type=OneOf(tuple(FAIL_ON), words), help=words("diagnose.fail_on")),
             format_option(words, "diagnose"),
             *capture_options(words),
@@ -139,12 +146,52 @@ def _around(
     words: Words,
 ) -> dict[int, str]:
     """Read again, and keep the annotated lines around each step of a story, by the number of the frame."""
-    wanted = {
+    return _lines(names, _near(_tree(story, incidents)), given, stamps, words)
+
+
+def _near(incidents: Iterable[dict[str, Any]]) -> set[int]:
+    """Give the numbers of the frames around each step."""
+    return {
         frame + near
-        for one in _tree(story, incidents)
+        for one in incidents
         for frame in (one["begin"]["frame"], *(step["frame"] for step in one["steps"]))
         for near in range(-AROUND, AROUND + 1)
     }
+
+
+def _write_page(
+    html: str,
+    names: tuple[str, ...],
+    given: CaptureOptions,
+    stamps: str,
+    expression: str | None,
+    words: Words,
+    *,
+    force: bool,
+) -> None:
+    """Write the page: the capture is read once for each language, and once more for the frames."""
+    from canalyze.reports.diagnosis_html import Told, page
+
+    told_of: dict[str, Told] = {}
+    with FileOutput(html, force=force) as file:
+        for lang in LANGUAGES:
+            spoken = Words(lang)
+            results: list[bytes] = []
+            session = open_session(spoken, given, format="diagnosis", stamps=stamps, filter=expression)
+            Run(session, spoken, Progress(words, Output(), None), results.append, given, tell=lambda _: None).over(
+                names
+            )
+            records = [json.loads(line) for line in b"".join(results).splitlines()]
+            incidents = [one for one in records if one["kind"] == "incident"]
+            lines = _lines(names, _near(incidents), given, stamps, spoken)
+            told_of[lang] = Told(incidents, records[-1], lines)
+        file.write(page(told_of, ", ".join(wording.capture_name(name) for name in names), words.lang))
+
+
+def _lines(
+    names: tuple[str, ...], wanted: set[int], given: CaptureOptions, stamps: str, words: Words
+) -> dict[int, str]:
+    """Read again, and keep the annotated lines of frames, by their numbers."""
     kept: dict[int, str] = {}
 
     def take(result: bytes) -> None:
@@ -154,7 +201,7 @@ def _around(
                 kept[record["frame"]] = record["text"]
 
     session = open_session(words, given, format="lines", stamps=stamps)
-    Run(session, words, Progress(words, Output(), total_size(names)), take, given).over(names)
+    Run(session, words, Progress(words, Output(), total_size(names)), take, given, tell=lambda _: None).over(names)
     return kept
 
 

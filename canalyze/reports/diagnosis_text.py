@@ -41,7 +41,7 @@ def show(
     by_id = {one["id"]: one for one in incidents}
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
-    lines = [_verdict(roots, whole, words)]
+    lines = [f"{verdict(roots, words)}   {extent(whole, words)}"]
     if not told:
         lines += _healthy(whole, nature, words)
         hidden = len(roots)
@@ -106,7 +106,8 @@ def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tupl
             yield from _tree(by_id[effect], by_id, depth + 1)
 
 
-def _verdict(roots: Sequence[Record], whole: Record, words: Words) -> str:
+def verdict(roots: Sequence[Record], words: Words) -> str:
+    """Give how many problems there are, by how they stand."""
     counts = {status: sum(one["status"] == status for one in roots) for status in _STATES}
     parts = [words(f"diagnose.{status}", count=counts[status]) for status in _STATES[:3] if counts[status]]
     if counts["stands"]:
@@ -119,11 +120,11 @@ def _verdict(roots: Sequence[Record], whole: Record, words: Words) -> str:
         parts = [words("diagnose.none")]
     if counts["harmless"]:
         parts.append(words("diagnose.harmless", count=counts["harmless"]))
-    said = f"{mark} {words('check.then').join(parts)}"
-    return f"{said}   {_extent(whole, words)}"
+    return f"{mark} {words('check.then').join(parts)}"
 
 
-def _extent(whole: Record, words: Words) -> str:
+def extent(whole: Record, words: Words) -> str:
+    """Give of what the capture is: buses, time, frames, nodes."""
     parts = [", ".join(printable(bus) for bus in whole["buses"] if bus)]
     if (seconds := _span(whole)) is not None:
         parts.append(words("diagnose.seconds", seconds=f"{seconds:.1f}"))

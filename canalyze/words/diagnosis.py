@@ -30,6 +30,24 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("diagnose.node", "只列与这个节点有关的问题。", "Only problems that concern this node."),
     ("diagnose.bus", "只列这条总线上的问题。", "Only problems of this bus."),
     (
+        "diagnose.html",
+        "另写一个HTML页面：结论、每个问题、因果图、相关的帧；不访问网络，中英文都有。",
+        "Also write an HTML page: the verdict, each problem, the picture of causes, frames; it loads nothing and has "
+        "both languages.",
+    ),
+    (
+        "diagnose.needs_html",
+        "{error}；HTML页面需要jinja2：pip install 'canalyze[html]'",
+        "{error}; the HTML page needs jinja2: pip install 'canalyze[html]'",
+    ),
+    ("diagnose.html_bus", "总线", "bus"),
+    ("diagnose.html_node", "节点", "node "),
+    ("diagnose.html_nodes", "节点", "Nodes"),
+    ("diagnose.html_frames", "相关的帧", "Frames around the steps"),
+    ("diagnose.html_check", "先查", "Check first"),
+    ("diagnose.html_ok", "正常", "ok"),
+    ("diagnose.html_see", "见{number}号", "see {number}"),
+    (
         "diagnose.fail_on",
         "有这样的问题时退出码为1：stands 仍存在，unknown 也包括状态不明的，over 也包括已恢复的。",
         "Exit code 1 where there is such a problem: stands, unknown (those too), over (those too).",
