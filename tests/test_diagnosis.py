@@ -1,7 +1,7 @@
 """What is diagnosed: no problem in clean traffic, one for one fault, and the keys that other programs rely on.
 
 Nodes of clean sessions may report errors of themselves, and refuse writes: those are problems that are there.
-Recorded stories with their causes are held in `test_stories.py`. What it must not do: test how findings come to be.
+Recorded stories with their causes are in `test_stories.py`. What it must not do: test how findings come to be.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from captures import CanFrame, Row, log_text, run_canalyze, spaced
+from captures import CanFrame, Row, log_text, run_canalyze, session_output, spaced
 from clean_sessions import sessions
 from diagnoses import diagnosed
 from fault_table import TABLE, AnyFault
@@ -161,3 +161,11 @@ def test_incidents_are_told_as_they_begin_and_end() -> None:
     rows = [json.loads(line) for line in out.splitlines() if '"kind":"incident"' in line]
     assert [row["phase"] for row in rows if row["id"] == 1] == ["opened", "ended", "final"]
     assert next(row for row in rows if row["phase"] == "final")["status"] == "over"
+
+
+@pytest.mark.parametrize("size", [1, 7, 100])
+def test_in_any_chunks_the_same(size: int) -> None:
+    text = frames_of("emergencies") + lost(20)
+    whole = session_output([text], output_format="diagnosis", lang="en")
+    chunks = [text[at : at + size] for at in range(0, len(text), size)]
+    assert session_output(chunks, output_format="diagnosis", lang="en") == whole

@@ -57,9 +57,8 @@ def chain(incidents: Sequence[Record], whole: Record, bus_word: str, node_word: 
         )
     for tick in range(_TICKS + 1):
         t = begin + (end - begin) * tick / _TICKS
-        parts.append(
-            f'<text class="soft" x="{x(t) - (28 if tick == _TICKS else 8):.0f}" y="{height - 6}">{t - begin:.1f} s</text>'
-        )
+        left = x(t) - (28 if tick == _TICKS else 8)
+        parts.append(f'<text class="soft" x="{left:.0f}" y="{height - 6}">{t - begin:.1f} s</text>')
     places: dict[int, tuple[float, float]] = {}
     for one in drawn:
         keys = [key for key in _keys(one) if key in rows]

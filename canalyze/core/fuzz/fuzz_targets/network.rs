@@ -118,9 +118,33 @@ fuzz_target!(|input: &[u8]| {
     }
     let found = findings(&json);
     assert_eq!(findings(&run(&frames, options(Format::Check))), found, "the same findings");
+    told(&run(&frames, options(Format::Diagnosis)));
+    run(&frames, Options { incidents: true, ..options(Format::Text) });
     let rows = rows(&frames, options(Format::Columns));
     let of = |name: &str| rows.get(name).copied().unwrap_or(0);
     assert_eq!(of("frames"), frames.len() as u64, "a row for every frame");
     assert_eq!(of("transfers"), transfers, "a row for every transfer");
     assert_eq!(of("findings"), found.len() as u64, "a row for every finding");
 });
+
+/// Incidents are numbered in order, causes are told and lead to a root, and what is over has an end.
+fn told(output: &str) {
+    let rows: Vec<serde_json::Value> =
+        output.lines().map(|line| serde_json::from_str(line).expect("an incident is JSON")).collect();
+    let incidents: Vec<_> = rows.iter().filter(|row| row["kind"] == "incident").collect();
+    let cause = |id: u64| {
+        let one = incidents.iter().find(|one| one["id"] == id).expect("a cause is told");
+        one["cause"]["id"].as_u64()
+    };
+    for one in &incidents {
+        let mut at = one["cause"]["id"].as_u64();
+        for _ in 0..=incidents.len() {
+            at = at.and_then(cause);
+        }
+        assert_eq!(at, None, "causes go in circles");
+        assert!(one["steps"].as_array().is_some_and(|steps| steps.len() <= 16));
+        assert!(one["begin"]["frame"].as_u64() >= Some(1));
+        assert!(one["status"] != "over" || !one["end"].is_null(), "over without an end: {one}");
+    }
+    assert!(incidents.windows(2).all(|two| two[0]["id"].as_u64() < two[1]["id"].as_u64()));
+}

@@ -1,0 +1,52 @@
+"""Recorded stories of real stacks against their truth: roots, when they begin, how they stand, and what caused what.
+
+The recordings lie beside the checkout, with the truth in JSON beside each; without them nothing is tested here. What it
+must not do: test words, or what single faults are called.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from captures import SHARED, Row
+from diagnoses import Diagnosed, diagnosed
+
+STORIES = sorted((SHARED / "stories").glob("*.json"))
+
+
+def nodes(subject: Row) -> set[int]:
+    """The nodes of a subject."""
+    alone = [subject["node"]] if subject.get("node") is not None else []
+    return {*alone, *(subject.get("nodes") or ())}
+
+
+def fitting(story: Row, found: Diagnosed) -> list[Row]:
+    """The incidents that may be a story: of its bus and nodes, and begun where it can have begun."""
+    wanted = nodes(story["subject"])
+    return [
+        one
+        for one in found.incidents
+        if one["subject"]["bus"] == story["subject"]["bus"]
+        and story["begin_line"] <= one["begin"]["frame"] <= story["visible_from_line"]
+        and (bool(nodes(one["subject"]) & wanted) if wanted else not nodes(one["subject"]))
+        and (one["cause"] is None) == story["root"]
+    ]
+
+
+@pytest.mark.skipif(not STORIES, reason="there are no recorded stories beside the checkout")
+@pytest.mark.parametrize("path", STORIES, ids=lambda path: path.stem)
+def test_a_story_is_told_as_it_was(path: Path) -> None:
+    truth = json.loads(path.read_text())
+    found = diagnosed(path.with_suffix(".log").read_bytes())
+    told = [fitting(story, found) for story in truth["stories"]]
+    for story, incidents in zip(truth["stories"], told, strict=True):
+        assert incidents, f"not told: {story['kind']}; told: {found.said}"
+        assert {one["status"] for one in incidents} == {story["status"]}, story["kind"]
+        if story["caused_by"] is not None:
+            causes = {one["id"] for one in told[story["caused_by"]]}
+            assert {one["cause"]["id"] for one in incidents} <= causes, story["kind"]
+    known = {one["id"] for incidents in told for one in incidents}
+    further = [one["message"] for one in found.incidents if one["cause"] is None and one["id"] not in known]
+    assert not further
