@@ -42,6 +42,7 @@ COMMANDS: Final = (
     "info",
     "eds",
     "rules",
+    "examples",
 )
 """In the order of help; each stands in `commands/` under its name."""
 

@@ -17,6 +17,7 @@ READ = {*SAID, "_core", "compression", "sources"}
 MAY_USE: dict[str, set[str]] = {
     "words": set(),
     "layout": set(),
+    "examples": set(),
     "finding": set(),
     "incident": set(),
     "compression": set(),

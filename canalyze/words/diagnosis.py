@@ -68,6 +68,29 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze diagnose --node 5 a.log b.log only what concerns node 5\n"
         "canalyze capture.log --format jsonl --fail-on stands",
     ),
+    ("examples.short", "写出五个小的示例记录", "Write five small example captures"),
+    ("examples.usage", "[选项] [目录]", "[OPTIONS] [DIR]"),
+    (
+        "examples.help",
+        "把五个小的记录写到目录里(不给则为当前目录)，每个讲一件事，并告诉接下来可以输入什么。",
+        "Write five small captures into a folder (the current one without DIR), each with a story, and say what to "
+        "type next.",
+    ),
+    (
+        "examples.examples",
+        "canalyze examples\ncanalyze examples demo/\ncanalyze demo/node-lost.log",
+        "canalyze examples\ncanalyze examples demo/\ncanalyze demo/node-lost.log",
+    ),
+    (
+        "examples.next",
+        "接下来：canalyze {file} · canalyze {file} -n 1 · canalyze decode {file}",
+        "next: canalyze {file} · canalyze {file} -n 1 · canalyze decode {file}",
+    ),
+    ("example.node-lost", "一个节点失去联系", "a node is lost"),
+    ("example.node-restarted", "一个节点断电后回来", "a node loses its power and comes back"),
+    ("example.mapping-refused", "PDO映射先被拒绝，后来改正", "a PDO mapping is refused, then made good"),
+    ("example.drive-fault", "驱动故障，第二次复位才成功", "a drive faults, and only the second reset helps"),
+    ("example.all-well", "一切正常，中间有一次按命令复位", "all is well, with a reset by command"),
     (
         "diagnose.story_stdin",
         "{option}需要能再次读取的文件，不能用标准输入",

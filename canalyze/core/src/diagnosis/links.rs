@@ -221,7 +221,16 @@ fn loss(cause: &Incident, effect: &Incident, delay: i64) -> Option<Found> {
             let apart = if cause.kind == Kind::SegmentLost { period(cause) } else { 0 };
             let most = limit.saturating_add(LATE_NS.max(limit / 3)).saturating_add(apart);
             let fits = (least.min(0)..=most).contains(&delay) || rule == 3;
-            Some((rule, if fits { Grade::Certain } else { Grade::Possible }, (delay - limit).abs()))
+            // Some stacks look at their times now and then only.
+            let soon = delay > most && delay <= most.saturating_add(limit.saturating_add(PROMPT_NS));
+            let grade = if fits {
+                Grade::Certain
+            } else if soon {
+                Grade::Likely
+            } else {
+                Grade::Possible
+            };
+            Some((rule, grade, (delay - limit).abs()))
         }
         None if effect.clue.watched.is_empty() && (0..=WINDOW_NS).contains(&delay) => {
             Some((rule, Grade::Likely, delay))

@@ -1,0 +1,49 @@
+"""`canalyze examples`: the captures that it writes, and what is diagnosed of them.
+
+What it must not do: test how a diagnosis is printed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from conftest import Runner
+from diagnoses import diagnosed
+
+from canalyze.examples import EXAMPLES
+
+TOLD = {
+    "node-lost.log": [("node-silent", "stands", 9)],
+    "node-restarted.log": [("node-silent", "over", 3)],
+    "mapping-refused.log": [("mapping-refused", "over", 6)],
+    "drive-fault.log": [("axis-fault", "over", 5)],
+    "all-well.log": [],
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_an_example_tells_one_story(name: str) -> None:
+    found = diagnosed(EXAMPLES[name]().encode())
+    assert [(one["incident"], one["status"], one["subject"]["node"]) for one in found.roots] == TOLD[name]
+
+
+def test_what_follows_from_a_loss() -> None:
+    found = diagnosed(EXAMPLES["node-lost.log"]().encode())
+    (lost, reported) = found.incidents
+    assert (reported["incident"], reported["cause"]) == (
+        "heartbeat-consumer-error",
+        {"id": lost["id"], "link": "L1", "grade": "certain"},
+    )
+
+
+def test_they_are_written(canalyze: Runner, tmp_path: Path) -> None:
+    done = canalyze("examples", "demo", "--lang", "en")
+    assert done.code == 0
+    assert sorted(path.name for path in (tmp_path / "demo").iterdir()) == sorted(EXAMPLES)
+    typed = done.out.splitlines()[-1].removeprefix("next: ").split(" · ")
+    for line in typed:
+        assert canalyze(*line.split()[1:]).code == 0
+    assert canalyze("examples", "demo").code == 2
+    assert canalyze("examples", "demo", "--force").code == 0
+    assert canalyze("examples").code == 0 and (tmp_path / "all-well.log").exists()
