@@ -29,7 +29,15 @@ PAGES = {"short", "usage", "help", "format", "examples", "completion"}
 """What every command has; the keys are made of its name."""
 SAID_BY_THE_CORE = {
     *("bus_state", "damage", "info", "merge", "mode", "severity", "status"),
-    *("example", "incident_grade", "incident_heading", "incident_role", "incident_status"),
+    *(
+        "example",
+        "incident_many",
+        "incident_one",
+        "incident_grade",
+        "incident_heading",
+        "incident_role",
+        "incident_status",
+    ),
 }
 """Tables whose keys are made of what the core says."""
 PROGRAM = "".join(

@@ -109,7 +109,9 @@ def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tupl
 def verdict(roots: Sequence[Record], words: Words) -> str:
     """Give how many problems there are, by how they stand."""
     counts = {status: sum(one["status"] == status for one in roots) for status in _STATES}
-    parts = [words(f"diagnose.{status}", count=counts[status]) for status in _STATES[:3] if counts[status]]
+    parts = [_count(status, counts[status], words) for status in _STATES[:3] if counts[status]]
+    if parts and not counts["stands"]:
+        parts.insert(0, words("diagnose.none_stands"))
     if counts["stands"]:
         mark = "✖"
     elif counts["unknown"]:
@@ -119,8 +121,12 @@ def verdict(roots: Sequence[Record], words: Words) -> str:
     if not parts:
         parts = [words("diagnose.none")]
     if counts["harmless"]:
-        parts.append(words("diagnose.harmless", count=counts["harmless"]))
+        parts.append(_count("harmless", counts["harmless"], words))
     return f"{mark} {words('check.then').join(parts)}"
+
+
+def _count(status: str, count: int, words: Words) -> str:
+    return words.of("incident_one", status) if count == 1 else words.of("incident_many", status).format(count=count)
 
 
 def extent(whole: Record, words: Words) -> str:
@@ -267,8 +273,12 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
         first = told[0]
         commands = [
             f"canalyze {file} -n {first['id']}",
-            f'canalyze decode {file} --filter "frame={first["begin"]["frame"]}"',
+            f"canalyze decode {file} --filter frame={_around(first['begin']['frame'])}",
         ]
     if hidden:
         commands.insert(1, f"canalyze {file} --all")
     return words("diagnose.more", said=" · ".join(commands))
+
+
+def _around(frame: int) -> str:
+    return f"{max(frame - 5, 1)}-{frame + 5}"

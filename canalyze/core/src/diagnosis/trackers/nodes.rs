@@ -215,7 +215,7 @@ impl Nodes {
                 one.step(sync, Role::Reaction, Saying::SyncGone, None);
             }
             if let Some(period) = period {
-                one.fact("period", Quantity::Ns(period));
+                one.fact("period", Quantity::Ns(rounded(period)));
             }
             for (name, value) in clue_limit.iter().flat_map(|all| all.facts()) {
                 one.fact(if name == "silence" { "noticed_after" } else { name }, value);
@@ -428,6 +428,12 @@ impl Nodes {
         one.step(begin, Role::Sign, Saying::LastSign, None);
         Some(place)
     }
+}
+
+/// A period as a person says it: in whole ms, where it is not a short one.
+fn rounded(ns: i64) -> i64 {
+    const MS: i64 = 1_000_000;
+    if ns < 10 * MS { ns } else { (ns + MS / 2) / MS * MS }
 }
 
 /// A node of which only heartbeats were missing is silent where nothing else of it has come for as long.

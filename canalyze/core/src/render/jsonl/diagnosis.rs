@@ -76,7 +76,8 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
         None => put!(out; "null"),
     }
     put!(out; ",\"cause\":");
-    match one.cause {
+    // What is only possible is no cause: the incident stays a root.
+    match one.cause.filter(|_| !is_root(one)) {
         Some(link) => {
             put!(out; "{\"id\":", u64::from(link.cause.0), ",\"link\":\"L", u64::from(link.rule));
             put!(out; "\",\"grade\":\"", link.grade.name(), "\"}");
@@ -84,7 +85,10 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
         None => put!(out; "null"),
     }
     put!(out; ",\"effects\":[");
-    let effects = diagnosis.ledger().told().filter(|other| other.cause.is_some_and(|link| link.cause == one.id));
+    let effects = diagnosis
+        .ledger()
+        .told()
+        .filter(|other| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id));
     for (place, other) in effects.enumerate() {
         put!(out; if place > 0 { "," } else { "" }, u64::from(other.id.0));
     }
