@@ -175,7 +175,6 @@ impl Sink for Text {
     }
 
     fn incident(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis, change: (Phase, IncidentId)) {
-        self.0.finish(out);
         incidents::changed(out, view.jsonl.lang, diagnosis, change);
     }
 
