@@ -20,12 +20,12 @@ pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
     }
     if one.cause.is_some_and(|link| link.grade >= Grade::Likely) {
         let mut checks = vec![say::CAUSE];
-        if one.facts.iter().any(|(name, _)| *name == "left_operational") {
+        if one.has("left_operational") {
             checks.push(say::ERROR_BEHAVIOUR);
         }
         return checks;
     }
-    let boot_up = one.facts.iter().any(|(name, _)| *name == "boot_up");
+    let boot_up = one.has("boot_up");
     let wires = if shown.error_frames { say::WIRING } else { say::ERROR_FRAMES_OFF };
     match one.kind {
         Kind::NodeSilent | Kind::GuardingUnanswered | Kind::NodeAbsent | Kind::NoBootUp => match (boot_up, one.end) {
@@ -63,7 +63,7 @@ pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
         Kind::AxisFault | Kind::DeviceError => {
             let unannounced = one.clue.reported.is_empty() && one.subject.axes.count_ones() > 1;
             let mut checks = vec![if unannounced { say::ALL_AXES } else { say::MANUAL }];
-            if one.facts.iter().any(|(name, _)| *name == "reset_in_vain") {
+            if one.has("reset_in_vain") {
                 checks.push(say::FAULT_CAUSE);
             }
             checks

@@ -267,6 +267,32 @@ impl Incident {
         }
     }
 
+    /// What was measured by this name.
+    pub fn get(&self, name: &str) -> Option<Quantity> {
+        self.facts.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
+    }
+
+    /// Whether anything was measured by this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.get(name).is_some()
+    }
+
+    /// The time that was measured by this name, in ns.
+    pub fn ns(&self, name: &str) -> Option<i64> {
+        match self.get(name) {
+            Some(Quantity::Ns(ns)) => Some(ns),
+            _ => None,
+        }
+    }
+
+    /// The number that was counted by this name; 0 where none was.
+    pub fn count(&self, name: &str) -> u64 {
+        match self.get(name) {
+            Some(Quantity::Count(count)) => count,
+            _ => 0,
+        }
+    }
+
     /// It is over, by this frame.
     pub fn ends(&mut self, at: FrameRef) {
         if self.end.is_none() {

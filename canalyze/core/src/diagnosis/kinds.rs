@@ -83,6 +83,9 @@ kinds! {
     BusSilent "bus-silent" A "整个总线静默" "the whole bus silent";
     NotCanopen "not-canopen" E "不是CANopen的报文" "traffic that is not CANopen";
     CaptureGap "capture-gap" E "记录有缺口" "a gap of the recording";
+    Overload "overload" C "总线过载" "the bus overloaded";
+    Flood "node-floods" C "一个COB-ID的报文激增" "one COB-ID floods the bus";
+    BitTiming "bit-timing-activated" E "按LSS命令切换波特率" "the bit rate switched by LSS";
 
     NodeAbsent "node-absent" B "节点不存在" "a node is absent";
     NodeSilent "node-silent" A "节点失去联系" "a node is silent";
@@ -90,6 +93,9 @@ kinds! {
     NodeRestarted "node-restarted" A "节点自行重启" "a node restarted by itself";
     RestartLoop "restart-loop" A "节点反复重启" "a node restarts again and again";
     NoBootUp "no-boot-up" B "复位后没有启动报文" "no boot-up after a reset";
+    NotStarted "not-started" B "节点没有被主站启动" "a node that the master never started";
+    BootStuck "boot-stuck" B "主站的启动过程停滞" "a boot that is stuck";
+    TwoMasters "two-masters" A "NMT命令相互矛盾" "NMT commands that contradict each other";
     LeftOperational "left-operational" A "节点自行离开操作状态" "a node left Operational by itself";
     StartWithoutEffect "start-without-effect" B "NMT命令没有效果" "an NMT command without effect";
     CommandedReset "commanded-reset" E "按命令复位" "reset by command";
@@ -101,6 +107,7 @@ kinds! {
     DuplicateNodeId "duplicate-node-id" A "节点ID重复" "two nodes with one node-ID";
     HeartbeatIrregular "heartbeat-irregular" C "心跳不均匀" "irregular heartbeats";
     ConsumerTimeTooShort "consumer-time-too-short" B "心跳消费者时间短于对方的心跳周期" "a consumer heartbeat time shorter than the producer's period";
+    WatchedAbsent "watched-node-absent" C "被监视的节点从未出现" "a watched node that was never there";
 
     RequestUnanswered "request-unanswered" B "SDO请求没有响应" "SDO requests unanswered";
     LateAnswer "late-answer" C "SDO响应太迟" "an SDO response too late";
@@ -111,6 +118,10 @@ kinds! {
     StateRefused "state-refused" B "写入被拒绝: 设备状态" "a write refused by the state of the device";
     MappingRefused "mapping-refused" B "PDO配置被拒绝" "a PDO configuration refused";
     WriteRefused "write-refused" B "写入被拒绝" "a write refused";
+    HalfConfigured "half-configured" B "配置未完成就被启动" "started though its configuration is not complete";
+    StoreFailed "store-failed" C "存储或恢复参数失败" "storing or restoring parameters failed";
+    ProgramFailed "program-download-failed" B "程序下载失败" "a program download failed";
+    Storing "storing" E "存储参数或写入程序" "parameters or a program being stored";
     DamagedTransfer "damaged-transfer" B "SDO传输违反协议" "an SDO transfer against the protocol";
     TwoClients "two-clients" D "一个SDO通道上有两个客户端" "two clients on one SDO channel";
     IdentityMismatch "identity-mismatch" B "设备身份与描述不符" "another device than described";
@@ -122,6 +133,8 @@ kinds! {
     PdoNotAllowed "pdo-not-allowed" D "不该出现的PDO" "PDOs that should not be sent";
     PdoConfiguration "pdo-configuration" D "PDO配置有误" "a PDO configured wrongly";
     InhibitTime "inhibit-time" C "短于禁止时间" "sent within the inhibit time";
+    PdoMultiplied "pdo-multiplied" C "重复启动后PDO成倍发送" "a PDO sent several times as often after a repeated start";
+    CommandsNotTaken "commands-not-taken" B "向未处于操作状态的节点发送RPDO" "RPDOs to a node that is not Operational";
     SyncStopped "sync-stopped" A "SYNC停止" "SYNC stopped";
     SyncIrregular "sync-irregular" C "SYNC或同步PDO不合时序" "SYNC or synchronous PDOs out of time";
     TwoSyncProducers "two-sync-producers" A "两个SYNC生产者" "two SYNC producers";
@@ -133,11 +146,21 @@ kinds! {
     QuickStop "quick-stop" A "快速停止" "a quick stop";
     StateLeft "state-left" A "驱动未经命令离开运行使能" "a drive left operation enabled without a command";
     ModeNotTaken "mode-not-taken" B "运行模式未被采纳" "a mode of operation not taken";
+    FaultResetWithoutEdge "fault-reset-without-edge" B "故障复位没有上升沿" "a fault reset without a rising edge";
+    FollowingError "following-error" A "跟随误差" "a following error";
+    InternalLimit "internal-limit" C "内部限制生效" "an internal limit active";
+    SetPointIgnored "set-point-not-acknowledged" B "新设定点没有应答" "a set-point not acknowledged";
+    HomingFailed "homing-failed" B "回零失败" "homing failed";
+    TargetsLate "targets-late" C "目标值没有按周期到达" "targets that come late";
 
     CommunicationError "communication-error" A "节点报告通信错误" "a node reports a communication error";
     Overrun "overrun" C "节点报告CAN溢出" "a node reports an overrun";
     BusTrouble "bus-trouble" C "节点报告总线错误" "a node reports bus errors";
     DeviceError "device-error" C "设备报告错误" "a device reports an error";
+    SupplyVoltage "supply-voltage" A "设备报告供电电压错误" "a device reports its supply voltage";
+    Temperature "temperature" C "设备报告温度过高" "a device reports its temperature";
+    ModuleFailed "module-failed" A "I/O模块故障" "a module of an I/O device failed";
+    RegisterWithoutEmcy "register-without-emcy" C "错误寄存器不为0, 而没有紧急报文" "an error register that is not 0, and no EMCY";
     EmcyFlood "emcy-flood" C "大量紧急报文" "a flood of emergencies";
 
     LssUnanswered "lss-unanswered" B "LSS没有应答" "LSS unanswered";

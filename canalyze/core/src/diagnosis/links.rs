@@ -241,10 +241,7 @@ fn loss(cause: &Incident, effect: &Incident, delay: i64) -> Option<Found> {
 
 /// How often the subject of an incident sent heartbeats, in ns; 0 where that is not known.
 fn period(one: &Incident) -> i64 {
-    let found = one.facts.iter().find_map(|(name, value)| match value {
-        Quantity::Ns(ns) if *name == "period" => Some(*ns),
-        _ => None,
-    });
+    let found = one.ns("period");
     found.unwrap_or(0)
 }
 

@@ -553,7 +553,7 @@ fn status(one: &incident::Incident, end: FrameRef, (back, gone, left_alone): (Op
         return Status::Unknown;
     }
     // A refused write may still be made good where the capture ends too soon for the rule to say.
-    if one.facts.iter().any(|(name, _)| *name == "refused") {
+    if one.has("refused") {
         let stays = one.findings.iter().any(|(code, _)| *code == Code::Sdo018);
         return if stays { Status::Stands } else { Status::Unknown };
     }

@@ -11,7 +11,7 @@ use crate::rules::Measured;
 /// The line; `None`: the words of the kind say it all. `began_ns`: the first stamp of the capture.
 pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
     let at = one.begin.t_ns.zip(began_ns).map_or(0, |(at, began)| at.saturating_sub(began));
-    let get = |name: &str| one.facts.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+    let get = |name: &str| one.get(name);
     let ns = |name: &str| match get(name) {
         Some(Quantity::Ns(ns)) => Some(ns),
         _ => None,
@@ -91,7 +91,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
 
 /// The line of a capture without stamps: what needs no time.
 fn untimed(one: &Incident) -> Option<Measured> {
-    let get = |name: &str| one.facts.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+    let get = |name: &str| one.get(name);
     Some(match (one.kind, get("code"), get("object")) {
         (Kind::AxisFault, Some(Quantity::Emcy(code)), _) => Saying::FaultOnce { code }.into(),
         (_, Some(Quantity::Emcy(code)), _) => Saying::ReportedOnce { code }.into(),
@@ -133,6 +133,6 @@ pub fn is_whole(one: &Incident) -> bool {
         | Kind::BusSilent
         | Kind::SyncStopped
         | Kind::PdoMissing => one.repeats.count == 1 || one.kind != Kind::RequestUnanswered,
-        _ => !one.clue.reported.is_empty() || one.facts.iter().any(|(name, _)| *name == "refused"),
+        _ => !one.clue.reported.is_empty() || one.has("refused"),
     }
 }

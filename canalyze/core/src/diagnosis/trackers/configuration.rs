@@ -59,9 +59,7 @@ impl Configurations {
         let open = self.open.get(&node).map(|(place, _)| *place);
         let ended = || {
             scene.ledger.last(scene.id, |one| {
-                one.subject.node == Some(node)
-                    && one.facts.iter().any(|(name, _)| *name == "abort")
-                    && one.ended_within(transfer.first, PAUSE_NS)
+                one.subject.node == Some(node) && one.has("abort") && one.ended_within(transfer.first, PAUSE_NS)
             })
         };
         let place = open.or_else(ended);
@@ -82,11 +80,7 @@ impl Configurations {
         if let Some(one) = scene.ledger.get_mut(place) {
             one.end = None;
             one.step(at, Role::Sign, Saying::WriteRefused { object: mux, abort }, None);
-            let refused = one.facts.iter().find_map(|(name, value)| match value {
-                Quantity::Count(count) if *name == "refused" => Some(*count),
-                _ => None,
-            });
-            one.fact("refused", Quantity::Count(refused.unwrap_or(0) + 1));
+            one.fact("refused", Quantity::Count(one.count("refused") + 1));
         }
         let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
         if objects.len() < KEPT && !objects.contains(&mux) {

@@ -88,11 +88,7 @@ impl Drives {
             if word & !before & FAULT_RESET != 0
                 && let Some(one) = self.faults.get(&data.node).and_then(|place| scene.ledger.get_mut(*place))
             {
-                let resets = one.facts.iter().find_map(|(name, value)| match value {
-                    Quantity::Count(count) if *name == "resets" => Some(*count),
-                    _ => None,
-                });
-                one.fact("resets", Quantity::Count(resets.unwrap_or(0) + 1));
+                one.fact("resets", Quantity::Count(one.count("resets") + 1));
                 one.step(at, Role::Attempt, Saying::FaultReset, None);
             }
             return;
@@ -233,7 +229,7 @@ impl Drives {
             && !in_fault
             && let Some(one) = scene.ledger.get_mut(place)
         {
-            if !one.facts.iter().any(|(name, _)| *name == "left_fault") {
+            if !one.has("left_fault") {
                 one.step(at, Role::Recovery, Saying::LeftFault, None);
                 one.fact("left_fault", Quantity::Count(at.no));
             }

@@ -109,7 +109,7 @@ impl Emergencies {
             if !one.clue.reported.contains(&code) {
                 one.clue.reported.push(code);
             }
-            if !one.facts.iter().any(|(name, _)| *name == "code") {
+            if !one.has("code") {
                 one.fact("code", Quantity::Emcy(code));
                 one.fact("register", Quantity::Hex2(register));
             }

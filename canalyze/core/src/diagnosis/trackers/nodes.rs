@@ -83,7 +83,7 @@ impl Nodes {
         {
             one.step(at, Role::Recovery, Saying::BootedUnasked, None);
             one.fact("boot_up", Quantity::Count(1));
-            if one.facts.iter().all(|(name, _)| *name != "back") {
+            if !one.has("back") {
                 one.fact("back", Quantity::Count(at.no));
             }
             if let Some(silence) = at.since(one.repeats.since) {
@@ -233,7 +233,7 @@ impl Nodes {
             && let Some(one) = scene.ledger.get_mut(place)
             && matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted | Kind::RestartLoop)
         {
-            let back = one.facts.iter().any(|(name, value)| *name == "back" && *value == Quantity::Count(at.no));
+            let back = one.get("back") == Some(Quantity::Count(at.no));
             if !back {
                 one.again(at);
                 one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding.code));
@@ -409,10 +409,7 @@ impl Nodes {
         if !matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) {
             return None;
         }
-        let other_period = one.facts.iter().find_map(|(name, value)| match value {
-            Quantity::Ns(ns) if *name == "period" => Some(*ns),
-            _ => None,
-        })?;
+        let other_period = one.ns("period")?;
         let (first, then) = (one.begin.t_ns?, begin.t_ns.or(since.t_ns)?);
         let earliest = first.max(then);
         let latest = first.saturating_add(other_period).min(then.saturating_add(period?));
@@ -438,10 +435,7 @@ fn rounded(ns: i64) -> i64 {
 
 /// A node of which only heartbeats were missing is silent where nothing else of it has come for as long.
 fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
-    let limit = one.facts.iter().find_map(|(name, value)| match value {
-        Quantity::Ns(ns) if *name == "limit" => Some(*ns),
-        _ => None,
-    });
+    let limit = one.ns("limit");
     let Some(last) = last.filter(|last| one.kind == Kind::HeartbeatStopped && last.no >= one.begin.no) else { return };
     if limit.is_some_and(|limit| at.since(last) > Some(limit)) && one.repeats.count == 1 {
         one.kind = Kind::NodeSilent;

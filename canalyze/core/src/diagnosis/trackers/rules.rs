@@ -200,10 +200,7 @@ impl Found {
             }
         }
         for one in scene.ledger.all.iter_mut().filter(|one| one.kind == Kind::PdoMissing && one.clue.least > 1) {
-            let limit = one.facts.iter().find_map(|(name, value)| match value {
-                Quantity::Ns(ns) if matches!(*name, "limit" | "period") => Some(*ns),
-                _ => None,
-            });
+            let limit = one.ns("limit").or_else(|| one.ns("period"));
             if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
                 one.clue.least = 1;
             }

@@ -1,0 +1,119 @@
+//! Nodes that the master never starts, and nodes whose boot goes in circles (CiA 302-2, boot-up of a slave).
+//!
+//! A master reads 1000h and the identity of a node that has booted, configures it and starts it. Where that stops half
+//! way while other nodes run, nobody tells: it is seen at the end of the capture only. Must not: judge a node that was
+//! started once, or what is refused on the way (`configuration` does).
+
+use std::collections::BTreeMap;
+
+use crate::diagnosis::incident::{Grade, Role, Subject, bit};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::finding::Quantity;
+use crate::frame::FrameRef;
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
+
+/// A node that waits so long for its start while others run is not being started, in ns.
+const WAITING_NS: i64 = 5_000_000_000;
+/// Reads of the device type by one boot; more of them, this far apart in ns, are boots that began anew.
+const READS: u64 = 3;
+const APART_NS: i64 = 500_000_000;
+
+/// A node that was not started yet.
+#[derive(Clone, Copy, Debug)]
+struct Boot {
+    /// Its boot-up, or the first read of its device type.
+    begin: FrameRef,
+    booted: bool,
+    /// Reads of 1000h, apart from each other, the first and the last of them.
+    reads: u64,
+    first: FrameRef,
+    last: FrameRef,
+    /// Something was written to it.
+    configured: bool,
+}
+
+/// The nodes that wait for their start.
+#[derive(Debug, Default)]
+pub(in crate::diagnosis) struct Boots {
+    waiting: BTreeMap<u8, Boot>,
+}
+
+impl Boots {
+    /// A node has booted.
+    pub(in crate::diagnosis) fn booted(&mut self, node: u8, at: FrameRef) {
+        let reads = self.waiting.get(&node).map_or((0, at, at), |boot| (boot.reads, boot.first, boot.last));
+        let (reads, first, last) = reads;
+        let begin = self.waiting.get(&node).map_or(at, |boot| boot.begin);
+        self.waiting.insert(node, Boot { begin, booted: true, reads, first, last, configured: false });
+    }
+
+    /// The NMT master has started nodes, a bit each.
+    pub(in crate::diagnosis) fn started(&mut self, nodes: u128) {
+        if !self.waiting.is_empty() {
+            self.waiting.retain(|node, _| nodes & bit(*node) == 0);
+        }
+    }
+
+    /// An SDO transfer has ended: it may be a step of a boot.
+    pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &Scene<'_>) {
+        let (node, at) = (transfer.node, transfer.first);
+        let done = transfer.outcome.status == Status::Ok;
+        let Some(mux) = transfer.mux.filter(|_| done && !scene.heard.is_operational(node)) else { return };
+        match transfer.direction {
+            Direction::Upload if mux.index == 0x1000 => {
+                let fresh = Boot { begin: at, booted: false, reads: 0, first: at, last: at, configured: false };
+                let boot = self.waiting.entry(node).or_insert(fresh);
+                if boot.reads == 0 {
+                    (boot.first, boot.last, boot.reads) = (at, at, 1);
+                } else if at.since(boot.last).is_some_and(|since| since >= APART_NS) {
+                    (boot.last, boot.reads) = (at, boot.reads + 1);
+                }
+            }
+            Direction::Download => {
+                if let Some(boot) = self.waiting.get_mut(&node) {
+                    boot.configured = true;
+                }
+            }
+            Direction::Upload => {}
+        }
+    }
+
+    /// The capture is over: who is there, was asked, and was never started while others run.
+    pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
+        let running = scene.heard.operational & scene.heard.serving;
+        for (node, boot) in std::mem::take(&mut self.waiting) {
+            let long = scene.at.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
+            let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(i64::MAX);
+            let here = rest <= scene.bus.heartbeat_period(node).unwrap_or(0).saturating_mul(2).max(WAITING_NS / 2);
+            if !long || !here || running & !bit(node) == 0 || scene.heard.is_operational(node) {
+                continue;
+            }
+            // What has happened to it since explains why it is not Operational.
+            let told = scene.ledger.all.iter().any(|one| {
+                let lost = one.end.is_none() && !one.has("refused") && one.kind != Kind::RequestUnanswered;
+                one.bus == scene.id && one.subject.concerns(node) && lost && one.kind != Kind::NodeAbsent
+            });
+            let stuck = boot.reads >= READS && !boot.configured;
+            if told || !(stuck || boot.booted && boot.reads > 0) {
+                continue;
+            }
+            let (kind, begin) = if stuck { (Kind::BootStuck, boot.first) } else { (Kind::NotStarted, boot.begin) };
+            let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, boot.last) else { return };
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.grade = Grade::Likely;
+                one.fact("reads", Quantity::Count(boot.reads));
+                if boot.booted {
+                    one.step(boot.begin, Role::Sign, Saying::Booted, None);
+                }
+                if boot.reads > 0 {
+                    one.step(boot.first, Role::Sign, Saying::DeviceTypeRead, None);
+                }
+                if boot.reads > 1 {
+                    one.step(boot.last, Role::Sign, Saying::DeviceTypeRead, None);
+                }
+            }
+        }
+    }
+}

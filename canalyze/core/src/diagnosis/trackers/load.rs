@@ -1,0 +1,241 @@
+//! How much is on the bus: one identifier that floods it, more than it can carry, and PDOs that come several times as
+//! often after a node was started twice.
+//!
+//! The bit rate is the one that is given; else it is told by frames that stand one behind the other without a gap that
+//! a frame would not fill. Must not: count the bits of a frame exactly (`summary` does), or judge SDO, whose block
+//! transfers fill a bus by design.
+
+use crate::cob_id::Role as Carries;
+use crate::diagnosis::incident::{Grade, Role, Subject};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::ledger::Place;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::finding::Quantity;
+use crate::frame::{Frame, FrameRef};
+
+/// Base identifiers.
+const IDENTIFIERS: usize = 0x800;
+/// Load is measured over this time, in ns.
+const WINDOW_NS: i64 = 100_000_000;
+/// From this part of what the bus can carry on, in percent, frames of low priority wait; below the other it is over.
+const OVERLOAD: i64 = 80;
+const RELIEVED: i64 = 60;
+/// So many windows in a row make it an overload, or end it.
+const WINDOWS: u32 = 3;
+/// Gaps that teach how often an identifier comes.
+const TAUGHT: u32 = 8;
+/// A flood comes so many times as often as before, ...
+const TIMES: i64 = 5;
+/// ... with at least so many frames, over at least this time in ns, at most this far apart on average, in ns.
+const RUN: u32 = 50;
+const RUN_NS: i64 = 200_000_000;
+const RUN_GAP_NS: i64 = 10_000_000;
+/// What was asked for by a write or a command before it began is no flood, within this time in ns.
+const ASKED_NS: i64 = 1_000_000_000;
+/// Frames after a repeated start that show how often a PDO comes now.
+const AFTER_START: u32 = 12;
+/// The bit rates of CANopen (CiA 301, table 1), in kbit/s.
+const RATES: [i64; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
+
+/// What is known of an identifier.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stream {
+    last: FrameRef,
+    /// The mean gap in ns, and from how many gaps.
+    gap_ns: i64,
+    gaps: u32,
+    /// Frames of a run that comes far more often than that, and where it began.
+    run: u32,
+    since: FrameRef,
+    /// Frames of the bus before it.
+    before: u64,
+    flood: Option<Place>,
+    /// The mean gap before a repeated start, and frames since.
+    started: Option<(i64, FrameRef, u32)>,
+}
+
+/// What a window holds.
+#[derive(Clone, Copy, Debug, Default)]
+struct Window {
+    begin: FrameRef,
+    bits: i64,
+    frames: u32,
+    /// Gaps that are too short for a frame at the rate that is assumed.
+    short: u32,
+}
+
+/// The load of a bus.
+#[derive(Debug, Default)]
+pub(in crate::diagnosis) struct Load {
+    streams: Vec<Stream>,
+    /// Frames so far.
+    frames: u64,
+    last_ns: Option<i64>,
+    window: Window,
+    /// The rate that the window before would fill, in kbit/s, and windows in a row that did.
+    assumed: i64,
+    full: u32,
+    relieved: u32,
+    /// Where the row of full windows began.
+    since: FrameRef,
+    open: Option<Place>,
+    /// The last window that was full.
+    last_full: FrameRef,
+}
+
+/// About how many bits a frame takes on the wire, stuffing and the pause between frames included.
+fn bits(frame: &Frame) -> i64 {
+    let bare = if frame.id.is_extended() { 54 } else { 34 } + 8 * i64::from(frame.len);
+    bare + 13 + bare / 12
+}
+
+impl Load {
+    /// A frame of the bus, with the node whose it is.
+    #[inline]
+    pub(in crate::diagnosis) fn frame(&mut self, frame: &Frame, node: Option<u8>, scene: &mut Scene<'_>) {
+        let Some(now) = frame.t_ns else { return };
+        self.frames += 1;
+        let size = bits(frame);
+        if let Some(last) = self.last_ns.replace(now) {
+            let least_ns = size * 1_000_000 / self.assumed.max(1) * 8 / 10;
+            self.window.short += u32::from(now - last < least_ns);
+        }
+        let over = frame.reference().since(self.window.begin).is_none_or(|since| !(0..WINDOW_NS).contains(&since));
+        if over || self.window.frames == 0 {
+            self.window_over(frame.reference(), scene);
+        }
+        self.window.bits += size;
+        self.window.frames += 1;
+        let identifier = frame.id.raw() as usize;
+        let sdo = (0x580..0x680).contains(&identifier);
+        if !frame.id.is_extended() && !sdo && identifier < IDENTIFIERS {
+            self.stream(identifier, frame.reference(), node, scene);
+        }
+    }
+
+    #[inline]
+    fn stream(&mut self, identifier: usize, at: FrameRef, node: Option<u8>, scene: &mut Scene<'_>) {
+        if self.streams.is_empty() {
+            self.streams.resize(IDENTIFIERS, Stream::default());
+        }
+        let frames = self.frames;
+        let Some(one) = self.streams.get_mut(identifier) else { return };
+        let last = std::mem::replace(&mut one.last, at);
+        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap >= 0) else { return };
+        if let Some((before, since, count)) = one.started {
+            let since = if count == 0 { at } else { since };
+            one.started = Some((before, since, count + 1)).filter(|_| count + 1 < AFTER_START);
+            if one.started.is_none() {
+                let now = at.since(since).unwrap_or(0) / i64::from(count.max(1));
+                multiplied(identifier, (before, now), (since, at), scene);
+            }
+        }
+        let Some(one) = self.streams.get_mut(identifier) else { return };
+        if one.gaps < TAUGHT || gap.saturating_mul(TIMES) > one.gap_ns {
+            if one.gaps == 0 {
+                one.gap_ns = gap;
+            }
+            one.gap_ns += (gap - one.gap_ns) / 8;
+            one.gaps = one.gaps.saturating_add(1);
+            one.run = 0;
+            if let Some(flood) = one.flood.take().and_then(|place| scene.ledger.get_mut(place)) {
+                flood.step(last, Role::Recovery, Saying::Recovered, None);
+                flood.ends(last);
+            }
+            return;
+        }
+        if one.run == 0 {
+            (one.since, one.before) = (at, frames);
+        }
+        one.run += 1;
+        let lasts = at.since(one.since).unwrap_or(0);
+        let dense = lasts / i64::from(one.run) <= RUN_GAP_NS;
+        let share = u64::from(one.run) * 2 > frames - one.before;
+        if one.flood.is_some() || one.run < RUN || lasts < RUN_NS || !dense || !share {
+            return;
+        }
+        let asked = node.and_then(|node| scene.heard.asked(node));
+        if asked.is_some_and(|asked| one.since.since(asked).is_some_and(|since| since.abs() <= ASKED_NS)) {
+            return;
+        }
+        one.flood = scene.ledger.open(Kind::Flood, scene.id, Subject::of(node), one.since, at);
+        if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
+            flood.fact("period", Quantity::Ns(one.gap_ns));
+            flood.fact("gap", Quantity::Ns(lasts / i64::from(one.run)));
+            flood.step(one.since, Role::Sign, Saying::Floods { gap: lasts / i64::from(one.run), period: one.gap_ns }, None);
+        }
+    }
+
+    /// A window is over; `at` begins the next one.
+    fn window_over(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
+        let Window { begin, bits, frames, short } = std::mem::replace(&mut self.window, Window { begin: at, ..Window::default() });
+        let Some(lasted) = at.since(begin).filter(|lasted| frames > 0 && *lasted > 0) else { return };
+        // Bits a millisecond are kbit/s.
+        let used = bits * 1_000_000 / lasted.max(WINDOW_NS);
+        let (rate, sure) = match scene.bit_rate {
+            Some(rate) => (i64::from(rate) / 1000, true),
+            None => {
+                let rate = RATES.into_iter().find(|rate| used * 100 <= rate * 103).unwrap_or(0);
+                let same = std::mem::replace(&mut self.assumed, rate) == rate;
+                (rate, same && frames >= 20 && short * 20 < frames)
+            }
+        };
+        if rate > 0 && sure && used * 100 >= rate * OVERLOAD {
+            if self.full == 0 {
+                self.since = begin;
+            }
+            (self.full, self.relieved, self.last_full) = (self.full + 1, 0, at);
+        } else if rate == 0 || used * 100 < rate * RELIEVED || !sure {
+            (self.full, self.relieved) = (0, self.relieved + 1);
+        }
+        if self.full >= WINDOWS && self.open.is_none() {
+            self.open = scene.ledger.open(Kind::Overload, scene.id, Subject::default(), self.since, at);
+            if let Some(one) = self.open.and_then(|place| scene.ledger.get_mut(place)) {
+                let load = (used * 100 / rate).clamp(0, 100) as u64;
+                one.fact("load_percent", Quantity::Count(load));
+                one.fact("kbit_s", Quantity::Count(rate as u64));
+                if scene.bit_rate.is_none() {
+                    one.grade = Grade::Likely;
+                }
+                one.step(self.since, Role::Sign, Saying::Loaded { load, rate: rate as u64 }, None);
+            }
+        }
+        if self.relieved >= WINDOWS {
+            self.relieve(self.last_full, scene);
+        }
+    }
+
+    fn relieve(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
+        if let Some(one) = self.open.take().and_then(|place| scene.ledger.get_mut(place)) {
+            one.step(at, Role::Recovery, Saying::Recovered, None);
+            one.ends(at);
+        }
+    }
+
+    /// The NMT master has started a node that was running.
+    pub(in crate::diagnosis) fn started_again(&mut self, node: u8, scene: &Scene<'_>) {
+        for (identifier, one) in self.streams.iter_mut().enumerate() {
+            let of_node = matches!(scene.bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
+            if of_node && one.gaps >= TAUGHT {
+                one.started = Some((one.gap_ns, FrameRef::default(), 0));
+            }
+        }
+    }
+}
+
+/// A PDO comes two or three times as often since a repeated start.
+fn multiplied(identifier: usize, (before, now): (i64, i64), (since, at): (FrameRef, FrameRef), scene: &mut Scene<'_>) {
+    let Carries::Tpdo { node, number } = scene.bus.carries(identifier as u16) else { return };
+    let fits = [2, 3].into_iter().any(|times| (before - now * times).abs() * 8 <= before);
+    if !fits {
+        return;
+    }
+    let subject = Subject { pdo: Some((true, number)), ..Subject::node(node) };
+    if let Some(place) = scene.ledger.open(Kind::PdoMultiplied, scene.id, subject, since, at)
+        && let Some(one) = scene.ledger.get_mut(place)
+    {
+        one.fact("period", Quantity::Ns(before));
+        one.fact("gap", Quantity::Ns(now));
+    }
+}

@@ -1,0 +1,307 @@
+//! What drives say of their motion (CiA 402-2): bits of the statusword that mean trouble in a mode, commands that lead
+//! nowhere, and targets that do not come in time.
+//!
+//! Read are PDOs whose mapping is known, and SDO. Faults are followed in `drive`. A bit whose meaning depends on the mode
+//! of operation says nothing while the mode is not known. Must not: decode a state.
+
+use std::collections::BTreeMap;
+
+use crate::diagnosis::incident::{Grade, Role, Subject};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::ledger::Place;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::drive::{self, State};
+use crate::event::{ProcessData, Signals};
+use crate::finding::Quantity;
+use crate::frame::{Frame, FrameRef};
+use crate::od::first_axis;
+use crate::services::pdo::mapping::extract;
+use crate::services::sdo::transfer::{Status, Transfer};
+
+/// Bits of the statusword: voltage enabled, internal limit active, and those whose meaning the mode gives.
+const VOLTAGE: u16 = 1 << 4;
+const LIMIT: u16 = 1 << 11;
+const ACKNOWLEDGED: u16 = 1 << 12;
+const ERROR: u16 = 1 << 13;
+/// Bits of the controlword: quick stop (active low), new set-point, fault reset.
+const QUICK_STOP: u16 = 1 << 2;
+const NEW_SET_POINT: u16 = 1 << 4;
+const FAULT_RESET: u16 = 1 << 7;
+/// Modes of operation.
+const PROFILE_POSITION: i8 = 1;
+const HOMING: i8 = 6;
+/// Those with a target in each cycle: interpolated position, and cyclic synchronous position, velocity, torque.
+const CYCLIC: [i8; 4] = [7, 8, 9, 10];
+/// Those in which bit 13 is the following error.
+const FOLLOWS: [i8; 3] = [PROFILE_POSITION, 7, 8];
+
+/// A bit is trouble once it has stood for so long, in ns: a single sample may be a transition.
+const STANDS_NS: i64 = 1_000_000_000;
+/// A set-point is acknowledged within this time, in ns; and so many statuswords have to show that it is not.
+const ACKNOWLEDGE_NS: i64 = 500_000_000;
+const SAMPLES: u32 = 3;
+/// An axis that is told to be enabled for so long and stays disabled has a reason that no command shows, in ns.
+const ENABLE_NS: i64 = 5_000_000_000;
+/// Gaps that show how often targets come; from so many times that on, one was missing.
+const TAUGHT: u32 = 16;
+const MISSING: i64 = 3;
+
+/// An axis of a node: its node-ID, and its number from 0.
+type Name = (u8, u8);
+
+/// What is known of an axis.
+#[derive(Clone, Debug, Default)]
+struct Axis {
+    control: Option<u16>,
+    state: Option<State>,
+    mode: Option<i8>,
+    /// Since when a bit stands that is trouble only where it stays.
+    limit: Option<FrameRef>,
+    /// A set-point that waits to be acknowledged, and statuswords since.
+    set_point: Option<(FrameRef, u32)>,
+    /// Fault resets without an edge: the first, and how many.
+    held: Option<(FrameRef, u32)>,
+    /// Since when it is told to be enabled and stays disabled, without voltage.
+    disabled: Option<FrameRef>,
+    open: Vec<(Kind, Place)>,
+}
+
+/// How often the targets of an axis come: the last, the mean gap in ns, and from how many.
+#[derive(Clone, Copy, Debug, Default)]
+struct Targets {
+    last: FrameRef,
+    gap_ns: i64,
+    gaps: u32,
+}
+
+/// The axes of a bus.
+#[derive(Debug, Default)]
+pub(in crate::diagnosis) struct Motions {
+    axes: BTreeMap<Name, Axis>,
+    targets: BTreeMap<Name, Targets>,
+}
+
+impl Motions {
+    /// A PDO of a drive whose mapping is known.
+    pub(in crate::diagnosis) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+        let (Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..)) = &data.content else { return };
+        let mut target = None;
+        // What commands comes before what reports: a PDO carries one of them.
+        for entry in &mapping.entries {
+            let Some(axis) = drive::axis(entry.index) else { continue };
+            let name = (data.node, axis);
+            let object = first_axis(entry.index);
+            if !data.transmit && matches!(object, 0x607A | 0x60C1 | 0x60FF | 0x6071) {
+                target = Some(name);
+                continue;
+            }
+            if !matches!(object, 0x6040 | 0x6041 | 0x6060 | 0x6061) {
+                continue;
+            }
+            if let Some(raw) = extract(frame.payload(), usize::from(entry.offset), usize::from(entry.bits)) {
+                self.value(name, object, raw, scene);
+            }
+        }
+        if let Some(name) = target {
+            self.target(name, (data.transmit, data.number), scene);
+        }
+    }
+
+    /// A value that was read or written by SDO.
+    pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
+        let (Some(axis), object) = (drive::axis(mux.index), first_axis(mux.index)) else { return };
+        let raw = match transfer.data.kept.as_slice() {
+            [low] if matches!(object, 0x6060 | 0x6061) => u64::from(*low),
+            [low, high] if object == 0x6040 => u64::from(u16::from_le_bytes([*low, *high])),
+            _ => return,
+        };
+        self.value((transfer.node, axis), object, raw, scene);
+    }
+
+    /// A node has booted, or is gone: nothing is known of its axes, and what was open is over.
+    pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if self.axes.is_empty() {
+            return;
+        }
+        self.targets.retain(|(other, _), _| *other != node);
+        for (_, axis) in self.axes.range_mut((node, 0)..=(node, u8::MAX)) {
+            for (_, place) in std::mem::take(axis).open {
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.step(scene.at, Role::Recovery, Saying::Booted, None);
+                    one.ends(scene.at);
+                }
+            }
+        }
+    }
+
+    fn value(&mut self, name: Name, object: u16, raw: u64, scene: &mut Scene<'_>) {
+        match object {
+            0x6040 => self.controlled(name, raw as u16, scene),
+            0x6041 => self.reported(name, raw as u16, scene),
+            _ => {
+                let axis = self.axes.entry(name).or_default();
+                // What is displayed counts; what is asked for only while nothing was displayed.
+                if object == 0x6061 || axis.mode.is_none() {
+                    axis.mode = Some(raw as u8 as i8);
+                }
+            }
+        }
+    }
+
+    fn controlled(&mut self, name: Name, word: u16, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let axis = self.axes.entry(name).or_default();
+        let before = axis.control.replace(word);
+        let rises = |bit: u16| word & bit != 0 && before.is_some_and(|before| before & bit == 0);
+        if rises(NEW_SET_POINT) && axis.mode == Some(PROFILE_POSITION) && axis.state == Some(State::OperationEnabled) {
+            axis.set_point = Some((at, 0));
+        } else if word & NEW_SET_POINT == 0 {
+            axis.set_point = None;
+        }
+        // A fault reset is the rising edge: a bit that was set before the fault came is none.
+        let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
+        if rises(FAULT_RESET) || word & FAULT_RESET == 0 || axis.state != Some(State::Fault) {
+            axis.held = None;
+            self.set(name, Kind::FaultResetWithoutEdge, false, at, scene);
+        } else if holds {
+            let (since, count) = axis.held.map_or((at, 1), |(since, count)| (since, count + 1));
+            axis.held = Some((since, count));
+            let long = at.since(since).is_some_and(|since| since >= STANDS_NS);
+            if count >= SAMPLES && long {
+                self.set(name, Kind::FaultResetWithoutEdge, true, since, scene);
+            }
+        }
+    }
+
+    fn reported(&mut self, name: Name, word: u16, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let Some(state) = State::of(word) else { return };
+        let axis = self.axes.entry(name).or_default();
+        let before = axis.state.replace(state);
+        let enabled = state == State::OperationEnabled;
+        let mode = axis.mode;
+        let limit = enabled && word & LIMIT != 0;
+        axis.limit = limit.then(|| axis.limit.unwrap_or(at));
+        let limit = axis.limit.filter(|since| at.since(*since).is_some_and(|since| since >= STANDS_NS));
+        if !enabled || word & ACKNOWLEDGED != 0 {
+            axis.set_point = None;
+        }
+        let ignored = axis.set_point.as_mut().and_then(|(since, samples)| {
+            *samples += 1;
+            let late = at.since(*since).is_some_and(|since| since >= ACKNOWLEDGE_NS);
+            (late && *samples >= SAMPLES).then_some(*since)
+        });
+        let told = axis.control.is_some_and(|word| matches!(word & 0x8F, 0x06 | 0x07 | 0x0F));
+        let stays = told && state == State::SwitchOnDisabled && word & VOLTAGE == 0;
+        axis.disabled = stays.then(|| axis.disabled.unwrap_or(at));
+        let disabled = axis.disabled.filter(|since| at.since(*since).is_some_and(|since| since >= ENABLE_NS));
+        let control = axis.control;
+        let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
+        self.set(name, Kind::FollowingError, error(&FOLLOWS), at, scene);
+        self.set(name, Kind::HomingFailed, error(&[HOMING]), at, scene);
+        self.set(name, Kind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
+        self.set(name, Kind::SetPointIgnored, ignored.is_some(), ignored.unwrap_or(at), scene);
+        self.set(name, Kind::NotEnabled, disabled.is_some(), disabled.unwrap_or(at), scene);
+        let stopping = state == State::QuickStopActive;
+        if let Some(control) = control
+            && (stopping && before == Some(State::OperationEnabled) || !stopping)
+        {
+            let commanded = stopping && control & QUICK_STOP == 0;
+            self.set(name, Kind::QuickStop, stopping, at, scene);
+            if commanded && let Some(one) = self.opened(name, Kind::QuickStop, scene) {
+                one.fact("controlword", Quantity::Controlword(control));
+            }
+        }
+        for kind in [Kind::NotEnabled, Kind::QuickStop, Kind::FollowingError, Kind::HomingFailed, Kind::InternalLimit] {
+            if let Some(one) = self.opened(name, kind, scene).filter(|one| !one.has("statusword")) {
+                one.fact("statusword", Quantity::Statusword(word));
+                one.step(at, Role::Sign, Saying::Reports { statusword: word }, None);
+            }
+        }
+    }
+
+    /// The incident of a kind that is open of an axis.
+    fn opened<'a>(
+        &self,
+        name: Name,
+        kind: Kind,
+        scene: &'a mut Scene<'_>,
+    ) -> Option<&'a mut crate::diagnosis::incident::Incident> {
+        let open = &self.axes.get(&name)?.open;
+        let (_, place) = open.iter().find(|(other, _)| *other == kind)?;
+        scene.ledger.get_mut(*place)
+    }
+
+    /// Opens or ends what there is of a kind at an axis; `since`: where it began.
+    fn set(&mut self, name: Name, kind: Kind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
+        let Some(axis) = self.axes.get_mut(&name) else { return };
+        let open = axis.open.iter().position(|(other, _)| *other == kind);
+        match (open, holds) {
+            (None, true) => {
+                let (node, number) = name;
+                let subject = Subject { axis: Some(number + 1), axes: 1 << number, ..Subject::node(node) };
+                let again = scene.ledger.last(scene.id, |one| {
+                    let same = one.kind == kind && one.subject.node == Some(node) && one.subject.axes & 1 << number != 0;
+                    same && one.ended_within(since, super::AGAIN_NS)
+                });
+                let place = again.or_else(|| scene.ledger.open(kind, scene.id, subject, since, scene.at));
+                let Some(place) = place else { return };
+                let watched = scene.watched(node).iter().map(|(node, time, _)| (*node, *time)).collect();
+                axis.open.push((kind, place));
+                let Some(one) = scene.ledger.get_mut(place) else { return };
+                if again.is_some() {
+                    one.again(since);
+                }
+                one.clue.watched = watched;
+                if kind == Kind::InternalLimit {
+                    one.grade = Grade::Likely;
+                }
+            }
+            (Some(at), false) => {
+                let (_, place) = axis.open.swap_remove(at);
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.step(scene.at, Role::Recovery, Saying::Recovered, None);
+                    one.ends(scene.at);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A target of an axis has come.
+    fn target(&mut self, name: Name, pdo: (bool, u16), scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let cyclic = self.axes.get(&name).is_some_and(|axis| {
+            axis.state == Some(State::OperationEnabled) && axis.mode.is_some_and(|mode| CYCLIC.contains(&mode))
+        });
+        if !cyclic {
+            self.targets.remove(&name);
+            return;
+        }
+        let one = self.targets.entry(name).or_default();
+        let last = std::mem::replace(&mut one.last, at);
+        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > 0) else { return };
+        if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(MISSING) {
+            one.gap_ns = if one.gaps == 0 { gap } else { one.gap_ns + (gap - one.gap_ns) / 8 };
+            one.gaps = one.gaps.saturating_add(1);
+            return;
+        }
+        let period = one.gap_ns;
+        let again = scene.ledger.last(scene.id, |one| one.kind == Kind::TargetsLate && one.subject.node == Some(name.0));
+        let place = again.or_else(|| {
+            let subject = Subject { pdo: Some(pdo), axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
+            scene.ledger.open(Kind::TargetsLate, scene.id, subject, last, at)
+        });
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            if again.is_some() {
+                one.again(last);
+            }
+            one.clue.least = SAMPLES.into();
+            one.fact("period", Quantity::Ns(period));
+            one.step(last, Role::Sign, Saying::NoTarget { gap, period }, None);
+            one.ends(at);
+        }
+    }
+}
