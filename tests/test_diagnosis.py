@@ -22,11 +22,11 @@ from canalyze import _core
 from canalyze.commands.diagnose import KEYS
 
 REPORTED = {
-    "boot-and-states": ["device-error", "overrun"],
+    "boot-and-states": ["overrun", "supply-voltage"],
     "drive-states": ["device-error"],
     "a2-selfstart-heartbeat": ["device-error"],
     "c3-pdo-remap-master-sync": ["mapping-refused"],
-    "emergencies": ["device-error", "overrun"],
+    "emergencies": ["overrun", "temperature"],
     "transfers": ["access-refused", "access-refused"],
 }
 """What nodes of clean sessions report of themselves, by the truth of these: emergencies, and refused writes."""

@@ -129,6 +129,11 @@ impl Bus {
         self.nodes.get(node)
     }
 
+    /// What an identifier of 11 bits carries here, by what is known of the nodes.
+    pub fn carries(&self, id: u16) -> Role {
+        self.roles.of(CanId::standard(id))
+    }
+
     /// The nodes that have a TPDO with an identifier, a bit each, by what is known of them and by the pre-defined
     /// connection set.
     pub fn producers(&self, id: CanId) -> u128 {

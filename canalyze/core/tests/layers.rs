@@ -102,6 +102,8 @@ const MAY_USE: &[Row] = &[
         "diagnosis",
         &[
             "frame",
+            "od",
+            "cob_id",
             "drive",
             "configuration",
             "message",

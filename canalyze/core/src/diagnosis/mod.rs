@@ -5,18 +5,24 @@
 //! in `kinds`, with a row in `signs` or a tracker that opens it. It must not change a configuration, raise a finding or
 //! put words together: sentences are declared in `sayings` and filled by `text`.
 //!
-//! Not told are: overload and flooding (no figure of a bus is kept here), two masters, a boot that is stuck, IP and CSP
-//! targets that come late, thermal courses, modules of couplers, programs that are downloaded.
+//! Of what is known to go wrong on such a bus these have no kind of their own. A node that flaps is a node that is silent,
+//! with its repeats; one that is forgotten after a restart, a restart that stands; a fault by lost communication, an axis
+//! in fault with that cause. Nobody can tell from the wire: an RPDO that nobody sends or takes (it may be event-driven,
+//! and who receives is not seen), a target that is not reached in time (nothing on the bus says what is in time), and
+//! parameters that are lost by a power cycle unless they are read before and after.
 
 pub mod advice;
+mod causes;
 pub mod incident;
 pub mod kinds;
 mod ledger;
 mod links;
+mod on_bus;
 pub mod rank;
 pub mod sayings;
 mod scene;
 mod signs;
+mod status;
 pub mod titles;
 mod trackers;
 
@@ -24,45 +30,26 @@ pub use ledger::Ledger;
 
 use std::collections::VecDeque;
 
-use self::incident::{IncidentId, Status, bit};
-use self::kinds::Kind;
+use self::incident::{IncidentId, Status};
 use self::ledger::Place;
-use self::scene::{Heard, Scene};
-use self::signs::Ends;
-use self::trackers::configuration::Configurations;
-use self::trackers::drive::Drives;
-use self::trackers::emcy::{Emergencies, Emergency};
-use self::trackers::nodes::Nodes;
-use self::trackers::rules::{Found, GOES_ON, Sign};
+use self::on_bus::OfBus;
+use self::status::is_harmless;
 use crate::bus::Bus;
-use crate::checks::pdo::length::misfit;
-use crate::drive::State;
-use crate::event::{Event, ProcessData, Step, What};
-use crate::finding::{Code, Finding};
-use crate::frame::{self, BusId, Frame, FrameRef};
-use crate::message::Message;
+use crate::event::{Event, What};
+use crate::finding::Finding;
+use crate::frame::{BusId, Frame, FrameRef};
 use crate::services::heartbeat::OPERATIONAL;
-use crate::services::sdo::transfer::Status as Transferred;
-use crate::services::sdo::wire::Side;
 
-/// A node that is back has this time to be started again, in ns.
-const START_NS: i64 = 5_000_000_000;
-/// An error stands once it was not taken back for so long, in ns.
-const SETTLED_NS: i64 = 500_000_000;
-/// A node that was stopped by command for so long while others run is left alone, in ns.
-const ALONE_NS: i64 = 2_000_000_000;
 /// Incidents that are over and may begin again.
 const CLOSED: usize = 64;
-/// Error frames, and nothing else, that show a wrong bit rate.
-const ERRORS_ONLY: u64 = 10;
-/// SYNCs further apart than this show no period, in ns.
-const LONGEST_SYNC_NS: i64 = 2_000_000_000;
 
 /// What went wrong in a capture.
 #[derive(Debug, Default)]
 pub struct Diagnosis {
     ledger: Ledger,
     buses: Vec<OfBus>,
+    /// Of all buses, in bit/s.
+    bit_rate: Option<u32>,
     /// First and last frame, and how many there were.
     first: Option<FrameRef>,
     last: FrameRef,
@@ -83,21 +70,6 @@ pub enum Phase {
     Opened,
     /// It is over.
     Ended,
-}
-
-/// What is open on one bus.
-#[derive(Debug, Default)]
-struct OfBus {
-    heard: Heard,
-    nodes: Nodes,
-    emergencies: Emergencies,
-    drives: Drives,
-    configurations: Configurations,
-    found: Found,
-    /// Frames of the bus.
-    frames: u64,
-    /// Whether the node that has booted last was Operational before.
-    was: bool,
 }
 
 /// What is known of a node at the end of the capture.
@@ -121,7 +93,7 @@ impl Diagnosis {
         self.last = frame.reference();
         let index = usize::from(frame.bus.0);
         if self.buses.len() <= index {
-            self.buses.resize_with(index + 1, OfBus::default);
+            self.buses.resize_with(index + 1, || OfBus::new(self.bit_rate));
         }
         let Self { ledger, buses, .. } = self;
         if let Some(of_bus) = buses.get_mut(index) {
@@ -214,6 +186,11 @@ impl Diagnosis {
         (self.frames, self.first, self.last)
     }
 
+    /// A diagnosis of buses with this bit rate in bit/s, where it is known.
+    pub fn new(bit_rate: Option<u32>) -> Self {
+        Self { bit_rate, ..Self::default() }
+    }
+
     /// What the whole capture shows that matters to advice.
     pub fn shown(&self) -> advice::Shown {
         advice::Shown { error_frames: self.buses.iter().any(|one| one.heard.errors.0 > 0) }
@@ -241,322 +218,4 @@ impl Diagnosis {
         }
         views
     }
-}
-
-/// What a tracker is handed, from the fields that it does not own.
-macro_rules! scene {
-    ($self:ident, $ledger:ident, $bus:ident, $id:expr, $at:expr) => {
-        &mut Scene { ledger: $ledger, bus: $bus, id: $id, heard: &$self.heard, at: $at }
-    };
-}
-
-impl OfBus {
-    fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus, ledger: &mut Ledger) {
-        let (at, id, before) = (frame.reference(), frame.bus, ledger.all.len());
-        self.frames += 1;
-        let mut dirty = false;
-        // A node that is heard too late was silent until then.
-        for event in events {
-            if let What::Finding(finding) = &event.what
-                && let (Code::Hbt002, Some(node)) = (finding.code, finding.node)
-            {
-                self.nodes.lost(node, finding, scene!(self, ledger, bus, id, at));
-            }
-        }
-        for event in events {
-            dirty |= match &event.what {
-                What::Message(message) => self.message(message, frame, bus, ledger),
-                What::Pdo(data) => self.pdo(data, frame, bus, ledger),
-                What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
-                What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
-                What::Transfer(transfer) => {
-                    self.drives.transfer(transfer);
-                    self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
-                        let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None };
-                        self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                    }
-                    false
-                }
-                What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
-                What::Mpdo(_) | What::Note(_) => false,
-            };
-        }
-        if !self.found.is_empty() && frame.kind != frame::Kind::Error {
-            self.found.sign(Sign { ends: Ends::Traffic, node: None, pdo: None }, scene!(self, ledger, bus, id, at));
-        }
-        self.conclude(before, dirty, id, at, bus, ledger);
-    }
-
-    /// A finding that belongs to no frame at hand.
-    fn aside(&mut self, finding: &Finding, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
-        let (id, before) = (finding.bus, ledger.all.len());
-        if let (Code::Hbt002, Some(node)) = (finding.code, finding.node) {
-            self.nodes.lost(node, finding, scene!(self, ledger, bus, id, at));
-        }
-        let dirty = self.finding(finding, id, at, bus, ledger);
-        self.conclude(before, dirty, id, at, bus, ledger);
-    }
-
-    /// What has ended by what the frame has shown, and from where the new incidents come.
-    #[inline]
-    fn conclude(&mut self, before: usize, dirty: bool, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
-        if dirty {
-            self.end(id, at, bus, ledger);
-        }
-        for place in before..ledger.all.len() {
-            links::link(ledger, place, id);
-        }
-    }
-
-    /// Troubles of which nothing is left are over.
-    fn end(&mut self, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
-        for place in ledger.recent(id) {
-            let (waits, in_fault) = (self.nodes.waits(place), self.drives.holds(place));
-            let Some(one) = ledger.get_mut(place) else { continue };
-            let enabled = || {
-                let mut states = one.subject.node.into_iter().flat_map(|node| bus.drive_states(node));
-                states.any(|(_, state)| state == State::OperationEnabled)
-            };
-            let fault = one.kind == Kind::AxisFault;
-            let of_errors = !one.clue.reported.is_empty() || fault;
-            let gone = one.clue.codes.is_empty() || fault && enabled();
-            if one.end.is_none() && of_errors && !waits && !in_fault && gone {
-                one.ends(at);
-            }
-        }
-    }
-
-    /// A node has sent a frame that is no boot-up.
-    #[inline]
-    fn alive(&mut self, node: u8, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
-        let (at, id) = (frame.reference(), frame.bus);
-        self.nodes.heard(node, false, scene!(self, ledger, bus, id, at));
-        self.heard.frame(node, at);
-        if !self.found.is_empty() {
-            let sign = Sign { ends: Ends::Heard, node: Some(node), pdo: None };
-            self.found.sign(sign, scene!(self, ledger, bus, id, at));
-        }
-        if self.drives.is_empty() {
-            return false;
-        }
-        self.drives.heard(node, at, scene!(self, ledger, bus, id, at))
-    }
-
-    fn pdo(&mut self, data: &ProcessData, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
-        let (at, id) = (frame.reference(), frame.bus);
-        if !self.found.is_empty() {
-            let pdo = Some((data.transmit, data.number));
-            let mut ends = vec![Ends::Pdo];
-            if self.found.measures() && misfit(&data.content, frame).is_none() {
-                ends.push(Ends::Length);
-            }
-            for ends in ends {
-                self.found.sign(Sign { ends, node: Some(data.node), pdo }, scene!(self, ledger, bus, id, at));
-            }
-        }
-        self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
-        if !data.transmit {
-            self.heard.control = at;
-            return false;
-        }
-        self.heard.serves(data.node);
-        let dirty = self.alive(data.node, frame, bus, ledger);
-        // A node without heartbeats shows by its PDOs that it is started.
-        if data.state == Some(OPERATIONAL) && self.nodes.is_waiting(data.node) {
-            self.heard.operational |= bit(data.node);
-            self.nodes.state(data.node, OPERATIONAL, scene!(self, ledger, bus, id, at));
-            return true;
-        }
-        dirty
-    }
-
-    fn sdo(&mut self, step: &Step, node: Option<u8>, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
-        let (at, id) = (frame.reference(), frame.bus);
-        let (Side::Server, Some(node)) = (step.side, node) else {
-            self.heard.control = at;
-            return false;
-        };
-        self.heard.serves(node);
-        if !self.found.is_empty() {
-            let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None };
-            self.found.sign(sign, scene!(self, ledger, bus, id, at));
-        }
-        self.alive(node, frame, bus, ledger)
-    }
-
-    fn message(&mut self, message: &Message, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
-        let (at, id) = (frame.reference(), frame.bus);
-        match *message {
-            Message::BootUp { node } => {
-                self.was = self.heard.is_operational(node);
-                self.nodes.booted(node, scene!(self, ledger, bus, id, at));
-                self.emergencies.booted(node, scene!(self, ledger, bus, id, at));
-                self.drives.booted(node, scene!(self, ledger, bus, id, at));
-                self.configurations.booted(node, scene!(self, ledger, bus, id, at));
-                self.heard.frame(node, at);
-                self.heard.operational &= !bit(node);
-                for ends in [Ends::Heard, Ends::Guarded] {
-                    let sign = Sign { ends, node: Some(node), pdo: None };
-                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                }
-                true
-            }
-            Message::Heartbeat { node, state, .. } => {
-                self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
-                self.heard.heartbeat(node, at);
-                let before = self.heard.is_operational(node);
-                match state {
-                    OPERATIONAL => self.heard.operational |= bit(node),
-                    _ => self.heard.operational &= !bit(node),
-                }
-                let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
-                if changed {
-                    self.nodes.state(node, state, scene!(self, ledger, bus, id, at));
-                    let sign = Sign { ends: Ends::Guarded, node: Some(node), pdo: None };
-                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                }
-                self.alive(node, frame, bus, ledger) || changed
-            }
-            Message::Emcy { node, code, register, manufacturer, active, .. } => {
-                self.heard.serves(node);
-                let emergency = Emergency { node, code, register, manufacturer, active };
-                let dirty = self.alive(node, frame, bus, ledger);
-                self.emergencies.emergency(emergency, scene!(self, ledger, bus, id, at));
-                dirty || code <= 0xFF
-            }
-            Message::Nmt { command, node } if node <= 127 => {
-                self.heard.control = at;
-                let before = self.heard.operational;
-                let meant = self.heard.known & if node == 0 { u128::MAX } else { bit(node) };
-                if command == 0x01 {
-                    self.heard.operational |= meant;
-                } else if matches!(command, 0x02 | 0x80..=0x82) {
-                    self.heard.operational &= !meant;
-                }
-                self.nodes.commanded(command, node, before, scene!(self, ledger, bus, id, at));
-                false
-            }
-            Message::Sync { .. } => {
-                let gap = at.since(Some(self.heard.sync).filter(|last| last.no > 0));
-                self.heard.sync_period_ns =
-                    gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
-                (self.heard.sync, self.heard.control) = (at, at);
-                if !self.found.is_empty() {
-                    let sign = Sign { ends: Ends::Sync, node: None, pdo: None };
-                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                }
-                false
-            }
-            Message::ErrorFrame => {
-                self.heard.errors = (self.heard.errors.0 + 1, at);
-                false
-            }
-            _ => false,
-        }
-    }
-
-    /// What a rule has found goes to whoever follows it.
-    fn finding(&mut self, finding: &Finding, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
-        let scene = scene!(self, ledger, bus, id, at);
-        match (finding.code, finding.node) {
-            (Code::Hbt002, _) => {}
-            (Code::Nmt003, Some(node)) => self.nodes.restarted(node, finding, self.was, scene),
-            (Code::Nmt004 | Code::Nmt005, Some(node)) => self.nodes.changed(node, finding, scene),
-            (Code::Nmt002 | Code::Nmt006, Some(node)) => self.nodes.owes(node, finding, scene),
-            (code, Some(node)) if code.rule().id.starts_with("EMC") => {
-                if !self.emergencies.found(node, finding, scene) {
-                    self.found.found(finding, scene!(self, ledger, bus, id, at));
-                }
-            }
-            (Code::Sdo018, Some(node)) => self.configurations.stays(node, finding, scene),
-            (Code::Drv005, Some(node)) => self.drives.fault(node, finding, scene),
-            (Code::Drv002, Some(node)) => self.drives.stuck(node, finding, scene),
-            (Code::Bus006, _) => {
-                for ends in [Ends::Controller, Ends::Traffic] {
-                    let sign = Sign { ends, node: None, pdo: None };
-                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                }
-            }
-            _ => {
-                self.found.found(finding, scene);
-            }
-        }
-        false
-    }
-
-    /// The capture is over.
-    fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
-        let mine = ledger.all.iter().any(|one| one.bus == id);
-        if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
-            ledger.open(Kind::WrongBitRate, id, incident::Subject::default(), self.heard.errors.1, self.heard.errors.1);
-        } else if !mine {
-            return;
-        }
-        self.nodes.finish(scene!(self, ledger, bus, id, end));
-        self.found.finish(end, scene!(self, ledger, bus, id, end));
-        for place in 0..ledger.all.len() {
-            let back = self.nodes.back(place);
-            let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
-            let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
-            let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
-            let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
-            one.status = status(one, end, (back, gone, others && long));
-            if one.status == Status::Stands {
-                one.end = None;
-            }
-        }
-    }
-}
-
-/// Whether a kind is explained by a command or by the recording.
-fn is_harmless(kind: Kind) -> bool {
-    use Kind::{BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen};
-    matches!(kind, BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen)
-}
-
-/// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
-/// cannot be heard any more; `left_alone`: others have been Operational for long while it is not.
-fn status(one: &incident::Incident, end: FrameRef, (back, gone, left_alone): (Option<FrameRef>, bool, bool)) -> Status {
-    use Kind::{
-        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeRestarted, NodeSilent,
-        RequestUnanswered, RestartLoop, SegmentLost,
-    };
-    match one.kind {
-        // One node that stays stopped while others run is not what anybody wants.
-        CommandedStop if one.end.is_none() && left_alone => return Status::Stands,
-        kind if is_harmless(kind) => return Status::Harmless,
-        ConsumerTimeTooShort => return Status::Stands,
-        _ => {}
-    }
-    // What has come again and again, and whose next time is not due yet, goes on.
-    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
-    let comes_again = !one.clue.reported.is_empty()
-        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
-    let rest = end.since(one.end.unwrap_or(one.repeats.since));
-    let goes_on = comes_again && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(2));
-    if one.repeats.count >= GOES_ON && goes_on {
-        return Status::Stands;
-    }
-    if one.end.is_some() {
-        return Status::Over;
-    }
-    if let Some(back) = back {
-        return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
-    }
-    // An error that was reported at the very end may be taken back at once.
-    if !one.clue.reported.is_empty() && end.since(one.repeats.since).is_none_or(|since| since < SETTLED_NS) {
-        return Status::Unknown;
-    }
-    // Not every controller says that it is active again.
-    if one.kind == Kind::ErrorPassive {
-        return Status::Unknown;
-    }
-    // A refused write may still be made good where the capture ends too soon for the rule to say.
-    if one.has("refused") {
-        let stays = one.findings.iter().any(|(code, _)| *code == Code::Sdo018);
-        return if stays { Status::Stands } else { Status::Unknown };
-    }
-    let silent = matches!(one.kind, NodeSilent | HeartbeatStopped | SegmentLost | RequestUnanswered | NodeAbsent);
-    if gone && !silent { Status::Unknown } else { Status::Stands }
 }

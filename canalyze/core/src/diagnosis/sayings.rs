@@ -107,6 +107,12 @@ sayings! {
     LengthFits "长度相符" "the length fits again";
     RecordingGoesOn "记录继续" "the recording goes on";
     Recovered "已恢复" "recovered";
+    DeviceTypeRead "读设备类型1000h" "its device type 1000h is read";
+    StartedAllTheSame "仍被启动" "started all the same";
+    Floods { gap: Ns, period: Ns } "每{gap}一帧, 此前每{period}" "a frame every {gap}, every {period} before";
+    Loaded { load: Count, rate: Count } "负载{load}% ({rate} kbit/s)" "a load of {load} % at {rate} kbit/s";
+    Reports { statusword: Statusword } "状态字{statusword}" "statusword {statusword}";
+    NoTarget { gap: Ns, period: Ns } "{gap}没有目标值, 周期为{period}" "no target for {gap}, the period is {period}";
 }
 
 /// What to look at first.
@@ -161,5 +167,22 @@ checks! {
     ALL_AXES "safety" "所有轴共同的原因: STO、急停、电源" "what the axes share: STO, emergency stop, supply";
     FAULT_CAUSE "fault-cause" "故障原因仍在: 先消除它" "the cause of the fault is still there: remove it first";
     LOAD "load" "总线负载和发送者的实时性" "bus load and the timing of the sender";
+    MASTER_BOOT "master-boot" "主站的启动列表(1F80h、1F81h)和期望的身份(1F84h至1F88h)"
+        "the boot list of the master (1F80h, 1F81h) and the identity it expects (1F84h to 1F88h)";
+    OTHER_MASTER "other-master" "是否还有第二个主站或调试工具在总线上" "whether a second master or a tool is on the bus";
+    EVENT_RATE "event-rate" "该PDO的传输类型、禁止时间(18xxh:03)和事件源" "the PDO's transmission type, inhibit time (18xxh:03) and what triggers it";
+    EDGE "rising-edge" "控制字位7: 须先为0, 再置1" "bit 7 of the controlword: 0 first, then 1";
+    POWER_STAGE "power-stage" "主电源(状态字位4)、STO和使能输入" "the mains (statusword bit 4), STO and the enable input";
+    MECHANICS "mechanics" "机械、增益、转矩限制, 以及SYNC和目标值的周期" "mechanics, gains, torque limits, and the period of SYNC and targets";
+    HOMING "homing" "回零方法(6098h)、限位和零点开关" "the homing method (6098h), limit and home switches";
+    SET_POINT "set-point" "控制字位4的上升沿, 位12应答之后再清零" "the rising edge of controlword bit 4, and that it is taken back after bit 12";
+    CYCLE "cycle" "主站周期、SYNC周期(1006h)与60C2h是否一致" "whether the master's cycle, SYNC (1006h) and 60C2h agree";
+    SIGNATURE "signature" "签名(“save”“load”)和设备手册中的时间" "the signature (\"save\", \"load\") and the time the manual gives";
+    PROGRAM "program" "擦除时间与客户端超时、节点是否处于引导程序" "erase time against the client's timeout, whether the node is in its bootloader";
+    COOLING "cooling" "散热、负载和环境温度" "cooling, load and ambient temperature";
+    MAINS "mains" "供电能力和启动电流" "the supply and what it can give as axes are enabled";
+    IO_MODULE "io-module" "耦合器后的模块和内部总线" "the module and the internal bus behind the coupler";
+    UNHEARD "unheard" "1016h中从未出现的节点: 接上它, 或删除该条目" "1016h lists a node that was never heard: connect it, or remove the entry";
+    REPEATED_START "repeated-start" "主站重复发送的启动命令" "why the master sends the start command again";
     NOTHING "nothing" "无需处理" "nothing";
 }

@@ -30,6 +30,14 @@ pub(super) struct Heard {
     pub(super) sync_period_ns: Option<i64>,
     /// Error frames so far, and the last one.
     pub(super) errors: (u64, FrameRef),
+    /// The last write or NMT command to each node.
+    asked: Vec<FrameRef>,
+    /// The last write to each node.
+    written: Vec<FrameRef>,
+    /// The last order to store, restore or program something, to each node.
+    stored: Vec<FrameRef>,
+    /// In bit/s, where it is given.
+    pub(super) bit_rate: Option<u32>,
 }
 
 impl Default for Heard {
@@ -44,6 +52,10 @@ impl Default for Heard {
             control: FrameRef::default(),
             sync_period_ns: None,
             errors: (0, FrameRef::default()),
+            asked: vec![FrameRef::default(); SLOTS],
+            written: vec![FrameRef::default(); SLOTS],
+            stored: vec![FrameRef::default(); SLOTS],
+            bit_rate: None,
         }
     }
 }
@@ -78,6 +90,45 @@ impl Heard {
     /// The last heartbeat of a node.
     pub(super) fn last_heartbeat(&self, node: u8) -> Option<FrameRef> {
         self.heartbeats.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
+    /// A node was told something: by a write, or by an NMT command.
+    #[inline]
+    pub(super) fn tells(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.asked.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// The last time that a node, or all of them (0), were told something.
+    pub(super) fn asked(&self, node: u8) -> Option<FrameRef> {
+        let of = |node: u8| self.asked.get(usize::from(node)).copied().filter(|at| at.no > 0);
+        [of(node), of(0)].into_iter().flatten().max_by_key(|at| at.no)
+    }
+
+    /// A node was written to by SDO.
+    pub(super) fn writes(&mut self, node: u8, at: FrameRef) {
+        self.tells(node, at);
+        if let Some(slot) = self.written.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// The last write to a node.
+    pub(super) fn written(&self, node: u8) -> Option<FrameRef> {
+        self.written.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
+    /// A node was told to store, restore or program something.
+    pub(super) fn stores(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.stored.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// The last time that a node was told so.
+    pub(super) fn stored(&self, node: u8) -> Option<FrameRef> {
+        self.stored.get(usize::from(node)).copied().filter(|at| at.no > 0)
     }
 
     /// Whether a node is Operational, as far as was seen.

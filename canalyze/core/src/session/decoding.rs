@@ -90,7 +90,7 @@ impl Decoding {
 
     /// What goes wrong is followed.
     pub(super) fn diagnose(&mut self) {
-        self.diagnosis = Some(Box::default());
+        self.diagnosis = Some(Box::new(Diagnosis::new(self.network.bit_rate)));
     }
 
     /// A frame with all that follows from it goes to the diagnosis.

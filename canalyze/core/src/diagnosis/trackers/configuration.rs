@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::diagnosis::incident::{Role, Subject};
+use crate::diagnosis::incident::{Role, Subject, bit};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
@@ -28,6 +28,11 @@ pub(in crate::diagnosis) struct Configurations {
 
 /// The kind of refusal that an abort code says of an object.
 fn kind(code: u32, mux: Mux) -> Kind {
+    match mux.index {
+        0x1010 | 0x1011 => return Kind::StoreFailed,
+        0x1F50 | 0x1F51 => return Kind::ProgramFailed,
+        _ => {}
+    }
     let of_pdo = pdo_parameter(mux.index).is_some();
     match code {
         0x0602_0000 | 0x0609_0011 => Kind::ObjectRefused,
@@ -49,6 +54,8 @@ impl Configurations {
             (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
                 self.refused(transfer, mux, abort.code, scene)
             }
+            // A program that its client gives up is not there, either.
+            (Status::Aborted, Some(abort)) if mux.index == 0x1F50 => self.refused(transfer, mux, abort.code, scene),
             (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),
             _ => {}
         }
@@ -110,6 +117,19 @@ impl Configurations {
             one.step(transfer.last, Role::Recovery, Saying::WriteTaken { object: mux }, None);
             if done {
                 one.ends(transfer.last);
+            }
+        }
+    }
+
+    /// The NMT master has started nodes, a bit each: what they refused before was not made good by then.
+    pub(in crate::diagnosis) fn started(&mut self, nodes: u128, scene: &mut Scene<'_>) {
+        for (node, (place, _)) in &self.open {
+            if nodes & bit(*node) != 0
+                && let Some(one) = scene.ledger.get_mut(*place)
+                && !one.has("started")
+            {
+                one.fact("started", Quantity::Count(scene.at.no));
+                one.step(scene.at, Role::Reaction, Saying::StartedAllTheSame, None);
             }
         }
     }

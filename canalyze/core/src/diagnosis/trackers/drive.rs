@@ -113,6 +113,11 @@ impl Drives {
         if known.is_empty() { self.assumed.get(&node).copied().into_iter().collect() } else { known }
     }
 
+    /// Whether a node was seen to be a drive.
+    pub(in crate::diagnosis) fn is_drive(&self, node: u8) -> bool {
+        self.drives & bit(node) != 0
+    }
+
     /// Whether anything is open: only then it matters what state an axis is in.
     pub(in crate::diagnosis) fn is_empty(&self) -> bool {
         self.faults.is_empty() && self.stuck.is_empty()

@@ -32,6 +32,10 @@ fn kind(code: u16) -> Kind {
         0x8210 | 0x8220 => Kind::PdoLength,
         0x8240 => Kind::SyncLength,
         0x8100..=0x82FF => Kind::CommunicationError,
+        0x3100..=0x33FF => Kind::SupplyVoltage,
+        0x4100..=0x44FF => Kind::Temperature,
+        0x7000..=0x70FF => Kind::ModuleFailed,
+        0x8611 => Kind::FollowingError,
         _ => Kind::DeviceError,
     }
 }

@@ -163,17 +163,23 @@ impl Load {
         if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
             flood.fact("period", Quantity::Ns(one.gap_ns));
             flood.fact("gap", Quantity::Ns(lasts / i64::from(one.run)));
-            flood.step(one.since, Role::Sign, Saying::Floods { gap: lasts / i64::from(one.run), period: one.gap_ns }, None);
+            flood.step(
+                one.since,
+                Role::Sign,
+                Saying::Floods { gap: lasts / i64::from(one.run), period: one.gap_ns },
+                None,
+            );
         }
     }
 
     /// A window is over; `at` begins the next one.
     fn window_over(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
-        let Window { begin, bits, frames, short } = std::mem::replace(&mut self.window, Window { begin: at, ..Window::default() });
+        let Window { begin, bits, frames, short } =
+            std::mem::replace(&mut self.window, Window { begin: at, ..Window::default() });
         let Some(lasted) = at.since(begin).filter(|lasted| frames > 0 && *lasted > 0) else { return };
         // Bits a millisecond are kbit/s.
         let used = bits * 1_000_000 / lasted.max(WINDOW_NS);
-        let (rate, sure) = match scene.bit_rate {
+        let (rate, sure) = match scene.heard.bit_rate {
             Some(rate) => (i64::from(rate) / 1000, true),
             None => {
                 let rate = RATES.into_iter().find(|rate| used * 100 <= rate * 103).unwrap_or(0);
@@ -195,7 +201,7 @@ impl Load {
                 let load = (used * 100 / rate).clamp(0, 100) as u64;
                 one.fact("load_percent", Quantity::Count(load));
                 one.fact("kbit_s", Quantity::Count(rate as u64));
-                if scene.bit_rate.is_none() {
+                if scene.heard.bit_rate.is_none() {
                     one.grade = Grade::Likely;
                 }
                 one.step(self.since, Role::Sign, Saying::Loaded { load, rate: rate as u64 }, None);
@@ -216,7 +222,8 @@ impl Load {
     /// The NMT master has started a node that was running.
     pub(in crate::diagnosis) fn started_again(&mut self, node: u8, scene: &Scene<'_>) {
         for (identifier, one) in self.streams.iter_mut().enumerate() {
-            let of_node = matches!(scene.bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
+            let of_node =
+                matches!(scene.bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
             if of_node && one.gaps >= TAUGHT {
                 one.started = Some((one.gap_ns, FrameRef::default(), 0));
             }

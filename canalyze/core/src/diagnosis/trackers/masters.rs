@@ -1,93 +1,92 @@
-//! NMT commands that contradict each other: two masters on one bus.
+//! NMT commands that take back each other: two masters on one bus.
 //!
-//! One master may stop a node and start it again; who takes back each other's commands within moments, again and again,
-//! are two. Must not: know what the nodes make of it.
+//! One master that stops a node to configure it writes to it before it starts it again. Who stops a node and is
+//! contradicted within moments, again and again, with nothing done in between, is another one than who starts it. Must
+//! not: know what the nodes make of it.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
-use crate::diagnosis::incident::{Grade, Role, Subject};
+use crate::diagnosis::incident::{Grade, Role, Subject, bit, members};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::frame::FrameRef;
 
-/// A command that takes back the one before within this time contradicts it, in ns.
+/// A stop is contradicted by a start within this time, in ns.
 const CONTRARY_NS: i64 = 2_000_000_000;
-/// So many contradictions within this time, in ns, are more than one master makes.
-const CONTRADICTIONS: usize = 4;
+/// So many contradictions of one node, this close together in ns, are more than one master makes.
+const CONTRADICTIONS: usize = 2;
 const WITHIN_NS: i64 = 15_000_000_000;
+/// Contradictions of a node that are kept.
+const KEPT: usize = 8;
 
-/// A command and what it was.
+/// A command and the frame that carried it.
 type Given = (u8, FrameRef);
 
-/// The last commands of a bus.
+/// The commands to one node.
 #[derive(Debug, Default)]
-pub(in crate::diagnosis) struct Masters {
-    /// The last command to each node; 0: to all.
-    last: BTreeMap<u8, Given>,
-    /// Those that were contradicted, with those that did.
-    contrary: VecDeque<(Given, Given)>,
-    open: Option<Place>,
+struct Commanded {
+    last: Option<Given>,
+    /// Stops that were taken back, with the starts that did.
+    contrary: Vec<(Given, Given)>,
 }
 
-/// Whether a command makes nodes run.
-fn starts(command: u8) -> bool {
-    command == 0x01
+/// The commands of a bus.
+#[derive(Debug, Default)]
+pub(in crate::diagnosis) struct Masters {
+    /// By node; 0: all.
+    nodes: BTreeMap<u8, Commanded>,
+    open: Option<Place>,
 }
 
 impl Masters {
     /// The NMT master has commanded a node, or all (0).
     pub(in crate::diagnosis) fn commanded(&mut self, command: u8, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
-        let before = [node, 0].into_iter().filter_map(|key| self.last.get(&key)).max_by_key(|(_, at)| at.no).copied();
-        if node == 0 {
-            self.last.clear();
-        }
-        self.last.insert(node, (command, at));
-        let Some(before) = before.filter(|(other, since)| {
-            starts(*other) != starts(command) && at.since(*since).is_some_and(|since| since <= CONTRARY_NS)
-        }) else {
+        let one = self.nodes.entry(node).or_default();
+        let Some(stop) =
+            one.last.replace((command, at)).filter(|(last, _)| command == 0x01 && matches!(last, 0x02 | 0x80))
+        else {
             return;
         };
-        // Reset, boot-up, start is what one master does.
-        if matches!(before.0, 0x81 | 0x82) {
+        let soon = at.since(stop.1).is_some_and(|since| since <= CONTRARY_NS);
+        let told = |node: u8| scene.heard.written(node).is_some_and(|written| written.no > stop.1.no);
+        let for_a_reason = if node == 0 { members(scene.heard.known).any(told) } else { told(node) };
+        if !soon || for_a_reason {
             return;
         }
-        self.contrary.push_back((before, (command, at)));
-        while self.contrary.front().is_some_and(|(_, (_, first))| at.since(*first).is_none_or(|ns| ns > WITHIN_NS)) {
-            self.contrary.pop_front();
+        one.contrary.retain(|(_, (_, start))| at.since(*start).is_some_and(|since| since <= WITHIN_NS));
+        if one.contrary.len() < KEPT {
+            one.contrary.push((stop, (command, at)));
         }
-        if let Some(one) = self.open.and_then(|place| scene.ledger.get_mut(place)) {
-            one.repeats.count += 1;
-            one.step(at, Role::Sign, Saying::Commanded { command }, None);
-            one.repeats.since = at;
+        if one.contrary.len() < CONTRADICTIONS {
             return;
         }
-        if self.contrary.len() < CONTRADICTIONS {
-            return;
-        }
-        let Some(((_, begin), _)) = self.contrary.front().copied() else { return };
-        self.open = scene.ledger.open(Kind::TwoMasters, scene.id, Subject::default(), begin, at);
-        if let Some(one) = self.open.and_then(|place| scene.ledger.get_mut(place)) {
-            one.grade = Grade::Likely;
-            one.repeats.count = self.contrary.len() as u64;
-            let mut told = 0;
-            for (command, at) in self.contrary.iter().flat_map(|(first, then)| [*first, *then]) {
-                if at.no > told {
-                    one.step(at, Role::Sign, Saying::Commanded { command }, None);
-                    told = at.no;
-                }
-            }
-            one.repeats.since = at;
+        let told = match self.open {
+            Some(_) => one.contrary.len() - 1,
+            None => 0,
+        };
+        let Some((first, _)) = one.contrary.first().copied() else { return };
+        let nodes = if node == 0 { scene.heard.known } else { bit(node) };
+        let place =
+            self.open.or_else(|| scene.ledger.open(Kind::TwoMasters, scene.id, Subject::nodes(nodes), first.1, at));
+        self.open = place;
+        let Some(incident) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
+        incident.grade = Grade::Likely;
+        incident.subject.nodes |= nodes;
+        incident.repeats.count = incident.repeats.count.max(one.contrary.len() as u64);
+        incident.repeats.since = at;
+        for (command, at) in one.contrary.iter().skip(told).flat_map(|(stop, start)| [*stop, *start]) {
+            incident.step(at, Role::Sign, Saying::Commanded { command }, None);
         }
     }
 
-    /// The capture is over: it is over where both have agreed for longer than they ever did in between.
+    /// The capture is over: so is this, where nothing was contradicted for longer than it takes.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         if let Some(one) = self.open.take().and_then(|place| scene.ledger.get_mut(place)) {
             let last = one.repeats.since;
-            if scene.at.since(last).is_some_and(|rest| rest > CONTRARY_NS * 2) {
+            if scene.at.since(last).is_some_and(|rest| rest > CONTRARY_NS) {
                 one.ends(last);
             }
         }

@@ -3,9 +3,13 @@
 //! A tracker owns what it has to remember of open incidents. It reads events and what the bus knows, and writes to the
 //! ledger alone. Must not: link incidents, or say words.
 
+pub(super) mod boots;
 pub(super) mod configuration;
 pub(super) mod drive;
 pub(super) mod emcy;
+pub(super) mod load;
+pub(super) mod masters;
+pub(super) mod motion;
 pub(super) mod nodes;
 pub(super) mod rules;
 

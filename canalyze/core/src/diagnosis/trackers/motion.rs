@@ -243,7 +243,8 @@ impl Motions {
                 let (node, number) = name;
                 let subject = Subject { axis: Some(number + 1), axes: 1 << number, ..Subject::node(node) };
                 let again = scene.ledger.last(scene.id, |one| {
-                    let same = one.kind == kind && one.subject.node == Some(node) && one.subject.axes & 1 << number != 0;
+                    let same =
+                        one.kind == kind && one.subject.node == Some(node) && one.subject.axes & 1 << number != 0;
                     same && one.ended_within(since, super::AGAIN_NS)
                 });
                 let place = again.or_else(|| scene.ledger.open(kind, scene.id, subject, since, scene.at));
@@ -289,9 +290,11 @@ impl Motions {
             return;
         }
         let period = one.gap_ns;
-        let again = scene.ledger.last(scene.id, |one| one.kind == Kind::TargetsLate && one.subject.node == Some(name.0));
+        let again =
+            scene.ledger.last(scene.id, |one| one.kind == Kind::TargetsLate && one.subject.node == Some(name.0));
         let place = again.or_else(|| {
-            let subject = Subject { pdo: Some(pdo), axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
+            let subject =
+                Subject { pdo: Some(pdo), axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
             scene.ledger.open(Kind::TargetsLate, scene.id, subject, last, at)
         });
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {

@@ -1,0 +1,402 @@
+//! What is followed on one bus: a frame with its events goes to each tracker that it concerns.
+//!
+//! The order matters: who is heard again is known before what that ends. Must not: open an incident but through a tracker.
+
+use super::incident::{self, Status, bit};
+use super::kinds::Kind;
+use super::ledger::Ledger;
+use super::links;
+use super::scene::{Heard, Scene};
+use super::signs::Ends;
+use super::status::status;
+use super::trackers::boots::Boots;
+use super::trackers::configuration::Configurations;
+use super::trackers::drive::Drives;
+use super::trackers::emcy::{Emergencies, Emergency};
+use super::trackers::load::Load;
+use super::trackers::masters::Masters;
+use super::trackers::motion::Motions;
+use super::trackers::nodes::Nodes;
+use super::trackers::rules::{Found, Sign};
+use crate::bus::Bus;
+use crate::checks::pdo::length::misfit;
+use crate::drive::State;
+use crate::event::{Event, Note, ProcessData, Step, What};
+use crate::finding::{Code, Finding};
+use crate::frame::{self, BusId, Frame, FrameRef};
+use crate::message::Message;
+use crate::services::heartbeat::OPERATIONAL;
+use crate::services::sdo::transfer::Status as Transferred;
+use crate::services::sdo::wire::{Command, Side};
+
+/// A node that was stopped by command for so long while others run is left alone, in ns.
+const ALONE_NS: i64 = 2_000_000_000;
+/// Error frames, and nothing else, that show a wrong bit rate.
+const ERRORS_ONLY: u64 = 10;
+/// Storing parameters or a program keeps a node busy for at most so long, in ns.
+const STORING_NS: i64 = 10_000_000_000;
+/// Objects by which parameters are stored and restored, and programs written and started (CiA 301, CiA 302-3).
+const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
+/// SYNCs further apart than this show no period, in ns.
+const LONGEST_SYNC_NS: i64 = 2_000_000_000;
+
+/// What is open on one bus.
+#[derive(Debug, Default)]
+pub(super) struct OfBus {
+    pub(super) heard: Heard,
+    nodes: Nodes,
+    emergencies: Emergencies,
+    drives: Drives,
+    configurations: Configurations,
+    boots: Boots,
+    masters: Masters,
+    load: Load,
+    motions: Motions,
+    found: Found,
+    /// Frames of the bus.
+    frames: u64,
+    /// Whether the node that has booted last was Operational before.
+    was: bool,
+}
+
+/// What a tracker is handed, from the fields that it does not own.
+macro_rules! scene {
+    ($self:ident, $ledger:ident, $bus:ident, $id:expr, $at:expr) => {
+        &mut Scene { ledger: $ledger, bus: $bus, id: $id, heard: &$self.heard, at: $at }
+    };
+}
+
+impl OfBus {
+    /// A bus of which nothing was seen; its bit rate in bit/s, where it is known.
+    pub(super) fn new(bit_rate: Option<u32>) -> Self {
+        let mut bus = Self::default();
+        bus.heard.bit_rate = bit_rate;
+        bus
+    }
+
+    /// Takes a frame with what follows from it.
+    pub(super) fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus, ledger: &mut Ledger) {
+        let (at, id, before) = (frame.reference(), frame.bus, ledger.all.len());
+        self.frames += 1;
+        let mut dirty = false;
+        if frame.kind == frame::Kind::Data {
+            let node = events.first().and_then(|event| event.node);
+            self.load.frame(frame, node, scene!(self, ledger, bus, id, at));
+        }
+        // A node that is heard too late was silent until then.
+        for event in events {
+            if let What::Finding(finding) = &event.what
+                && let (Code::Hbt002, Some(node)) = (finding.code, finding.node)
+            {
+                self.nodes.lost(node, finding, scene!(self, ledger, bus, id, at));
+            }
+        }
+        for event in events {
+            dirty |= match &event.what {
+                What::Message(message) => self.message(message, frame, bus, ledger),
+                What::Pdo(data) => self.pdo(data, frame, bus, ledger),
+                What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
+                What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
+                What::Transfer(transfer) => {
+                    self.drives.transfer(transfer);
+                    self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.boots.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
+                        let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None };
+                        self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                    }
+                    false
+                }
+                What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
+                What::Note(Note::BitTimingActivated { .. }) => {
+                    ledger.open(Kind::BitTiming, id, incident::Subject::default(), event.at, at);
+                    false
+                }
+                What::Mpdo(_) | What::Note(_) => false,
+            };
+        }
+        if !self.found.is_empty() && frame.kind != frame::Kind::Error {
+            self.found.sign(Sign { ends: Ends::Traffic, node: None, pdo: None }, scene!(self, ledger, bus, id, at));
+        }
+        self.conclude(before, dirty, id, at, bus, ledger);
+    }
+
+    /// A finding that belongs to no frame at hand.
+    pub(super) fn aside(&mut self, finding: &Finding, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        let (id, before) = (finding.bus, ledger.all.len());
+        if let (Code::Hbt002, Some(node)) = (finding.code, finding.node) {
+            self.nodes.lost(node, finding, scene!(self, ledger, bus, id, at));
+        }
+        let dirty = self.finding(finding, id, at, bus, ledger);
+        self.conclude(before, dirty, id, at, bus, ledger);
+    }
+
+    /// What has ended by what the frame has shown, and from where the new incidents come.
+    #[inline]
+    fn conclude(&mut self, before: usize, dirty: bool, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        if dirty {
+            self.end(id, at, bus, ledger);
+        }
+        for place in before..ledger.all.len() {
+            self.stored(place, id, ledger);
+        }
+        for place in before..ledger.all.len() {
+            links::link(ledger, place, id);
+        }
+    }
+
+    /// A node that was told to store something, or to change its program, may be busy for a while: where it is then silent,
+    /// late or boots, that order is told of as what explains it.
+    fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
+        use Kind::{
+            HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,
+        };
+        let Some(one) = ledger.get(place) else { return };
+        let busy = matches!(
+            one.kind,
+            NodeSilent
+                | HeartbeatStopped
+                | HeartbeatIrregular
+                | RequestUnanswered
+                | LateAnswer
+                | PdoMissing
+                | NodeRestarted
+        );
+        let Some((node, begin)) = one.subject.node.filter(|_| busy).map(|node| (node, one.noticed)) else { return };
+        let Some(stored) = self.heard.stored(node) else { return };
+        let near = begin.since(stored).is_some_and(|since| (0..=STORING_NS).contains(&since));
+        let known = ledger.last(id, |one| one.kind == Kind::Storing && one.begin.no == stored.no).is_some();
+        if near && !known {
+            ledger.open(Kind::Storing, id, incident::Subject::node(node), stored, stored);
+        }
+    }
+
+    /// Troubles of which nothing is left are over.
+    fn end(&mut self, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        for place in ledger.recent(id) {
+            let (waits, in_fault) = (self.nodes.waits(place), self.drives.holds(place));
+            let Some(one) = ledger.get_mut(place) else { continue };
+            let enabled = || {
+                let mut states = one.subject.node.into_iter().flat_map(|node| bus.drive_states(node));
+                states.any(|(_, state)| state == State::OperationEnabled)
+            };
+            let fault = one.kind == Kind::AxisFault;
+            let of_errors = !one.clue.reported.is_empty() || fault;
+            let gone = one.clue.codes.is_empty() || fault && enabled();
+            if one.end.is_none() && of_errors && !waits && !in_fault && gone {
+                one.ends(at);
+            }
+        }
+    }
+
+    /// A node has sent a frame that is no boot-up.
+    #[inline]
+    fn alive(&mut self, node: u8, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        self.nodes.heard(node, false, scene!(self, ledger, bus, id, at));
+        self.heard.frame(node, at);
+        if !self.found.is_empty() {
+            let sign = Sign { ends: Ends::Heard, node: Some(node), pdo: None };
+            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+        }
+        if self.drives.is_empty() {
+            return false;
+        }
+        self.drives.heard(node, at, scene!(self, ledger, bus, id, at))
+    }
+
+    fn pdo(&mut self, data: &ProcessData, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        if !self.found.is_empty() {
+            let pdo = Some((data.transmit, data.number));
+            let mut ends = vec![Ends::Pdo];
+            if self.found.measures() && misfit(&data.content, frame).is_none() {
+                ends.push(Ends::Length);
+            }
+            for ends in ends {
+                self.found.sign(Sign { ends, node: Some(data.node), pdo }, scene!(self, ledger, bus, id, at));
+            }
+        }
+        self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
+        if self.drives.is_drive(data.node) || bus.drive_states(data.node).next().is_some() {
+            self.motions.pdo(data, frame, scene!(self, ledger, bus, id, at));
+        }
+        if !data.transmit {
+            self.heard.control = at;
+            return false;
+        }
+        self.heard.serves(data.node);
+        let dirty = self.alive(data.node, frame, bus, ledger);
+        // A node without heartbeats shows by its PDOs that it is started.
+        if data.state == Some(OPERATIONAL) && self.nodes.is_waiting(data.node) {
+            self.heard.operational |= bit(data.node);
+            self.nodes.state(data.node, OPERATIONAL, scene!(self, ledger, bus, id, at));
+            return true;
+        }
+        dirty
+    }
+
+    fn sdo(&mut self, step: &Step, node: Option<u8>, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        let (Side::Server, Some(node)) = (step.side, node) else {
+            self.heard.control = at;
+            let (Command::InitiateDownload(mux, _) | Command::InitiateBlockDownload { mux, .. }) = step.command else {
+                return false;
+            };
+            if let Some(node) = node {
+                self.heard.writes(node, at);
+                if STORES.contains(&mux.index) {
+                    self.heard.stores(node, at);
+                }
+            }
+            return false;
+        };
+        self.heard.serves(node);
+        if !self.found.is_empty() {
+            let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None };
+            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+        }
+        self.alive(node, frame, bus, ledger)
+    }
+
+    fn message(&mut self, message: &Message, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        match *message {
+            Message::BootUp { node } => {
+                self.was = self.heard.is_operational(node);
+                self.nodes.booted(node, scene!(self, ledger, bus, id, at));
+                self.emergencies.booted(node, scene!(self, ledger, bus, id, at));
+                self.drives.booted(node, scene!(self, ledger, bus, id, at));
+                self.motions.booted(node, scene!(self, ledger, bus, id, at));
+                self.boots.booted(node, at);
+                self.configurations.booted(node, scene!(self, ledger, bus, id, at));
+                self.heard.frame(node, at);
+                self.heard.operational &= !bit(node);
+                for ends in [Ends::Heard, Ends::Guarded] {
+                    let sign = Sign { ends, node: Some(node), pdo: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                true
+            }
+            Message::Heartbeat { node, state, .. } => {
+                self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
+                self.heard.heartbeat(node, at);
+                let before = self.heard.is_operational(node);
+                match state {
+                    OPERATIONAL => self.heard.operational |= bit(node),
+                    _ => self.heard.operational &= !bit(node),
+                }
+                let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
+                if changed {
+                    self.nodes.state(node, state, scene!(self, ledger, bus, id, at));
+                    let sign = Sign { ends: Ends::Guarded, node: Some(node), pdo: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                self.alive(node, frame, bus, ledger) || changed
+            }
+            Message::Emcy { node, code, register, manufacturer, active, .. } => {
+                self.heard.serves(node);
+                let emergency = Emergency { node, code, register, manufacturer, active };
+                let dirty = self.alive(node, frame, bus, ledger);
+                self.emergencies.emergency(emergency, scene!(self, ledger, bus, id, at));
+                dirty || code <= 0xFF
+            }
+            Message::Nmt { command, node } if node <= 127 => {
+                self.heard.control = at;
+                let before = self.heard.operational;
+                let meant = self.heard.known & if node == 0 { u128::MAX } else { bit(node) };
+                if command == 0x01 {
+                    self.heard.operational |= meant;
+                } else if matches!(command, 0x02 | 0x80..=0x82) {
+                    self.heard.operational &= !meant;
+                }
+                self.heard.tells(node, at);
+                self.masters.commanded(command, node, scene!(self, ledger, bus, id, at));
+                self.nodes.commanded(command, node, before, scene!(self, ledger, bus, id, at));
+                if command == 0x01 {
+                    self.boots.started(meant);
+                    self.configurations.started(meant, scene!(self, ledger, bus, id, at));
+                    for node in incident::members(meant & before) {
+                        self.load.started_again(node, scene!(self, ledger, bus, id, at));
+                    }
+                }
+                false
+            }
+            Message::Sync { .. } => {
+                let gap = at.since(Some(self.heard.sync).filter(|last| last.no > 0));
+                self.heard.sync_period_ns =
+                    gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
+                (self.heard.sync, self.heard.control) = (at, at);
+                if !self.found.is_empty() {
+                    let sign = Sign { ends: Ends::Sync, node: None, pdo: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                false
+            }
+            Message::ErrorFrame => {
+                self.heard.errors = (self.heard.errors.0 + 1, at);
+                false
+            }
+            _ => false,
+        }
+    }
+
+    /// What a rule has found goes to whoever follows it.
+    fn finding(&mut self, finding: &Finding, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let scene = scene!(self, ledger, bus, id, at);
+        match (finding.code, finding.node) {
+            (Code::Hbt002, _) => {}
+            (Code::Nmt003, Some(node)) => self.nodes.restarted(node, finding, self.was, scene),
+            (Code::Nmt004 | Code::Nmt005, Some(node)) => self.nodes.changed(node, finding, scene),
+            (Code::Nmt002 | Code::Nmt006, Some(node)) => self.nodes.owes(node, finding, scene),
+            (code, Some(node)) if code.rule().id.starts_with("EMC") => {
+                if !self.emergencies.found(node, finding, scene) {
+                    self.found.found(finding, scene!(self, ledger, bus, id, at));
+                }
+            }
+            (Code::Sdo018, Some(node)) => self.configurations.stays(node, finding, scene),
+            (Code::Drv005, Some(node)) => self.drives.fault(node, finding, scene),
+            (Code::Drv002, Some(node)) => self.drives.stuck(node, finding, scene),
+            (Code::Bus006, _) => {
+                for ends in [Ends::Controller, Ends::Traffic] {
+                    let sign = Sign { ends, node: None, pdo: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+            }
+            _ => {
+                self.found.found(finding, scene);
+            }
+        }
+        false
+    }
+
+    /// The capture is over.
+    pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        let before = ledger.all.len();
+        self.boots.finish(scene!(self, ledger, bus, id, end));
+        let mine = ledger.all.iter().any(|one| one.bus == id);
+        if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
+            ledger.open(Kind::WrongBitRate, id, incident::Subject::default(), self.heard.errors.1, self.heard.errors.1);
+        } else if !mine {
+            return;
+        }
+        self.nodes.finish(scene!(self, ledger, bus, id, end));
+        self.masters.finish(scene!(self, ledger, bus, id, end));
+        self.found.finish(end, scene!(self, ledger, bus, id, end));
+        for place in before..ledger.all.len() {
+            links::link(ledger, place, id);
+        }
+        for place in 0..ledger.all.len() {
+            let back = self.nodes.back(place);
+            let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
+            let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
+            let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
+            let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
+            one.status = status(one, end, (back, gone, others && long));
+            if one.status == Status::Stands {
+                one.end = None;
+            }
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! How an incident stands at the end of the capture.
+//!
+//! Must not: open or end one.
+
+use super::incident::{Incident, Status};
+use super::kinds::Kind;
+use super::trackers::rules::GOES_ON;
+use crate::finding::Code;
+use crate::frame::FrameRef;
+
+/// A node that is back has this time to be started again, in ns.
+const START_NS: i64 = 5_000_000_000;
+/// An error stands once it was not taken back for so long, in ns.
+const SETTLED_NS: i64 = 500_000_000;
+
+/// Whether a kind is explained by a command or by the recording.
+pub(super) fn is_harmless(kind: Kind) -> bool {
+    use Kind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Storing};
+    matches!(kind, BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
+}
+
+/// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
+/// cannot be heard any more; `left_alone`: others have been Operational for long while it is not.
+pub(super) fn status(
+    one: &Incident,
+    end: FrameRef,
+    (back, gone, left_alone): (Option<FrameRef>, bool, bool),
+) -> Status {
+    use Kind::{
+        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeRestarted, NodeSilent, QuickStop,
+        RequestUnanswered, RestartLoop, SegmentLost,
+    };
+    match one.kind {
+        // One node that stays stopped while others run is not what anybody wants.
+        CommandedStop if one.end.is_none() && left_alone => return Status::Stands,
+        kind if is_harmless(kind) => return Status::Harmless,
+        ConsumerTimeTooShort => return Status::Stands,
+        // Who takes back bit 2 of the controlword asks for a quick stop.
+        QuickStop if one.has("controlword") && one.cause.is_none() => return Status::Harmless,
+        _ => {}
+    }
+    // What has come again and again, and whose next time is not due yet, goes on.
+    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
+    let comes_again = !one.clue.reported.is_empty()
+        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
+    let rest = end.since(one.end.unwrap_or(one.repeats.since));
+    let goes_on = comes_again && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(2));
+    if one.repeats.count >= GOES_ON && goes_on {
+        return Status::Stands;
+    }
+    if one.end.is_some() {
+        return Status::Over;
+    }
+    if let Some(back) = back {
+        return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
+    }
+    // An error that was reported at the very end may be taken back at once.
+    if !one.clue.reported.is_empty() && end.since(one.repeats.since).is_none_or(|since| since < SETTLED_NS) {
+        return Status::Unknown;
+    }
+    // Not every controller says that it is active again.
+    if one.kind == Kind::ErrorPassive {
+        return Status::Unknown;
+    }
+    // A refused write may still be made good where the capture ends too soon for the rule to say.
+    if one.has("refused") {
+        let stays = one.findings.iter().any(|(code, _)| *code == Code::Sdo018);
+        return if stays { Status::Stands } else { Status::Unknown };
+    }
+    let silent = matches!(one.kind, NodeSilent | HeartbeatStopped | SegmentLost | RequestUnanswered | NodeAbsent);
+    if gone && !silent { Status::Unknown } else { Status::Stands }
+}
