@@ -26,7 +26,7 @@ REPORTED = {
     "drive-states": ["device-error"],
     "a2-selfstart-heartbeat": ["device-error"],
     "c3-pdo-remap-master-sync": ["mapping-refused"],
-    "emergencies": ["overrun", "temperature"],
+    "emergencies": ["overrun", "supply-voltage"],
     "transfers": ["access-refused", "access-refused"],
 }
 """What nodes of clean sessions report of themselves, by the truth of these: emergencies, and refused writes."""

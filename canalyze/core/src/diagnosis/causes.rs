@@ -192,7 +192,9 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     if source {
         return Some((Grade::Certain, delay.abs()));
     }
-    (effect.clue.sources == 0 && delay >= 0).then_some((Grade::Possible, delay))
+    // Who only controls sends the RPDOs that nobody has as a TPDO.
+    let grade = if cause.clue.controller { Grade::Likely } else { Grade::Possible };
+    (effect.clue.sources == 0 && delay >= 0).then_some((grade, delay))
 }
 
 /// L6: SYNC is gone with its producer, and its consumers say so.

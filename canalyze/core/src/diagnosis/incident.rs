@@ -225,6 +225,8 @@ pub(super) struct Clue {
     pub(super) watched: Vec<(u8, i64)>,
     /// Producers of the PDOs that the subject waits for.
     pub(super) sources: u128,
+    /// The subject only controls: it sends no PDO, answers nothing and reports nothing.
+    pub(super) controller: bool,
     /// The subject produces SYNC.
     pub(super) sync_producer: bool,
     /// The last SYNC before it, and the period of SYNC in ns.

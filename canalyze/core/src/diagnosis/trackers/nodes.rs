@@ -37,6 +37,8 @@ pub(in crate::diagnosis) struct Nodes {
     commanded: Option<(Place, u128)>,
     /// Which of the nodes were Operational before their last boot-up or reset.
     was_operational: u128,
+    /// The boot-up of each node that ended its last silence.
+    returned: BTreeMap<u8, u64>,
     /// The last boot-up of each node.
     booted: BTreeMap<u8, FrameRef>,
 }
@@ -81,11 +83,9 @@ impl Nodes {
         if let Some(place) = self.silent.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)
         {
+            self.returned.insert(node, at.no);
             one.step(at, Role::Recovery, Saying::BootedUnasked, None);
             one.fact("boot_up", Quantity::Count(1));
-            if !one.has("back") {
-                one.fact("back", Quantity::Count(at.no));
-            }
             if let Some(silence) = at.since(one.repeats.since) {
                 one.fact("silence", Quantity::Ns(silence));
             }
@@ -205,6 +205,7 @@ impl Nodes {
         let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
         let at_sync = producer && stopped(sync);
         if let Some(one) = scene.ledger.get_mut(place) {
+            one.clue.controller |= scene.heard.serving & bit(node) == 0;
             one.clue.sync_producer |= producer && !goes_on;
             one.clue.sync = sync_clue;
             one.clue.because_of = finding.because_of.map(|at| at.no);
@@ -233,7 +234,7 @@ impl Nodes {
             && let Some(one) = scene.ledger.get_mut(place)
             && matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted | Kind::RestartLoop)
         {
-            let back = one.get("back") == Some(Quantity::Count(at.no));
+            let back = self.returned.get(&node) == Some(&at.no);
             if !back {
                 one.again(at);
                 one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding.code));
