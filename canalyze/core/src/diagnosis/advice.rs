@@ -28,6 +28,7 @@ pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
     let boot_up = one.has("boot_up");
     let wires = if shown.error_frames { say::WIRING } else { say::ERROR_FRAMES_OFF };
     match one.kind {
+        Kind::NodeSilent if one.clue.controller && one.end.is_none() => vec![say::HOST, say::NO_SIGN, wires],
         Kind::NodeSilent | Kind::GuardingUnanswered | Kind::NodeAbsent | Kind::NoBootUp => match (boot_up, one.end) {
             (true, _) => vec![say::SUPPLY, say::WATCHDOG],
             (false, Some(_)) => vec![say::CONNECTOR, say::CABLE_ONLY, wires],
@@ -36,10 +37,11 @@ pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
         Kind::SegmentLost if boot_up => vec![say::SUPPLY, say::SEGMENT],
         Kind::SegmentLost => vec![say::SEGMENT, wires],
         Kind::HeartbeatStopped => vec![say::FIRMWARE],
+        Kind::NodeRestarted if one.has("waits_to_be_started") => vec![say::SUPPLY, say::WATCHDOG, say::MASTER_BOOT],
         Kind::NodeRestarted | Kind::RestartLoop => vec![say::SUPPLY, say::WATCHDOG],
         Kind::LeftOperational => vec![say::ERROR_BEHAVIOUR],
         Kind::StartWithoutEffect => vec![say::STATE],
-        Kind::HeartbeatConsumerError if one.has("unheard") => vec![say::UNHEARD],
+        Kind::WatchedAbsent => vec![say::UNHEARD],
         Kind::HeartbeatConsumerError => vec![say::WATCHED],
         Kind::ConsumerTimeTooShort => vec![say::CONSUMER_TIME],
         Kind::GuardingStopped => vec![say::MASTER],

@@ -2,10 +2,11 @@
 //!
 //! The order matters: who is heard again is known before what that ends. Must not: open an incident but through a tracker.
 
-use super::incident::{self, Status, bit};
+use super::incident::{self, Role, Status, bit};
 use super::kinds::Kind;
 use super::ledger::Ledger;
 use super::links;
+use super::sayings::Saying;
 use super::scene::{Heard, Scene};
 use super::signs::Ends;
 use super::status::status;
@@ -22,7 +23,7 @@ use crate::bus::Bus;
 use crate::checks::pdo::length::misfit;
 use crate::drive::State;
 use crate::event::{Event, Note, ProcessData, Step, What};
-use crate::finding::{Code, Finding};
+use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{self, BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::services::heartbeat::OPERATIONAL;
@@ -74,6 +75,25 @@ impl OfBus {
         bus
     }
 
+    /// What stands at the end may have a plainer name than what was seen first.
+    fn stands(&self, place: usize, back: Option<FrameRef>, end: FrameRef, ledger: &mut Ledger) {
+        let Some(one) = ledger.get_mut(place) else { return };
+        let unheard = one.clue.watched.iter().find(|(node, _)| self.heard.known & bit(*node) == 0);
+        match (one.kind, unheard) {
+            (Kind::HeartbeatConsumerError, Some((node, _))) => {
+                one.kind = Kind::WatchedAbsent;
+                one.fact("watched", Quantity::Count((*node).into()));
+            }
+            _ if one.has("refused") && one.has("started") => one.kind = Kind::HalfConfigured,
+            _ => {}
+        }
+        // A node that is back and was not started again.
+        if let Some(since) = back.and_then(|back| end.since(back)) {
+            one.fact("waits_to_be_started", Quantity::Ns(since));
+            one.step(end, Role::Reaction, Saying::NotStartedSince { since }, None);
+        }
+    }
+
     /// Takes a frame with what follows from it.
     pub(super) fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus, ledger: &mut Ledger) {
         let (at, id, before) = (frame.reference(), frame.bus, ledger.all.len());
@@ -100,6 +120,7 @@ impl OfBus {
                 What::Transfer(transfer) => {
                     self.drives.transfer(transfer);
                     self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
                     self.boots.transfer(transfer, scene!(self, ledger, bus, id, at));
                     self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
                     if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
@@ -241,6 +262,9 @@ impl OfBus {
         let (at, id) = (frame.reference(), frame.bus);
         let (Side::Server, Some(node)) = (step.side, node) else {
             self.heard.control = at;
+            if let (Some(node), Some(mux)) = (node, step.command.mux()) {
+                self.masters.asked(node, mux, at);
+            }
             let (Command::InitiateDownload(mux, _) | Command::InitiateBlockDownload { mux, .. }) = step.command else {
                 return false;
             };
@@ -253,6 +277,9 @@ impl OfBus {
             return false;
         };
         self.heard.serves(node);
+        if let Some(mux) = step.command.mux() {
+            self.masters.answered(node, mux, scene!(self, ledger, bus, id, at));
+        }
         if !self.found.is_empty() {
             let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None };
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
@@ -396,6 +423,7 @@ impl OfBus {
             one.status = status(one, end, (back, gone, others && long));
             if one.status == Status::Stands {
                 one.end = None;
+                self.stands(place, back, end, ledger);
             }
         }
     }

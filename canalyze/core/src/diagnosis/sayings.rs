@@ -107,6 +107,9 @@ sayings! {
     LengthFits "长度相符" "the length fits again";
     RecordingGoesOn "记录继续" "the recording goes on";
     Recovered "已恢复" "recovered";
+    NotStartedSince { since: Ns } "{since}以来未再被启动" "not started again for {since}";
+    SameTime { object: Object } "同时请求{object}" "{object} is asked for at the same time";
+    RegisterRead { register: Hex2 } "错误寄存器1001h为{register}" "error register 1001h is {register}";
     DeviceTypeRead "读设备类型1000h" "its device type 1000h is read";
     StartedAllTheSame "仍被启动" "started all the same";
     Floods { gap: Ns, period: Ns } "每{gap}一帧, 此前每{period}" "a frame every {gap}, every {period} before";
@@ -167,6 +170,7 @@ checks! {
     ALL_AXES "safety" "所有轴共同的原因: STO、急停、电源" "what the axes share: STO, emergency stop, supply";
     FAULT_CAUSE "fault-cause" "故障原因仍在: 先消除它" "the cause of the fault is still there: remove it first";
     LOAD "load" "总线负载和发送者的实时性" "bus load and the timing of the sender";
+    HOST "host" "控制器: 它的程序、电源和CAN接口" "the controller: its program, supply and CAN interface";
     MASTER_BOOT "master-boot" "主站的启动列表(1F80h、1F81h)和期望的身份(1F84h至1F88h)"
         "the boot list of the master (1F80h, 1F81h) and the identity it expects (1F84h to 1F88h)";
     OTHER_MASTER "other-master" "是否还有第二个主站或调试工具在总线上" "whether a second master or a tool is on the bus";

@@ -13,6 +13,8 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::{Finding, Quantity};
 use crate::message::Errors;
+use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::services::sdo::wire::Mux;
 
 /// Errors of one node within this time have one cause, in ns.
 const TOGETHER_NS: i64 = 500_000_000;
@@ -54,11 +56,14 @@ pub(in crate::diagnosis) struct Emergency {
 #[derive(Debug, Default)]
 pub(in crate::diagnosis) struct Emergencies {
     open: BTreeMap<u8, Vec<Place>>,
+    /// Nodes that have booted in the capture and sent no emergency since, a bit each.
+    quiet: u128,
 }
 
 impl Emergencies {
     /// A node has reported an error, or taken errors back.
     pub(in crate::diagnosis) fn emergency(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
+        self.quiet &= !bit(emergency.node);
         if emergency.code > 0xFF {
             self.raised(emergency, scene);
         } else {
@@ -169,8 +174,37 @@ impl Emergencies {
         });
     }
 
+    /// An error register that is not 0, and no emergency has said so since the node has booted.
+    pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let node = transfer.node;
+        let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
+        let (true, Some(Mux { index: 0x1001, sub: 0 }), [register]) = (read, transfer.mux, &*transfer.data.kept) else {
+            return;
+        };
+        let at = transfer.last;
+        let open = scene.ledger.last(scene.id, |one| {
+            one.kind == Kind::RegisterWithoutEmcy && one.subject.node == Some(node) && one.end.is_none()
+        });
+        match (open.and_then(|place| scene.ledger.get_mut(place)), *register) {
+            (Some(one), 0) => {
+                one.step(at, Role::Recovery, Saying::RegisterRead { register: 0 }, None);
+                one.ends(at);
+            }
+            (None, register) if register != 0 && self.quiet & bit(node) != 0 => {
+                let subject = Subject::node(node);
+                let place = scene.ledger.open(Kind::RegisterWithoutEmcy, scene.id, subject, at, at);
+                if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                    one.fact("register", Quantity::Hex2(register));
+                    one.step(at, Role::Sign, Saying::RegisterRead { register }, None);
+                }
+            }
+            _ => {}
+        }
+    }
+
     /// A node has booted: its errors are gone with it.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        self.quiet |= bit(node);
         for place in self.open.remove(&node).unwrap_or_default() {
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.clue.codes.clear();

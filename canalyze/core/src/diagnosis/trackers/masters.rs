@@ -1,4 +1,4 @@
-//! NMT commands that take back each other: two masters on one bus.
+//! NMT commands that take back each other, and SDO clients that ask one server at the same time: two masters on one bus.
 //!
 //! One master that stops a node to configure it writes to it before it starts it again. Who stops a node and is
 //! contradicted within moments, again and again, with nothing done in between, is another one than who starts it. Must
@@ -12,12 +12,15 @@ use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::frame::FrameRef;
+use crate::services::sdo::wire::Mux;
 
 /// A stop is contradicted by a start within this time, in ns.
 const CONTRARY_NS: i64 = 2_000_000_000;
 /// So many contradictions of one node, this close together in ns, are more than one master makes.
 const CONTRADICTIONS: usize = 2;
 const WITHIN_NS: i64 = 15_000_000_000;
+/// No client gives up and asks for something else so soon, in ns.
+const SOON_NS: i64 = 50_000_000;
 /// Contradictions of a node that are kept.
 const KEPT: usize = 8;
 
@@ -38,9 +41,59 @@ pub(in crate::diagnosis) struct Masters {
     /// By node; 0: all.
     nodes: BTreeMap<u8, Commanded>,
     open: Option<Place>,
+    /// The last SDO request to each node, and the one before where that was not answered yet.
+    asked: BTreeMap<u8, (Asked, Option<Asked>)>,
+    /// Requests of two clients that were answered both.
+    both: usize,
 }
 
+/// What was asked, and by which frame; whether it was answered.
+type Asked = (Mux, FrameRef, bool);
+
 impl Masters {
+    /// A client asks a node for an object.
+    pub(in crate::diagnosis) fn asked(&mut self, node: u8, mux: Mux, at: FrameRef) {
+        let before = self.asked.get(&node).map(|(last, _)| *last).filter(|(other, since, answered)| {
+            !answered && *other != mux && at.since(*since).is_some_and(|since| (0..=SOON_NS).contains(&since))
+        });
+        self.asked.insert(node, ((mux, at, false), before));
+    }
+
+    /// A server has answered: where it was asked for two objects at once and answers both, two clients have asked.
+    pub(in crate::diagnosis) fn answered(&mut self, node: u8, mux: Mux, scene: &mut Scene<'_>) {
+        let Some((last, before)) = self.asked.get_mut(&node) else { return };
+        let Some((first, begin, answered)) = before else {
+            last.2 = true;
+            return;
+        };
+        if *first == mux {
+            *answered = true;
+        } else if last.0 == mux {
+            last.2 = true;
+        }
+        if !*answered || !last.2 {
+            return;
+        }
+        let (begin, object, at) = (*begin, last.0, last.1);
+        *before = None;
+        self.both += 1;
+        if self.both < CONTRADICTIONS && self.open.is_none() {
+            return;
+        }
+        let kind = Kind::TwoClients;
+        let known = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node));
+        let place =
+            self.open.or(known).or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, scene.at));
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            one.subject.nodes |= bit(node);
+            one.step(at, Role::Sign, Saying::SameTime { object }, None);
+            if one.kind == kind {
+                one.repeats.count = self.both as u64;
+            }
+            one.repeats.since = scene.at;
+        }
+    }
+
     /// The NMT master has commanded a node, or all (0).
     pub(in crate::diagnosis) fn commanded(&mut self, command: u8, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
