@@ -16,21 +16,30 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+import stories_of_commands
 import stories_of_configuration
 import stories_of_drives
 import stories_of_loss
+import stories_of_monitoring
+import stories_of_services
 from story_log import Log, MissingFrame
 from story_plant import Plant, Tale
 
 TARGET = Path(__file__).resolve().parent.parent / "samples" / "stories"
 ATTEMPTS = 5
-BIT_RATES: dict[str, int] = {}
-"""Of scenarios whose wire is not at 250 kbit/s."""
+SETTINGS: dict[str, dict[str, int]] = {
+    "t20-recorder-stall": {"buffer_bytes": 12_000},
+    "t28-overload": {"bit_rate": 20_000},
+}
+"""Of plants that are not the usual one."""
 
 SCENARIOS: dict[str, Callable[[Plant], tuple[Log, Tale]]] = {
     **stories_of_loss.SCENARIOS,
+    **stories_of_commands.SCENARIOS,
     **stories_of_configuration.SCENARIOS,
     **stories_of_drives.SCENARIOS,
+    **stories_of_monitoring.SCENARIOS,
+    **stories_of_services.SCENARIOS,
 }
 
 
@@ -39,7 +48,7 @@ def record(name: str, target: Path) -> None:
     for attempt in range(ATTEMPTS):
         with tempfile.TemporaryDirectory() as scratch:
             path = Path(scratch) / f"{name}.log"
-            plant = Plant(path, BIT_RATES.get(name, 250_000))
+            plant = Plant(path, **SETTINGS.get(name, {}))
             try:
                 log, tale = SCENARIOS[name](plant)
             except MissingFrame as reason:

@@ -6,8 +6,8 @@ What it must not do: take a truth from anything but what was done to the plant a
 from __future__ import annotations
 
 from network_nodes import U8
-from story_log import Log, answer, download, nmt, on
-from story_nodes import NOT_MAPPABLE
+from story_log import Log, answer, download, emcy, nmt, on
+from story_nodes import IO_INPUTS, NOT_MAPPABLE, Pdo
 from story_plant import START, Plant, Story, Tale
 
 
@@ -112,7 +112,155 @@ def mute_object(p: Plant) -> tuple[Log, Tale]:
     )
 
 
+def absent(p: Plant) -> tuple[Log, Tale]:
+    """t21: a node is not there from the beginning; the controller asks again and again and never starts."""
+    p.io(2, "heartbeat 300 ms")
+    p.drive(4, "heartbeat 300 ms, monitors 127 with 900 ms (preset)", consumers=[(127, 900)])
+    p.know(p.master, 7, 0.5)
+    p.heartbeat()
+    p.power_up()
+    p.wait(0.4)
+    began = p.wait(0.0)
+    for node in (2, 4):
+        p.read(node, 0x1000)
+        p.read(node, 0x1018, 1)
+    for _ in range(7):
+        p.read(7, 0x1000)
+        p.wait(0.6)
+    log = p.finish()
+    asked = log.all(on(0x607, "40001000"), began)
+    gave_up = log.all(on(0x607, "80"), began)
+    return log, Tale(
+        "A node is absent; the controller waits for it and starts nobody",
+        [
+            Story(
+                f"node 7 is absent: {len(asked)} requests for 1000h, each given up after 0.5 s (05040000h); nothing "
+                "was "
+                "ever heard of it",
+                {"node": 7},
+                asked[0],
+                gave_up[0],
+                None,
+                "stands",
+                [asked[-1], gave_up[-1]],
+                "the boot never finishes: no NMT start, nodes 2 and 4 stay Pre-operational",
+                "node 7: supply, plug, node-ID, bit rate; or take it off the controller's list",
+            )
+        ],
+        ["node 7 was lost (it was never there)", "nodes 2 or 4 do not start (nobody started them)"],
+    )
+
+
+def wrong_order(p: Plant) -> tuple[Log, Tale]:
+    """t22: a mapping is written in the wrong order and never made good; a consumer gets too few bytes."""
+    p.io(2, "heartbeat 300 ms")
+    p.io(
+        3,
+        "heartbeat 300 ms, RPDO2 = 186h to be configured with 6 bytes, 1029h:01 = 1",
+        rpdos=[Pdo(0x8000_0186, 255, ())],
+        behaviour=1,
+    )
+    p.io(6, "heartbeat 300 ms, TPDO1 of 4 bytes, type 255 with event timer 200 ms (preset)", kind=255, event_ms=200)
+    p.heartbeat()
+    p.power_up()
+    p.wait(0.5)
+    p.write_pdo(3, 0x1400, 2, 0x186, 255, (0x6200_0108, 0x6200_0208, 0x6411_0110, 0x6411_0110))
+    wrong = p.wait(0.0)
+    p.write(6, 0x1A00, 0, 0, U8)
+    for sub, entry in enumerate((*IO_INPUTS, 0x6401_0210), 1):
+        p.write(6, 0x1A00, sub, entry)
+    p.write(6, 0x1A00, 0, 4, U8)
+    p.write(6, 0x1800, 1, 0x4000_0186)
+    p.cycle()
+    p.wait(0.3)
+    started = p.nmt(START)
+    p.wait(4.5)
+    log = p.finish()
+    refused = log.all(on(0x586, "80"), wrong)
+    short = log.first(emcy(3, 0x8210), started)
+    return log, Tale(
+        "A mapping is written in the wrong order, refused and never made good",
+        [
+            Story(
+                f"all {len(refused)} writes of 1A00h of node 6 were refused (06010000h) because TPDO1 was still "
+                "valid; the "
+                "controller went on and started: TPDO1 keeps its 4 bytes, 6 were wanted",
+                {"node": 6, "pdo": "TPDO1 of node 6 / 186h"},
+                log.first(download(6, 0x1A00, 0), wrong),
+                refused[0],
+                None,
+                "stands",
+                [refused[-1], log.first(on(0x186), started)],
+                "186h has 4 bytes",
+                "the order in the controller: 1800h:01 bit 31, 1A00h:00 = 0, entries, count, valid",
+            ),
+            Story(
+                "node 3, which has 6 bytes mapped for 186h (RPDO2), reports EMCY 8210h: too short, not processed",
+                {"node": 3, "pdo": "RPDO2 of node 3 / 186h"},
+                short,
+                short,
+                None,
+                "stands",
+                [log.first(on(0x186), started)],
+                "the outputs of node 3 do not follow",
+                "the mapping of TPDO1 of node 6, not node 3",
+                caused_by=0,
+            ),
+        ],
+        ["node 3 is defective", "node 6 does not support the objects", "two independent problems"],
+    )
+
+
+def scan(p: Plant) -> tuple[Log, Tale]:
+    """c03: a configuration tool asks all node-IDs up to 32, then the plant is configured and runs."""
+    p.io(2, "heartbeat 300 ms")
+    p.io(6, "heartbeat 300 ms, PDOs written", pdo=False)
+    p.drive(4, "heartbeat 300 ms, PDOs and consumer of 127 written", pdo=False)
+    for node in range(1, 33):
+        if node not in p.devices:
+            p.know(p.master, node, 0.05)
+    p.heartbeat()
+    p.power_up()
+    p.wait(0.4)
+    began = p.wait(0.0)
+    for node in range(1, 33):
+        p.read(node, 0x1000)
+    p.wait(0.3)
+    p.configure_io(6)
+    p.configure_drive(4)
+    p.cycle()
+    p.wait(0.3)
+    p.nmt(START)
+    p.wait(0.5)
+    p.enable(4)
+    p.wait(2.0)
+    log = p.finish()
+    asked = [log.first(on(0x600 + node, "40001000"), began) for node in range(1, 33)]
+    return log, Tale(
+        "A scan of the node-IDs 1 to 32, then an ordinary configuration (harmless)",
+        [
+            Story(
+                "a scan: 1000h of the node-IDs 1 to 32 was read one after the other; 2, 4 and 6 are there, the "
+                "others are "
+                "not and need not be",
+                {"nodes": [node for node in range(1, 33) if node not in (2, 4, 6)]},
+                asked[0],
+                asked[8],
+                asked[-1],
+                "harmless",
+                [],
+                "none",
+                "nothing",
+            )
+        ],
+        ["29 nodes are absent as a fault", "nodes were lost", "anything above harmless"],
+    )
+
+
 SCENARIOS = {
     "t09-refused-and-started": refused_and_started,
     "t10-mute-object": mute_object,
+    "t21-absent": absent,
+    "t22-wrong-order": wrong_order,
+    "c03-scan": scan,
 }

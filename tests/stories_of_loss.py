@@ -104,7 +104,8 @@ def cable_off(p: Plant) -> tuple[Log, Tale]:
         "The cable of one drive is off for 2.6 s: no restart, but the drive missed its controller",
         [
             Story(
-                "node 4 was not to be heard for 2.6 s and came back without a boot-up: it had kept its supply, only the "
+                "node 4 was not to be heard for 2.6 s and came back without a boot-up: it had kept its supply, only "
+                "the "
                 "connection was broken",
                 {"node": 4},
                 last,
@@ -193,10 +194,12 @@ def segment_off(p: Plant) -> tuple[Log, Tale]:
                 "over",
                 [*boots, *(log.last(of(node), off + 0.02) for node in (3, 4, 5)), log.first(nmt(START, 0), back)],
                 "no frames of the three; drive 5 had to be enabled again",
-                "what the three have in common: fuse, supply, distributor. All came back with a boot-up, so power was gone",
+                "what the three have in common: fuse, supply, distributor. All came back with a boot-up, so power "
+                "was gone",
             ),
             Story(
-                "node 2, which monitors 3 and 4, reported both (EMCY 8130h twice) and took it back when both were there "
+                "node 2, which monitors 3 and 4, reported both (EMCY 8130h twice) and took it back when both were "
+                "there "
                 "again",
                 {"node": 2},
                 seen,
@@ -330,7 +333,8 @@ def controller_dead(p: Plant) -> tuple[Log, Tale]:
                 caused_by=0,
             ),
             Story(
-                "drive 5 misses the controller (EMCY 8130h), does a quick stop (6007h = 3) and ends in switch on disabled",
+                "drive 5 misses the controller (EMCY 8130h), does a quick stop (6007h = 3) and ends in switch on "
+                "disabled",
                 {"node": 5, "axis": "drive 5"},
                 seen5,
                 seen5,
@@ -422,21 +426,20 @@ def sync_producer_dead(p: Plant) -> tuple[Log, Tale]:
             caused_by=0,
         ),
     ]
-    for node, told, line in ((3, "8700h", seen[0]), (4, "8100h", seen[1])):
-        stories.append(
-            Story(
-                f"drive {node} misses SYNC: EMCY {told} and fault",
-                {"node": node, "axis": f"drive {node}"},
-                line,
-                line,
-                None,
-                "stands",
-                [log.first(on(0x180 + node, "1F02"), died), log.first(on(0x180 + node, "1802"), died)],
-                "the axis stands; RPDO1 (type 1) is no longer taken over",
-                "the SYNC producer (node 2), not the drive",
-                caused_by=1,
-            )
+    stories.append(
+        Story(
+            "drives 3 and 4 miss SYNC: EMCY 8700h and 8100h, and fault",
+            {"nodes": [3, 4], "axis": "drives 3 and 4"},
+            min(seen),
+            max(seen),
+            None,
+            "stands",
+            [*seen, *[log.first(on(0x180 + node, word), died) for node in (3, 4) for word in ("1F02", "1802")]],
+            "the axes stand",
+            "the SYNC producer (node 2), not the drives",
+            caused_by=1,
         )
+    )
     return log, Tale(
         "The device that produces SYNC dies; both drives fault",
         stories,

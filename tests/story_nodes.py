@@ -9,6 +9,7 @@ field of `Habits`. What it must not do: read what canalyze says, or do what no r
 from __future__ import annotations
 
 import struct
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -104,8 +105,10 @@ def communication_rows(
     sync_us: int = 0,
     sync_producer: bool = False,
     guarding: tuple[int, int] = (0, 0),
+    emcy_inhibit_100us: int = 0,
     device_type: int = 0x00030191,
     product: int = 1,
+    serial: int | None = None,
 ) -> Rows:
     """What CiA 301 has in every node; consumers are pairs of node and ms, guarding is 100Ch in ms and 100Dh."""
     entries = [watched << 16 | ms for watched, ms in consumers]
@@ -122,7 +125,7 @@ def communication_rows(
         (0x1010, 0, U8, "ro", 1),
         (0x1010, 1, U32, "rw", 1),
         (0x1014, 0, U32, "rw", 0x80 + node),
-        (0x1015, 0, U16, "rw", 0),
+        (0x1015, 0, U16, "rw", emcy_inhibit_100us),
         (0x1016, 0, U8, "ro", 4),
         *[(0x1016, sub, U32, "rw", entry) for sub, entry in enumerate(entries, 1)],
         (0x1017, 0, U16, "rw", heartbeat_ms),
@@ -130,7 +133,7 @@ def communication_rows(
         (0x1018, 1, U32, "ro", 0x03A5),
         (0x1018, 2, U32, "ro", product),
         (0x1018, 3, U32, "ro", 0x0001_0004),
-        (0x1018, 4, U32, "ro", 4000 + node),
+        (0x1018, 4, U32, "ro", 4000 + node if serial is None else serial),
         (0x1029, 0, U8, "ro", 1),
         (0x1029, 1, U8, "rw", behaviour),
         (0x1F50, 0, U8, "ro", 1),
@@ -211,12 +214,15 @@ class StoryDevice(Device):
         """Objects whose writing is refused, with the abort code."""
         self.mute: set[Object] = set()
         """Objects for which requests get no answer."""
+        self.save_s = 0.0
+        """How long storing parameters (1010h) keeps it from everything else."""
         self.deaf = False
         """The SDO server answers nothing."""
         self.stays_away = False
         """Does not boot."""
         self._watches: dict[Any, Deadline] = {}
         self._produces: Callable[[], None] | None = None
+        self._emcy_free_at = 0.0
         self.role = ""
 
     # -- supply and cable
@@ -244,6 +250,16 @@ class StoryDevice(Device):
             self.wire.empty(self.socket)
             self._quiet()
             self.state = None
+
+    def stand_still(self, seconds: float) -> None:
+        """Its processor is busy with something else: nothing is sent, nothing taken, then it goes on."""
+        with self.account.lock:
+            state, self.state = self.state, None
+
+            def goes_on() -> None:
+                self.state = state
+
+            self.timers.after(seconds, goes_on)
 
     def restart(self) -> None:
         """The watchdog bites, or the supply dips: off and on again."""
@@ -275,6 +291,17 @@ class StoryDevice(Device):
             self._produces = None
 
     # -- errors
+
+    def emcy(self, code: int, register: int, manufacturer: bytes = b"") -> None:
+        """As Device, but not sooner than the inhibit time (1015h, in 100 us) after the one before."""
+        with self.account.lock:
+            now = time.monotonic()
+            due = max(now, self._emcy_free_at)
+            self._emcy_free_at = due + self.number(0x1015) / 10_000
+            if due == now:
+                super().emcy(code, register, manufacturer)
+            else:
+                self.timers.at(due, lambda: super(StoryDevice, self).emcy(code, register, manufacturer))
 
     def raise_error(self, key: Any, code: int, bits: int, detail: bytes = b"") -> None:
         """An error has come: EMCY and error register, then what the node does about it."""
@@ -443,6 +470,8 @@ class StoryDevice(Device):
             watched = self.number(index, sub) >> 16
             for key in [key for key in self._watches if key == ("heartbeat", watched)]:
                 self._watches.pop(key).stop()
+        if index == 0x1010 and self.save_s and self.number(0x1010, sub) == SAVE:
+            self.timers.after(0.001, lambda: self.stand_still(self.save_s))
         if index == 0x1005 and self.number(0x1005) & 0x4000_0000:
             self._produce_sync()
         super().after_write(index, sub)

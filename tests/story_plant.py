@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import signal
 import struct
 import subprocess
 import threading
@@ -17,6 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import can
 import canopen
 from network_nodes import U8, U16, U32, Account, Timers
 from story_drives import StoryDrive, actual, axis_rows, commands
@@ -114,8 +116,8 @@ class Stalls:
 class Plant:
     """Everything of one recording."""
 
-    def __init__(self, path: Path, bit_rate: int = 250_000) -> None:
-        """Begins to record to this log."""
+    def __init__(self, path: Path, bit_rate: int = 250_000, buffer_bytes: int = 8_000_000) -> None:
+        """Begins to record to this log; buffer_bytes is the recorder's receive buffer."""
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.path = path
         self.account = Account()
@@ -131,7 +133,7 @@ class Plant:
         self.networks: list[Any] = []
         self.master: Any = self.network()
         self._output = path.open("wb")
-        self._recorder = subprocess.Popen([CANDUMP, "-L", "-r", "8000000", INTERFACE], stdout=self._output)
+        self._recorder = subprocess.Popen([CANDUMP, "-L", "-r", str(buffer_bytes), INTERFACE], stdout=self._output)
         time.sleep(0.4)
         self.stalls = Stalls()
 
@@ -150,7 +152,8 @@ class Plant:
         device.connect()
         device.role = role
         self.devices[device.id] = device
-        self.know(self.master, device.id)
+        if device.id not in self.master.nodes:
+            self.know(self.master, device.id)
 
     def know(self, network: Any, node: int, patience_s: float = 1.0) -> None:
         """Makes a controller an SDO client of a node."""
@@ -190,6 +193,21 @@ class Plant:
         self.add(device, f"CiA 402 drive{f' of {axes} axes' if axes > 1 else ''}, {role}")
         self.outputs[node] = dict.fromkeys(steps, (0, 0))
         return device
+
+    def run_up(self, *drives: int, configure: Callable[[], None] | None = None, heartbeat: bool = True) -> None:
+        """Power-up, configuration, cycle, NMT start; the drives are enabled."""
+        if heartbeat:
+            self.heartbeat()
+        self.power_up()
+        self.wait(0.5)
+        if configure is not None:
+            configure()
+        self.cycle()
+        self.wait(0.3)
+        self.nmt(START)
+        self.wait(0.5)
+        self.enable(*drives)
+        self.wait(1.0)
 
     def power_up(self, *nodes: int, apart_s: float = 0.07) -> None:
         """Supply for these, or for all; they boot one after the other."""
@@ -234,11 +252,31 @@ class Plant:
         self.master.send_message(0x000, bytes([command, node]))
         return before
 
+    def guard(self, node: int, milliseconds: int) -> None:
+        """Guards a node by RTR."""
+        self.controller_role += f", guards {node} every {milliseconds} ms"
+        request = can.Message(arbitration_id=0x700 + node, is_remote_frame=True, dlc=1, is_extended_id=False)
+        self.stop_calls["guarding"] = self.timers.every(milliseconds / 1000, lambda: self.master.bus.send(request))
+
+    def stall_recorder(self, seconds: float) -> None:
+        """The recorder stands still; what does not fit into its receive buffer is lost."""
+        self._recorder.send_signal(signal.SIGSTOP)
+        self.wait(seconds)
+        self._recorder.send_signal(signal.SIGCONT)
+
     def write(self, node: int, index: int, sub: int, value: int, kind: int = U32) -> bool:
         """Writes by SDO; whether it was taken."""
         size = {U8: 1, U16: 2, U32: 4}[kind]
         try:
             self.master.nodes[node].sdo.download(index, sub, value.to_bytes(size, "little"))
+        except (canopen.SdoAbortedError, canopen.SdoCommunicationError):
+            return False
+        return True
+
+    def load(self, node: int, index: int, sub: int, data: bytes) -> bool:
+        """Writes many bytes in segments; whether they were taken."""
+        try:
+            self.master.nodes[node].sdo.download(index, sub, data, force_segment=True)
         except (canopen.SdoAbortedError, canopen.SdoCommunicationError):
             return False
         return True
@@ -324,7 +362,7 @@ class Plant:
     def write_truth(self, tale: Tale, log: Log) -> None:
         """The truth beside the log."""
         nodes = [{"bus": INTERFACE, "node": CONTROLLER, "role": self.controller_role}, *self.others]
-        nodes += [{"bus": INTERFACE, "node": node, "role": device.role} for node, device in self.devices.items()]
+        nodes += [{"bus": INTERFACE, "node": device.id, "role": device.role} for device in self.devices.values()]
         whole = {
             "capture": self.path.name,
             "title": tale.title,

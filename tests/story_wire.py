@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
 from typing import Any
 
 import can
@@ -50,7 +49,7 @@ class Wire:
         with self._wake:
             socket.plugged = plugged
             if not plugged:
-                socket.waiting = deque(m for m in socket.waiting if m.arbitration_id in EMCY_IDS)
+                socket.waiting = [m for m in socket.waiting if m.arbitration_id in EMCY_IDS]
             self._wake.notify()
 
     def empty(self, socket: Socket) -> None:
@@ -65,9 +64,9 @@ class Wire:
             self._wake.notify()
         self._thread.join()
 
-    def _next(self) -> Socket | None:
-        ready = [socket for socket in self._sockets if socket.plugged and socket.waiting]
-        return min(ready, key=lambda socket: socket.waiting[0].arbitration_id, default=None)
+    def _next(self) -> tuple[Socket, can.Message] | None:
+        ready = [(socket, message) for socket in self._sockets if socket.plugged for message in socket.waiting]
+        return min(ready, key=lambda one: one[1].arbitration_id, default=None)
 
     def _run(self) -> None:
         free_at = 0.0
@@ -76,11 +75,11 @@ class Wire:
                 while self._running and (self._next() is None or free_at > time.monotonic()):
                     busy = free_at - time.monotonic() if self._next() is not None else None
                     self._wake.wait(max(busy, 0.0) if busy is not None else None)
-                if not self._running:
+                turn = self._next()
+                if not self._running or turn is None:
                     return
-                socket = self._next()
-                assert socket is not None
-                message = socket.waiting.popleft()
+                socket, message = turn
+                socket.waiting.remove(message)
             socket.put_out(message)
             bits = BITS_BESIDE_DATA + (0 if message.is_remote_frame else 9 * len(message.data))
             free_at = max(free_at, time.monotonic() - 0.001) + bits / self.bit_rate
@@ -94,7 +93,7 @@ class Socket(SocketcanBus):
         super().__init__(channel=INTERFACE)
         self.wire = wire
         self.plugged = True
-        self.waiting: deque[can.Message] = deque()
+        self.waiting: list[can.Message] = []
         wire.join(self)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
