@@ -111,6 +111,7 @@ const MAY_USE: &[Row] = &[
             "rules",
             "event",
             "services::heartbeat",
+            "services::lss",
             "services::pdo",
             "services::sdo::wire",
             "services::sdo::transfer",

@@ -7,6 +7,7 @@ use super::incident::{Grade, Incident};
 use super::kinds::Kind::{self, *};
 use super::links::{LATE_NS, WINDOW_NS};
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
+use crate::finding::Quantity;
 
 /// A reaction follows within this time, in ns.
 const PROMPT_NS: i64 = 500_000_000;
@@ -47,6 +48,7 @@ const RULES: &[Rule] = &[
     (15, contradicted),
     (18, supply_dipped),
     (11, nobody_to_answer),
+    (11, transfer_ended),
     (12, configuration_lost),
     (15, commanded),
     (7, communication_lost),
@@ -192,9 +194,10 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     if source {
         return Some((Grade::Certain, delay.abs()));
     }
-    // Who only controls sends the RPDOs that nobody has as a TPDO.
-    let grade = if cause.clue.controller { Grade::Likely } else { Grade::Possible };
-    (effect.clue.sources == 0 && delay >= 0).then_some((grade, delay))
+    // Whose PDOs stopped as long ago as the node waits; and who only controls sends the RPDOs that nobody has as a TPDO.
+    let suspect = cause.subject.nodes & effect.clue.suspects != 0 || effect.clue.suspects == 0 && cause.clue.controller;
+    let grade = if suspect { Grade::Likely } else { Grade::Possible };
+    (suspect || effect.clue.sources == 0 && delay >= 0).then_some((grade, delay.abs()))
 }
 
 /// L6: SYNC is gone with its producer, and its consumers say so.
@@ -238,7 +241,12 @@ fn busy_storing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 fn bus_full(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     match (pair.cause.kind, pair.effect.kind) {
         (Flood, Overload) => Some((Grade::Certain, pair.delay.abs())),
-        (Flood | Overload, kind) => (is_late(kind) && pair.delay >= 0).then_some((Grade::Likely, pair.delay)),
+        // The last sign of who cannot be heard is older than what keeps it from being heard.
+        (Flood | Overload, kind) => {
+            let began = pair.effect.noticed.since(pair.cause.begin).unwrap_or(0) >= 0;
+            let period = pair.effect.ns("period").unwrap_or(0);
+            (is_late(kind) && began && pair.delay >= -period - LATE_NS).then_some((Grade::Likely, pair.delay.abs()))
+        }
         _ => None,
     }
 }
@@ -261,11 +269,20 @@ fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let gone = is_gone(pair.cause.kind);
     match pair.effect.kind {
         RequestUnanswered | LateAnswer | DamagedTransfer if pair.same_node => {
-            (gone || pair.commanded()).then_some((Grade::Certain, pair.delay.abs()))
+            // A node that is Pre-operational answers, one that is Stopped or boots does not.
+            let mute = pair.commanded() && pair.cause.get("command") != Some(Quantity::Command(0x80));
+            (gone || mute).then_some((Grade::Certain, pair.delay.abs()))
         }
         NodeAbsent if pair.same_node => gone.then_some((Grade::Likely, pair.delay.abs())),
         _ => None,
     }
+}
+
+/// L11: frames of a transfer that the server has refused were under way.
+fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let soon = (0..=WINDOW_NS).contains(&pair.delay) && pair.alone();
+    let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer;
+    (soon && refused).then_some((Grade::Likely, pair.delay))
 }
 
 /// L12: a node that has booted has lost what it was told before.
@@ -295,9 +312,13 @@ fn commanded(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
 }
 
-/// L7: a drive stops because it has lost whom it watches.
+/// L7: a drive stops because it has lost whom it watches, as it says itself, or as the times tell.
 fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let stops = matches!(pair.effect.kind, AxisFault | QuickStop) && is_gone(pair.cause.kind);
+    let says = pair.alone() && pair.cause.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
+    if pair.effect.kind == QuickStop && says && (-LATE_NS..=PROMPT_NS).contains(&pair.delay) {
+        return Some((Grade::Certain, pair.delay.abs()));
+    }
     let limit = pair.limit().filter(|_| stops)?;
     (limit..=limit + limit / 3 + PROMPT_NS).contains(&pair.delay).then_some((Grade::Likely, pair.delay))
 }
@@ -312,6 +333,11 @@ fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L13: a PDO that could not be configured is another one than was wanted.
 fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let other = matches!(pair.effect.kind, PdoLength | PdoNotAllowed | PdoMissing);
+    // A consumer says that a PDO is too long or too short: of those that it takes, one was not configured.
+    let taken = pair.effect.kind == PdoLength && pair.effect.clue.sources & pair.cause.subject.nodes != 0;
+    if taken && (pair.cause.has("refused") || pair.cause.kind == PdoLength) && !pair.alone() && pair.delay >= 0 {
+        return Some((Grade::Likely, pair.delay));
+    }
     let pdo = pair.effect.subject.pdo;
     let same = pdo.is_none() || pdo == pair.cause.subject.pdo;
     (pair.same_node && other && same && pair.cause.has("refused")).then_some((Grade::Likely, pair.delay))
@@ -319,7 +345,8 @@ fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L14: a master that got no answer, or a refusal, does not start the node.
 fn boot_cut_short(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let waits = matches!(pair.effect.kind, NotStarted | BootStuck);
+    let waits = matches!(pair.effect.kind, NotStarted | BootStuck)
+        || pair.effect.kind == StartWithoutEffect && pair.cause.kind == ProgramFailed;
     let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
     (pair.same_node && waits && cut).then_some((Grade::Likely, pair.delay.abs()))
 }

@@ -225,6 +225,10 @@ pub(super) struct Clue {
     pub(super) watched: Vec<(u8, i64)>,
     /// Producers of the PDOs that the subject waits for.
     pub(super) sources: u128,
+    /// It was commanded to all nodes.
+    pub(super) everyone: bool,
+    /// Nodes whose PDOs stopped as long ago as the subject waits for one, a bit each.
+    pub(super) suspects: u128,
     /// The subject only controls: it sends no PDO, answers nothing and reports nothing.
     pub(super) controller: bool,
     /// The subject produces SYNC.

@@ -88,6 +88,7 @@ kinds! {
     BitTiming "bit-timing-activated" E "按LSS命令切换波特率" "the bit rate switched by LSS";
 
     NodeAbsent "node-absent" B "节点不存在" "a node is absent";
+    Scan "scan" E "扫描节点ID" "a scan for node-IDs";
     NodeSilent "node-silent" A "节点失去联系" "a node is silent";
     HeartbeatStopped "heartbeat-stopped" C "心跳停止, 节点仍在发送其他报文" "heartbeats stopped while the node goes on";
     NodeRestarted "node-restarted" A "节点自行重启" "a node restarted by itself";

@@ -114,6 +114,9 @@ impl Ledger {
         if other.kind == one.kind {
             other.end = other.end.zip(one.end).map(|(end, last)| if last.no > end.no { last } else { end });
         }
+        if one.end.is_some() && other.end.is_none() && other.kind == Kind::Storing {
+            other.end = one.end;
+        }
         for step in one.steps {
             other.step(step.at, step.role, step.said, step.from);
         }

@@ -73,8 +73,41 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
     before && after
 }
 
+/// Nodes that are asked for in vain one after the other, from which on they are looked for, and the most time between two.
+const SCANNED: usize = 8;
+const SCAN_NS: i64 = 3_000_000_000;
 /// Consequences of one cause that begin within this time of each other, in ns, are one where they are of one kind.
 const TOGETHER_NS: i64 = 100_000_000;
+
+/// The capture is over: whoever looks for nodes asks for many that are not there, and none of them is missed.
+pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
+    let absent: Vec<Place> = (0..ledger.all.len())
+        .filter(|place| {
+            ledger.get(*place).is_some_and(|one| one.bus == bus && one.kind == Kind::NodeAbsent && one.end.is_none())
+        })
+        .collect();
+    let mut run: Vec<Place> = Vec::new();
+    for place in absent.iter().copied().map(Some).chain([None]) {
+        let follows = place.zip(run.last().copied()).is_some_and(|(place, last)| {
+            let (one, last) = (ledger.get(place), ledger.get(last));
+            one.zip(last).is_some_and(|(one, last)| {
+                let ascends = last.subject.node < one.subject.node;
+                ascends && one.begin.since(last.begin).is_none_or(|since| since <= SCAN_NS)
+            })
+        });
+        if !follows {
+            if let Some((first, others)) = run.split_first().filter(|_| run.len() >= SCANNED) {
+                others.iter().for_each(|other| ledger.merge(*other, *first));
+                if let Some(one) = ledger.get_mut(*first) {
+                    (one.kind, one.subject.node) = (Kind::Scan, None);
+                    one.repeats.count = run.len() as u64;
+                }
+            }
+            run.clear();
+        }
+        run.extend(place);
+    }
+}
 
 /// The capture is over: what happened to several nodes alike, by one cause, is one incident; so is a SYNC that stops with
 /// its producer, and the loss of that.
@@ -84,12 +117,24 @@ pub(super) fn join(ledger: &mut Ledger) {
         let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
         let into = match one.kind {
             Kind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
+            // What a node reports and what its axis does then; a PDO, and the writes that should have made it another one.
+            kind if link.rule == 17 && kind != Kind::NodeRestarted && one.status == Status::Harmless => {
+                Some(place_of(link))
+            }
+            Kind::QuickStop if link.rule == 7 && link.grade == Grade::Certain => Some(place_of(link)),
+            Kind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
+            Kind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
             _ => (0..place).find(|other| ledger.get(*other).is_some_and(|other| is_alike(other, one, link))),
         };
         if let Some(into) = into {
             ledger.merge(place, into);
         }
     }
+}
+
+fn is_same_pdo(ledger: &Ledger, one: &Incident, link: Link) -> bool {
+    let cause = ledger.by_id(link.cause);
+    cause.is_some_and(|cause| cause.subject.node == one.subject.node && cause.subject.pdo == one.subject.pdo)
 }
 
 fn place_of(link: Link) -> Place {
@@ -109,15 +154,33 @@ fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
 
 /// The capture is over: what only follows from what is harmless is harmless, too.
 pub(super) fn settle(ledger: &mut Ledger) {
+    // One node that is stopped by command is not what those want that wait for it.
     for place in 0..ledger.all.len() {
-        let Some(one) = ledger.get(place) else { continue };
-        let Some(link) = one.cause.filter(|link| link.grade == Grade::Certain) else { continue };
-        let harmless = ledger.by_id(link.cause).is_some_and(|cause| cause.status == Status::Harmless);
-        if harmless
-            && one.status == Status::Over
-            && let Some(one) = ledger.get_mut(place)
-        {
-            one.status = Status::Harmless;
+        let Some(one) = ledger.get(place).filter(|one| one.kind == Kind::CommandedStop && !one.clue.everyone) else {
+            continue;
+        };
+        let reported = |other: &&Incident| !other.clue.reported.is_empty() || other.kind == Kind::AxisFault;
+        let follows = ledger.told().filter(reported).any(|other| other.cause.is_some_and(|link| link.cause == one.id));
+        let over = follows && one.status == Status::Harmless && one.end.is_some();
+        if let Some(one) = ledger.get_mut(place).filter(|_| over) {
+            one.status = Status::Over;
+        }
+    }
+    // A consequence may stand before its cause: as often as there are links in a row.
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for place in 0..ledger.all.len() {
+            let Some(one) = ledger.get(place) else { continue };
+            let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
+            let harmless = ledger.by_id(link.cause).is_some_and(|cause| cause.status == Status::Harmless);
+            if harmless
+                && one.status == Status::Over
+                && let Some(one) = ledger.get_mut(place)
+            {
+                one.status = Status::Harmless;
+                changed = true;
+            }
         }
     }
     // A cause that is not told cannot be named.

@@ -27,6 +27,7 @@ use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{self, BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::services::heartbeat::OPERATIONAL;
+use crate::services::lss::command as lss;
 use crate::services::sdo::transfer::Status as Transferred;
 use crate::services::sdo::wire::{Command, Side};
 
@@ -84,7 +85,7 @@ impl OfBus {
                 one.kind = Kind::WatchedAbsent;
                 one.fact("watched", Quantity::Count((*node).into()));
             }
-            _ if one.has("refused") && one.has("started") => one.kind = Kind::HalfConfigured,
+            (kind, _) if one.has("started") && kind != Kind::ProgramFailed => one.kind = Kind::HalfConfigured,
             _ => {}
         }
         // A node that is back and was not started again.
@@ -217,6 +218,7 @@ impl OfBus {
         let (at, id) = (frame.reference(), frame.bus);
         self.nodes.heard(node, false, scene!(self, ledger, bus, id, at));
         self.heard.frame(node, at);
+        self.configurations.heard(node, scene!(self, ledger, bus, id, at));
         if !self.found.is_empty() {
             let sign = Sign { ends: Ends::Heard, node: Some(node), pdo: None };
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
@@ -248,6 +250,7 @@ impl OfBus {
             return false;
         }
         self.heard.serves(data.node);
+        self.heard.pdo(data.node, at);
         let dirty = self.alive(data.node, frame, bus, ledger);
         // A node without heartbeats shows by its PDOs that it is started.
         if data.state == Some(OPERATIONAL) && self.nodes.is_waiting(data.node) {
@@ -297,6 +300,7 @@ impl OfBus {
                 self.drives.booted(node, scene!(self, ledger, bus, id, at));
                 self.motions.booted(node, scene!(self, ledger, bus, id, at));
                 self.boots.booted(node, at);
+                self.configurations.heard(node, scene!(self, ledger, bus, id, at));
                 self.configurations.booted(node, scene!(self, ledger, bus, id, at));
                 self.heard.frame(node, at);
                 self.heard.operational &= !bit(node);
@@ -361,6 +365,13 @@ impl OfBus {
                 }
                 false
             }
+            Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } } => {
+                if !self.found.is_empty() {
+                    let sign = Sign { ends: Ends::Lss, node: None, pdo: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                false
+            }
             Message::ErrorFrame => {
                 self.heard.errors = (self.heard.errors.0 + 1, at);
                 false
@@ -414,6 +425,8 @@ impl OfBus {
         for place in before..ledger.all.len() {
             links::link(ledger, place, id);
         }
+        links::scanned(ledger, id);
+        self.emergencies.finish(scene!(self, ledger, bus, id, end));
         for place in 0..ledger.all.len() {
             let back = self.nodes.back(place);
             let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
@@ -421,6 +434,12 @@ impl OfBus {
             let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
             let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
             one.status = status(one, end, (back, gone, others && long));
+            // A node is stopped to be written to.
+            let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
+            let on_purpose = one.kind == Kind::CommandedStop && incident::members(one.subject.nodes).all(written);
+            if on_purpose && one.status == Status::Harmless {
+                one.clue.least = u64::MAX;
+            }
             if one.status == Status::Stands {
                 one.end = None;
                 self.stands(place, back, end, ledger);

@@ -8,6 +8,8 @@ use crate::bus::Bus;
 use crate::configuration::Provenance;
 use crate::frame::{BusId, FrameRef};
 
+/// How late a node may report that an RPDO did not come, in ns.
+const WATCH_NS: i64 = 50_000_000;
 /// Node-IDs and 0.
 const SLOTS: usize = 128;
 
@@ -32,6 +34,8 @@ pub(super) struct Heard {
     pub(super) errors: (u64, FrameRef),
     /// The last write or NMT command to each node.
     asked: Vec<FrameRef>,
+    /// The last TPDO of each node.
+    pdos: Vec<FrameRef>,
     /// The last write to each node.
     written: Vec<FrameRef>,
     /// The last order to store, restore or program something, to each node.
@@ -53,6 +57,7 @@ impl Default for Heard {
             sync_period_ns: None,
             errors: (0, FrameRef::default()),
             asked: vec![FrameRef::default(); SLOTS],
+            pdos: vec![FrameRef::default(); SLOTS],
             written: vec![FrameRef::default(); SLOTS],
             stored: vec![FrameRef::default(); SLOTS],
             bit_rate: None,
@@ -104,6 +109,14 @@ impl Heard {
     pub(super) fn asked(&self, node: u8) -> Option<FrameRef> {
         let of = |node: u8| self.asked.get(usize::from(node)).copied().filter(|at| at.no > 0);
         [of(node), of(0)].into_iter().flatten().max_by_key(|at| at.no)
+    }
+
+    /// A node has sent a TPDO.
+    #[inline]
+    pub(super) fn pdo(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.pdos.get_mut(usize::from(node)) {
+            *slot = at;
+        }
     }
 
     /// A node was written to by SDO.
@@ -171,5 +184,24 @@ impl Scene<'_> {
         let timed = known.pdos().iter().filter(|pdo| !pdo.transmit && pdo.cob.0.valid);
         let timed = timed.filter(|pdo| pdo.event_timer.is_some_and(|(time, _)| time > 0));
         timed.fold(0, |all, pdo| all | self.bus.producers(pdo.cob.0.id))
+    }
+
+    /// The producers of all PDOs that a node takes, a bit each.
+    pub(super) fn taken(&self, node: u8) -> u128 {
+        let pdos = self.bus.node(node).map(|known| known.pdos()).unwrap_or_default();
+        let taken = pdos.iter().filter(|pdo| !pdo.transmit && pdo.cob.0.valid);
+        taken.fold(0, |all, pdo| all | self.bus.producers(pdo.cob.0.id))
+    }
+
+    /// The nodes whose last TPDO is as old as a time by which a node waits for an RPDO (event timer, sub-index 05h).
+    pub(super) fn suspects(&self, node: u8) -> u128 {
+        let times = (0x1400..=0x15FF).filter_map(|index| Some(self.value(node, index, 5)?.0 as i64 * 1_000_000));
+        let times: Vec<i64> = times.filter(|time| *time > 0).collect();
+        let fits = |other: &u8| {
+            let last = self.heard.pdos.get(usize::from(*other)).copied().filter(|at| at.no > 0);
+            let rest = last.and_then(|last| self.at.since(last)).unwrap_or(-1);
+            times.iter().any(|time| (*time - time / 10..=time + time / 3 + WATCH_NS).contains(&rest))
+        };
+        (1..=127).filter(|other| *other != node).filter(fits).fold(0, |all, other| all | bit(other))
     }
 }

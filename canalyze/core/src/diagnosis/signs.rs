@@ -29,6 +29,8 @@ pub(super) enum Ends {
     Controller,
     /// The same, or any frame: a controller that is off receives none.
     Traffic,
+    /// An LSS slave takes what it is told.
+    Lss,
     /// The node boots, or is Operational.
     Guarded,
 }
@@ -77,11 +79,12 @@ pub(super) const SIGNS: &[Row] = &[
     (Code::Lss001, Kind::WireError, 1, Ends::Once),
     (Code::Lss002, Kind::WireError, 1, Ends::Once),
     (Code::Lss003, Kind::LssRefused, 1, Ends::Once),
-    (Code::Lss004, Kind::LssRefused, 1, Ends::Once),
+    (Code::Lss004, Kind::LssRefused, 1, Ends::Lss),
     (Code::Lss007, Kind::LssRefused, 1, Ends::Once),
     (Code::Lss008, Kind::WireError, 1, Ends::Once),
     (Code::Lss009, Kind::LssUnanswered, 1, Ends::Once),
     (Code::Lss011, Kind::WireError, 1, Ends::Once),
+    (Code::Lss012, Kind::LssUnanswered, 2, Ends::Never),
     (Code::Mpd001, Kind::PdoLength, 1, Ends::Once),
     (Code::Nmt001, Kind::WireError, 1, Ends::Once),
     (Code::Pdo001, Kind::PdoLength, 1, Ends::Length),

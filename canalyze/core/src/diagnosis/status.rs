@@ -15,8 +15,8 @@ const SETTLED_NS: i64 = 500_000_000;
 
 /// Whether a kind is explained by a command or by the recording.
 pub(super) fn is_harmless(kind: Kind) -> bool {
-    use Kind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Storing};
-    matches!(kind, BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
+    use Kind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Scan, Storing};
+    matches!(kind, Scan | BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
 }
 
 /// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
@@ -32,7 +32,7 @@ pub(super) fn status(
     };
     match one.kind {
         // One node that stays stopped while others run is not what anybody wants.
-        CommandedStop if one.end.is_none() && left_alone => return Status::Stands,
+        CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Stands,
         kind if is_harmless(kind) => return Status::Harmless,
         ConsumerTimeTooShort => return Status::Stands,
         // Who takes back bit 2 of the controlword asks for a quick stop.
@@ -44,7 +44,7 @@ pub(super) fn status(
     let comes_again = !one.clue.reported.is_empty()
         || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
     let rest = end.since(one.end.unwrap_or(one.repeats.since));
-    let goes_on = comes_again && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(2));
+    let goes_on = comes_again && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean + mean / 4);
     if one.repeats.count >= GOES_ON && goes_on {
         return Status::Stands;
     }

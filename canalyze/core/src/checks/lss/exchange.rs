@@ -283,7 +283,8 @@ impl Exchanges {
         };
         OWING.iter().find_map(|exchange| {
             let asked = self.asked.get_mut(*exchange as usize)?.as_mut()?;
-            let due = asked.owes() && late(asked, *exchange);
+            // An answer that may be that of a request before is one: a slave is there.
+            let due = asked.owes() && !asked.answered && late(asked, *exchange);
             due.then(|| settled(asked, *exchange))
         })
     }
@@ -353,7 +354,7 @@ impl Exchanges {
     /// When something becomes due, in ns.
     pub fn due(&self) -> Option<i64> {
         let open = OWING.iter().filter_map(|exchange| {
-            let asked = self.get(*exchange).filter(|asked| asked.owes())?;
+            let asked = self.get(*exchange).filter(|asked| asked.owes() && !asked.answered)?;
             Some(asked.at.t_ns?.saturating_add(exchange.limit_ns()))
         });
         let early = self.early.iter().filter_map(|early| Some(early.at.t_ns?.saturating_add(self.lag_ns + 1)));

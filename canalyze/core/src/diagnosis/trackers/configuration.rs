@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::checks::pdo::configuration::pdo_parameter;
-use crate::diagnosis::incident::{Role, Subject, bit};
+use crate::diagnosis::incident::{IncidentId, Role, Subject, bit};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
@@ -17,6 +17,8 @@ use crate::services::sdo::wire::{Mux, Side};
 
 /// A pause that ends a run of writes, in ns.
 const PAUSE_NS: i64 = 2_000_000_000;
+/// The abort code of a client that waits no longer.
+const TIMED_OUT: u32 = 0x0504_0000;
 /// Refused objects of one node that are waited for.
 const KEPT: usize = 64;
 
@@ -24,6 +26,8 @@ const KEPT: usize = 64;
 #[derive(Debug, Default)]
 pub(in crate::diagnosis) struct Configurations {
     open: BTreeMap<u8, (Place, Vec<Mux>)>,
+    /// Nodes that were asked for in vain and never heard.
+    missed: Vec<(u8, IncidentId)>,
 }
 
 /// The kind of refusal that an abort code says of an object.
@@ -49,6 +53,7 @@ fn kind(code: u32, mux: Mux) -> Kind {
 impl Configurations {
     /// An SDO transfer has ended.
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        self.absent(transfer, scene);
         let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
         match (transfer.outcome.status, transfer.outcome.abort) {
             (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
@@ -59,6 +64,40 @@ impl Configurations {
             (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),
             _ => {}
         }
+    }
+
+    /// A request that its client has given up, to a node that was never heard.
+    fn absent(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let node = transfer.node;
+        let given_up = transfer.outcome.abort.is_some_and(|abort| abort.by == Side::Client && abort.code == TIMED_OUT);
+        if !given_up || scene.heard.last(node).is_some() {
+            return;
+        }
+        let known = scene.ledger.last(scene.id, |one| one.kind == Kind::NodeAbsent && one.subject.node == Some(node));
+        let (begin, at) = (transfer.first, transfer.last);
+        let place = known.or_else(|| scene.ledger.open(Kind::NodeAbsent, scene.id, Subject::node(node), begin, at));
+        let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
+        if known.is_some() {
+            one.again(begin);
+        } else {
+            self.missed.push((node, one.id));
+        }
+        one.step(at, Role::Attempt, Saying::ClientGaveUp, None);
+    }
+
+    /// A node that was asked for in vain is heard.
+    #[inline]
+    pub(in crate::diagnosis) fn heard(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        self.missed.retain(|(missed, id)| {
+            if *missed == node
+                && let Some(one) = scene.ledger.get_mut((id.0 as usize).wrapping_sub(1))
+            {
+                one.step(at, Role::Recovery, Saying::HeardAgain, None);
+                one.ends(at);
+            }
+            *missed != node
+        });
     }
 
     fn refused(&mut self, transfer: &Transfer, mux: Mux, abort: u32, scene: &mut Scene<'_>) {

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
-use crate::diagnosis::incident::{Role, Subject, bit};
+use crate::diagnosis::incident::{Incident, Role, Subject, bit};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
@@ -18,6 +18,10 @@ use crate::services::sdo::wire::Mux;
 
 /// Errors of one node within this time have one cause, in ns.
 const TOGETHER_NS: i64 = 500_000_000;
+
+/// So many times a loss that was none is reported before it is the consumer's time that is wrong, where nothing said it
+/// before.
+const TOO_SHORT: u64 = 3;
 
 /// A loss that a heartbeat consumer reports (CiA 301, 7.2.7.1).
 pub(in crate::diagnosis) const LIFE_GUARD: u16 = 0x8130;
@@ -132,22 +136,47 @@ impl Emergencies {
     /// What is known at the begin, and needed to find the cause.
     fn begin(&mut self, place: Place, emergency: Emergency, scene: &mut Scene<'_>) {
         let Emergency { node, code, manufacturer, .. } = emergency;
-        let (watched, sources) = (scene.watched(node), scene.sources(node));
+        let misfit = matches!(code, 0x8210 | 0x8220);
+        let (watched, sources) = (scene.watched(node), if misfit { scene.taken(node) } else { scene.sources(node) });
+        let suspects = if code == RPDO_TIMEOUT { scene.suspects(node) } else { 0 };
         let sync = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
         let short = (code == LIFE_GUARD).then(|| too_short(&watched, manufacturer, scene)).flatten();
         let written =
             short.and_then(|(_, _, _, sub)| scene.value(node, 0x1016, sub)).and_then(|(_, from)| from.frame());
         let Some(one) = scene.ledger.get_mut(place) else { return };
         one.clue.watched = watched.iter().map(|(node, time, _)| (*node, *time)).collect();
-        (one.clue.sources, one.clue.sync) = (sources, sync);
-        if let Some((watched, limit, period, _)) = short {
-            one.kind = Kind::ConsumerTimeTooShort;
-            one.subject.nodes |= bit(watched);
-            one.fact("watched", Quantity::Count(watched.into()));
-            one.fact("limit", Quantity::Ns(limit));
-            one.fact("period", Quantity::Ns(period));
-            if let Some(frame) = written {
-                one.fact("written", Quantity::Count(frame));
+        (one.clue.sources, one.clue.sync, one.clue.suspects) = (sources, sync, suspects);
+        if let Some(short) = short {
+            is_too_short(one, short, written);
+        }
+    }
+
+    /// The capture is over: what is known by now of the times that nodes wait. What a rule has taken for silence by such a
+    /// time was none.
+    pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for place in 0..scene.ledger.all.len() {
+            let Some(one) = scene.ledger.get(place) else { continue };
+            let Some(node) = one.subject.node.filter(|_| one.bus == scene.id) else { continue };
+            let often = one.kind == Kind::HeartbeatConsumerError && one.repeats.count >= TOO_SHORT;
+            if often && let Some(short) = too_short(&scene.watched(node), [0; 5], scene) {
+                let written = scene.value(node, 0x1016, short.3).and_then(|(_, from)| from.frame());
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    is_too_short(one, short, written);
+                }
+            }
+        }
+        for place in 0..scene.ledger.all.len() {
+            let Some(one) = scene.ledger.get(place) else { continue };
+            let silent = one.bus == scene.id && matches!(one.kind, Kind::NodeSilent | Kind::HeartbeatStopped);
+            let Some(node) = one.subject.node.filter(|_| silent && one.end.is_some() && !one.has("boot_up")) else {
+                continue;
+            };
+            let short = scene.ledger.all.iter().position(|other| {
+                let watches = other.kind == Kind::ConsumerTimeTooShort && other.count("watched") == u64::from(node);
+                watches && other.bus == scene.id && one.ns("limit") <= other.ns("period")
+            });
+            if let Some(short) = short {
+                scene.ledger.merge(place, short);
             }
         }
     }
@@ -226,9 +255,24 @@ impl Emergencies {
     }
 }
 
+/// A consumer waits for less than the period of the producer that it watches; `written`: the frame that said so.
+fn is_too_short(one: &mut Incident, (watched, limit, period, _): Short, written: Option<u64>) {
+    one.kind = Kind::ConsumerTimeTooShort;
+    one.subject.nodes |= bit(watched);
+    one.fact("watched", Quantity::Count(watched.into()));
+    one.fact("limit", Quantity::Ns(limit));
+    one.fact("period", Quantity::Ns(period));
+    if let Some(frame) = written {
+        one.fact("written", Quantity::Count(frame));
+    }
+}
+
+/// A watched node, the time that its consumer waits and its period in ns, and the sub-index of 1016h.
+type Short = (u8, i64, i64, u8);
+
 /// A watched node whose heartbeats come, though more seldom than the consumer waits: it, the time that the consumer waits
 /// and the period in ns, and the sub-index of 1016h.
-fn too_short(watched: &[(u8, i64, u8)], manufacturer: [u8; 5], scene: &Scene<'_>) -> Option<(u8, i64, i64, u8)> {
+fn too_short(watched: &[(u8, i64, u8)], manufacturer: [u8; 5], scene: &Scene<'_>) -> Option<Short> {
     let here = |node: u8, period: i64| {
         let last = scene.heard.last_heartbeat(node).and_then(|last| scene.at.since(last));
         last.is_some_and(|since| since <= period.saturating_add(period / 4))

@@ -41,7 +41,7 @@ const STANDS_NS: i64 = 1_000_000_000;
 /// A set-point is acknowledged within this time, in ns; and so many statuswords have to show that it is not.
 const ACKNOWLEDGE_NS: i64 = 500_000_000;
 const SAMPLES: u32 = 3;
-/// An axis that is told to be enabled for so long and stays disabled has a reason that no command shows, in ns.
+/// An axis that is told to be ready for so long and stays disabled has a reason that no command shows, in ns.
 const ENABLE_NS: i64 = 5_000_000_000;
 /// Gaps that show how often targets come; from so many times that on, one was missing.
 const TAUGHT: u32 = 16;
@@ -62,8 +62,8 @@ struct Axis {
     set_point: Option<(FrameRef, u32)>,
     /// Fault resets without an edge: the first, and how many.
     held: Option<(FrameRef, u32)>,
-    /// Since when it is told to be enabled and stays disabled, without voltage.
-    disabled: Option<FrameRef>,
+    /// Since when it is told to be enabled; and whether all of it was asked for, enable operation included.
+    upward: Option<(FrameRef, bool)>,
     open: Vec<(Kind, Place)>,
 }
 
@@ -160,6 +160,12 @@ impl Motions {
         } else if word & NEW_SET_POINT == 0 {
             axis.set_point = None;
         }
+        axis.upward = match (word & 0x8F, axis.upward) {
+            (0x06 | 0x07 | 0x0F, upward) => {
+                Some(upward.map_or((at, word & 0x8F == 0x0F), |(since, enable)| (since, enable || word & 0x8F == 0x0F)))
+            }
+            _ => None,
+        };
         // A fault reset is the rising edge: a bit that was set before the fault came is none.
         let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
         if rises(FAULT_RESET) || word & FAULT_RESET == 0 || axis.state != Some(State::Fault) {
@@ -193,10 +199,13 @@ impl Motions {
             let late = at.since(*since).is_some_and(|since| since >= ACKNOWLEDGE_NS);
             (late && *samples >= SAMPLES).then_some(*since)
         });
-        let told = axis.control.is_some_and(|word| matches!(word & 0x8F, 0x06 | 0x07 | 0x0F));
-        let stays = told && state == State::SwitchOnDisabled && word & VOLTAGE == 0;
-        axis.disabled = stays.then(|| axis.disabled.unwrap_or(at));
-        let disabled = axis.disabled.filter(|since| at.since(*since).is_some_and(|since| since >= ENABLE_NS));
+        let stays = state == State::SwitchOnDisabled && word & VOLTAGE == 0;
+        let told = axis.upward.filter(|_| stays).filter(|(since, enable)| {
+            let least = if *enable { STANDS_NS } else { ENABLE_NS };
+            at.since(*since).is_some_and(|since| since >= least)
+        });
+        let open = axis.open.iter().any(|(kind, _)| *kind == Kind::NotEnabled);
+        let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at));
         let control = axis.control;
         let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
         self.set(name, Kind::FollowingError, error(&FOLLOWS), at, scene);

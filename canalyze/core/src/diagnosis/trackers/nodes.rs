@@ -37,6 +37,8 @@ pub(in crate::diagnosis) struct Nodes {
     commanded: Option<(Place, u128)>,
     /// Which of the nodes were Operational before their last boot-up or reset.
     was_operational: u128,
+    /// The first start of each node that it has not obeyed yet.
+    started: BTreeMap<u8, FrameRef>,
     /// The boot-up of each node that ended its last silence.
     returned: BTreeMap<u8, u64>,
     /// The last boot-up of each node.
@@ -68,6 +70,7 @@ impl Nodes {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
         self.booted.insert(node, at);
+        self.started.remove(&node);
         if let Some(place) = self.owing.remove(&node) {
             self.close(place, at, Saying::Booted, scene);
         }
@@ -103,6 +106,7 @@ impl Nodes {
             return;
         }
         self.was_operational &= !bit(node);
+        self.started.remove(&node);
         let at = scene.at;
         for place in self.waiting.remove(&node).unwrap_or_default() {
             let others = self.waiting.values().flatten().any(|other| *other == place)
@@ -158,9 +162,19 @@ impl Nodes {
                 if kind == Kind::CommandedReset {
                     one.kind = kind;
                 }
+                one.clue.everyone |= node == 0;
                 one.fact("command", Quantity::Command(command));
                 one.step(at, Role::Sign, Saying::Commanded { command }, None);
             }
+        }
+        for node in members(meant & !before).filter(|_| command == 0x01) {
+            self.started.entry(node).or_insert(scene.at);
+        }
+        if let (0x01, Some((place, left))) = (command, self.commanded)
+            && left & !meant == 0
+            && let Some(one) = scene.ledger.get_mut(place)
+        {
+            one.fact("started_again", Quantity::Count(scene.at.no));
         }
         if matches!(command, 0x81 | 0x82) {
             self.was_operational &= !meant;
@@ -322,7 +336,23 @@ impl Nodes {
     /// A command had no effect (NMT002), or no boot-up has come (NMT006).
     pub(in crate::diagnosis) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let kind = if finding.code == Code::Nmt006 { Kind::NoBootUp } else { Kind::StartWithoutEffect };
-        let begin = finding.cause.unwrap_or(finding.at);
+        let mut begin = finding.cause.unwrap_or(finding.at);
+        if kind == Kind::StartWithoutEffect
+            && finding.measured().and_then(|all| all.get("command")) == Some(Quantity::Command(0x01))
+            && let Some(first) = self.started.get(&node).filter(|_| !self.owing.contains_key(&node))
+        {
+            begin = *first;
+        }
+        // A master that tries again does not make it another trouble.
+        if let Some(one) = self.owing.get(&node).and_then(|place| scene.ledger.get_mut(*place))
+            && one.kind == kind
+        {
+            one.again(begin);
+            if let Some(Quantity::Command(command)) = finding.measured().and_then(|all| all.get("command")) {
+                one.step(begin, Role::Attempt, Saying::Commanded { command }, Some(finding.code));
+            }
+            return;
+        }
         let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at) else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
             one.clue.because_of = finding.because_of.map(|at| at.no);
