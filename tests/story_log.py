@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from statistics import median
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -105,6 +108,17 @@ class Log:
     def stamp(self, line: int) -> float:
         """When a line was received."""
         return self.lines[line - 1].stamp
+
+    def late_syncs(self) -> list[dict[str, Any]]:
+        """Where SYNC came late but not missing: the machine that recorded stood still, as the truth calls `natural`."""
+        stamps = [(line.stamp, line.number) for line in self.lines if on(0x080)(line)]
+        gaps = [(after[0] - before[0], after[1]) for before, after in pairwise(stamps)]
+        period = median(gap for gap, _ in gaps) if gaps else 0.0
+        return [
+            {"line": line, "kind": f"SYNC {(gap - period) * 1000:.0f} ms late"}
+            for gap, line in gaps
+            if 1.25 * period < gap < 2.5 * period
+        ]
 
     def silence_told(self, node: int, since: int, periods: float, period_s: float) -> int:
         """The first line from which it can be told that a node is silent whose heartbeat has this period."""

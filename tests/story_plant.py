@@ -373,6 +373,6 @@ class Plant:
             "stories": [story.row() for story in tale.stories],
             "must_not_say": tale.must_not_say,
             "notes": tale.notes,
-            "natural": tale.natural,
+            "natural": [*tale.natural, *log.late_syncs()],
         }
         self.path.with_suffix(".json").write_text(json.dumps(whole, indent=1, ensure_ascii=False) + "\n")

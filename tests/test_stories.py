@@ -20,6 +20,24 @@ def test_there_are_stories() -> None:
     assert STORIES
 
 
+@pytest.mark.parametrize("path", STORIES, ids=lambda path: path.stem)
+def test_a_truth_fits_its_recording(path: Path) -> None:
+    truth = json.loads(path.read_text())
+    lines = path.with_name(truth["capture"]).read_text().splitlines()
+    assert truth["frames"] == len(lines)
+    known = {one["node"] for one in truth["nodes"]}
+    for number, story in enumerate(truth["stories"]):
+        begin, visible, end = (story[f"{name}_line"] for name in ("begin", "visible_from", "end"))
+        assert 1 <= begin <= visible <= len(lines)
+        assert (end is None) == (story["status"] == "stands")
+        assert end is None or visible <= end <= len(lines) or story["status"] == "harmless"
+        assert story["root"] == (story["caused_by"] is None)
+        assert story["root"] or 0 <= story["caused_by"] < number
+        assert {begin, visible} <= set(story["evidence_lines"]) <= set(range(1, len(lines) + 1))
+        if story["status"] != "harmless" and "absent" not in path.stem:
+            assert nodes(story["subject"]) <= known
+
+
 def nodes(subject: Row) -> set[int]:
     """The nodes of a subject."""
     alone = [subject["node"]] if subject.get("node") is not None else []
