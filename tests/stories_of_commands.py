@@ -44,9 +44,9 @@ def second_master(p: Plant) -> tuple[Log, Tale]:
         "A second controller commands node 6 and asks drive 4 in the midst of the first one's requests",
         [
             Story(
-                "two masters: node 6 is sent to Pre-operational twice and stopped once, and started again by the other "
-                "each time after 0.35 s; then both ask drive 4 on the same SDO channel at the same time (1018h:01 and "
-                "6041h)",
+                "two masters: node 6 is sent to Pre-operational twice and stopped once, and started again by the "
+                "other each time after 0.35 s; then both ask drive 4 on the same SDO channel at the same time "
+                "(1018h:01 and 6041h)",
                 {"nodes": [6, 4]},
                 first,
                 log.first(nmt(PRE_OP, 6), log.stamp(against[0])),
@@ -100,8 +100,7 @@ def producer_stopped(p: Plant) -> tuple[Log, Tale]:
             ),
             Story(
                 "node 5, which needs 183h every 500 ms (1401h:05), reported EMCY 8250h and took it back when node 3 "
-                "ran "
-                "again",
+                "ran again",
                 {"node": 5, "pdo": "RPDO2 of node 5 / 183h"},
                 late,
                 late,
@@ -308,8 +307,8 @@ def restart_of_all(p: Plant) -> tuple[Log, Tale]:
         "An ordinary restart of the plant by command (harmless)",
         [
             Story(
-                "ordinary restart of the plant: drive disabled, SYNC stopped, reset node to all (81h 00h); all booted, "
-                "were configured again and started",
+                "ordinary restart of the plant: drive disabled, SYNC stopped, reset node to all (81h 00h); all "
+                "booted, were configured again and started",
                 {"nodes": [2, 4, 5]},
                 order,
                 order,

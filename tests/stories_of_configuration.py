@@ -135,8 +135,7 @@ def absent(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 f"node 7 is absent: {len(asked)} requests for 1000h, each given up after 0.5 s (05040000h); nothing "
-                "was "
-                "ever heard of it",
+                "was ever heard of it",
                 {"node": 7},
                 asked[0],
                 gave_up[0],
@@ -182,9 +181,8 @@ def wrong_order(p: Plant) -> tuple[Log, Tale]:
         "A mapping is written in the wrong order, refused and never made good",
         [
             Story(
-                f"all {len(refused)} writes of 1A00h of node 6 were refused (06010000h) because TPDO1 was still "
-                "valid; the "
-                "controller went on and started: TPDO1 keeps its 4 bytes, 6 were wanted",
+                f"all {len(refused)} writes of 1A00h of node 6 were refused (06010000h) because TPDO1 was still valid; "
+                "the controller went on and started: TPDO1 keeps its 4 bytes, 6 were wanted",
                 {"node": 6, "pdo": "TPDO1 of node 6 / 186h"},
                 log.first(download(6, 0x1A00, 0), wrong),
                 refused[0],
@@ -240,9 +238,8 @@ def scan(p: Plant) -> tuple[Log, Tale]:
         "A scan of the node-IDs 1 to 32, then an ordinary configuration (harmless)",
         [
             Story(
-                "a scan: 1000h of the node-IDs 1 to 32 was read one after the other; 2, 4 and 6 are there, the "
-                "others are "
-                "not and need not be",
+                "a scan: 1000h of the node-IDs 1 to 32 was read one after the other; 2, 4 and 6 are there, the others "
+                "are not and need not be",
                 {"nodes": [node for node in range(1, 33) if node not in (2, 4, 6)]},
                 asked[0],
                 asked[8],

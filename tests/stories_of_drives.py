@@ -97,9 +97,8 @@ def reset_without_edge(p: Plant) -> tuple[Log, Tale]:
         "A drive faults, and its reset has no edge: the controller holds bit 7 all the time",
         [
             Story(
-                "drive 4 went to fault (EMCY 2310h, current at the output) and stays there: bit 7 of the "
-                "controlword is "
-                "1 in every RPDO (also before the fault), so there is no rising edge, and no reset",
+                "drive 4 went to fault (EMCY 2310h, current at the output) and stays there: bit 7 of the controlword "
+                "is 1 in every RPDO (also before the fault), so there is no rising edge, and no reset",
                 {"node": 4, "axis": "drive 4"},
                 min(raised, shown),
                 max(raised, shown),
@@ -156,8 +155,8 @@ def both_axes(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 "both axes of node 5 fell from operation enabled to fault in the same cycle, without an EMCY and with "
-                "bit 4 (voltage enabled) gone: the safety circuit opened; 2 s later it was closed, both were reset and "
-                "enabled again",
+                "bit 4 (voltage enabled) gone: the safety circuit opened; 2 s later it was closed, both were reset "
+                "and enabled again",
                 {"node": 5, "axis": "both axes of node 5"},
                 first,
                 second,
@@ -197,9 +196,8 @@ def enable_without_effect(p: Plant) -> tuple[Log, Tale]:
         "A drive does not enable: safe torque off is on",
         [
             Story(
-                "drive 4 does not follow 06h, 07h, 0Fh: it stays in switch on disabled, with bit 4 (voltage "
-                "enabled) 0; "
-                "a second attempt has no effect either",
+                "drive 4 does not follow 06h, 07h, 0Fh: it stays in switch on disabled, with bit 4 (voltage enabled) "
+                "0; a second attempt has no effect either",
                 {"node": 4, "axis": "drive 4"},
                 shutdown,
                 log.first(on(0x184, "4002"), log.stamp(enable)),

@@ -105,8 +105,7 @@ def cable_off(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 "node 4 was not to be heard for 2.6 s and came back without a boot-up: it had kept its supply, only "
-                "the "
-                "connection was broken",
+                "the connection was broken",
                 {"node": 4},
                 last,
                 told,
@@ -194,13 +193,12 @@ def segment_off(p: Plant) -> tuple[Log, Tale]:
                 "over",
                 [*boots, *(log.last(of(node), off + 0.02) for node in (3, 4, 5)), log.first(nmt(START, 0), back)],
                 "no frames of the three; drive 5 had to be enabled again",
-                "what the three have in common: fuse, supply, distributor. All came back with a boot-up, so power "
-                "was gone",
+                "what the three have in common: fuse, supply, distributor. All came back with a boot-up, so power was "
+                "gone",
             ),
             Story(
                 "node 2, which monitors 3 and 4, reported both (EMCY 8130h twice) and took it back when both were "
-                "there "
-                "again",
+                "there again",
                 {"node": 2},
                 seen,
                 seen,

@@ -36,8 +36,7 @@ def flapping(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 "node 3 was not to be heard three times, for 1.2 s each, and came back each time without a boot-up: "
-                "its "
-                "connection is loose",
+                "its connection is loose",
                 {"node": 3},
                 log.last(of(3), gone[0] + 0.01),
                 seen[0],
@@ -72,8 +71,8 @@ def consumer_too_short(p: Plant) -> tuple[Log, Tale]:
     """t06: 1016h is shorter than the period that is kept; both are preset, one is read."""
     p.io(
         2,
-        "heartbeat 300 ms, monitors 5 with 500 ms and 127 with 900 ms (preset, read once by the controller), "
-        "1029h:01 = 1",
+        "heartbeat 300 ms, monitors 5 with 500 ms and 127 with 900 ms (preset, read once by the controller), 1029h:01 "
+        "= 1",
         consumers=[(5, 500), (127, 900)],
         behaviour=1,
     )
@@ -145,8 +144,7 @@ def guarding_stopped(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 "the controller stopped guarding node 4 (no RTR on 704h any more, every 300 ms before); SYNC and "
-                "RPDOs go "
-                "on",
+                "RPDOs go on",
                 {"nodes": [127, 4]},
                 last,
                 seen,
@@ -157,8 +155,8 @@ def guarding_stopped(p: Plant) -> tuple[Log, Tale]:
                 "the controller: why it stopped guarding (program, node taken off its list)",
             ),
             Story(
-                "drive 4 noticed it after 900 ms (100Ch x 100Dh; life guarding, EMCY 8130h) and went to fault "
-                "(6007h = 1)",
+                "drive 4 noticed it after 900 ms (100Ch x 100Dh; life guarding, EMCY 8130h) and went to fault (6007h "
+                "= 1)",
                 {"node": 4, "axis": "drive 4"},
                 seen,
                 seen,
@@ -192,8 +190,7 @@ def guarding_unanswered(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 "node 6 went silent (supply switched off): guarding requests (RTR 706h) are not answered any more, "
-                "TPDO1 "
-                "(186h) stopped",
+                "TPDO1 (186h) stopped",
                 {"node": 6},
                 last,
                 asked[1],
@@ -230,9 +227,8 @@ def recorder_stall(p: Plant) -> tuple[Log, Tale]:
         "The recorder stands still for 1.6 s on a healthy bus (harmless)",
         [
             Story(
-                "hole in the recording: candump was stopped for 1.6 s and its small receive buffer ran over; no "
-                "frame of "
-                f"anybody for {length:.2f} s",
+                "hole in the recording: candump was stopped for 1.6 s and its small receive buffer ran over; no frame "
+                f"of anybody for {length:.2f} s",
                 {"nodes": []},
                 edge,
                 edge + 1,

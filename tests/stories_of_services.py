@@ -101,8 +101,7 @@ def node_id_twice(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 "node-ID 6 is there twice: a boot-up of node 6 without a restart of the first, whose TPDO1 and "
-                "heartbeat "
-                "05h go on while the second sends 7Fh in between; SDO requests are answered twice",
+                "heartbeat 05h go on while the second sends 7Fh in between; SDO requests are answered twice",
                 {"node": 6},
                 boot,
                 running,
@@ -154,16 +153,15 @@ def overload(p: Plant) -> tuple[Log, Tale]:
         [
             Story(
                 f"node 3 sent its TPDO1 (183h) {len(flood)} times in 2.5 s (about 4 times a second before): an "
-                "analogue "
-                "input bounces and there is no inhibit time; the bus (20 kbit/s) was full meanwhile",
+                "analogue input bounces and there is no inhibit time; the bus (20 kbit/s) was loaded to nine tenths",
                 {"node": 3, "pdo": "TPDO1 of node 3 / 183h"},
                 flood[0],
                 flood[20],
                 flood[-1],
                 "over",
                 [late[1]],
-                f"what has a higher identifier came late: a heartbeat up to {late[0]:.2f} s after the one before "
-                "(0.5 s)",
+                f"what has a higher identifier came late: a heartbeat up to {late[0]:.2f} s after the one before (0.5 "
+                "s)",
                 "inhibit time (1800h:03) and the input of node 3",
             )
         ],
@@ -265,8 +263,8 @@ def lss(p: Plant) -> tuple[Log, Tale]:
         "LSS: nobody has the serial number asked for; a node-ID out of range is refused",
         [
             Story(
-                "switch state selective for serial number 4711 was sent twice and answered by nobody (no 44h within "
-                "1 s)",
+                "switch state selective for serial number 4711 was sent twice and answered by nobody (no 44h within 1 "
+                "s)",
                 {"nodes": []},
                 first,
                 second,
