@@ -267,6 +267,14 @@ impl OfBus {
             self.heard.control = at;
             if let (Some(node), Some(mux)) = (node, step.command.mux()) {
                 self.masters.asked(node, mux, at);
+                if self.heard.last(node).is_none() {
+                    self.configurations.asked(node, at);
+                }
+            }
+            if let (Some(node), Command::Abort(_, code)) = (node, step.command)
+                && self.heard.last(node).is_none()
+            {
+                self.configurations.given_up(node, code, scene!(self, ledger, bus, id, at));
             }
             let (Command::InitiateDownload(mux, _) | Command::InitiateBlockDownload { mux, .. }) = step.command else {
                 return false;

@@ -12,6 +12,7 @@ use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::{Finding, Quantity};
+use crate::frame::FrameRef;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
@@ -26,6 +27,8 @@ const KEPT: usize = 64;
 #[derive(Debug, Default)]
 pub(in crate::diagnosis) struct Configurations {
     open: BTreeMap<u8, (Place, Vec<Mux>)>,
+    /// The last request to each node that was never heard.
+    asked: BTreeMap<u8, FrameRef>,
     /// Nodes that were asked for in vain and never heard.
     missed: Vec<(u8, IncidentId)>,
 }
@@ -53,7 +56,6 @@ fn kind(code: u32, mux: Mux) -> Kind {
 impl Configurations {
     /// An SDO transfer has ended.
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
-        self.absent(transfer, scene);
         let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
         match (transfer.outcome.status, transfer.outcome.abort) {
             (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
@@ -66,15 +68,16 @@ impl Configurations {
         }
     }
 
-    /// A request that its client has given up, to a node that was never heard.
-    fn absent(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
-        let node = transfer.node;
-        let given_up = transfer.outcome.abort.is_some_and(|abort| abort.by == Side::Client && abort.code == TIMED_OUT);
-        if !given_up || scene.heard.last(node).is_some() {
-            return;
-        }
+    /// A client begins a transfer with a node that was never heard.
+    pub(in crate::diagnosis) fn asked(&mut self, node: u8, at: FrameRef) {
+        self.asked.insert(node, at);
+    }
+
+    /// A client has given up what it began with a node that was never heard.
+    pub(in crate::diagnosis) fn given_up(&mut self, node: u8, code: u32, scene: &mut Scene<'_>) {
+        let Some(begin) = self.asked.remove(&node).filter(|_| code == TIMED_OUT) else { return };
         let known = scene.ledger.last(scene.id, |one| one.kind == Kind::NodeAbsent && one.subject.node == Some(node));
-        let (begin, at) = (transfer.first, transfer.last);
+        let at = scene.at;
         let place = known.or_else(|| scene.ledger.open(Kind::NodeAbsent, scene.id, Subject::node(node), begin, at));
         let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
         if known.is_some() {
@@ -88,6 +91,9 @@ impl Configurations {
     /// A node that was asked for in vain is heard.
     #[inline]
     pub(in crate::diagnosis) fn heard(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if self.missed.is_empty() {
+            return;
+        }
         let at = scene.at;
         self.missed.retain(|(missed, id)| {
             if *missed == node

@@ -78,7 +78,7 @@ impl Found {
             let one = scene.ledger.get_mut(place)?;
             one.found(finding.code, finding.at.no);
             if one.kind == kind && because.is_none() {
-                if one.end.is_some() || ends == Ends::Once {
+                if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
                     one.again(at);
                 }
                 one.repeats.count += times(finding, least) - 1;
