@@ -220,6 +220,7 @@ const MAY_USE: &[Row] = &[
             "event",
             "services",
             "summary",
+            "diagnosis",
             "text::signal",
         ],
     ),
@@ -275,6 +276,7 @@ const MAY_USE: &[Row] = &[
     (
         "python",
         &[
+            "diagnosis",
             "frame",
             "rules",
             "dictionary",
