@@ -42,9 +42,9 @@ MAY_USE: dict[str, set[str]] = {
     "options": {*READ, "config", "descriptions", "network", "output", "run"},
     "help": {*SAID, "layout", "options"},
     "check.verdict": {"finding", "incident"},
-    "check.baseline": {*SAID, "bounded", "finding", "jsonl"},
+    "check.baseline": {*SAID, "bounded", "finding", "incident", "jsonl"},
     "check.globs": set(),
-    "check.policy": {"check.baseline", "check.globs", "check.verdict", "finding"},
+    "check.policy": {"check.baseline", "check.globs", "check.verdict", "finding", "incident"},
     "check": {*READ, "check", "descriptions", "expectations", "finding", "incident", "network", "options", "run"},
     "library": {
         *READ,
