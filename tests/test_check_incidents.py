@@ -92,8 +92,9 @@ def test_known_problems_pass_and_new_ones_fail(canalyze: Runner, tmp_path: Path)
     (tmp_path / "six.log").write_bytes(lost(20).replace(b" 705#", b" 707#"))
     done = canalyze(*BASE, "lost.log", "six.log")
     assert done.code == 1 and "six.log: problems: 1" in done.out
-    restarting = lost(40).replace(b"(1700000003.502500) can0 705#05", b"(1700000003.502500) can0 705#00")
-    (tmp_path / "other.log").write_bytes(restarting)
+    lines = lost(40).splitlines(keepends=True)
+    lines.insert(20, b"(1700000000.951000) can0 085#1023030000000000\n")
+    (tmp_path / "other.log").write_bytes(b"".join(lines))
     assert canalyze(*BASE, "other.log").code == 1, "another kind of the same node"
 
 

@@ -71,7 +71,7 @@ MAY_USE: dict[str, set[str]] = {
     },
     "timeline": {*SAID, "_core", "layout", "output", "reports", "writing"},
     "monitor": {*READ, "layout", "output", "reading"},
-    "pytest_plugin": {*SAID, "finding", "library", "writing"},
+    "pytest_plugin": {*SAID, "finding", "incident", "library", "output", "writing"},
 }
 """A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.
 

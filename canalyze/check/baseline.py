@@ -1,9 +1,9 @@
 """The file of known findings and problems: what a check allows because it was there before.
 
 JSON for version control: sorted, one entry a line, nothing that changes by itself. An entry is a kind of finding (code,
-bus, node, object) or of problem (kind, bus, subject, object) with the most of it in any one capture of the set; the list
-of problems is there where there are any. Expectations are not told apart: their lines
-move with every edit of their file. Must not: judge.
+bus, node, object) or of problem (kind, bus, subject, object) with the most of it in any one capture of the set; the
+list of problems is there where there are any. Expectations are not told apart: their lines move with every edit of
+their file. Must not: judge.
 """
 
 import json

@@ -630,7 +630,7 @@ impl Stream {
         self.aside(buses, out);
         self.decoding.counted(self.capture.last);
         self.write_aside(buses, out);
-        if let Some(diagnosis) = diagnosis.filter(|_| self.output.diagnoses()) {
+        if let Some(diagnosis) = diagnosis {
             self.output.diagnosis(out, self.capture.view(buses), &diagnosis);
         }
         if self.capture.frames > 0 {
