@@ -143,6 +143,7 @@ const MAY_USE: &[Row] = &[
     (
         "diff",
         &[
+            "diagnosis",
             "frame",
             "cob_id",
             "dictionary",

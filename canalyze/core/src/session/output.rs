@@ -54,7 +54,8 @@ impl Output {
             }
             Format::Diagnosis => Box::new(Incidents),
             Format::Info => Box::new(Info::default()),
-            Format::Digest => Box::new(Digest::default()),
+            // What goes wrong is no matter of single frames: behind a filter it is not compared.
+            Format::Digest => Box::new(Digest::new(options.filter.is_empty() && options.masks.is_empty())),
             Format::Convert(format) => Box::new(Writer::new(format, &options.writing)),
             Format::Monitor => Box::new(Monitor::new(lang, &options.network)),
             Format::Columns => Box::new(Nothing),
