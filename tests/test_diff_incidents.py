@@ -109,6 +109,18 @@ def test_what_the_other_capture_does_not_cover_is_not_judged() -> None:
     assert not compared(log_text(LOST), console_text(WELL)).incidents, "without stamps silence does not show"
 
 
+def test_captures_that_do_not_begin_together() -> None:
+    """What shows by its own frames is judged at once; what something before may explain is not."""
+    early = tuple(CanFrame("can0", 0x705, b"\x05", START - 900_000 + beat * 100_000) for beat in range(9))
+    for at in (2, 40):
+        said = compared(log_text(beats(more=early)), log_text(beats(more=(emcy(at, "1023030000000000"),))))
+        assert told(said) == [("device-error", 5, [], False, True)]
+    soon, late = beats((range(20, 30),)), beats((range(50, 60),))
+    assert not compared(log_text(beats(more=early)), log_text(soon)).incidents
+    said = compared(log_text(beats(more=early)), log_text(late))
+    assert told(said) == [("node-silent", 5, [], False, True)]
+
+
 def test_it_is_a_difference_in_both_languages(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "a.log").write_bytes(log_text(BACK))
     (tmp_path / "b.log").write_bytes(log_text(LOST))

@@ -19,18 +19,18 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "其余的会说明没有比较。只比较两者都记录到的时段；一个记录开始或结束得比另一个早或晚时，那里2 ms"
         "（没有时间戳时为两帧）之内的不作判断，因为主机自己的帧可能记录得晚。总线名称、方向、时间戳和记录格式不算差异，"
         "由不同适配器录下的同一过程是相同的。退出码：0 相同，1 有差异，2 无法读取。",
-        "Compare two captures by what happens in CANopen terms, not by bytes or times: SDO transfers (missing, added, "
-        "with other value, outcome or mode), NMT commands, boot-ups and states, EMCY, LSS, drive states, mappings and "
-        "COB-IDs of PDOs, periods and jitter, findings from warning on. Problems, as canalyze diagnose tells them, "
-        "come before all: those in one capture only, and those in both with another status, duration, count or cause; "
-        "both need stamps for that, and with --filter problems are not compared. The first other difference comes with "
-        "the frames around it, then all of them by node. An upload whose value varies within a capture is compared by "
-        "its outcome only, a poll by its pace; EMCYs count by error code and register. Up to 2 million transfers and the "
-        "like and 8 million periodic frames of each capture are kept; the rest is said not to be compared. Only the "
-        "span that both captures cover counts; where one begins or ends apart from the other, what lies within 2 ms "
-        "of there (two frames without stamps) is not judged, since a host may list its own frames late. Names of "
-        "buses, directions, stamps and formats are no difference: one session recorded by two adapters is the same. "
-        "Exit code: 0 the same, 1 different, 2 something could not be read.",
+        "Compare two captures by what happens in CANopen terms, not by bytes or times: SDO transfers (missing, "
+        "added, with other value, outcome or mode), NMT commands, boot-ups and states, EMCY, LSS, drive states, "
+        "mappings and COB-IDs of PDOs, periods and jitter, findings from warning on. Problems, as canalyze diagnose "
+        "tells them, come before all: those in one capture only, and those in both with another status, duration, "
+        "count or cause; both need stamps for that, and with --filter problems are not compared. The first other "
+        "difference comes with the frames around it, then all of them by node. An upload whose value varies within a "
+        "capture is compared by its outcome only, a poll by its pace; EMCYs count by error code and register. Up to "
+        "2 million transfers and the like and 8 million periodic frames of each capture are kept; the rest is said "
+        "not to be compared. Only the span that both captures cover counts; where one begins or ends apart from the "
+        "other, what lies within 2 ms of there (two frames without stamps) is not judged, since a host may list its "
+        "own frames late. Names of buses, directions, stamps and formats are no difference: one session recorded by "
+        "two adapters is the same. Exit code: 0 the same, 1 different, 2 something could not be read.",
     ),
     (
         "diff.format",

@@ -15,7 +15,7 @@ use crate::finding::Quantity;
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::wire::Mux;
 
-/// What was commanded so long before an incident may explain it, in ns.
+/// What was commanded, or came again and again, so long before an incident may explain it, in ns.
 const CONTEXT_NS: i64 = 3_000_000_000;
 /// Durations that part by no more than this are the same, in ns.
 const CLOSE_NS: i64 = 10_000_000;
@@ -70,6 +70,54 @@ fn key(one: &Incident) -> Key {
     (one.kind, (subject.node, subject.nodes), (subject.axis, subject.axes), subject.pdo, object)
 }
 
+/// What has to be seen for an incident to show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Needs {
+    /// Its own frames.
+    Nothing,
+    /// What was commanded, and came again and again, shortly before.
+    Context,
+    /// How nodes were configured, or all times that it came.
+    Everything,
+}
+
+fn needs(kind: Kind) -> Needs {
+    use Kind::{
+        BusOff, BusTrouble, CommunicationError, HeartbeatStopped, LeftOperational, LssRefused, LssUnanswered,
+        NodeRestarted, NodeSilent, Overrun, RequestUnanswered, RestartLoop, SegmentLost, WireError,
+    };
+    match kind {
+        _ if family(kind) == Family::Refusal => Needs::Nothing,
+        RequestUnanswered | LssRefused | LssUnanswered | WireError => Needs::Nothing,
+        Kind::DeviceError | CommunicationError | BusTrouble | Overrun => Needs::Nothing,
+        NodeSilent | SegmentLost | HeartbeatStopped | NodeRestarted | RestartLoop | LeftOperational => Needs::Context,
+        Kind::AxisFault | BusOff => Needs::Context,
+        _ => Needs::Everything,
+    }
+}
+
+/// Kinds of which one may be told for another, by what was seen before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Family {
+    Refusal,
+    Error,
+    Service,
+    Own(Kind),
+}
+
+fn family(kind: Kind) -> Family {
+    use Kind::{AccessRefused, LengthRefused, MappingRefused, ObjectRefused, StateRefused, ValueRefused, WriteRefused};
+    use Kind::{AxisFault, BusTrouble, CommunicationError, DeviceError, Overrun, RpdoTimeout};
+    use Kind::{DamagedTransfer, LateAnswer, RequestUnanswered, TwoClients};
+    match kind {
+        AccessRefused | LengthRefused | MappingRefused | ObjectRefused | StateRefused => Family::Refusal,
+        ValueRefused | WriteRefused => Family::Refusal,
+        AxisFault | BusTrouble | CommunicationError | DeviceError | Overrun | RpdoTimeout => Family::Error,
+        DamagedTransfer | LateAnswer | RequestUnanswered | TwoClients => Family::Service,
+        other => Family::Own(other),
+    }
+}
+
 /// One capture while it is compared.
 struct Side<'a> {
     /// 0 or 1.
@@ -83,10 +131,41 @@ impl<'a> Side<'a> {
         self.digest.incidents.get(place)
     }
 
-    fn covers(&self, from: FrameRef, to: FrameRef) -> bool {
-        let before = if self.alignment.begins_apart() { CONTEXT_NS } else { 0 };
-        let (from, to) = (Place::of(from).on(true), Place::of(to).on(true));
+    /// Whether the other capture surely covers an incident from its begin to a frame.
+    fn covers(&self, one: &Incident, to: FrameRef) -> bool {
+        let needs = needs(one.kind);
+        if needs == Needs::Everything && self.is_apart() {
+            return false;
+        }
+        let before = if self.alignment.begins_apart() && needs == Needs::Context { CONTEXT_NS } else { 0 };
+        let (from, to) = (Place::of(one.begin).on(true), Place::of(to).on(true));
         self.alignment.covers(self.number, from.saturating_sub(before), to)
+    }
+
+    /// Whether one capture begins before the other one, or ends after it.
+    fn is_apart(&self) -> bool {
+        self.alignment.beyond.iter().any(|(before, after)| *before || *after)
+    }
+
+    /// Where a frame lies on the scale of A.
+    fn on_a(&self, at: FrameRef) -> i64 {
+        match self.number {
+            0 => Place::of(at).on(true),
+            _ => self.alignment.to_a(Place::of(at).on(true)),
+        }
+    }
+
+    /// Whether this capture has one of the same node and family on a bus around a position on the scale of A, where the
+    /// captures do not begin and end together: what the other one has there may be a part of it, or told as something else.
+    fn has_around(&self, bus: Option<BusId>, one: &Incident, position: i64) -> bool {
+        let around = |other: &Incident| {
+            let lasts = other.end.is_none_or(|end| self.on_a(end).saturating_add(CONTEXT_NS) >= position);
+            lasts && self.on_a(other.begin) <= position.saturating_add(CONTEXT_NS)
+        };
+        let same = |other: &&Incident| {
+            Some(other.bus) == bus && other.subject.node == one.subject.node && family(other.kind) == family(one.kind)
+        };
+        self.is_apart() && self.digest.incidents.iter().filter(same).any(around)
     }
 
     /// The incidents of a bus that the other capture may have, too, by what they have in common.
@@ -114,7 +193,7 @@ impl<'a> Side<'a> {
 
     /// Whether it is surely in the other capture's time and more than harmless.
     fn counts(&self, place: usize) -> bool {
-        self.get(place).is_some_and(|one| one.status != Status::Harmless && self.covers(one.begin, one.noticed))
+        self.get(place).is_some_and(|one| one.status != Status::Harmless && self.covers(one, one.noticed))
     }
 }
 
@@ -164,7 +243,12 @@ pub(super) fn compare(
                 {
                     continue;
                 }
-                if side.counts(place) {
+                let other = if side.number == 0 { of_b } else { of_a };
+                let its_bus = bus.get(other.number).copied().flatten();
+                let parted = side.get(place).is_some_and(|one| other.has_around(its_bus, one, side.on_a(one.begin)));
+                // What a cut hides may make another consequence of it.
+                let is_sure = root == place || !side.is_apart();
+                if side.counts(place) && is_sure && !parted {
                     let mut sides = [None; 2];
                     if let Some(slot) = sides.get_mut(side.number) {
                         *slot = Some(place);
@@ -193,7 +277,7 @@ fn differing(sides: [&Side<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<D
     if [a, b].iter().all(|one| one.status == Status::Harmless) {
         return differs;
     }
-    let shown = |side: &Side<'_>, one: &Incident| one.end.is_none_or(|end| side.covers(one.begin, end));
+    let shown = |side: &Side<'_>, one: &Incident| one.end.is_none_or(|end| side.covers(one, end));
     let both_shown = shown(of_a, a) && shown(of_b, b);
     let is_known = [a, b].iter().all(|one| one.status != Status::Unknown);
     if a.status != b.status && is_known && both_shown {
@@ -214,9 +298,9 @@ fn differing(sides: [&Side<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<D
         differs.push(Differs::Count);
     }
     let causes = [(of_a, a), (of_b, b)].map(|(side, one)| side.digest.cause(one).map(|cause| (side, cause)));
-    let covered = causes.iter().flatten().all(|(side, cause)| side.covers(cause.begin, cause.begin));
+    let covered = causes.iter().flatten().all(|(side, cause)| side.covers(cause, cause.begin));
     let [cause_a, cause_b] = causes.map(|cause| cause.map(|(_, cause)| cause.kind));
-    if cause_a != cause_b && covered && of_a.covers(a.begin, a.noticed) && of_b.covers(b.begin, b.noticed) {
+    if cause_a != cause_b && covered && of_a.covers(a, a.noticed) && of_b.covers(b, b.noticed) {
         differs.push(Differs::Cause);
     }
     differs
