@@ -238,7 +238,7 @@ pub(super) fn compare(
         for (((side, left), matched), outside) in sides.iter().zip(left).zip(&matched).zip(&mut outside) {
             for place in left {
                 let root = side.root(place);
-                if !side.get(place).is_some_and(|one| one.status != Status::Harmless)
+                if side.get(place).is_none_or(|one| one.status == Status::Harmless)
                     || (root != place && !matched.contains(&root))
                 {
                     continue;
