@@ -14,6 +14,9 @@ FORMATS: list[str]
 WRITERS: list[str]
 """Names of the formats that the core writes: those of `convert --to`."""
 
+INCIDENTS: list[str]
+"""Names of the kinds of incident, as `node-silent`."""
+
 TABLES: list[str]
 """Names of the tables of columns that a session builds; `pdo` stands for those of all PDOs."""
 
@@ -87,6 +90,8 @@ class Expectations:
         emcy: occurs must | may | never, and bus, node, code [value, mask].
         latency: of sdo | sync | nmt, max_ns, and bus, node, index and sub (sdo), pdo (sync).
         load: max_percent, and bus, bit_rate in bit/s, window_ns.
+        incident: one or more of occurs [least, most or null], ends_within_ns and cause (a glob of INCIDENTS), and bus,
+        node, kind (a glob of them).
         ValueError for anything else, in terms of this form: no user writes it.
         """
 
@@ -151,7 +156,7 @@ class Session:
         decoded: topics of what the frames mean as well, where the format has such.
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
         tables: which of TABLES are built beside, to be taken with batches(); with every format but info.
-        incidents: whether they are written at the end, too (format check or jsonl).
+        incidents: whether they are written at the end, too (format check, observed or jsonl).
         expectations: what the capture is held against; what does not hold is a finding like others.
         masks: channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are
         shown; of channels that are not named, or have no filters, all are.

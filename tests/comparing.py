@@ -17,15 +17,17 @@ from canalyze import _core
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """The answer: the differences in order, and the object that closes them."""
+    """The answer: the differences in order, those of what went wrong, and the object that closes them."""
 
     differences: list[Row]
+    incidents: list[Row]
     closing: Row
     text: str
 
     def listed(self) -> str:
         """For a test's message."""
-        return "\n".join(
+        told = "".join(f"{row['incident']} {row['differs']} {row['a']} {row['b']}\n" for row in self.incidents)
+        return told + "\n".join(
             f"{row['what']} node {row['node']} {row['service']} {row['index']}: {row['text']}: "
             + "; ".join(f"{row[s]['frame']} {row[s]['text']}" if row[s] else "none" for s in "ab")
             for row in self.differences
@@ -48,7 +50,9 @@ def compared(a: bytes, b: bytes, *, network: _core.Network | None = None, tolera
     sessions = recorded(a, network), recorded(b, network)
     found = _core.Comparison(*sessions, names=("a", "b"), lang="en", tolerance=tolerance)
     *rows, closing = map(json.loads, found.jsonl().decode().splitlines())
-    return Compared(rows, closing, (found.head() + found.body()).decode())
+    incidents = [row for row in rows if row["kind"] == "incident_difference"]
+    assert rows[: len(incidents)] == incidents, "they come first"
+    return Compared(rows[len(incidents) :], incidents, closing, (found.head() + found.body()).decode())
 
 
 def late_echoes(frames: Sequence[CanFrame], share: float = 0.3) -> list[CanFrame]:

@@ -72,3 +72,70 @@ def test_reports(canalyze: Runner, tmp_path: Path) -> None:
     assert result["codeFlows"][0]["threadFlows"][0]["locations"]
     said = canalyze("check", "lost.log", "--incidents", "stands", "--format", "github").out
     assert any(line.startswith("::error ") and "node-silent" in line for line in said.splitlines())
+
+
+BASE = ("check", "--fail-on", "never", "--incidents", "stands", "--baseline", "known.json", "--lang", "en")
+
+
+def test_known_problems_pass_and_new_ones_fail(canalyze: Runner, tmp_path: Path) -> None:
+    done = canalyze(*BASE, "--update-baseline", "lost.log")
+    assert done.code == 0
+    assert json.loads((tmp_path / "known.json").read_text()) == {
+        "canalyze_baseline": 1,
+        "findings": [],
+        "incidents": [{"kind": "node-silent", "bus": "can0", "subject": "node 5", "object": None, "count": 1}],
+    }
+    done = canalyze(*BASE, "lost.log")
+    assert (done.code, done.err) == (0, "")
+    assert "errors: 1, in the baseline: 1, frames: 60" in done.out
+    assert "(the baseline allows 1)" in done.out
+    (tmp_path / "six.log").write_bytes(lost(20).replace(b" 705#", b" 707#"))
+    done = canalyze(*BASE, "lost.log", "six.log")
+    assert done.code == 1 and "six.log: problems: 1" in done.out
+    lines = lost(40).splitlines(keepends=True)
+    lines.insert(20, b"(1700000000.951000) can0 085#1023030000000000\n")
+    (tmp_path / "other.log").write_bytes(b"".join(lines))
+    assert canalyze(*BASE, "other.log").code == 1, "another kind of the same node"
+
+
+def test_each_report_says_what_is_known(canalyze: Runner, tmp_path: Path) -> None:
+    canalyze(*BASE, "--update-baseline", "lost.log")
+    done = canalyze(*BASE, "lost.log", "--junit", "j.xml", "--sarif", "s.json", "--format", "jsonl")
+    (problem,) = (row for row in map(json.loads, done.out.splitlines()) if row["kind"] == "incident")
+    assert (problem["known"], problem["fails"]) == (1, False)
+    root = ET.parse(tmp_path / "j.xml").getroot()
+    skipped = [case for case in root.iter("testcase") if case.find("skipped") is not None]
+    assert len(skipped) == 1 and root[0].get("skipped") == "1" and root.get("failures") == "0"
+    (run,) = json.loads((tmp_path / "s.json").read_text())["runs"]
+    (result,) = (one for one in run["results"] if one["ruleId"] == "node-silent")
+    assert result["baselineState"] == "unchanged" and result["suppressions"]
+    assert "node-silent" not in canalyze(*BASE, "lost.log", "--format", "github").out
+
+
+def test_problems_that_are_gone_leave_the_baseline(canalyze: Runner, tmp_path: Path) -> None:
+    canalyze(*BASE, "--update-baseline", "lost.log")
+    done = canalyze(*BASE, "well.log")
+    said = "canalyze: known.json: no longer occurs: node-silent can0, node 5; --update-baseline takes it out"
+    assert (done.code, done.complaints) == (0, [said])
+    assert canalyze("check", "--fail-on", "never", "--baseline", "known.json", "well.log").err == "", "not asked for"
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ('{"kind": "Node", "bus": null, "subject": null, "object": null, "count": 1}', "kind of an entry"),
+        ('{"kind": "bus-off", "bus": null, "subject": 5, "object": null, "count": 1}', "subject of an entry"),
+        ('{"kind": "bus-off", "bus": null, "subject": null, "object": "1", "count": 1}', "object of an entry"),
+        ('{"kind": "bus-off", "bus": null, "subject": null, "object": null, "count": 0}', "count of an entry"),
+        ('{"kind": "bus-off", "node": 5, "count": 1}', "node of an entry"),
+        ("5", "{} of an entry"),
+    ],
+)
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_a_wrong_entry_is_one_line(canalyze: Runner, tmp_path: Path, entry: str, said: str, lang: str) -> None:
+    text = f'{{"canalyze_baseline": 1, "findings": [],\n"incidents": [\n{entry}\n]}}\n'
+    (tmp_path / "known.json").write_text(text)
+    done = canalyze("check", "--incidents", "stands", "--baseline", "known.json", "lost.log", "--lang", lang)
+    assert (done.code, done.out) == (2, "")
+    (line,) = done.complaints
+    assert line.startswith("canalyze: known.json:3") and (lang == "zh" or said in line)

@@ -15,6 +15,7 @@ import pytest
 from captures import EDS, SAMPLES, SHARED, CanFrame, Row, log_text, read_log, run_canalyze
 from conftest import Runner
 from network import echoed_late, jittered
+from test_diagnosis import lost
 from test_network_clean import MASTERS, frames_of
 from test_stacks import console_form
 
@@ -293,3 +294,39 @@ def test_a_capture_with_findings_is_named(canalyze: Runner, tmp_path: Path) -> N
     (tmp_path / "bad.log").write_bytes((SAMPLES / "rules" / "HBT003.log").read_bytes())
     done = canalyze("expect", "--lang", "en", "bad.log")
     assert done.code == 0 and "HBT003" in done.err and "HBT003" in done.out
+
+
+def test_problems_of_a_draft(canalyze: Runner, tmp_path: Path) -> None:
+    """What was seen may occur; in a capture without it nothing fails; what was not seen fails with its frame."""
+    (tmp_path / "lost.log").write_bytes(lost(20))
+    (tmp_path / "well.log").write_bytes(lost(40))
+    assert canalyze("expect", "--lang", "en", "lost.log", "-o", "lost.toml").code == 0
+    assert canalyze("expect", "--lang", "en", "well.log", "-o", "well.toml").code == 0
+    for capture, file in (("lost.log", "lost.toml"), ("well.log", "well.toml")):
+        assert not failed(tmp_path / capture, tmp_path / file)
+    (row,) = (row for row in failed(tmp_path / "lost.log", tmp_path / "well.toml") if row["code"] == "EXP018")
+    assert (row["about_frame"], row["node"], row["facts"]["found"]) == (
+        *(39, 5),
+        [{"incident": "node-silent", "frame": 39}],
+    )
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_a_mistake_about_a_problem_is_one_line(canalyze: Runner, tmp_path: Path, lang: str) -> None:
+    (tmp_path / "well.log").write_bytes(lost(40))
+    (tmp_path / "all.toml").write_text('\n[[incident]]\nkind = "node-silnt"\noccurs = 0\n')
+    done = canalyze("check", "--lang", lang, "--expect", "all.toml", "well.log")
+    assert (done.code, done.out) == (2, "")
+    (said,) = done.complaints
+    assert said.startswith("canalyze: all.toml:3") and "node-silent" in said
+
+
+def test_problems_are_judged_and_not_listed_by_expectations_alone(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "lost.log").write_bytes(lost(20))
+    (tmp_path / "all.toml").write_text('[[incident]]\nkind = "node-silent"\nnode = 5\noccurs = 1\n')
+    for command in (("check", "--fail-on", "never", "--format", "jsonl"), ("decode", "--format", "jsonl")):
+        options = ("--expect", "all.toml") if command[0] == "check" else ()
+        done = canalyze(*command, *options, "lost.log")
+        assert done.code == 0 and '"incident"' not in done.out
+    done = canalyze("check", "--expect", "all.toml", "--incidents", "never", "--format", "jsonl", "lost.log")
+    assert '"kind":"incident"' in done.out and "EXP" not in done.out

@@ -103,6 +103,41 @@ def same_frames(said: list[Row], table: _core.Table) -> None:
         }
 
 
+def same_incidents(said: list[Row], table: _core.Table) -> None:
+    for row, one in zip(rows_of(table), said, strict=True):
+        subject, cause, end = one["subject"], one["cause"] or {}, one["end"]
+        frames = {one["begin"]["frame"], one["noticed"]["frame"], *(step["frame"] for step in one["steps"])}
+        assert row == {
+            **{key: one[key] for key in ("id", "incident", "status", "impact", "grade", "root", "message")},
+            **{key: subject.get(key) for key in ("bus", "node", "axis", "pdo")},
+            "nodes": subject.get("nodes", [subject["node"]] if "node" in subject else []),
+            "begin_frame": one["begin"]["frame"],
+            "t_ns": ns(one["begin"]["t"]),
+            "noticed_frame": one["noticed"]["frame"],
+            "noticed_t_ns": ns(one["noticed"]["t"]),
+            "end_frame": end and end["frame"],
+            "end_t_ns": end and ns(end["t"]),
+            "count": one["repeats"]["count"],
+            "cause": cause.get("id"),
+            "cause_link": cause.get("link"),
+            "cause_grade": cause.get("grade"),
+            "frames": sorted(frames | ({end["frame"]} if end else set())),
+            "facts": row["facts"],
+        }
+        assert json.loads(row["facts"]) == one["facts"]
+
+
+INCIDENTS = [*sorted((SAMPLES / "rules").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
+
+
+@pytest.mark.parametrize("path", INCIDENTS, ids=lambda path: path.name)
+def test_incidents_say_what_json_says(path: Path) -> None:
+    text, network = path.read_bytes(), described_beside(path)
+    lines = session_output([text], output_format="diagnosis", lang="en", network=network, name=path.name).splitlines()
+    said = [row for row in map(json.loads, lines) if row["kind"] == "incident"]
+    same_incidents(said, tables_of([text], ["incidents"], network=network, name=path.name)["incidents"])
+
+
 def same_transfers(said: list[Row], table: _core.Table) -> None:
     own = {"string", "boolean", "integer", "raw", "value", "first_line", "last_line"}
     for row, transfer in zip(rows_of(table), said, strict=True):

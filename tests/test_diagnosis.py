@@ -134,6 +134,10 @@ def test_incidents_of_the_library(tmp_path: Path) -> None:
     capture = canalyze.open(tmp_path / "a.log")
     (one,) = capture.incidents.roots
     assert capture.incidents.standing == [one]
+    assert capture.stories() == capture.stories([one]) and one.message in capture.stories()[0]
+    assert capture.gave(one)
+    table = capture.tables("incidents")["incidents"]
+    assert (table.column("incident"), table.column("begin_frame")) == (["node-silent"], [one.begin.frame])
     assert capture.incidents.of(node=5, kind="node-silent", bus="can0", status="stands") == [one]
     assert not capture.incidents.of(node=6)
     assert (one.begin.frame, one.end, one.nodes, one.cause, one.effects) == (39, None, (5,), None, ())

@@ -86,8 +86,9 @@ def test_a_part_of_a_session_is_no_difference(path: Path) -> None:
             continue  # too little to tell where it belongs
         for other in (log_text(part), log_text(jittered(part)), console_text(part)):
             said = compared(log_text(frames), other, network=network)
-            assert not said.differences, f"{begin} {end} {complaint(said)}"
-            assert len(compared(other, log_text(frames), network=network).differences) == 0
+            assert said.closing["same"], f"{begin} {end} {complaint(said)}"
+            mirrored = compared(other, log_text(frames), network=network)
+            assert mirrored.closing["same"], f"{begin} {end} {complaint(mirrored)}"
 
 
 RECORDED = [path for path in sorted((SAMPLES / "recorded").glob("session*.*")) if path.suffix != ".json"]
@@ -141,6 +142,7 @@ def test_a_fault_in_a_network_is_named_first(case: of_network.Case) -> None:
     assert case.node is None or first["node"] == case.node, complaint(said)
     mirrored = compared(log_text(frames), log_text(clean), network=network)
     assert len(mirrored.differences) == len(said.differences), f"{complaint(said)}\n{complaint(mirrored)}"
+    assert len(mirrored.incidents) == len(said.incidents), f"{complaint(said)}\n{complaint(mirrored)}"
 
 
 def of_network_known(case: of_network.Case) -> _core.Network | None:
@@ -166,6 +168,7 @@ def test_a_fault_in_a_transfer_is_named_first(fault: of_sdo.Fault) -> None:
     assert frames_of(first) & set(span), complaint(said)
     mirrored = compared(log_text(capture), log_text(clean))
     assert len(mirrored.differences) == len(said.differences), f"{complaint(said)}\n{complaint(mirrored)}"
+    assert len(mirrored.incidents) == len(said.incidents), f"{complaint(said)}\n{complaint(mirrored)}"
 
 
 def test_the_faults_that_diff_does_not_know_are_counted() -> None:

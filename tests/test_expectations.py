@@ -69,6 +69,15 @@ LATENCY: dict[str, Any] = {
     "pdo": None,
     "max_ns": 20_000_000,
 }
+INCIDENT: dict[str, Any] = {
+    "bus": None,
+    "node": None,
+    "kind": None,
+    "occurs": None,
+    "ends_within_ns": None,
+    "cause": None,
+}
+SILENT = {"kind": "node-silent"}
 A_WRITE = 'node = 5\nobject = "1017:00"\n'
 MEANT: list[tuple[str, str, dict[str, Any]]] = [
     ("sdo", A_WRITE, SDO),
@@ -123,6 +132,12 @@ MEANT: list[tuple[str, str, dict[str, Any]]] = [
         {"bus": None, "node": 5, "code": [0x8100, 0xFF00], "occurs": "may"},
     ),
     ("emcy", 'occurs = "must"\ncode = "8130"', {"bus": None, "node": None, "code": [0x8130, 0xFFFF], "occurs": "must"}),
+    ("incident", "occurs = 0", INCIDENT | {"occurs": [0, 0]}),
+    ("incident", 'kind = "node-silent"\nnode = 5\noccurs = 2', INCIDENT | SILENT | {"node": 5, "occurs": [2, 2]}),
+    ("incident", 'kind = "node-*"\noccurs = "1-3"', INCIDENT | {"kind": "node-*", "occurs": [1, 3]}),
+    ("incident", 'kind = "node-silent"\noccurs = "1 - "', INCIDENT | SILENT | {"occurs": [1, None]}),
+    ("incident", "ends_within_s = 0.5", INCIDENT | {"ends_within_ns": 500_000_000}),
+    ("incident", 'kind = "node-silent"\ncause = "bus-???"', INCIDENT | SILENT | {"cause": "bus-???"}),
     ("latency", 'of = "sdo"\nmax_ms = 20', LATENCY),
     (
         "latency",
@@ -270,6 +285,28 @@ MISTAKES: list[tuple[str, int | None, str]] = [
     ('[[emcy]]\noccurs = "sometimes"\n', 2, '"sometimes" is not one of "must", "may", "never"'),
     ('[[emcy]]\noccurs = "may"\ncode = "8x30"\n', 3, "the last ones may be x"),
     ('[[emcy]]\noccurs = "may"\ncode = 0x8130\n', 3, 'such as "8130" or "81xx"'),
+    ("[[incident]]\nnode = 5\n", 1, "[[incident]] needs one of these keys: occurs, ends_within_s, cause"),
+    ("[[incident]]\noccurs = -1\n", 2, "-1 is neither a number of times, 0 to 1000000, nor a range in quotes"),
+    ("[[incident]]\noccurs = true\n", 2, "true is neither a number of times"),
+    ("[[incident]]\noccurs = 1.5\n", 2, "1.5 is neither a number of times"),
+    ('[[incident]]\noccurs = "3-1"\n', 2, '"3-1" is neither a number of times'),
+    ('[[incident]]\noccurs = "never"\n', 2, '"never" is neither a number of times'),
+    ('[[incident]]\noccurs = "1-9999999"\n', 2, '"1-9999999" is neither a number of times'),
+    ('[[incident]]\nkind = "Node"\noccurs = 1\n', 2, '"Node" is not a kind of problem in quotes'),
+    ("[[incident]]\nkind = 5\noccurs = 1\n", 2, "5 is not a kind of problem in quotes"),
+    (
+        '[[incident]]\noccurs = 1\nkind = "node-silence"\n',
+        3,
+        '"node-silence" is no kind of problem; near it: node-silent',
+    ),
+    ('[[incident]]\nkind = "q*"\noccurs = 1\ncause = "zzz*"\n', 4, '"zzz*" is no kind of problem'),
+    ("[[incident]]\nends_within_s = 0\n", 2, "0 is not a number above 0 and up to 1000000000"),
+    (
+        "[[incident]]\noccurs = 0\nends_within_s = 1\n",
+        3,
+        "key incident.ends_within_s and occurs = 0 exclude each other",
+    ),
+    ("[[incident]]\nkinds = 1\noccurs = 0\n", 2, "unknown key incident.kinds, did you mean kind"),
     ("[[latency]]\nmax_ms = 1\n", 1, "key latency.of is missing"),
     ('[[latency]]\nof = "sdo"\n', 1, "[[latency]] needs one of these keys: max_ms, max_us"),
     ('[[latency]]\nof = "pdo"\nmax_ms = 1\n', 2, '"pdo" is not one of "sdo", "sync", "nmt"'),
@@ -308,7 +345,10 @@ def test_every_kind_of_mistake_is_tried(tmp_path: Path) -> None:
             normalize(tmp_path / "boot.expect.toml")
         said.add(caught.value.key)
     assert said >= {f"config.{key.form}" for table in TABLES.values() for key in table.keys.values()}
-    assert said >= {f"expect.{name}" for name in ("exclusive", "lacks_one", "goes_with", "only_true", "below_min")}
+    assert said >= {
+        f"expect.{name}"
+        for name in ("exclusive", "lacks_one", "goes_with", "only_true", "below_min", "no_incident", "no_incident_near")
+    }
 
 
 def test_a_file_that_cannot_be_read_is_one_line(tmp_path: Path) -> None:

@@ -42,9 +42,9 @@ MAY_USE: dict[str, set[str]] = {
     "options": {*READ, "config", "descriptions", "network", "output", "run"},
     "help": {*SAID, "layout", "options"},
     "check.verdict": {"finding", "incident"},
-    "check.baseline": {*SAID, "bounded", "finding", "jsonl"},
+    "check.baseline": {*SAID, "bounded", "finding", "incident", "jsonl"},
     "check.globs": set(),
-    "check.policy": {"check.baseline", "check.globs", "check.verdict", "finding"},
+    "check.policy": {"check.baseline", "check.globs", "check.verdict", "finding", "incident"},
     "check": {*READ, "check", "descriptions", "expectations", "finding", "incident", "network", "options", "run"},
     "library": {
         *READ,
@@ -71,7 +71,7 @@ MAY_USE: dict[str, set[str]] = {
     },
     "timeline": {*SAID, "_core", "layout", "output", "reports", "writing"},
     "monitor": {*READ, "layout", "output", "reading"},
-    "pytest_plugin": {*SAID, "finding", "library", "writing"},
+    "pytest_plugin": {*SAID, "finding", "incident", "library", "output", "writing"},
 }
 """A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.
 

@@ -152,7 +152,7 @@ def test_overrides_are_counted_by_their_reason() -> None:
 
 
 def test_only_more_than_the_baseline_fails() -> None:
-    known = {Kind("SDO001", "can0", 5, "1017:00"): 2}
+    known: baseline.Baseline = {Kind("SDO001", "can0", 5, "1017:00"): 2}
     for count, failed in ((1, False), (2, False), (3, True)):
         verdict = judge(Examined("a.log", (counted(count=count),)), Policy(), known)
         (one,) = verdict.failures or verdict.others
@@ -162,7 +162,7 @@ def test_only_more_than_the_baseline_fails() -> None:
 
 
 def test_baseline_comes_back_as_it_was(tmp_path: Path) -> None:
-    known = {
+    known: baseline.Baseline = {
         Kind("SYN003", None, None, None): 1,
         Kind("SDO001", "can1", 5, "1017:00"): 2,
         Kind("SDO001", "can0", 127, None): 12,
@@ -185,7 +185,10 @@ def test_baseline_comes_back_as_it_was(tmp_path: Path) -> None:
 
 
 def test_a_new_entry_is_one_more_line() -> None:
-    before = {Kind("SDO001", "can0", 5, None): 1, Kind("SYN003", "can0", None, None): 1}
+    before: dict[Kind | baseline.Problem, int] = {
+        Kind("SDO001", "can0", 5, None): 1,
+        Kind("SYN003", "can0", None, None): 1,
+    }
     after = before | {Kind("SDO002", "can0", 5, None): 1}
     lines = baseline.text(before).splitlines()
     assert [line for line in baseline.text(after).splitlines() if line not in lines] == [

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 from captures import SAMPLES
+from diagnoses import diagnosed
+from test_diagnosis import lost
 
 DRIVE = SAMPLES.parent / "eds/drive.eds"
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
@@ -18,6 +20,7 @@ def tests(pytester: pytest.Pytester) -> pytest.Pytester:
     (folder / "caps").mkdir()
     for path in (NETWORK, DRIVE, SAMPLES / "sdo-abort.log"):
         (folder / "caps" / path.name).write_bytes(path.read_bytes())
+    (folder / "caps/lost.log").write_bytes(lost(20))
     return pytester
 
 
@@ -113,6 +116,48 @@ def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
     assert "canalyze: findings" in parts["test_without_fixture"]
     assert "canalyze" not in parts["test_other"].replace("test_canalyze", "")
     assert "item 0:" in parts["test_long"]
+
+
+TROUBLE = """
+def test_other_part(canalyze_open):
+    capture = canalyze_open("caps/lost.log")
+    assert len(capture.frames) == 61
+
+def test_standing(canalyze_open):
+    assert not canalyze_open("caps/lost.log").incidents.standing
+
+def test_one(canalyze_open):
+    (one,) = canalyze_open("caps/lost.log").incidents
+    assert one.status == "over"
+
+def test_list(canalyze_open):
+    assert canalyze_open("caps/lost.log").incidents == []
+
+def test_well(canalyze_open):
+    capture = canalyze_open("caps/sync-and-pdos.log")
+    assert len(capture.frames) == 1
+"""
+
+
+def test_failures_tell_the_story(tests: pytest.Pytester) -> None:
+    done = run(tests, TROUBLE)
+    done.assert_outcomes(failed=5)
+    parts = {}
+    for part in done.stdout.str().split("\n____")[1:]:
+        name, _, rest = part.lstrip("_ ").partition(" ")
+        parts[name] = rest.partition("=== short test")[0]
+    title = diagnosed(lost(20)).roots[0]["message"]
+    assert "canalyze: what stands in tests/caps/lost.log" in parts["test_other_part"]
+    for name in ("test_standing", "test_one", "test_list"):
+        assert "canalyze: problems" in parts[name], name
+    for name in ("test_other_part", "test_standing", "test_one", "test_list"):
+        assert parts[name].count(f"1  {title}") == 1 and "check first: " in parts[name], name
+    assert "1 there, 0 expected" in parts["test_list"]
+    assert f"  node-silent stands, frame 39: {title}" in parts["test_list"]
+    assert "canalyze:" not in parts["test_well"]
+    tests.makeini("[pytest]\ncanalyze_lang = zh\n")
+    said = run(tests, TROUBLE, "-k", "other_part").stdout.str()
+    assert "canalyze：tests/caps/lost.log 中未解决的问题" in said and "先查" in said
 
 
 def test_words_are_in_the_language_of_the_project(tests: pytest.Pytester) -> None:

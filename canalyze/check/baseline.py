@@ -1,13 +1,14 @@
-"""The file of known findings: what a check allows because it was there before.
+"""The file of known findings and problems: what a check allows because it was there before.
 
 JSON for version control: sorted, one entry a line, nothing that changes by itself. An entry is a kind of finding (code,
-bus, node, object) with the most of it in any one capture of the set. Expectations are not told apart: their lines
-move with every edit of their file. Must not: judge.
+bus, node, object) or of problem (kind, bus, subject, object) with the most of it in any one capture of the set; the
+list of problems is there where there are any. Expectations are not told apart: their lines move with every edit of
+their file. Must not: judge.
 """
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -15,11 +16,14 @@ from canalyze import bounded, jsonl
 from canalyze.bounded import short
 from canalyze.errors import ConfigError
 from canalyze.finding import Finding
+from canalyze.incident import Incident
 
 VERSION: Final = 1
 _HEAD: Final = "canalyze_baseline"
-_KEYS: Final = ("code", "bus", "node", "object", "count")
 _CODE: Final = re.compile(r"[A-Z]{3}[0-9]{3}")
+_PROBLEM: Final = re.compile(r"[a-z]+(?:-[a-z]+)*")
+_SUBJECT: Final = 100
+"""Characters of a subject."""
 _BETWEEN: Final = re.compile(r"[\s,]*+")
 _DIGITS: Final = 18
 """Of the largest number that an entry may have."""
@@ -49,22 +53,55 @@ class Kind(NamedTuple):
         return (self.code, self.bus or "", self.node or 0, self.object or "")
 
 
-Baseline = Mapping[Kind, int]
+class Problem(NamedTuple):
+    """What problems have in common that are counted together."""
+
+    kind: str
+    """node-silent."""
+    bus: str | None
+    subject: str | None
+    """`node 5`, `node 5 axis 2`, `node 5 TPDO1`, `nodes 3 4`; None: the bus."""
+    object: str | None
+    """1017:00, the object that it began with, where it is about one."""
+
+    @classmethod
+    def of(cls, incident: Incident) -> "Problem":
+        """Give the kind of an incident."""
+        parts = [f"node {incident.node}"] if incident.node else []
+        if not parts and incident.nodes:
+            parts = [" ".join(["nodes", *map(str, incident.nodes)])[:_SUBJECT]]
+        parts += [f"axis {incident.axis}"] if incident.axis else []
+        parts += [incident.pdo] if incident.pdo else []
+        place = incident.facts.get("object")
+        return cls(incident.kind, incident.bus, " ".join(parts) or None, place if isinstance(place, str) else None)
+
+    @property
+    def order(self) -> tuple[str, str, int, str]:
+        """By kind, bus, subject, object; what is about none comes first. Lower case: behind all codes."""
+        return (self.kind, self.bus or "", 0, f"{self.subject or ''} {self.object or ''}")
+
+
+Baseline = Mapping[Kind | Problem, int]
 """How many of each kind are known, at least one."""
 
 
 def text(known: Baseline) -> str:
     """Give the file."""
-    rows = [jsonl.text(kind._asdict() | {"count": known[kind]}) for kind in sorted(known, key=lambda kind: kind.order)]
+    lists = [f'"findings": {_list(known, Kind)}']
+    if any(isinstance(kind, Problem) for kind in known):
+        lists.append(f'"incidents": {_list(known, Problem)}')
+    return f'{{"{_HEAD}": {VERSION}, {", ".join(lists)}}}\n'
+
+
+def _list(known: Baseline, form: type[Kind | Problem]) -> str:
+    """Give the entries of one form."""
+    kinds = sorted((kind for kind in known if isinstance(kind, form)), key=lambda kind: kind.order)
+    rows = [jsonl.text(kind._asdict() | {"count": known[kind]}) for kind in kinds]
     inner = ",\n".join(f"  {row}" for row in rows)
-    return (
-        f'{{"{_HEAD}": {VERSION}, "findings": [\n{inner}\n]}}\n'
-        if rows
-        else f'{{"{_HEAD}": {VERSION}, "findings": []}}\n'
-    )
+    return f"[\n{inner}\n]" if rows else "[]"
 
 
-def read(name: str) -> dict[Kind, int]:
+def read(name: str) -> dict[Kind | Problem, int]:
     """Read the file; ConfigError, with its line, for what cannot be."""
     try:
         content = bounded.content(Path(name)).decode("utf-8-sig")
@@ -82,33 +119,49 @@ def read(name: str) -> dict[Kind, int]:
         raise ConfigError("baseline.none", file=name)
     if values[_HEAD] != VERSION:
         raise ConfigError("baseline.version", file=name, version=short(str(values[_HEAD])), own=VERSION)
-    known: dict[Kind, int] = {}
-    for place, entry in enumerate(values["findings"]):
-        problem = _problem(entry)
-        if problem:
-            at, shown = _at(name, content, place), _shown(entry, problem)
-            raise ConfigError("baseline.entry", file=at, key=short(problem), value=shown)
-        kind = Kind(*(entry.get(key) for key in _KEYS[:-1]))
-        if kind in known:
-            raise ConfigError("baseline.twice", file=_at(name, content, place), code=kind.code)
-        known[kind] = entry["count"]
+    if not isinstance(values.get("incidents", []), list):
+        raise ConfigError("baseline.none", file=name)
+    known: dict[Kind | Problem, int] = {}
+    for section, form in _FORMS.items():
+        for place, entry in enumerate(values.get(section, [])):
+            wrong = _wrong(entry, form)
+            if wrong:
+                at, shown = _at(name, content, section, place), _shown(entry, wrong)
+                key = "baseline.entry" if form is Kind else "baseline.problem"
+                raise ConfigError(key, file=at, key=short(wrong), value=shown)
+            kind = form(*(entry.get(key) for key in form._fields))
+            if kind in known:
+                at = _at(name, content, section, place)
+                raise ConfigError("baseline.twice", file=at, code=kind[0])
+            known[kind] = entry["count"]
     return known
 
 
-def _problem(entry: Any) -> str:
+def _matches(pattern: re.Pattern[str]) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, str) and pattern.fullmatch(value) is not None
+
+
+_ALLOWED: Final[Mapping[str, Callable[[Any], bool]]] = {
+    "code": _matches(_CODE),
+    "kind": _matches(_PROBLEM),
+    "bus": lambda value: value is None or (isinstance(value, str) and value != ""),
+    "node": lambda value: value is None or (type(value) is int and 1 <= value <= 127),
+    "subject": lambda value: value is None or (isinstance(value, str) and 0 < len(value) <= _SUBJECT),
+    "object": lambda value: value is None or _matches(_OBJECT)(value),
+    "count": lambda value: type(value) is int and value >= 1,
+}
+"""What a key of an entry may hold."""
+_FORMS: Final[Mapping[str, type[Kind | Problem]]] = {"findings": Kind, "incidents": Problem}
+"""The lists of the file, and what their entries are."""
+
+
+def _wrong(entry: Any, form: type[Kind | Problem]) -> str:
     """Give the key of an entry that cannot be, "" if all is well."""
     if not isinstance(entry, dict):
         return "{}"
-    strange = next((key for key in entry if key not in _KEYS), "")
-    bus, node, place = entry.get("bus"), entry.get("node"), entry.get("object")
-    fine = {
-        "code": isinstance(entry.get("code"), str) and _CODE.fullmatch(entry["code"]),
-        "bus": bus is None or (isinstance(bus, str) and bus != ""),
-        "node": node is None or (type(node) is int and 1 <= node <= 127),
-        "object": place is None or (isinstance(place, str) and _OBJECT.fullmatch(place)),
-        "count": type(entry.get("count")) is int and entry["count"] >= 1,
-    }
-    return strange or next((key for key, good in fine.items() if not good), "")
+    keys = (*form._fields, "count")
+    strange = next((key for key in entry if key not in keys), "")
+    return strange or next((key for key in keys if not _ALLOWED[key](entry.get(key))), "")
 
 
 def _shown(entry: Any, key: str) -> str:
@@ -116,9 +169,9 @@ def _shown(entry: Any, key: str) -> str:
     return short(jsonl.text(value))
 
 
-def _at(name: str, content: str, place: int) -> str:
-    """Give FILE:LINE of an entry; FILE if its line cannot be told."""
-    begin = re.search(r'"findings"\s*:\s*\[', content)
+def _at(name: str, content: str, section: str, place: int) -> str:
+    """Give FILE:LINE of an entry of a list; FILE if its line cannot be told."""
+    begin = re.search(rf'"{section}"\s*:\s*\[', content)
     at = begin.end() if begin else len(content)
     for _ in range(place + 1):
         at = _BETWEEN.match(content, at).end()  # type: ignore[union-attr]  # it matches nothing, too
@@ -140,9 +193,9 @@ def replaceable(name: str) -> bool:
     return not content or (content.startswith("{") and f'"{_HEAD}"' in content)
 
 
-def most(counts: Iterable[Mapping[Kind, int]]) -> dict[Kind, int]:
+def most(counts: Iterable[Mapping[Kind | Problem, int]]) -> dict[Kind | Problem, int]:
     """Give of each kind the most in any one capture."""
-    known: dict[Kind, int] = {}
+    known: dict[Kind | Problem, int] = {}
     for one in counts:
         for kind, count in one.items():
             known[kind] = max(count, known.get(kind, 0))

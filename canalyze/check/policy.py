@@ -14,9 +14,10 @@ from pathlib import PurePath
 from typing import Final, Literal, get_args
 
 from canalyze.check import globs
-from canalyze.check.baseline import Baseline, Kind
+from canalyze.check.baseline import Baseline, Kind, Problem
 from canalyze.check.verdict import Counted, Examined, Verdict
 from canalyze.finding import SEVERITIES, Severity
+from canalyze.incident import Incident
 
 Threshold = Literal["error", "warning", "info", "never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = get_args(Threshold)
@@ -142,6 +143,9 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
         allowed = known.get(kind, 0)
         (failures if counts[kind] > allowed else others).append(replace(one, known=allowed, alike=counts[kind]))
     unlinked = [one for one in ruled if one.finding.because_of is not None]
+    bad = failing(policy, examined.incidents)
+    of_kind = problems(bad)
+    allowed_problems = {one.id: known[Problem.of(one)] for one in bad if Problem.of(one) in known}
     failures, unlinked = _linked(failures, unlinked)
     others, unlinked = _linked(others, unlinked)
     return Verdict(
@@ -158,10 +162,19 @@ def judge(examined: Examined, policy: Policy, known: Baseline) -> Verdict:
         examined.expectations,
         examined.nature,
         examined.incidents,
-        tuple(
-            one.id for one in examined.incidents if one.is_root and one.status in _FAILING[policy.incidents or "never"]
-        ),
+        tuple(one.id for one in bad if of_kind[Problem.of(one)] > allowed_problems.get(one.id, 0)),
+        allowed_problems,
     )
+
+
+def failing(policy: Policy, incidents: Iterable[Incident]) -> list[Incident]:
+    """Give the problems that fail a check without a baseline: those that nothing else has caused, by their status."""
+    return [one for one in incidents if one.is_root and one.status in _FAILING[policy.incidents or "never"]]
+
+
+def problems(incidents: Iterable[Incident]) -> Counter[Kind | Problem]:
+    """Count what a baseline counts as one kind of problem."""
+    return Counter(Problem.of(one) for one in incidents)
 
 
 def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple[list[Counted], list[Counted]]:
@@ -183,12 +196,12 @@ def _linked(causes: Sequence[Counted], consequences: Sequence[Counted]) -> tuple
     return with_theirs, [one for one in consequences if one.finding.because_of not in first]
 
 
-def counted(found: Iterable[Counted]) -> Counter[Kind]:
+def counted(found: Iterable[Counted]) -> Counter[Kind | Problem]:
     """Count what a baseline counts as one kind: expectations move about in their file, so they are not told apart.
 
     Consequences are in no baseline, since they cannot fail.
     """
-    counts: Counter[Kind] = Counter()
+    counts: Counter[Kind | Problem] = Counter()
     for one in found:
         if one.finding.because_of is None:
             counts[Kind.of(one.finding)] += one.count

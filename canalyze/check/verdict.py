@@ -3,7 +3,8 @@
 Nothing here reads, judges or prints.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from canalyze.finding import Finding
 from canalyze.incident import Incident
@@ -85,6 +86,8 @@ class Verdict:
     """What went wrong, where that was asked for."""
     problems: tuple[int, ...] = ()
     """The numbers of those that fail the check."""
+    known_problems: Mapping[int, int] = field(default_factory=dict)
+    """How many of its kind the baseline allows, by the number of an incident that would fail without it."""
 
     @property
     def every_consequence(self) -> tuple[Counted, ...]:
@@ -95,6 +98,11 @@ class Verdict:
     def stories(self) -> tuple[Incident, ...]:
         """Give the incidents that nothing else has caused and that are more than harmless."""
         return tuple(one for one in self.incidents if one.is_root and one.status != "harmless")
+
+    @property
+    def excused(self) -> frozenset[int]:
+        """Give the numbers of the problems that do not fail because the baseline allows as many of their kind."""
+        return frozenset(self.known_problems) - frozenset(self.problems)
 
     @property
     def failed(self) -> bool:

@@ -242,7 +242,10 @@ def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, 
         complain(f"canalyze: {words('baseline.kept', name=name)}")
         return baseline.read(name) if baseline.exists(name) else {}
     verdicts = [policy.judge(one, held, {}) for one in examined]
-    known = baseline.most(policy.counted(verdict.failures) for verdict in verdicts)
+    known = baseline.most(
+        policy.counted(verdict.failures) + policy.problems(policy.failing(held, verdict.incidents))
+        for verdict in verdicts
+    )
     with FileOutput(name, force=True) as out:
         out.write(baseline.text(known).encode())
     complain(f"canalyze: {words('baseline.written', name=name, count=len(known))}")
@@ -251,11 +254,17 @@ def _update(held: policy.Policy, examined: Sequence[Examined], words: Words, *, 
 
 def _stale(held: policy.Policy, known: baseline.Baseline, examined: Sequence[Examined], words: Words) -> None:
     """Say which entries of the baseline no longer occur, or not as often."""
-    most = baseline.most(policy.counted(capture.found) for capture in examined)
-    gone = sorted((kind for kind in known if most.get(kind, 0) < known[kind]), key=lambda kind: kind.order)
+    most = baseline.most(
+        policy.counted(capture.found) + policy.problems(policy.failing(held, capture.incidents)) for capture in examined
+    )
+    judged = [kind for kind in known if isinstance(kind, baseline.Kind) or held.incidents not in (None, "never")]
+    gone = sorted((kind for kind in judged if most.get(kind, 0) < known[kind]), key=lambda kind: kind.order)
     for kind in gone[:_STALE]:
-        where = [kind.bus, kind.node and words("check.node", node=kind.node), kind.object]
-        shown = " ".join([kind.code, words("check.then").join(str(part) for part in where if part)]).rstrip()
+        whose = (
+            kind.subject if isinstance(kind, baseline.Problem) else kind.node and words("check.node", node=kind.node)
+        )
+        where = [kind.bus, whose, kind.object]
+        shown = " ".join([kind[0], words("check.then").join(str(part) for part in where if part)]).rstrip()
         key = "baseline.fewer" if kind in most else "baseline.gone"
         said = words(key, name=held.baseline, entry=shown, count=most.get(kind, 0), known=known[kind])
         complain(f"canalyze: {said}")

@@ -30,7 +30,7 @@ def command(words: Words) -> click.Command:
         **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
-        session = open_session(words, given, format="observed", stamps=stamps, filter=expression)
+        session = open_session(words, given, format="observed", incidents=True, stamps=stamps, filter=expression)
         draft = Draft()
 
         def take(result: bytes) -> None:

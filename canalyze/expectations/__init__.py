@@ -34,10 +34,15 @@ _CAPTURES: Final = frozenset(
 )
 """How names of captures end."""
 _NS: Final = 1_000_000_000
+_OFTEN: Final = 1_000_000
+"""The greatest number of times."""
 _LONGEST_S: Final = 1_000_000_000
 _TOLERANCE_PERCENT: Final = 10
 """Of a period, where the file gives no tolerance."""
 _CODE: Final = re.compile(r"(?:0x)?([0-9a-f]{4}|[0-9a-f]{3}x|[0-9a-f]{2}xx|[0-9a-f]xxx)h?", re.IGNORECASE)
+_KIND: Final = re.compile(r"[a-z?*-]{1,64}")
+"""A kind of incident, or a glob of them."""
+_RANGE: Final = re.compile(r"([0-9]{1,7})\s*-\s*([0-9]{1,7})?")
 _ABORT: Final = re.compile(r"(?:0x)?([0-9a-f]{8})h?", re.IGNORECASE)
 
 
@@ -142,6 +147,17 @@ def _emcy_code(value: str) -> list[int] | None:
     return [int(digits.replace("x", "0"), 16), int(re.sub("[0-9a-f]", "f", digits).replace("x", "0"), 16)]
 
 
+def _often(value: object) -> list[int | None] | None:
+    """Read how often: a number, or a range in quotes of which the end may be open."""
+    if type(value) is int:
+        return [value, value] if 0 <= value <= _OFTEN else None
+    match = _RANGE.fullmatch(value.strip()) if isinstance(value, str) else None
+    if match is None:
+        return None
+    least, most = int(match[1]), None if match[2] is None else int(match[2])
+    return [least, most] if least <= (_OFTEN if most is None else most) <= _OFTEN else None
+
+
 def _number(value: object) -> int | float | None:
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None
@@ -212,6 +228,7 @@ _NODE: Final = Key(node, "node")
 _NEEDED_NODE: Final = Key(node, "node", needed=True)
 _OBJECT_KEY: Final = Key(as_text(_object), "object")
 _SECONDS: Final = Key(_above_zero(_LONGEST_S, _NS), "above_zero", allowed="1000000000")
+_KINDS: Final = Key(as_text(lambda value: value if _KIND.fullmatch(value) else None), "incident_kind")
 _TRUTH: Final = Key(_truth, "truth")
 _ANY_NUMBER: Final = Key(_number, "number")
 _MS: Final = 1_000_000
@@ -310,6 +327,38 @@ def _emcy(entry: Entry) -> dict[str, Any]:
     return {"node": entry("node"), "code": entry("code"), "occurs": entry("occurs")}
 
 
+def _incident(entry: Entry) -> dict[str, Any]:
+    if not {"occurs", "ends_within_s", "cause"} & set(entry.found):
+        file = entry.file.at(entry.table, entry.place)
+        keys = "occurs, ends_within_s, cause"
+        raise ConfigError("expect.lacks_one", file=file, table=entry.table, keys=keys)
+    for key in ("kind", "cause"):
+        _kinds(entry, key)
+    for key in ("ends_within_s", "cause"):
+        if key in entry.found and entry("occurs") == [0, 0]:
+            raise entry.refuse(key, "exclusive", "occurs = 0")
+    return {
+        "node": entry("node"),
+        "kind": entry("kind"),
+        "occurs": entry("occurs"),
+        "ends_within_ns": entry("ends_within_s"),
+        "cause": entry("cause"),
+    }
+
+
+def _kinds(entry: Entry, key: str) -> None:
+    """Refuse what fits no kind of incident: it could never be found."""
+    from difflib import get_close_matches
+    from fnmatch import fnmatchcase
+
+    from canalyze._core import INCIDENTS
+
+    glob = entry(key)
+    if glob is not None and not any(fnmatchcase(kind, glob) for kind in INCIDENTS):
+        near = get_close_matches(glob, INCIDENTS, n=3, cutoff=0.5)
+        raise entry.refuse(key, "no_incident_near" if near else "no_incident", ", ".join(near))
+
+
 def _latency(entry: Entry) -> dict[str, Any]:
     of = entry("of")
     entry.goes("object", of == "sdo", 'of = "sdo"')
@@ -382,6 +431,16 @@ TABLES: Final[Mapping[str, Table]] = {
             "occurs": choice("must", "may", "never", needed=True),
         },
         _emcy,
+    ),
+    "incident": Table(
+        {
+            "kind": _KINDS,
+            "node": _NODE,
+            "occurs": Key(_often, "often"),
+            "ends_within_s": _SECONDS,
+            "cause": _KINDS,
+        },
+        _incident,
     ),
     "latency": Table(
         {

@@ -115,6 +115,7 @@ class Draft:
             self._pdos,
             self._signals,
             self._emcys,
+            self._incidents,
             self._latencies,
             self._loads,
         ):
@@ -258,6 +259,20 @@ class Draft:
             pairs = [("node", str(row["node"]), ""), ("code", _text(row["code"]), seen), ("occurs", '"may"', "")]
             yield from self._entry("emcy", row, *pairs)
         yield from self._entry("emcy", {}, ("occurs", '"never"', ""))
+
+    def _incidents(self) -> Iterator[str]:
+        yield from self._said("expect.incidents")
+        seen: dict[tuple[Any, ...], Row] = {}
+        for row in self._of("incident"):
+            subject = row["subject"]
+            if row["root"] and row["status"] != "harmless":
+                seen.setdefault((subject["bus"], row["incident"], subject.get("node")), row)
+        for (bus, kind, node), row in seen.items():
+            said = self._words("expect.seen_at", frame=row["begin"]["frame"], message=row["message"])
+            whose = [("node", str(node), "")] if node else []
+            pairs = [("kind", _text(kind), said), *whose, ("occurs", '"0-"', "")]
+            yield from self._entry("incident", {"bus": bus}, *pairs)
+        yield from self._entry("incident", {}, ("occurs", "0", ""))
 
     def _latencies(self) -> Iterator[str]:
         slowest: dict[Any, Row] = {}

@@ -17,7 +17,7 @@ from weakref import WeakSet
 
 from canalyze.errors import SourceError
 from canalyze.finding import Finding, Line, Severity
-from canalyze.incident import incident
+from canalyze.incident import Incident, incident
 from canalyze.library import event
 from canalyze.library.event import Event, Frame
 from canalyze.library.incident import Incidents
@@ -117,6 +117,7 @@ class Capture:
         self._frames: Rows[Frame] | None = None
         self._signals: Signals | None = None
         self._incidents: Incidents | None = None
+        self._diagnosed: list[dict[str, Any]] = []
         self._lists: dict[str, Any] = {}
         self._checked: list[Finding] = []
         self._running: WeakSet[Generator[Event, None, None]] = WeakSet()
@@ -189,10 +190,21 @@ class Capture:
         if self._incidents is None:
             with closing(self._objects(self._plan.session("diagnosis"))) as rows:
                 records = list(rows)
-            found = (incident(row) for row in records if row["kind"] == "incident")
+            self._diagnosed = [row for row in records if row["kind"] == "incident"]
             order = next((row["order"] for row in records if row["kind"] == "diagnosis"), ())
-            self._incidents = Incidents(found, order)
+            self._incidents = Incidents(map(incident, self._diagnosed), order)
         return self._incidents
+
+    def stories(self, incidents: Iterable[Incident] | None = None) -> list[str]:
+        """Give the lines of `canalyze diagnose` about some of `incidents`: what each is, what followed, what to check.
+
+        None: the roots that stand, the most important first.
+        """
+        from canalyze.reports.diagnosis_text import stories
+
+        asked = self.incidents.roots.standing if incidents is None else incidents
+        by_id = {row["id"]: row for row in self._diagnosed}
+        return stories([by_id[one.id] for one in asked if one.id in by_id], self._diagnosed, self._plan.words)
 
     @property
     def nodes(self) -> Nodes:
@@ -239,7 +251,8 @@ class Capture:
 
         names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
         `pdo/can1/5.TPDO4/1`; 0: a synchronous PDO of which no mapping is known), listing (annotated lines), lanes (what
-        each lane of a timeline shows), log (findings and emergencies), load (each 100 ms of a bus); none: all of them.
+        each lane of a timeline shows), log (findings and emergencies), load (each 100 ms of a bus), incidents (what
+        went wrong); none: all of them.
         select: which signals, as --select. Times are `t_ns`, in nanoseconds; `canalyze/core/src/render/columns/mod.rs`
         lists the columns. Nothing is kept but what is given. ValueError for another name.
         """
@@ -279,8 +292,9 @@ class Capture:
         return snapshot(self)
 
     def gave(self, row: object) -> bool:
-        """Tell whether this finding, transfer or signal is one of its lists that were read."""
-        lists = [*(self._records or {}).values(), self._checked, self._signals or (), self._events or ()]
+        """Tell whether this finding, transfer, signal or incident is one of its lists that were read."""
+        read = (self._signals, self._events, self._incidents)
+        lists = [*(self._records or {}).values(), self._checked, *(rows for rows in read if rows is not None)]
         return any(row is one for rows in lists for one in rows)
 
     def _list(self, kind: str, form: Callable[[Iterable[Any]], T]) -> T:

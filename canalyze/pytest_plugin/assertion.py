@@ -1,4 +1,4 @@
-"""What a failed assertion was about: where transfers and findings differ, and the annotated lines of the capture.
+"""What a failed assertion was about: where transfers and findings differ, annotated lines of the capture, its problems.
 
 pytest keeps the values of an assertion's parts in the frame that raised it; those of a capture are taken from there.
 It must not make a test fail, nor raise.
@@ -11,10 +11,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding, Line
+from canalyze.incident import Incident
 from canalyze.library.capture import Capture
 from canalyze.library.event import Transfer
+from canalyze.library.incident import Incidents
 from canalyze.library.rows import Findings, Rows, Transfers
 from canalyze.library.series import Series, Signal
+from canalyze.output import printable
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 
 _SHOWN: Final = 5
 """Findings or transfers whose lines are shown."""
+_CAPTURES: Final = 3
+"""Captures of which it is told what stands in them."""
 _LISTED: Final = 10
 """Items of a list that are named."""
 _LINES: Final = 8
@@ -50,6 +55,9 @@ def compared(op: str, left: object, right: object, words: Words) -> list[str] | 
     if isinstance(left, Findings):
         said += (_finding(one) for one in left[:_LISTED])
         return said + _more(len(left) - _LISTED, words)
+    if isinstance(left, Incidents):
+        said += (f"  {_incident(one)}" for one in left[:_LISTED])
+        return said + _more(len(left) - _LISTED, words)
     for place, (one, other) in enumerate(zip(left, right, strict=False)):
         if one != other:
             said.append(words("test.at", place=place))
@@ -72,6 +80,10 @@ def _fields(left: Transfer, right: Transfer, words: Words) -> list[str]:
 def _finding(finding: Finding) -> str:
     where = f", frame {finding.about_frame}" if finding.about_frame else ""
     return f"{finding.code} {finding.severity}{where}: {finding.message}"
+
+
+def _incident(one: Incident) -> str:
+    return f"{one.kind} {one.status}, frame {one.begin.frame}: {one.message}"
 
 
 def _more(count: int, words: Words) -> list[str]:
@@ -117,6 +129,26 @@ def _sections(parts: list[Any], captures: list[Capture], statement: str, words: 
         name = f"{signals[0].node}.{signals[0].pdo}.{signals[0].signal}"
         blocks = [(name, [(frame, frame) for frame in sorted(ends)])]
         yield words("test.signals"), _shown(blocks, signals[:1], captures, words)
+    if incidents := _last(parts, Incident, Incidents):
+        capture = next((one for one in captures if one.gave(incidents[0])), None)
+        known = {one.id for one in incidents}
+        first = [one for one in incidents if one.cause is None or one.cause.id not in known]
+        yield words("test.incidents"), "\n".join(_told(capture, first, words))
+        return
+    for capture in captures[:_CAPTURES]:
+        if lines := _told(capture, None, words):
+            yield words("test.stands", name=printable(capture.name)), "\n".join(lines)
+
+
+def _told(capture: Capture | None, incidents: list[Incident] | None, words: Words) -> list[str]:
+    """Give the stories of incidents, or of those that stand, as the diagnosis tells them."""
+    if capture is None:
+        return [_incident(one) for one in incidents or ()]
+    try:
+        asked = list(capture.incidents.roots.standing) if incidents is None else incidents
+        return capture.stories(asked[:_SHOWN]) + _more(len(asked) - _SHOWN, words)
+    except CanalyzeError as error:
+        return [words("test.unread", problem=error.in_words(words))] if incidents else []
 
 
 def _is(value: object, kind: type) -> bool:

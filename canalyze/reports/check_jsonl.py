@@ -11,8 +11,8 @@ first of its kind, and
 | `known` | how many of them the baseline allows |
 | `fails` | whether the check fails by it |
 
-`incident`, with --incidents, has `id incident bus node nodes status impact grade begin end message frames fails`; only
-roots are listed, and harmless ones are not.
+`incident`, with --incidents, has `id incident bus node nodes status impact grade begin end message frames known fails`
+(`known`: how many of its kind the baseline allows); only roots are listed, and harmless ones are not.
 
 `check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
 many do not), `nature` (what the capture has shown of its buses: `canopen` where one is; `unproven`, `foreign`, or
@@ -38,7 +38,8 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
         for one, fails in sorted(both, key=lambda row: row[0].finding.frame or 0):
             yield _line(_finding(one, fails))
         for problem in verdict.stories:
-            yield _line(_incident(problem, fails=problem.id in verdict.problems))
+            known = verdict.known_problems.get(problem.id, 0)
+            yield _line(_incident(problem, known, fails=problem.id in verdict.problems))
         yield _line(
             {
                 "kind": "check",
@@ -85,7 +86,7 @@ def _finding(one: Counted, fails: bool) -> dict[str, Any]:
     }
 
 
-def _incident(one: Incident, *, fails: bool) -> dict[str, Any]:
+def _incident(one: Incident, known: int, *, fails: bool) -> dict[str, Any]:
     return {
         "kind": "incident",
         "id": one.id,
@@ -100,6 +101,7 @@ def _incident(one: Incident, *, fails: bool) -> dict[str, Any]:
         "end": None if one.end is None else {"frame": one.end.frame, "t": one.end.t},
         "message": one.message,
         "frames": list(one.frames),
+        "known": known,
         "fails": fails,
     }
 

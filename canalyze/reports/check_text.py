@@ -66,7 +66,7 @@ class _Report:
         for one in verdict.failures:
             yield from self._entry(one)
         for problem in verdict.stories:
-            yield self._problem(problem, fails=problem.id in verdict.problems)
+            yield self._problem(problem, verdict)
         unjudged = [one for one in verdict.others if one.finding.code in _UNJUDGED]
         for one in unjudged:
             yield self._head(one.finding)
@@ -88,6 +88,7 @@ class _Report:
     def _rest(self, verdict: Verdict) -> Iterator[str]:
         """Say what does not count."""
         known = sum(one.count for one in verdict.others if one.known)
+        known += len(verdict.excused)
         below = Counter[str]()
         for one in verdict.others:
             if not one.known:
@@ -124,11 +125,13 @@ class _Report:
         if one.consequences:
             yield f"    {wording.consequences(one.consequences, self._words)}"
 
-    def _problem(self, one: Incident, *, fails: bool) -> str:
+    def _problem(self, one: Incident, verdict: Verdict) -> str:
+        fails, known = one.id in verdict.problems, verdict.known_problems.get(one.id, 0)
         status = self._dyed(self._words.of("incident_status", one.status), "error" if fails else "info")
         place = self._words("check.frame", frame=one.begin.frame)
         head = f"  {status} {self._words('check.problem')} {place}"
-        return self._words("check.entry", head=head, message=printable(one.message))
+        said = f" ({self._words('reports.known', known=known)})" if known else ""
+        return self._words("check.entry", head=head, message=printable(one.message) + said)
 
     def _head(self, finding: Finding) -> str:
         where = [

@@ -99,6 +99,12 @@ def tell(
             out.text(f"{indent}   {words('diagnose.findings', said=found)}\n")
 
 
+def stories(roots: Sequence[Record], incidents: Sequence[Record], words: Words) -> list[str]:
+    """Give the lines of some stories as the report has them, each with its consequences and what to check first."""
+    by_id = {one["id"]: one for one in incidents}
+    return [line for one in roots for line in _story(one, by_id, words, _EFFECTS, checks=True)]
+
+
 def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tuple[int, Record]]:
     yield depth, one
     for effect in one["effects"]:

@@ -35,7 +35,7 @@ def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
             shown = given["error"] <= _MOST["error"]
             yield _unreadable(verdict.file, printable(verdict.error), words, as_command=shown)
     for verdict in verdicts:
-        for problem in verdict.stories:
+        for problem in (one for one in verdict.stories if one.id not in verdict.excused):
             severity: Severity = "error" if problem.id in verdict.problems else "info"
             given[severity] += 1
             yield _problem(verdict.file, problem, severity, words, as_command=given[severity] <= _MOST[severity])

@@ -65,7 +65,7 @@ def _suite(verdict: Verdict, classname: str, words: Words) -> ET.Element:
     suite.set("tests", str(len(cases)))
     suite.set("failures", str(len(verdict.failures) + len(verdict.problems)))
     suite.set("errors", str(int(verdict.error is not None)))
-    suite.set("skipped", str(len(known)))
+    suite.set("skipped", str(len(known) + len(verdict.excused)))
     suite.set("time", _seconds(verdict.seconds))
     properties = ET.SubElement(suite, "properties")
     facts: list[tuple[str, object]] = [("frames", verdict.frames), ("overruled", verdict.overruled)]
@@ -115,6 +115,9 @@ def _problem(one: Incident, verdict: Verdict, words: Words) -> ET.Element:
         said = ET.SubElement(case, "failure", type=one.status, message=printable(one.message))
         steps = (f"{words('check.frame', frame=step.frame)}: {printable(step.text)}" for step in one.steps)
         said.text = _block([printable(one.message), *steps, *(printable(check) for check in one.checks)])
+    elif one.id in verdict.excused:
+        known = words("reports.known", known=verdict.known_problems[one.id])
+        ET.SubElement(case, "skipped", type="baseline", message=printable(f"{one.message} ({known})"))
     return case
 
 

@@ -50,7 +50,7 @@ def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words)
         for one in (*verdict.failures, *verdict.others, *verdict.consequences)
     ]
     kept = _worst(found)
-    baseline = any(one.known for _, one in found)
+    baseline = any(one.known for _, one in found) or any(verdict.known_problems for verdict in verdicts)
     known = {rule.code: rule for rule in rules}
     firsts: dict[str, Finding] = {}
     for _, one in kept:
@@ -69,7 +69,9 @@ def document(verdicts: Sequence[Verdict], rules: "Sequence[Rule]", words: Words)
     kinds = list(dict.fromkeys(one.kind for _, one in problems))
     for verdict, problem in problems:
         artifact = {"uri": uris[verdict.file], "index": artifacts[uris[verdict.file]]}
-        result = _story(artifact, problem, verdict)
+        result = _story(artifact, problem, verdict, words)
+        if baseline:
+            result["baselineState"] = _state_of(problem, verdict)
         result["ruleIndex"] = len(places) + kinds.index(problem.kind)
         results.append(result)
     run = {
@@ -105,6 +107,12 @@ def _state(one: Counted) -> str:
     if not one.known:
         return "new"
     return "unchanged" if one.count <= one.known else "updated"
+
+
+def _state_of(one: Incident, verdict: Verdict) -> str:
+    if one.id not in verdict.known_problems:
+        return "new"
+    return "unchanged" if one.id in verdict.excused else "updated"
 
 
 def _rule(finding: Finding, rule: "Rule | None", words: Words) -> Json:
@@ -171,7 +179,7 @@ def _result(artifact: Json, one: Counted, words: Words) -> Json:
     return result
 
 
-def _story(artifact: Json, one: Incident, verdict: Verdict) -> Json:
+def _story(artifact: Json, one: Incident, verdict: Verdict, words: Words) -> Json:
     """Give a root: its steps as a flow, and what it has caused as related places."""
     steps = [
         {"location": {**_location(artifact, None, None), "message": {"text": printable(f"#{step.frame}: {step.text}")}}}
@@ -188,6 +196,9 @@ def _story(artifact: Json, one: Incident, verdict: Verdict) -> Json:
         },
         "properties": {"status": one.status, "impact": one.impact, "frame": one.begin.frame, "nodes": list(one.nodes)},
     }
+    if one.id in verdict.excused:
+        said = words("reports.known", known=verdict.known_problems[one.id])
+        result["suppressions"] = [{"kind": "external", "justification": said}]
     if steps:
         result["codeFlows"] = [{"threadFlows": [{"locations": steps}]}]
     if caused:

@@ -69,13 +69,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "check.baseline",
-        "已知发现的文件：每类在一个记录中不超过其中的次数即为合格；不再出现的条目在标准错误上指出。",
-        "A file of known findings: a kind fails only where a capture has more of it; entries that no longer occur are "
-        "named on standard error.",
+        "已知发现和问题的文件：每类在一个记录中不超过其中的次数即为合格；不再出现的条目在标准错误上指出。",
+        "A file of known findings and problems: a kind fails only where a capture has more of it; entries that no "
+        "longer occur are named on standard error.",
     ),
     (
         "check.update_baseline",
-        "把此次不合格的发现写入基线文件（原有内容被取代），退出码为0。",
+        "把此次不合格的发现和问题写入基线文件（原有内容被取代），退出码为0。",
         "Write the baseline anew, of what would fail now, and exit with 0.",
     ),
     (
@@ -190,9 +190,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         '"can0" or null, "node": 5 or null, "object": "1017:00" or null, "count": 1}}',
     ),
     (
+        "baseline.problem",
+        '{file}：基线条目的 {key} 不能是 {value}；条目如 {{"kind": "node-silent", "bus": "can0" 或 null, '
+        '"subject": "node 5" 或 null, "object": "1017:00" 或 null, "count": 1}}',
+        '{file}: {key} of an entry of the baseline: {value} is not allowed; an entry is {{"kind": "node-silent", '
+        '"bus": "can0" or null, "subject": "node 5" or null, "object": "1017:00" or null, "count": 1}}',
+    ),
+    (
         "baseline.twice",
-        "{file}：基线中已有同一条目（{code}，总线、节点、对象都相同）",
-        "{file}: the baseline has this entry already ({code}, same bus, node and object)",
+        "{file}：基线中已有同一条目（{code}，总线、节点或对象等都相同）",
+        "{file}: the baseline has this entry already ({code}, all else the same, too)",
     ),
     (
         "baseline.gone",

@@ -12,15 +12,15 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "expect.help",
         "由一个好的记录写出期望的第一版：按顺序写入的配置、设备标识、各节点到达的状态、心跳、同步和PDO的周期、信号的范围、"
-        "可以出现的紧急报文、SDO应答时间和总线负载的上限（要有波特率），每个数旁边注明记录里看到的。期望是一个TOML文件，"
+        "可以出现的紧急报文和问题、SDO应答时间和总线负载的上限（要有波特率），每个数旁边注明记录里看到的。期望是一个TOML文件，"
         "用 canalyze check --expect 检验别的记录，也可放在记录旁边（boot.log 旁的 boot.expect.toml 自动使用）。"
         "不满足的期望是一条发现（EXP开头），指出期望的文件和行。各表可以出现多次，"
         "每个表都可以有 bus；全部配置项见下面的例子。"
         "几个文件同 decode 一样是一个记录。",
         "Write a first version of expectations from a good capture: the configuration that was written, in its "
         "order; the identity of devices; the states that nodes reached; periods of heartbeats, SYNC and PDOs; "
-        "ranges of signals; the EMCYs that may occur; limits for SDO responses and bus load (with a bit rate), "
-        "each with what was seen. Expectations are a TOML file by which canalyze check --expect judges other "
+        "ranges of signals; the EMCYs and problems that may occur; limits for SDO responses and bus load (with a bit "
+        "rate), each with what was seen. Expectations are a TOML file by which canalyze check --expect judges other "
         "captures; it can also lie beside a capture (boot.expect.toml beside boot.log is used by itself). One that "
         "is not met is a finding (EXP...) that names the file and line of the expectation. Every table may come "
         "several times, and each may have a bus; all keys are in the example below. Several files are one capture, "
@@ -70,6 +70,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "node = 5\n"
         'code = "81xx"\n'
         'occurs = "never"             # "must", "may"\n'
+        "\n"
+        "[[incident]]                 # canalyze diagnose 所说的问题；没有kind：不由其他问题引起的任何一种\n"
+        'kind = "node-silent"         # 也可用 * 和 ?；没有kind的 occurs = 0 不含别处允许的\n'
+        "node = 5\n"
+        'occurs = 1                   # 0：不得出现；"1-3"、"1-"\n'
+        "ends_within_s = 2            # 从第一个迹象到恢复\n"
+        '# cause = "bus-off"          # 由哪一种问题引起\n'
         "\n"
         "[[latency]]                  # 应答时间；SYNC之后的PDO；NMT命令之后的状态\n"
         'of = "sdo"                   # "sync" (pdo = "TPDO1"), "nmt"\n'
@@ -124,6 +131,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         'code = "81xx"\n'
         'occurs = "never"             # "must", "may"\n'
         "\n"
+        "[[incident]]                 # a problem as told by canalyze diagnose; without kind: any but consequences\n"
+        'kind = "node-silent"         # with * and ?; an occurs = 0 without kind leaves out what others allow\n'
+        "node = 5\n"
+        'occurs = 1                   # 0: must not; "1-3", "1-"\n'
+        "ends_within_s = 2            # from its first evidence until it is over\n"
+        '# cause = "bus-off"          # the kind of problem that it comes from\n'
+        "\n"
         "[[latency]]                  # of a response; of a PDO after SYNC; of a state after NMT\n"
         'of = "sdo"                   # "sync" (pdo = "TPDO1"), "nmt"\n'
         "node = 5\n"
@@ -168,6 +182,17 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         '{file}：配置项 {key} 不能是 {value}，应是引号里的四位十六进制错误代码，末尾可用x代替，如 "8130"、"81xx"',
         "{file}: key {key}: {value} is not an error code, four hexadecimal digits in quotes, the last ones may be x, "
         'such as "8130" or "81xx"',
+    ),
+    (
+        "config.incident_kind",
+        '{file}：配置项 {key} 不能是 {value}，应是引号里的问题种类，如 "node-silent"，可用 * 和 ?',
+        '{file}: key {key}: {value} is not a kind of problem in quotes, such as "node-silent"; * and ? may stand in it',
+    ),
+    (
+        "config.often",
+        '{file}：配置项 {key} 不能是 {value}，应是次数（0到1000000的整数）或引号里的范围，如 "1-3"、"1-"',
+        '{file}: key {key}: {value} is neither a number of times, 0 to 1000000, nor a range in quotes such as "1-3" or '
+        '"1-"',
     ),
     (
         "config.tpdo",
@@ -225,6 +250,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "expect.below_min",
         "{file}：配置项 {key} 不能是 {value}，它小于最小值 {other}",
         "{file}: key {key}: {value} is below min, {other}",
+    ),
+    (
+        "expect.no_incident",
+        "{file}：配置项 {key} 不能是 {value}，没有这一种问题",
+        "{file}: key {key}: {value} is no kind of problem",
+    ),
+    (
+        "expect.no_incident_near",
+        "{file}：配置项 {key} 不能是 {value}，没有这一种问题；相近的有：{other}",
+        "{file}: key {key}: {value} is no kind of problem; near it: {other}",
     ),
     (
         "expect.boot_up_passes",
@@ -312,6 +347,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "紧急报文：出现过的允许出现，其余的不应出现。",
         "EMCYs: those seen may occur, all others must not.",
     ),
+    (
+        "expect.incidents",
+        "问题（canalyze diagnose 所说的）：出现过的允许出现，其余的不应出现；由其他问题引起的和无害的不算。",
+        "Problems, as canalyze diagnose tells them: those seen may occur, all others must not; what they cause and "
+        "what is harmless does not count.",
+    ),
+    ("expect.seen_at", "第{frame}帧：{message}", "seen at frame {frame}: {message}"),
     ("expect.seen_times", "出现{count}次", "times seen: {count}"),
     (
         "expect.latencies",

@@ -19,6 +19,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("test.findings", "canalyze：发现", "canalyze: findings"),
     ("test.transfers", "canalyze：SDO传输", "canalyze: SDO transfers"),
     ("test.signals", "canalyze：信号", "canalyze: signals"),
+    ("test.incidents", "canalyze：问题", "canalyze: problems"),
+    ("test.stands", "canalyze：{name} 中未解决的问题", "canalyze: what stands in {name}"),
     ("test.more", "……另有{count}个", "... and {count} more"),
     ("test.cut", "……略去{count}帧", "... {count} frames left out"),
     ("test.unread", "无法再次读取：{problem}", "cannot be read again: {problem}"),

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-pub use crate::rules::{Code, CrcMatch, Deviation, Facts, Measured, Quantity, Said, Severity, Unmet, Verdict};
+pub use crate::rules::{Code, CrcMatch, Deviation, Facts, Measured, Problem, Quantity, Said, Severity, Unmet, Verdict};
 
 use crate::frame::{BusId, FrameRef};
 use crate::services::sdo::wire::Mux;

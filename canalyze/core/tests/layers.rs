@@ -146,6 +146,7 @@ const MAY_USE: &[Row] = &[
     (
         "diff",
         &[
+            "diagnosis",
             "frame",
             "cob_id",
             "dictionary",
@@ -223,6 +224,7 @@ const MAY_USE: &[Row] = &[
             "event",
             "services",
             "summary",
+            "diagnosis",
             "text::signal",
         ],
     ),
@@ -278,6 +280,7 @@ const MAY_USE: &[Row] = &[
     (
         "python",
         &[
+            "diagnosis",
             "frame",
             "rules",
             "dictionary",

@@ -9,6 +9,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::cob_id::Role;
+use crate::diagnosis::Diagnosis;
+use crate::diagnosis::incident::Incident;
+use crate::diagnosis::rank::is_root;
 use crate::dictionary::Object;
 use crate::drive::{self, State};
 use crate::event::{Event, ProcessData, Signals, What};
@@ -218,6 +221,14 @@ pub struct Digest {
     pub decimals: u8,
     /// It was full before the capture ended.
     pub full: bool,
+    /// Whether it is known what went wrong.
+    pub diagnosed: bool,
+    /// What went wrong, in the order in which it showed.
+    pub incidents: Vec<Incident>,
+    /// The first stamp of the capture, from which titles count.
+    pub began_ns: Option<i64>,
+    /// It is asked what went wrong.
+    diagnoses: bool,
     items: usize,
     places: usize,
 }
@@ -241,6 +252,29 @@ impl BusDigest {
 }
 
 impl Digest {
+    /// Of a capture of which nothing was seen. `diagnoses`: what goes wrong in it is compared, too.
+    pub fn new(diagnoses: bool) -> Self {
+        Self { diagnoses, ..Self::default() }
+    }
+
+    /// Whether it is asked what went wrong.
+    pub fn diagnoses(&self) -> bool {
+        self.diagnoses
+    }
+
+    /// From what an incident of it comes; what is only possible is no cause.
+    pub fn cause(&self, one: &Incident) -> Option<&Incident> {
+        let link = one.cause.filter(|_| !is_root(one))?;
+        self.incidents.iter().find(|other| other.id == link.cause)
+    }
+
+    /// Takes what went wrong in the capture, which is over.
+    pub fn diagnosis(&mut self, diagnosis: &Diagnosis) {
+        self.diagnosed = true;
+        self.incidents = diagnosis.ledger().told().cloned().collect();
+        self.began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
+    }
+
     /// The capture goes on to this frame, whether it is to be compared or not.
     pub fn extend(&mut self, frame: &Frame) {
         if self.is_full() {

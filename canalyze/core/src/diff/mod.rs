@@ -1,8 +1,8 @@
 //! Two captures held against each other as CANopen: what nodes did, not bytes or times.
 //!
 //! `digest` keeps what is to be compared of one capture while it streams by; `alignment` relates the two and finds what
-//! both cover; `items` compares what happens once, in order (`align`), `cyclic` what comes again and again; `found`
-//! collects the differences. What a capture cannot show (frames before its beginning, times without stamps) is no
+//! both cover; `items` compares what happens once, in order (`align`), `cyclic` what comes again and again, `stories`
+//! what went wrong; `found` collects the differences. What a capture cannot show (frames before its beginning, times without stamps) is no
 //! difference. It must not put anything into words.
 
 mod align;
@@ -13,6 +13,7 @@ pub mod digest;
 mod found;
 mod items;
 mod likeness;
+pub mod stories;
 #[cfg(test)]
 mod tests;
 
@@ -26,6 +27,7 @@ use self::difference::{Difference, Shows, Side, What};
 use self::digest::{BusDigest, CyclicStream, Digest, Kind, Place, Service, Version};
 use self::found::Found;
 use self::items::Streams;
+use self::stories::StoryDifference;
 use crate::finding::{Code, Finding, Quantity, Severity};
 use crate::frame::{BusId, CanId};
 use crate::services::sdo::wire::Mux;
@@ -46,10 +48,19 @@ pub struct Comparison {
     pub differences: Vec<Difference>,
     /// Further ones, which are only counted.
     pub more: u64,
+    /// What went wrong in one only, or otherwise.
+    pub stories: Vec<StoryDifference>,
     /// What both cover.
     pub alignment: Alignment,
     /// Transfers, commands, states and the like of each that lie where the other one shows nothing.
     pub outside: [u64; 2],
+}
+
+impl Comparison {
+    /// How many differences there are, those of what went wrong among them.
+    pub fn count(&self) -> u64 {
+        (self.differences.len() + self.stories.len()) as u64 + self.more
+    }
 }
 
 /// Where no more than one in this many varying values is the same in both captures, that is chance.
@@ -76,9 +87,11 @@ pub fn compare(a: &Digest, b: &Digest, settings: &Settings) -> Comparison {
             (one, other) => absent([one, other], &mut found),
         }
     }
-    let Found { mut all, more, outside, .. } = found;
+    let Found { mut all, more, mut outside, .. } = found;
+    let (stories, beyond) = stories::compare(a, b, &pairs, settings, &alignment);
+    outside.iter_mut().zip(beyond).for_each(|(sum, more)| *sum += more);
     all.sort_by(|one, other| one.order.cmp(&other.order).then(one.what.cmp(&other.what)));
-    Comparison { differences: all, more, alignment, outside }
+    Comparison { differences: all, more, stories, alignment, outside }
 }
 
 /// The buses of both: as given, by name, then those that have most in common.

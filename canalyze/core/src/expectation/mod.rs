@@ -10,6 +10,7 @@
 
 mod emcy;
 mod heartbeat;
+mod incident;
 mod latency;
 mod load;
 pub mod observed;
@@ -28,6 +29,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+use crate::diagnosis::Diagnosis;
 use crate::event::{Event, What};
 use crate::finding::{Deviation, Facts, Finding, Unmet};
 use crate::frame::{BusId, Buses, Frame, FrameRef, MAX_BUSES};
@@ -47,6 +49,7 @@ pub struct Expectations {
     heartbeat: Vec<heartbeat::Entry>,
     sync: Vec<sync::Entry>,
     emcy: Vec<emcy::Entry>,
+    incident: Vec<incident::Entry>,
     latency: Vec<latency::Entry>,
     load: Vec<load::Entry>,
 }
@@ -62,9 +65,15 @@ impl Expectations {
         read.heartbeat.iter().try_for_each(heartbeat::Entry::check)?;
         read.sync.iter().try_for_each(sync::Entry::check)?;
         read.emcy.iter().try_for_each(emcy::Entry::check)?;
+        read.incident.iter().try_for_each(incident::Entry::check)?;
         read.latency.iter().try_for_each(latency::Entry::check)?;
         read.load.iter().try_for_each(load::Entry::check)?;
         Ok(read)
+    }
+
+    /// Whether what went wrong has to be followed.
+    pub fn diagnoses(&self) -> bool {
+        !self.incident.is_empty()
     }
 }
 
@@ -220,6 +229,7 @@ pub struct Verification {
     heartbeats: heartbeat::Heartbeats,
     syncs: sync::Syncs,
     emergencies: emcy::Emergencies,
+    incidents: incident::Incidents,
     latencies: latency::Latencies,
     loads: load::Loads,
     shown: shown::Shown,
@@ -243,6 +253,7 @@ impl Verification {
             heartbeats: heartbeat::Heartbeats::new(file, &expected.heartbeat),
             syncs: sync::Syncs::new(file, &expected.sync),
             emergencies: emcy::Emergencies::new(file, &expected.emcy),
+            incidents: incident::Incidents::new(file, &expected.incident),
             latencies: latency::Latencies::new(file, &expected.latency),
             loads: load::Loads::new(file, &expected.load, bit_rate),
             shown: shown::Shown::default(),
@@ -375,6 +386,12 @@ impl Verification {
         self.emergencies.finish(&mut closing);
         self.latencies.finish(&mut closing);
         self.loads.finish(&mut closing);
+    }
+
+    /// The capture is over, at its frame `last`, and this is what went wrong in it.
+    pub fn diagnosed(&self, diagnosis: &Diagnosis, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
+        let mut closing = Closing { last, end_ns: self.end_ns, buses, heard: &self.heard, found: events };
+        self.incidents.finish(diagnosis, &mut closing);
     }
 }
 

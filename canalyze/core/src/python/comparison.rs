@@ -70,7 +70,7 @@ impl Comparison {
 
     #[getter]
     fn differences(&self) -> u64 {
-        self.compared.differences.len() as u64 + self.compared.more
+        self.compared.count()
     }
 
     fn first(&self) -> (Option<u64>, Option<u64>) {

@@ -15,6 +15,7 @@ use self::columns::{Batch, Table};
 use self::comparison::Comparison;
 use self::network::{Dictionary, Expectations, Network};
 use self::session::Session;
+use crate::diagnosis::kinds::KINDS;
 use crate::frame::Buses;
 use crate::readers::candump;
 use crate::readers::{Format as Input, listing, sniff};
@@ -117,6 +118,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(omission, module)?)?;
     module.add_function(wrap_pyfunction!(class_of, module)?)?;
     module.add_function(wrap_pyfunction!(may_hold_command, module)?)?;
+    module.add("INCIDENTS", KINDS.iter().map(|row| row.name).collect::<Vec<_>>())?;
     module.add("TABLES", Name::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("WRITERS", Written::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())

@@ -2,13 +2,16 @@
 //!
 //! It must not decide what is a difference.
 
+use crate::diagnosis::incident::Incident;
 use crate::diff::Comparison;
 use crate::diff::difference::Difference;
 use crate::diff::digest::Digest;
+use crate::diff::stories::StoryDifference;
 use crate::frame::{BusId, FrameRef};
 use crate::text::Lang;
 use crate::text::diff::{self as words, Phrase, phrase};
 use crate::text::digits::put;
+use crate::text::incidents;
 
 /// What a report is about.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +23,14 @@ pub struct Setting<'a> {
 }
 
 impl<'a> Setting<'a> {
+    /// The incidents of a difference, each with the capture that it is of.
+    pub fn incidents(self, one: &StoryDifference) -> [Option<(&'a Digest, &'a Incident)>; 2] {
+        let [a, b] = self.digests;
+        let [in_a, in_b] = one.sides;
+        let of = |digest: &'a Digest, place: Option<usize>| Some((digest, digest.incidents.get(place?)?));
+        [of(a, in_a), of(b, in_b)]
+    }
+
     /// The name of a bus: that in A, or in B where A has none.
     pub fn bus(self, bus: [Option<BusId>; 2]) -> &'a [u8] {
         let [a, b] = self.digests;
@@ -37,8 +48,9 @@ const SIDES: [&str; 2] = ["A", "B"];
 /// What is said above the lines of the first difference.
 pub fn head(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
     let lang = setting.lang;
+    problems(out, setting, comparison);
     let Some(first) = comparison.differences.first() else {
-        phrase(out, lang, Phrase::Same, &[]);
+        phrase(out, lang, if comparison.stories.is_empty() { Phrase::Same } else { Phrase::NothingElse }, &[]);
         return put!(out; "\n");
     };
     phrase(out, lang, Phrase::First, &[]);
@@ -51,6 +63,61 @@ pub fn head(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
     put!(out; ", ");
     content(out, lang, first);
     put!(out; "\n");
+}
+
+/// What went wrong in one capture only, or otherwise; nothing where there is no such.
+fn problems(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
+    if comparison.stories.is_empty() {
+        return;
+    }
+    let lang = setting.lang;
+    phrase(out, lang, Phrase::Problems, &[&|out| put!(out; comparison.stories.len() as u64)]);
+    put!(out; "\n");
+    let mut heading = None;
+    for one in &comparison.stories {
+        let shown = one.sides.map(|side| side.is_some());
+        if heading != Some(shown) {
+            heading = Some(shown);
+            put!(out; "  ");
+            match shown {
+                [true, true] => phrase(out, lang, Phrase::Both, &[]),
+                [in_a, _] => phrase(out, lang, Phrase::Only, &[&|out| put!(out; if in_a { "A" } else { "B" })]),
+            }
+            put!(out; "\n");
+        }
+        put!(out; "    ");
+        problem(out, setting, one);
+        put!(out; "\n");
+    }
+    put!(out; "\n");
+}
+
+fn problem(out: &mut Vec<u8>, setting: Setting<'_>, one: &StoryDifference) {
+    let lang = setting.lang;
+    if setting.digests.iter().any(|digest| digest.lines.len() > 1) {
+        words::bus(out, lang, setting.bus(one.bus));
+        put!(out; ", ");
+    }
+    let sides = setting.incidents(one);
+    if let Some((digest, first)) = sides.iter().flatten().next() {
+        incidents::title(out, lang, first, digest.began_ns);
+    }
+    for differs in &one.differs {
+        put!(out; "; ");
+        words::respect(out, lang, *differs);
+        for (place, (name, side)) in SIDES.iter().zip(sides).enumerate() {
+            let Some((digest, one)) = side else { continue };
+            put!(out; if place > 0 { ", " } else { " " }, *name, " ");
+            words::problem(out, lang, *differs, one, digest.cause(one));
+        }
+    }
+    put!(out; "  [");
+    let shown = SIDES.iter().zip(sides).filter_map(|(name, side)| Some((name, side?.1)));
+    for (place, (name, one)) in shown.enumerate() {
+        put!(out; if place > 0 { ", " } else { "" }, *name, " ");
+        words::frame(out, lang, one.begin);
+    }
+    put!(out; "]");
 }
 
 /// What is said below the lines of the first difference.

@@ -1,6 +1,6 @@
 //! Rules about what a user expects of a capture (`canalyze check --expect`).
 
-use super::quantity::{Command, Count, Emcy, JsonOnly, Ns, Pdo, Quantity, Real, Said, State, Text, Word};
+use super::quantity::{Command, Count, Emcy, JsonOnly, Ns, Pdo, Problems, Quantity, Real, Said, State, Text, Word};
 use super::{Deviation, rules};
 
 rules! {
@@ -334,6 +334,9 @@ rules! {
         NothingMeasured
             "记录中没有可以测量的内容"
             "nothing to measure in the capture";
+        NotOverYet { problem: Problems }
+            "{problem}: 到记录结束时期限未到, 是否及时恢复未检查"
+            "{problem} need not be over yet when the capture ends: whether it ends in time is not checked";
         Lost
             "在见到它之前有帧丢失: 它可能就在丢失的帧中"
             "frames were lost before it was seen: it may have been among them";
@@ -351,5 +354,79 @@ rules! {
         None { expected: Text }
             "记录中没有信号{expected}"
             "no signal {expected} in the capture";
+    }
+
+    /// A problem that is expected has not occurred, or not as often.
+    Exp017 "EXP017" "incident-missing" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+        message "缺少期望的问题" "expected problem missing";
+        meaning
+            "期望要求出现这一种问题(canalyze diagnose 所列), 而它没有出现, 或者次数不够。反复出现的, 每次都计入。"
+            "An expectation says that this kind of problem, as canalyze diagnose lists them, must occur; it has not, or not as often. Of one that comes and goes each time counts.";
+        cause
+            "测试引发的故障没有发生, 或者表现为另一种问题。"
+            "The fault that the test provokes has not happened, or shows as another kind of problem.";
+        Nothing { expected: Text }
+            "没有出现{expected}, 也没有其他问题"
+            "no {expected}, and no other problem either";
+        NoneOf { expected: Text, found: Problems }
+            "没有出现{expected}; 出现的是: {found}"
+            "no {expected}; found instead: {found}";
+        TooFew { expected: Count, count: Count, found: Problems }
+            "出现{count}次, 期望至少{expected}次: {found}"
+            "{count|time|times}, expected at least {expected}: {found}";
+    }
+
+    /// A problem that must not occur, or occurs too often.
+    Exp018 "EXP018" "incident-unexpected" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+        message "不应出现的问题" "problem that must not occur";
+        meaning
+            "期望规定这一种问题不得出现, 或者不得这样多次, 或者除所列之外都不得出现。未写种类时, 由其他问题引起的和无害的不算。"
+            "An expectation says that this kind of problem must not occur, or not as often, or that none may but those it lists. Without a kind, what another problem has caused and what is harmless are not meant.";
+        cause
+            "出了编写期望时没有的问题; canalyze diagnose 说明其经过和原因。"
+            "Something goes wrong that did not when the expectation was written; canalyze diagnose tells how and why.";
+        Occurred { found: Problems }
+            "不应出现: {found}"
+            "must not occur: {found}";
+        TooMany { expected: Count, count: Count, found: Problems }
+            "出现{count}次, 期望至多{expected}次: {found}"
+            "{count|time|times}, expected at most {expected}: {found}";
+    }
+
+    /// A problem was not over in time.
+    Exp019 "EXP019" "incident-not-over" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+        message "问题没有按期恢复" "problem not over in time";
+        meaning
+            "期望规定这样的问题须在若干时间内恢复, 从它的第一个迹象算起(节点失去联系从其最后一帧算起)。反复出现的, 以最长的一次为准。"
+            "An expectation says that each such problem must be over within a time, which is counted from its first evidence: for a node that is silent, its last frame. Of one that comes and goes the longest time counts.";
+        cause
+            "恢复比以前慢, 或者没有恢复。"
+            "The recovery is slower than before, or does not happen.";
+        Late { expected: Ns, found: Ns, problem: Problems, end: Count }
+            "{problem}经过{found}才恢复(第{end}帧), 期望在{expected}之内"
+            "{problem} was over only after {found} (frame {end}), expected within {expected}";
+        Standing { expected: Ns, found: Ns, problem: Problems }
+            "{problem}到记录结束时已有{found}, 仍未恢复, 期望在{expected}之内"
+            "{problem} is not over {found} later, at the end of the capture; expected within {expected}";
+    }
+
+    /// A problem comes from something else than expected.
+    Exp020 "EXP020" "incident-cause" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
+        message "问题的原因与期望不同" "problem with another cause than expected";
+        meaning
+            "期望规定这样的问题须由某一种问题引起, 直接或间接均可。仅仅可能的原因不算。"
+            "An expectation says that each such problem must come from another kind of problem, at once or by what lies between. What is only possible is no cause.";
+        cause
+            "出了另外的问题, 或者记录不足以看出原因。"
+            "Something else went wrong, or the capture does not show why.";
+        Other { expected: Text, problem: Problems, found: Problems }
+            "{problem}的原因是{found}, 期望是{expected}"
+            "{problem} comes from {found}, expected from {expected}";
+        NotSure { expected: Text, problem: Problems, found: Problems }
+            "{problem}的原因可能是{found}, 但不确定, 期望是{expected}"
+            "{problem} may come from {found}, which is not sure; expected from {expected}";
+        Unknown { expected: Text, problem: Problems }
+            "{problem}的原因不明, 期望是{expected}"
+            "no cause of {problem} is known, expected from {expected}";
     }
 }

@@ -28,7 +28,7 @@ pub mod sync;
 pub mod time;
 
 pub use facts::{Deviation, Fact, Facts, Measured, Unmet, Variant, Verdict, Words};
-pub use quantity::{CrcMatch, JsonOnly, Kind, Quantity, Said};
+pub use quantity::{CrcMatch, JsonOnly, Kind, Problem, Quantity, Said};
 
 pub(crate) use facts::plain;
 
@@ -226,7 +226,7 @@ codes! {
     description: Eds001 Eds002 Eds003 Eds004;
     emcy: Emc001 Emc002 Emc003 Emc004 Emc005 Emc006 Emc007 Emc008 Emc009 Emc010;
     expectation: Exp001 Exp002 Exp003 Exp004 Exp005 Exp006 Exp007 Exp008 Exp009 Exp010 Exp011 Exp012 Exp013 Exp014
-        Exp015 Exp016;
+        Exp015 Exp016 Exp017 Exp018 Exp019 Exp020;
     guarding: Grd001 Grd002 Grd003 Grd004 Grd005;
     heartbeat: Hbt001 Hbt002 Hbt003 Hbt004 Hbt005 Hbt006 Hbt007;
     lss: Lss001 Lss002 Lss003 Lss004 Lss005 Lss006 Lss007 Lss008 Lss009 Lss010 Lss011 Lss012 Lss030;

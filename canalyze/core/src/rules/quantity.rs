@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::Words;
 use crate::frame::CanId;
 use crate::services::sdo::wire::{self, Mux};
 
@@ -74,6 +75,19 @@ pub enum CrcMatch {
     Reflected,
 }
 
+/// What went wrong, in short.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Its kind, as machine output has it.
+    pub name: &'static str,
+    /// What it is, in words.
+    pub words: Words,
+    /// The node, where it is about one that is not named before.
+    pub node: Option<u8>,
+    /// The frame at which it begins.
+    pub frame: u64,
+}
+
 /// Something expected or found.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
@@ -89,6 +103,8 @@ pub enum Said {
     Bytes(Arc<[u8]>),
     /// A word of the rule's sentence, the same in JSON: it is not shown to people.
     Word(&'static str),
+    /// What went wrong, and how many more there are that are not named.
+    Problems(Arc<[Problem]>, u64),
 }
 
 impl From<Quantity> for Said {
@@ -139,7 +155,7 @@ kinds! {
 }
 
 kinds! {
-    Said: Real(f64) Text(Arc<str>) Word(&'static str)
+    Said: Real(f64) Text(Arc<str>) Word(&'static str) Problems(Arc<[Problem]>, u64)
 }
 
 /// A bit, as the number 0 or 1.

@@ -86,6 +86,9 @@ impl Decoding {
     /// The capture is held against what is expected of it.
     pub(super) fn expect(&mut self, expected: &Expectations) {
         self.verification = Some(Box::new(Verification::new(expected, self.network.bit_rate)));
+        if expected.diagnoses() {
+            self.diagnose();
+        }
     }
 
     /// What goes wrong is followed.
@@ -128,10 +131,13 @@ impl Decoding {
         self.diagnosis.as_deref()
     }
 
-    /// The capture is over: what went wrong in it.
-    pub(super) fn take_diagnosis(&mut self) -> Option<Box<Diagnosis>> {
+    /// The capture is over at its frame `last`: what went wrong in it, which is held against what is expected of that.
+    pub(super) fn take_diagnosis(&mut self, last: FrameRef, buses: &Buses) -> Option<Box<Diagnosis>> {
         let mut diagnosis = self.diagnosis.take()?;
         diagnosis.finish(&self.state);
+        if let Some(verification) = self.verification.as_ref().filter(|_| last.no > 0) {
+            verification.diagnosed(&diagnosis, last, &mut self.events, buses);
+        }
         Some(diagnosis)
     }
 

@@ -115,7 +115,7 @@ pub struct Options {
     /// How the format that is written is written.
     pub writing: writers::Settings,
     /// Whether incidents are written, too: in [`Format::Text`] as they begin and end, in [`Format::Jsonl`] both so and at
-    /// the end, in [`Format::Check`] at the end.
+    /// the end, in [`Format::Check`] and [`Format::Observed`] at the end.
     pub incidents: bool,
     /// What is expected of the capture.
     pub expectations: Option<Arc<Expectations>>,
@@ -626,9 +626,11 @@ impl Stream {
         self.settle(buses, out);
         self.decoding.finish(self.capture.last, buses);
         self.aside(buses, out);
+        let diagnosis = self.decoding.take_diagnosis(self.capture.last, buses);
+        self.aside(buses, out);
         self.decoding.counted(self.capture.last);
         self.write_aside(buses, out);
-        if let Some(diagnosis) = self.decoding.take_diagnosis() {
+        if let Some(diagnosis) = diagnosis {
             self.output.diagnosis(out, self.capture.view(buses), &diagnosis);
         }
         if self.capture.frames > 0 {

@@ -54,7 +54,8 @@ impl Output {
             }
             Format::Diagnosis => Box::new(Incidents),
             Format::Info => Box::new(Info::default()),
-            Format::Digest => Box::new(Digest::default()),
+            // What goes wrong is no matter of single frames: behind a filter it is not compared.
+            Format::Digest => Box::new(Digest::new(options.filter.is_empty() && options.masks.is_empty())),
             Format::Convert(format) => Box::new(Writer::new(format, &options.writing)),
             Format::Monitor => Box::new(Monitor::new(lang, &options.network)),
             Format::Columns => Box::new(Nothing),
@@ -73,6 +74,10 @@ impl Output {
 
     /// Whether what goes wrong is asked for.
     pub(super) fn diagnoses(&self) -> bool {
+        self.writes_incidents() || self.tables.as_ref().is_some_and(|tables| tables.diagnoses())
+    }
+
+    fn writes_incidents(&self) -> bool {
         self.incidents || self.sink.diagnoses()
     }
 
@@ -94,7 +99,12 @@ impl Output {
 
     /// What went wrong in the capture, which is over.
     pub(super) fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
-        self.sink.diagnosis(out, view, diagnosis);
+        if self.writes_incidents() {
+            self.sink.diagnosis(out, view, diagnosis);
+        }
+        if let Some(tables) = &mut self.tables {
+            tables.diagnosis(view.jsonl, diagnosis);
+        }
     }
 
     /// Nobody asks what frames mean.

@@ -264,6 +264,14 @@ impl Sink for Digest {
         Digest::finish(self, view.buses);
     }
 
+    fn diagnoses(&self) -> bool {
+        Digest::diagnoses(self)
+    }
+
+    fn diagnosis(&mut self, _out: &mut Vec<u8>, _view: View<'_>, diagnosis: &Diagnosis) {
+        Digest::diagnosis(self, diagnosis);
+    }
+
     fn folds(&self) -> bool {
         false
     }

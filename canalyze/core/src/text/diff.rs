@@ -6,8 +6,10 @@ use super::digits::{Hex, Padded, Spaced, put};
 use super::object::pdo_of;
 use super::value::{self, Size};
 use super::{Lang, escape, findings, say, terms};
+use crate::diagnosis::incident::{Incident, Status as Standing};
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::diff::digest::{Action, Kind, Service, TransferDigest};
+use crate::diff::stories::{Differs, lasted_ns};
 use crate::frame::{CanId, FrameRef};
 use crate::services::sdo::transfer::{Direction, Mode, Status};
 use crate::services::sdo::wire::{Mux, Side as Sender};
@@ -29,6 +31,14 @@ pub enum Phrase {
     Near,
     /// How many there are.
     Count,
+    /// Above what went wrong.
+    Problems,
+    /// Nothing else differs than what went wrong.
+    NothingElse,
+    /// Above problems of one capture.
+    Only,
+    /// Above problems that both have, and that are others.
+    Both,
     /// How many of them are not listed.
     More,
     /// What was compared.
@@ -54,6 +64,10 @@ static PHRASES: &[(Phrase, &str, &str)] = &[
     (Phrase::Line, " (第{}行)", " (line {})"),
     (Phrase::Near, "{}之后无", "none after {}"),
     (Phrase::Count, "差异: {}", "differences: {}"),
+    (Phrase::Problems, "问题的差异: {}", "problems that differ: {}"),
+    (Phrase::NothingElse, "此外未发现CANopen意义上的差异", "no other difference in CANopen terms"),
+    (Phrase::Only, "仅{}有:", "only in {}:"),
+    (Phrase::Both, "两者都有而不同:", "in both, and different:"),
     (Phrase::More, "另有{}处未列出", "{} more are not listed"),
     (Phrase::Compared, "比较范围: ", "compared: "),
     (
@@ -64,8 +78,8 @@ static PHRASES: &[(Phrase, &str, &str)] = &[
     (Phrase::Full, "{} 太长, 其后部未比较", "{} is too long; its later part was not compared"),
     (
         Phrase::NoTimes,
-        "至少一方没有时间戳: 周期和抖动未比较",
-        "not both captures have stamps: periods and jitter were not compared",
+        "至少一方没有时间戳: 周期、抖动和问题未比较",
+        "not both captures have stamps: periods, jitter and problems were not compared",
     ),
     (
         Phrase::Unplaced,
@@ -303,6 +317,39 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest
         }
         Status::Failed => put!(out; lang.pick("失败", "failed")),
         Status::Incomplete | Status::Open => put!(out; lang.pick("不完整", "incomplete")),
+    }
+}
+
+/// In what respect a problem differs.
+pub fn respect(out: &mut Vec<u8>, lang: Lang, differs: Differs) {
+    put!(out; match differs {
+        Differs::Status => lang.pick("状态", "status"),
+        Differs::Duration => lang.pick("持续时间", "duration"),
+        Differs::Count => lang.pick("次数", "count"),
+        Differs::Cause => lang.pick("原因", "cause"),
+    });
+}
+
+/// What a problem is in that respect. `cause`: from what it comes.
+pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, cause: Option<&Incident>) {
+    match differs {
+        Differs::Status => put!(out; match one.status {
+            Standing::Stands => lang.pick("未解决", "stands"),
+            Standing::Unknown => lang.pick("未知", "not known"),
+            Standing::Over => lang.pick("已恢复", "over"),
+            Standing::Harmless => lang.pick("无害", "harmless"),
+        }),
+        Differs::Duration => match lasted_ns(one) {
+            Some(ns) => time(out, ns),
+            None => put!(out; "-"),
+        },
+        Differs::Count => put!(out; one.repeats.count),
+        Differs::Cause => match cause {
+            Some(cause) => {
+                put!(out; lang.of(cause.kind.row().words), lang.pick(" (第", " (frame "), cause.begin.no, lang.pick("帧)", ")"))
+            }
+            None => put!(out; lang.pick("不明", "not known")),
+        },
     }
 }
 

@@ -8,7 +8,7 @@ use super::digits::{Hex, Spaced, put};
 use super::services::sdo;
 use super::value::Size;
 use super::{Lang, escape, signal, terms};
-use crate::finding::{Code, CrcMatch, Quantity, Said};
+use crate::finding::{Code, CrcMatch, Problem, Quantity, Said};
 use crate::services::sdo::wire::Side;
 
 /// Most bytes of one value in a sentence.
@@ -47,6 +47,7 @@ fn say(out: &mut Vec<u8>, lang: Lang, said: &Said) {
             put!(out; Spaced(bytes.get(..BYTES).unwrap_or(bytes)), if bytes.len() > BYTES { " ..." } else { "" });
         }
         Said::Word(word) => put!(out; *word),
+        Said::Problems(named, more) => problems(out, lang, named, *more),
     }
 }
 
@@ -56,6 +57,22 @@ fn quoted(out: &mut Vec<u8>, text: &str) {
     let end = text.char_indices().nth(CHARACTERS).map(|(end, _)| end);
     escape::terminal(out, text.get(..end.unwrap_or(text.len())).unwrap_or(text).as_bytes());
     put!(out; if end.is_some() { "...\"" } else { "\"" });
+}
+
+/// Appends what went wrong: the kinds as they are written in files, with the node and the first frame of each.
+fn problems(out: &mut Vec<u8>, lang: Lang, named: &[Problem], more: u64) {
+    for (place, one) in named.iter().enumerate() {
+        put!(out; if place > 0 { lang.pick("、", ", ") } else { "" });
+        if let Some(node) = one.node {
+            put!(out; lang.pick("节点", "node "), node, " ");
+        }
+        // The name says it in English.
+        put!(out; one.name, lang.pick(" ", ""), lang.pick(one.words.zh, ""));
+        put!(out; lang.pick(" (第", " (frame "), one.frame, lang.pick("帧)", ")"));
+    }
+    if more > 0 {
+        put!(out; lang.pick(", 另有", " and "), more, lang.pick("个", " more"));
+    }
 }
 
 /// Appends one quantity.

@@ -105,13 +105,10 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
         }
         put!(out; "}");
     }
-    put!(out; "],\"facts\":{");
-    for (number, (name, value)) in one.facts.iter().enumerate() {
-        put!(out; if number > 0 { ",\"" } else { "\"" });
-        facts::pair(out, name, *value);
-    }
+    put!(out; "],\"facts\":");
+    facts_of(out, one);
     let checks = advice::of(one, diagnosis.shown());
-    put!(out; "},\"checks\":[");
+    put!(out; ",\"checks\":[");
     for (number, check) in checks.iter().enumerate() {
         put!(out; if number > 0 { "," } else { "" }, "\"", check.name, "\"");
     }
@@ -131,6 +128,16 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
         quoted(out, |text| put!(text; setting.lang.of(check.words)));
     }
     put!(out; "],\"root\":", truth(is_root(one)), "}\n");
+}
+
+/// Appends what was measured, as an object.
+pub fn facts_of(out: &mut Vec<u8>, one: &Incident) {
+    put!(out; "{");
+    for (number, (name, value)) in one.facts.iter().enumerate() {
+        put!(out; if number > 0 { ",\"" } else { "\"" });
+        facts::pair(out, name, *value);
+    }
+    put!(out; "}");
 }
 
 fn whole(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {

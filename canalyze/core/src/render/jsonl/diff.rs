@@ -10,29 +10,40 @@
 //! `period_us`, `id`, `mapping` (a list of entries), `length`, or `code message` of a finding. `a_near`, `b_near`: where
 //! a capture has nothing, the nearest frame before that both have.
 //!
-//! `diff`: `kind same differences more rigid times placed a b`; `more` were not listed; `rigid`: both captures show one
+//! `incident_difference`, before all others: `kind incident bus node differs a b`, what went wrong in one capture only, or
+//! in both and otherwise. `differs` is a list of `status`, `duration`, `count` and `cause`, empty where one has nothing.
+//! `a` and `b`, or null: `{"bus","id","frame","t","end_frame","status","duration_ns","count","cause","text"}`; `cause` is the
+//! kind of what it comes from.
+//!
+//! `diff`: `kind same incidents differences more rigid times placed a b`; `more` were not listed; `rigid`: both captures show one
 //! session in time; `times`: periods were compared; `placed`: it is known where one capture lies in the other. `a` and
 //! `b`: `{"file","frames","first_frame","last_frame","outside","full"}`, the frames between which both captures were
 //! compared, what lies outside, and whether the capture was too long.
 
 use super::{name_or_null, number_or_null, quoted, seconds, truth};
+use crate::diagnosis::incident::Incident;
 use crate::diff::Comparison;
 use crate::diff::difference::{Difference, Shows, Side};
-use crate::diff::digest::{Action, Service, TransferDigest};
+use crate::diff::digest::{Action, Digest, Service, TransferDigest};
+use crate::diff::stories::{StoryDifference, lasted_ns};
 use crate::frame::CanId;
 use crate::render::diff::{Setting, extents};
 use crate::services::sdo::wire::Side as Sender;
 use crate::text::diff as words;
 use crate::text::digits::{Hex, Joined, put};
-use crate::text::{escape, findings};
+use crate::text::{escape, findings, incidents};
 
 /// Appends all lines. `files`: the names of both.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, files: [&[u8]; 2]) {
+    for one in &comparison.stories {
+        story(out, setting, one);
+    }
     for one in &comparison.differences {
         difference(out, setting, one);
     }
     let count = comparison.differences.len() as u64 + comparison.more;
-    put!(out; "{\"kind\":\"diff\",\"same\":", truth(count == 0), ",\"differences\":", count);
+    put!(out; "{\"kind\":\"diff\",\"same\":", truth(comparison.count() == 0), ",\"incidents\":");
+    put!(out; comparison.stories.len() as u64, ",\"differences\":", count);
     put!(out; ",\"more\":", comparison.more, ",\"rigid\":", truth(comparison.alignment.rigid));
     put!(out; ",\"times\":", truth(comparison.alignment.by_time), ",\"placed\":", truth(!comparison.alignment.is_blurred()));
     let sides = files.into_iter().zip(setting.digests).zip(comparison.outside).zip(extents(setting, comparison));
@@ -46,6 +57,47 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, f
         put!(out; ",\"outside\":", outside, ",\"full\":", truth(digest.full), "}");
     }
     put!(out; "}\n");
+}
+
+fn story(out: &mut Vec<u8>, setting: Setting<'_>, one: &StoryDifference) {
+    let sides = setting.incidents(one);
+    let Some((_, first)) = sides.iter().flatten().next() else { return };
+    put!(out; "{\"kind\":\"incident_difference\",\"incident\":\"", first.kind.row().name, "\",\"bus\":");
+    name_or_null(out, setting.bus(one.bus));
+    put!(out; ",\"node\":");
+    number_or_null(out, first.subject.node.map(u64::from));
+    put!(out; ",\"differs\":[");
+    for (place, differs) in one.differs.iter().enumerate() {
+        put!(out; if place > 0 { ",\"" } else { "\"" }, differs.name(), "\"");
+    }
+    put!(out; "]");
+    for (key, side) in [",\"a\":", ",\"b\":"].into_iter().zip(sides) {
+        put!(out; key);
+        match side {
+            Some((digest, one)) => incident(out, setting, digest, one),
+            None => put!(out; "null"),
+        }
+    }
+    put!(out; "}\n");
+}
+
+fn incident(out: &mut Vec<u8>, setting: Setting<'_>, digest: &Digest, one: &Incident) {
+    put!(out; "{\"bus\":");
+    name_or_null(out, digest.buses.name(one.bus));
+    put!(out; ",\"id\":", u64::from(one.id.0), ",\"frame\":", one.begin.no, ",\"t\":");
+    seconds(out, one.begin.t_ns, digest.decimals);
+    put!(out; ",\"end_frame\":");
+    number_or_null(out, one.end.map(|end| end.no));
+    put!(out; ",\"status\":\"", one.status.name(), "\",\"duration_ns\":");
+    number_or_null(out, lasted_ns(one).and_then(|ns| u64::try_from(ns).ok()));
+    put!(out; ",\"count\":", one.repeats.count, ",\"cause\":");
+    match digest.cause(one) {
+        Some(cause) => put!(out; "\"", cause.kind.row().name, "\""),
+        None => put!(out; "null"),
+    }
+    put!(out; ",\"text\":");
+    quoted(out, |text| incidents::title(text, setting.lang, one, digest.began_ns));
+    put!(out; "}");
 }
 
 fn difference(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference) {

@@ -5,7 +5,7 @@
 use super::{number_or_null, sdo, truth};
 use crate::drive;
 use crate::event::{Note, Scanned};
-use crate::finding::{CrcMatch, Facts, Finding, Measured, Quantity, Said, Unmet};
+use crate::finding::{CrcMatch, Facts, Finding, Measured, Problem, Quantity, Said, Unmet};
 use crate::text::digits::{Hex, Joined, put};
 use crate::text::escape;
 
@@ -99,12 +99,25 @@ fn unmet(out: &mut Vec<u8>, unmet: &Unmet) {
             Said::Text(text) => escape::json(out, text.as_bytes()),
             Said::Bytes(bytes) => put!(out; "\"", Joined(bytes), "\""),
             Said::Word(word) => put!(out; "\"", *word, "\""),
+            Said::Problems(named, _) => problems(out, named),
         }
     }
     if unmet.repeated > 0 {
         put!(out; ",\"repeated\":", unmet.repeated);
     }
     put!(out; "}");
+}
+
+/// Appends a list of what went wrong: `{"incident","node","frame"}` each, the node only where no other key says it.
+fn problems(out: &mut Vec<u8>, named: &[Problem]) {
+    for (place, one) in named.iter().enumerate() {
+        put!(out; if place > 0 { ",{" } else { "[{" }, "\"incident\":\"", one.name, "\"");
+        if let Some(node) = one.node {
+            put!(out; ",\"node\":", node);
+        }
+        put!(out; ",\"frame\":", one.frame, "}");
+    }
+    put!(out; if named.is_empty() { "[]" } else { "]" });
 }
 
 /// Appends `name":value`.
