@@ -16,7 +16,7 @@ const RECENT: usize = 128;
 pub(super) type Place = usize;
 
 /// All incidents so far.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Ledger {
     pub(super) all: Vec<Incident>,
     /// Further ones that are only counted.

@@ -11,7 +11,7 @@ use crate::finding::Quantity;
 use crate::frame::BusId;
 
 /// A cause may be noticed so long after its consequence, in ns; and a consequence come so long after its cause is over.
-const WINDOW_NS: i64 = 3_000_000_000;
+pub(super) const WINDOW_NS: i64 = 3_000_000_000;
 /// A reaction follows within this time, in ns.
 const PROMPT_NS: i64 = 500_000_000;
 /// How late a consumer may report a loss beyond its time, in ns; and as a part of its time.

@@ -13,6 +13,7 @@ pub mod incident;
 pub mod kinds;
 mod ledger;
 mod links;
+mod live;
 pub mod rank;
 pub mod sayings;
 mod scene;
@@ -59,7 +60,7 @@ const ERRORS_ONLY: u64 = 10;
 const LONGEST_SYNC_NS: i64 = 2_000_000_000;
 
 /// What went wrong in a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Diagnosis {
     ledger: Ledger,
     buses: Vec<OfBus>,
@@ -74,6 +75,11 @@ pub struct Diagnosis {
     /// Incidents before this place were looked at; those that did not count yet are looked at again.
     looked: Place,
     unripe: Vec<Place>,
+    /// Those that were told of and whose cause may still be found, with the cause that was told, and whether it was told
+    /// for good.
+    linking: VecDeque<(Place, Option<(IncidentId, bool)>)>,
+    /// The capture is over, and all of it stands as it will.
+    over: bool,
 }
 
 /// What has become of an incident.
@@ -81,12 +87,14 @@ pub struct Diagnosis {
 pub enum Phase {
     /// It has begun to show.
     Opened,
+    /// Its cause is another one than was told, or is certain by now.
+    Linked,
     /// It is over.
     Ended,
 }
 
 /// What is open on one bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct OfBus {
     heard: Heard,
     nodes: Nodes,
@@ -132,7 +140,8 @@ impl Diagnosis {
     /// What has become of incidents since this was last asked, the first first. What is harmless by its kind is left out.
     pub fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
         let (fresh, ledger) = (self.looked..self.ledger.all.len(), &self.ledger);
-        if fresh.is_empty() && self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() {
+        let idle = self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() && self.linking.is_empty();
+        if fresh.is_empty() && idle {
             return Vec::new();
         }
         self.looked = fresh.end;
@@ -173,6 +182,7 @@ impl Diagnosis {
         while closed.len() > CLOSED {
             closed.pop_front();
         }
+        self.linked(&mut changes);
         changes
     }
 
@@ -197,6 +207,7 @@ impl Diagnosis {
 
     /// The capture is over: how all of it stands.
     pub fn finish(&mut self, state: &[Bus]) {
+        self.over = true;
         for (index, (of_bus, bus)) in self.buses.iter_mut().zip(state).enumerate() {
             of_bus.finish(BusId(index as u8), self.last, bus, &mut self.ledger);
         }

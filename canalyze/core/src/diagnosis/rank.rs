@@ -15,7 +15,7 @@ pub fn is_root(one: &Incident) -> bool {
 /// The roots, in the order in which they are read.
 pub fn roots(ledger: &Ledger) -> Vec<IncidentId> {
     let mut roots: Vec<_> = ledger.told().filter(|one| is_root(one)).collect();
-    roots.sort_by_key(|one| {
+    roots.sort_by_cached_key(|one| {
         let spread = std::cmp::Reverse(spread(ledger, one));
         (one.status, one.impact(), spread, std::cmp::Reverse(one.grade), one.begin.no, one.id)
     });

@@ -12,7 +12,7 @@ use crate::frame::{BusId, FrameRef};
 const SLOTS: usize = 128;
 
 /// What was heard of the nodes of a bus.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Heard {
     frames: Vec<FrameRef>,
     heartbeats: Vec<FrameRef>,

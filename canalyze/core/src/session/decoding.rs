@@ -128,9 +128,9 @@ impl Decoding {
         self.diagnosis.as_deref()
     }
 
-    /// The capture is over: what went wrong in it.
-    pub(super) fn take_diagnosis(&mut self) -> Option<Box<Diagnosis>> {
-        let mut diagnosis = self.diagnosis.take()?;
+    /// The capture is over: what went wrong in it. Only once.
+    pub(super) fn finish_diagnosis(&mut self) -> Option<&Diagnosis> {
+        let diagnosis = self.diagnosis.as_deref_mut().filter(|diagnosis| !diagnosis.is_over())?;
         diagnosis.finish(&self.state);
         Some(diagnosis)
     }

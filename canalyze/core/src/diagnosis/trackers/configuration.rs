@@ -21,7 +21,7 @@ const PAUSE_NS: i64 = 2_000_000_000;
 const KEPT: usize = 64;
 
 /// What is open about the configuration of a bus's nodes.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Configurations {
     open: BTreeMap<u8, (Place, Vec<Mux>)>,
 }

@@ -1,5 +1,6 @@
 //! What went wrong, as JSON lines: an object an incident in the order of their numbers, then one for all of it. `phase` is
-//! `final` then; while a capture is read, incidents that begin to show and that are over are `opened` and `ended`.
+//! `final` then; while a capture is read, incidents that begin to show, whose cause has changed since, and that are over are
+//! `opened`, `linked` and `ended`: what those say of status and cause holds by then, and may change.
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
 //! findings message repeats`, and for people `checks_text`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
@@ -27,10 +28,11 @@ fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
     seconds(out, at.t_ns, setting.decimals);
 }
 
-/// Appends an incident as it is known when it begins to show, or when it is over.
+/// Appends an incident as it is known when it begins to show, when its cause changes, or when it is over.
 pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
     let name = match phase {
         Phase::Opened => "opened",
+        Phase::Linked => "linked",
         Phase::Ended => "ended",
     };
     if let Some(one) = diagnosis.ledger().by_id(id) {
