@@ -234,6 +234,7 @@ const MAY_USE: &[Row] = &[
             "node",
             "services",
             "bus",
+            "diagnosis",
             "readers",
             "filter",
             "summary",

@@ -144,6 +144,7 @@ impl Diagnosis {
         if fresh.is_empty() && idle {
             return Vec::new();
         }
+        let last = self.last;
         self.looked = fresh.end;
         let mut changes = Vec::new();
         let (open, closed) = (&mut self.open, &mut self.closed);
@@ -155,11 +156,12 @@ impl Diagnosis {
         });
         open.retain(|place| {
             let Some(one) = ledger.get(*place) else { return false };
-            if one.end.is_some() {
+            let over = is_over(one, last);
+            if over {
                 changes.push((Phase::Ended, one.id));
                 closed.push_back(*place);
             }
-            one.end.is_none()
+            !over
         });
         self.unripe.extend(fresh);
         self.unripe.retain(|place| {
@@ -169,12 +171,11 @@ impl Diagnosis {
             }
             if one.counts() {
                 changes.push((Phase::Opened, one.id));
-                match one.end {
-                    Some(_) => {
-                        changes.push((Phase::Ended, one.id));
-                        closed.push_back(*place);
-                    }
-                    None => open.push(*place),
+                if is_over(one, last) {
+                    changes.push((Phase::Ended, one.id));
+                    closed.push_back(*place);
+                } else {
+                    open.push(*place);
                 }
             }
             !one.counts()
@@ -526,12 +527,27 @@ fn is_harmless(kind: Kind) -> bool {
     matches!(kind, BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen)
 }
 
+/// Whether an incident is over by now, and will not have to be told again at once.
+fn is_over(one: &incident::Incident, last: FrameRef) -> bool {
+    one.end.is_some() && one.kind != Kind::ConsumerTimeTooShort && !goes_on(one, last)
+}
+
+/// Whether what has come again and again, and whose next time is not due yet, goes on.
+fn goes_on(one: &incident::Incident, end: FrameRef) -> bool {
+    use Kind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
+    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
+    let comes_again = !one.clue.reported.is_empty()
+        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
+    let rest = end.since(one.end.unwrap_or(one.repeats.since));
+    let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(2));
+    one.repeats.count >= GOES_ON && comes_again && soon
+}
+
 /// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
 /// cannot be heard any more; `left_alone`: others have been Operational for long while it is not.
 fn status(one: &incident::Incident, end: FrameRef, (back, gone, left_alone): (Option<FrameRef>, bool, bool)) -> Status {
     use Kind::{
-        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeRestarted, NodeSilent,
-        RequestUnanswered, RestartLoop, SegmentLost,
+        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeSilent, RequestUnanswered, SegmentLost,
     };
     match one.kind {
         // One node that stays stopped while others run is not what anybody wants.
@@ -540,13 +556,7 @@ fn status(one: &incident::Incident, end: FrameRef, (back, gone, left_alone): (Op
         ConsumerTimeTooShort => return Status::Stands,
         _ => {}
     }
-    // What has come again and again, and whose next time is not due yet, goes on.
-    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
-    let comes_again = !one.clue.reported.is_empty()
-        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
-    let rest = end.since(one.end.unwrap_or(one.repeats.since));
-    let goes_on = comes_again && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(2));
-    if one.repeats.count >= GOES_ON && goes_on {
+    if goes_on(one, end) {
         return Status::Stands;
     }
     if one.end.is_some() {

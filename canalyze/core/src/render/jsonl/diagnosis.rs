@@ -3,7 +3,8 @@
 //! `opened`, `linked` and `ended`: what those say of status and cause holds by then, and may change.
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
-//! findings message repeats`, and for people `checks_text`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
+//! findings message repeats parts root`, and for people `checks_text`. `parts` are the numbers of those that were told of
+//! while the capture was read and turned out at its end to be one with it: they have no line of their own then. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
 //! there are such; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are
 //! read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
 
@@ -131,6 +132,10 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     for (number, check) in checks.iter().enumerate() {
         put!(out; if number > 0 { "," } else { "" });
         quoted(out, |text| put!(text; setting.lang.of(check.words)));
+    }
+    put!(out; "],\"parts\":[");
+    for (number, part) in one.parts.iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" }, u64::from(part.0));
     }
     put!(out; "],\"root\":", truth(is_root(one)), "}\n");
 }
