@@ -7,9 +7,9 @@ use std::borrow::Cow;
 
 use super::clock::Clock;
 use super::{Known, Monitor};
-use crate::diagnosis::Diagnosis;
 use crate::diagnosis::incident::{Incident, IncidentId, Status, members};
-use crate::diagnosis::rank::{is_root, roots};
+use crate::diagnosis::rank::{is_root, stories};
+use crate::diagnosis::{Diagnosis, advice};
 use crate::frame::BusId;
 use crate::render::jsonl::{self, Setting};
 use crate::text::digits::put;
@@ -17,8 +17,6 @@ use crate::text::{Lang, incidents as words};
 
 /// Rows at most.
 const ROWS: usize = 256;
-/// Causes that stand above an incident at most.
-const DEPTH: u64 = 16;
 
 /// The incidents by now.
 pub(super) struct Incidents<'a> {
@@ -39,12 +37,7 @@ impl<'a> Incidents<'a> {
             true => Cow::Borrowed(one),
             false => Cow::Owned(one.by_now(known.buses)),
         });
-        let mut order = Vec::new();
-        if let Some(now) = &now {
-            for root in roots(now.ledger()) {
-                add(&mut order, now, root, 0);
-            }
-        }
+        let order = now.as_ref().map_or_else(Vec::new, |now| stories(now.ledger()));
         Self { clock: monitor.clock, told, now, order }
     }
 
@@ -115,22 +108,10 @@ impl<'a> Incidents<'a> {
         jsonl::quoted(out, |text| words::title(text, setting.lang, one, self.clock.start_ns));
         put!(out; ",\"checks\":[");
         let shown = self.now.as_ref().map(|now| now.shown()).unwrap_or_default();
-        for (place, check) in crate::diagnosis::advice::of(one, shown).iter().enumerate() {
+        for (place, check) in advice::of(one, shown).iter().enumerate() {
             put!(out; if place > 0 { "," } else { "" });
             jsonl::quoted(out, |text| put!(text; setting.lang.of(check.words)));
         }
         put!(out; "],\"count\":", one.repeats.count, "}");
-    }
-}
-
-/// Adds an incident and what it has caused, in the order of their numbers.
-fn add(order: &mut Vec<(IncidentId, u64)>, now: &Diagnosis, id: IncidentId, depth: u64) {
-    order.push((id, depth));
-    if depth >= DEPTH {
-        return;
-    }
-    let caused = |one: &&Incident| !is_root(one) && one.cause.is_some_and(|link| link.cause == id);
-    for one in now.ledger().told().filter(caused) {
-        add(order, now, one.id, depth + 1);
     }
 }

@@ -73,7 +73,7 @@ impl Output {
 
     /// Whether what goes wrong is asked for.
     pub(super) fn diagnoses(&self) -> bool {
-        self.incidents || self.sink.diagnoses()
+        self.incidents || self.sink.diagnoses() || self.tables.as_ref().is_some_and(|tables| tables.diagnoses())
     }
 
     /// Whether incidents are told of as they begin and end.
@@ -94,7 +94,12 @@ impl Output {
 
     /// What went wrong in the capture, which is over.
     pub(super) fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
-        self.sink.diagnosis(out, view, diagnosis);
+        if self.incidents || self.sink.diagnoses() {
+            self.sink.diagnosis(out, view, diagnosis);
+        }
+        if let Some(tables) = &mut self.tables {
+            tables.diagnosis(view.jsonl, diagnosis);
+        }
     }
 
     /// Nobody asks what frames mean.

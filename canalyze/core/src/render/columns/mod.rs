@@ -16,6 +16,7 @@
 //! | `listing` | a frame, for people | `frame t_ns? cycle bus? node? service severity? line` |
 //! | `lanes` | a change of what a lane of a timeline shows | `lane t_ns? frame cycle state? class?` |
 //! | `log` | a finding or an emergency, for people | `t_ns? frame cycle bus? node? level source code text` |
+//! | `incidents` | an incident, at the end of the capture, in the order of reading | `incident kind status impact depth bus? node? subject t_ns? frame cycle end_t_ns? end_frame? end_cycle? cause? cause_grade? delay_ns? text checks` |
 //! | `load` | 100 ms of a bus | `t_ns frame cycle bus? frames bits frames_per_s load_percent?` |
 //!
 //! `?`: null where there is none. Times (`..._ns`) are int64 in ns, `t_ns` is JSON's `t`. Identifiers, indices and
@@ -32,6 +33,7 @@ mod cycle_numbers;
 mod emcy;
 mod findings;
 mod frames;
+mod incidents;
 mod lanes;
 mod listing;
 mod load;
@@ -47,6 +49,7 @@ use self::cycle_numbers::CycleNumbers;
 use self::emcy::Emcy;
 use self::findings::Findings;
 use self::frames::Frames;
+use self::incidents::Incidents;
 use self::lanes::Lanes;
 use self::listing::Listing;
 use self::load::Load;
@@ -58,6 +61,7 @@ use self::sync_cycles::Cycles;
 use self::transfers::Transfers;
 use super::jsonl::Setting;
 use super::selection::Selection;
+use crate::diagnosis::Diagnosis;
 use crate::event::{Event, What};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{BusId, Frame, FrameRef};
@@ -96,6 +100,8 @@ pub enum Name {
     Log,
     /// How busy buses are.
     Load,
+    /// What went wrong.
+    Incidents,
 }
 
 impl Name {
@@ -113,6 +119,7 @@ impl Name {
         ("lanes", Name::Lanes),
         ("log", Name::Log),
         ("load", Name::Load),
+        ("incidents", Name::Incidents),
     ];
 }
 
@@ -148,6 +155,7 @@ pub struct Columns {
     lanes: Option<Lanes>,
     log: Option<Log>,
     load: Option<Load>,
+    incidents: Option<Table<Incidents>>,
     cycle_numbers: CycleNumbers,
     repeats: Repeats,
     /// The last frame.
@@ -176,6 +184,7 @@ impl Columns {
             lanes: table(tables, Name::Lanes).map(|table| Lanes::new(table, lang, selection())),
             log: table(tables, Name::Log).map(|table| Log::new(table, lang)),
             load: table(tables, Name::Load).map(|table| Load::new(table, bit_rate)),
+            incidents: table(tables, Name::Incidents),
             cycle_numbers: CycleNumbers::default(),
             repeats: Repeats::default(),
             last: FrameRef::default(),
@@ -270,6 +279,18 @@ impl Columns {
         worst
     }
 
+    /// Whether what goes wrong is asked for.
+    pub fn diagnoses(&self) -> bool {
+        self.incidents.is_some()
+    }
+
+    /// Takes what went wrong in the capture, which is over.
+    pub fn diagnosis(&mut self, setting: Setting<'_>, diagnosis: &Diagnosis) {
+        if let Some(incidents) = &mut self.incidents {
+            incidents.diagnosis(&mut self.done, setting, &self.cycle_numbers, diagnosis);
+        }
+    }
+
     /// Takes a transfer that has ended.
     pub fn transfer(&mut self, setting: Setting<'_>, transfer: &Transfer) {
         if let Some(transfers) = &mut self.transfers {
@@ -323,11 +344,12 @@ impl Columns {
         cycles.iter_mut().for_each(|cycles| cycles.finish(done, setting.buses));
         signals.iter_mut().for_each(|signals| signals.table.finish(done));
         pdos.iter_mut().for_each(|pdos| pdos.flush(done));
-        let Self { done, listing, lanes, log, load, .. } = self;
+        let Self { done, listing, lanes, log, load, incidents, .. } = self;
         listing.iter_mut().for_each(|listing| listing.table.finish(done));
         lanes.iter_mut().for_each(|lanes| lanes.finish(done));
         log.iter_mut().for_each(|log| log.table.finish(done));
         load.iter_mut().for_each(|load| load.finish(done, setting.buses, self.last));
+        incidents.iter_mut().for_each(|table| table.finish(done));
     }
 
     /// Takes the batches that are complete. `flush`: those that run end now.
@@ -342,7 +364,8 @@ impl Columns {
             cycles.iter_mut().for_each(|cycles| cycles.table.flush(done));
             signals.iter_mut().for_each(|signals| signals.table.flush(done));
             pdos.iter_mut().for_each(|pdos| pdos.flush(done));
-            let Self { done, listing, lanes, log, load, .. } = self;
+            let Self { done, listing, lanes, log, load, incidents, .. } = self;
+            incidents.iter_mut().for_each(|table| table.flush(done));
             listing.iter_mut().for_each(|listing| listing.table.flush(done));
             lanes.iter_mut().for_each(|lanes| lanes.flush(done));
             log.iter_mut().for_each(|log| log.table.flush(done));

@@ -49,6 +49,9 @@ listing: frame u64, t_ns i64?, cycle u64, bus word?, node u8?, service word, sev
 lanes: lane word, t_ns i64?, frame u64, cycle u64, state word?, class word?
 log: t_ns i64?, frame u64, cycle u64, bus word?, node u8?, level word, source word, code word, text utf8
 load: t_ns i64, frame u64, cycle u64, bus word?, frames u32, bits u64, frames_per_s f64, load_percent f64?
+incidents: incident u64, kind word, status word, impact word, depth u64, bus word?, node u8?, subject word, t_ns i64?, \
+frame u64, cycle u64, end_t_ns i64?, end_frame u64?, end_cycle u64?, cause u64?, cause_grade word?, delay_ns i64?, \
+text utf8, checks utf8
 ";
 
 fn type_name(data_type: &DataType) -> String {
