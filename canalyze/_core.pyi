@@ -156,7 +156,8 @@ class Session:
         decoded: topics of what the frames mean as well, where the format has such.
         mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
         tables: which of TABLES are built beside, to be taken with batches(); with every format but info.
-        incidents: whether they are written at the end, too (format check, observed or jsonl).
+        incidents: whether they are written, too: in text as they begin, are linked to a cause and end, in jsonl both so
+            and at the end, in check and observed at the end.
         expectations: what the capture is held against; what does not hold is a finding like others.
         masks: channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are
         shown; of channels that are not named, or have no filters, all are.
@@ -225,7 +226,7 @@ class Session:
         heartbeat_period_ns (by 1017h or its heartbeats), silent (heartbeat or guarding: by which it should have been
         heard since and was not; else null), guarded, emcy (null, or the last error code, of those that stand if any
         do: code text t_ns, and active: how many stand, 0: none), boot_ups, drive (null, or its state), findings
-        {error warning}.
+        {error warning}, incident.
         objects, one an identifier, in order of bus, 11 bits before 29, identifier, data before remote frames: bus, id,
         ext, rtr, service, node, name, count, last_ns, period_ns (mean of the last 16), jitter_ns (by how much one of
         them differs from it at most; null of one alone), rate, len, data, changed (FF for each byte that changed in
@@ -238,6 +239,12 @@ class Session:
         first_frame last_frame t_ns duration_ns, as in the lines of transfers; no value of more than 256 bytes).
         findings, the last 500: code, severity, frame (null: of the capture), t_ns, bus, node, text, count (above 1:
         more of its kind followed, which have no row of their own).
+        incidents, at most 256, in the order of reading, each cause before what it has caused, which has one more depth:
+        id, kind, word (what kind it is), status and provisional (more of the capture may change what is said), impact,
+        grade, bus, node, nodes, frame and t_ns (of the first evidence), noticed (frame), end_frame, end_ns, depth,
+        cause (id), cause_grade, delay_ns (since the cause began), text, checks, count. Until the capture is over they
+        are as they would be if it were over now. incidents_more: those without a row. incident of a node: null, or
+        the first that concerns it and is not over: id word provisional.
         """
     def trace(
         self, filter: str = "", search: str = "", frame: int | None = None, rows: int = 50, back: bool = True

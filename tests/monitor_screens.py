@@ -28,6 +28,7 @@ SCREENS = (
     SAMPLES / "services.log",
     SAMPLES / "rules" / "HBT001.log",
     SAMPLES / "sdo-abort.log",
+    SAMPLES / "problems.log",
 )
 """Captures whose screens are golden files."""
 SIZES = ((80, 24), (140, 40))

@@ -16,7 +16,7 @@ def test_screen_is_the_golden_one(capture: Path, size: tuple[int, int], lang: st
 @pytest.mark.parametrize(("capture", "size", "lang"), goldens(), ids=lambda one: getattr(one, "stem", str(one)))
 def test_golden_screen_fits_the_terminal(capture: Path, size: tuple[int, int], lang: str) -> None:
     pages = golden(capture, size, lang).read_text().split("--- ")[1:]
-    assert len(pages) == 7
+    assert len(pages) == 8
     for page in pages:
         lines = page.splitlines()[1:]
         assert len(lines) == size[1]

@@ -16,7 +16,8 @@ from canalyze import _core
 SOURCE = Path(__file__).parent.parent / "canalyze/core/src/monitor/snapshot.rs"
 TRANSFER = {"transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "size"}
 KEYS = {
-    "": {"now_ns", "start_ns", "tally", "buses", "nodes", "objects", "objects_more", "transfers", "findings"},
+    "": {"now_ns", "start_ns", "tally", "buses", "nodes", "objects", "objects_more", "transfers", "findings"}
+    | {"incidents", "incidents_more"},
     "buses": {
         *("name", "frames", "frames_per_s", "bits_per_s", "bit_rate", "load_percent", "error_frames", "dropped"),
         "state",
@@ -24,6 +25,7 @@ KEYS = {
     "nodes": {
         *("bus", "node", "name", "state", "state_text", "frames", "sent", "frames_per_s", "heartbeat_age_ns"),
         *("heartbeat_period_ns", "silent", "guarded", "emcy", "boot_ups", "drive", "findings"),
+        "incident",
     },
     "objects": {
         *("bus", "id", "ext", "rtr", "service", "node", "name", "count", "last_ns", "period_ns", "jitter_ns", "rate"),
@@ -33,6 +35,11 @@ KEYS = {
     "done": TRANSFER | {"value", "text", "status", "abort", "first_frame", "last_frame", "t_ns", "duration_ns"},
     "findings": {"code", "severity", "frame", "t_ns", "bus", "node", "text", "count"},
     "emcy": {"code", "text", "t_ns", "active"},
+    "incidents": {
+        *("id", "kind", "word", "status", "provisional", "impact", "grade", "bus", "node", "nodes", "frame", "t_ns"),
+        *("noticed", "end_frame", "end_ns", "depth", "cause", "cause_grade", "delay_ns", "text", "checks", "count"),
+    },
+    "incident": {"id", "word", "provisional"},
 }
 CAPTURES = sorted(
     path.relative_to(SAMPLES).as_posix()
@@ -190,8 +197,9 @@ def test_keys_are_those_that_are_documented() -> None:
         known = None if name == "emergency" else described_beside(SAMPLES / name)
         shown = json.loads(watched(part, name, "en", known, over=False).snapshot())
         assert set(shown) == KEYS[""] and set(shown["transfers"]) == {"running", "done"}
-        found = {key: shown[key] for key in ("buses", "nodes", "objects", "findings")} | shown["transfers"]
+        found = {key: shown[key] for key in ("buses", "nodes", "objects", "findings", "incidents")} | shown["transfers"]
         found["emcy"] = [node["emcy"] for node in shown["nodes"] if node["emcy"]]
+        found["incident"] = [node["incident"] for node in shown["nodes"] if node["incident"]]
         for kind, rows in found.items():
             seen[kind] += len(rows)
             assert all(set(row) == KEYS[kind] for row in rows), (name, kind)

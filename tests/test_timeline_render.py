@@ -22,6 +22,7 @@ CAPTURES = {
     "network/sync-and-pdos.log": {"StateTimeline", "TimeSeries", "TextLog", "TextDocument"},
     "network/drive-states.log": {"StateTimeline", "TimeSeries", "TextLog"},
     "sdo-abort.log": {"StateTimeline", "TextLog"},
+    "problems.log": {"StateTimeline", "TextLog", "TextDocument"},
 }
 
 

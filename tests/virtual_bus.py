@@ -3,7 +3,8 @@
     python virtual_bus.py TRAFFIC [ARGUMENTS OF canalyze]...
 
 TRAFFIC is `session` (python-canopen's client and server), `stopped` (the same, then silence), `flood` (many frames at
-once), `steady` (200 frames a second, without end), `unplug` (an adapter that goes and comes back) or `silence`.
+once), `steady` (200 frames a second, without end), `unplug` (an adapter that goes and comes back), `silence`, or
+the name of a capture in candump's log form, whose frames come when their stamps say.
 After what has an end comes a Ctrl-C. The traffic begins when somebody listens on CHANNEL.
 """
 
@@ -149,6 +150,19 @@ def silence() -> None:
     time.sleep(60)
 
 
+def replayed(path: str) -> None:
+    """The frames of a log, as far apart as they were."""
+    began = first = 0.0
+    with can.Bus(interface="virtual", channel=CHANNEL) as bus, open(path, encoding="ascii") as log:
+        for line in log:
+            stamp, _, said = line.split()
+            can_id, _, data = said.partition("#")
+            at = float(stamp[1:-1])
+            began, first = began or time.monotonic(), first or at
+            time.sleep(max(0.0, began + at - first - time.monotonic()))
+            bus.send(can.Message(arbitration_id=int(can_id, 16), data=bytes.fromhex(data), is_extended_id=False))
+
+
 TRAFFIC: dict[str, Callable[[], None]] = {
     "session": session,
     "stopped": stopped,
@@ -163,7 +177,10 @@ def feed(traffic: str) -> None:
     """Wait for who listens, then begin."""
     while not (listening := list(virtual.channels.get(CHANNEL, []))):
         time.sleep(0.005)
-    TRAFFIC[traffic]()
+    if traffic in TRAFFIC:
+        TRAFFIC[traffic]()
+    else:
+        replayed(traffic)
     all_taken(listening[0])
     time.sleep(0.2)
     os.kill(os.getpid(), signal.SIGINT)

@@ -8,7 +8,7 @@ import importlib
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Unpack
+from typing import TYPE_CHECKING, Final, NamedTuple, Unpack
 
 import click
 
@@ -50,6 +50,15 @@ _CHANNELS: Final = frozenset(OwnOptions.__annotations__)
 """Parameters that only channels have."""
 
 
+class Shown(NamedTuple):
+    """How it is shown."""
+
+    expression: str | None
+    """The first filter of the frames."""
+    bell: bool
+    """Whether the bell rings for new problems."""
+
+
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
@@ -58,6 +67,7 @@ def command(words: Words) -> click.Command:
         expression: str | None,
         stamps: str,
         speed: float | None,
+        bell: bool,
         **given: Unpack[ListeningOptions],
     ) -> int:
         context = click.get_current_context()
@@ -70,8 +80,10 @@ def command(words: Words) -> click.Command:
         if files:
             session = open_session(words, given, format="monitor")
             _check(session, expression)
-            return _replay(session, names, words, given, stamps, 1.0 if speed is None else speed, expression)
-        return _listen(names, words, given, expression)
+            return _replay(
+                session, names, words, given, stamps, 1.0 if speed is None else speed, Shown(expression, bell)
+            )
+        return _listen(names, words, given, Shown(expression, bell))
 
     return Command(
         "monitor",
@@ -80,13 +92,14 @@ def command(words: Words) -> click.Command:
         [
             click.Argument(["names"], nargs=-1, type=ANY_PATH, metavar="CHANNEL|FILE"),
             click.Option(["--speed"], type=Spelled(_speed, "speed", words), metavar="X", help=words("monitor.speed")),
+            click.Option(["--bell"], is_flag=True, help=words("monitor.bell")),
             *listening_options(words),
             *reading_options(words),
         ],
     )
 
 
-def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, expression: str | None) -> int:
+def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, how: Shown) -> int:
     """Show what is received until the user has seen enough; give the exit code."""
     from canalyze.monitor.watch import Watch
 
@@ -95,7 +108,7 @@ def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, expre
     if not given.get("bitrate") and given.get("interface") in (None, OWN) and (rate := _set_rate(named)):
         given["bitrate"] = rate
     session = open_session(words, given, format="monitor", masks=masks)
-    _check(session, expression)
+    _check(session, how.expression)
     before: list[str] = []
     with listening(named, given, words, before.append) as opened:
         recordings = opened.recordings
@@ -103,7 +116,7 @@ def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, expre
         watch = Watch(session, words, opened.live.name, lambda _: opened.live, recording=records)
         for line in before:
             watch.complain(line)
-        code = _show(watch, words, expression)
+        code = _show(watch, words, how)
         for line in opened.complete(words):
             complain(line)
         for one in recordings.written:
@@ -124,7 +137,7 @@ def _replay(
     given: ListeningOptions,
     stamps: str,
     speed: float,
-    expression: str | None,
+    how: Shown,
 ) -> int:
     """Show captures as if they came now; give the exit code."""
     from canalyze.monitor.watch import Watch
@@ -151,14 +164,14 @@ def _replay(
         for line in watch.all_complaints():
             complain(line)
         return 2
-    return _show(watch, words, expression)
+    return _show(watch, words, how)
 
 
-def _show(watch: "Watch", words: Words, expression: str | None) -> int:
+def _show(watch: "Watch", words: Words, how: Shown) -> int:
     """Show it until the user has seen enough; give the exit code."""
     from canalyze.monitor.app import Monitor
 
-    app = Monitor(watch, words, expression=expression or "")
+    app = Monitor(watch, words, expression=how.expression or "", bell=how.bell)
     watch.start()
     try:
         code = app.run()

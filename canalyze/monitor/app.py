@@ -17,7 +17,7 @@ from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.widget import Widget
 
-from canalyze.monitor import findings, nodes, objects, transfers
+from canalyze.monitor import findings, incidents, nodes, objects, transfers
 from canalyze.monitor.figures import rate
 from canalyze.monitor.grid import Grid, Row
 from canalyze.monitor.keys import VIEWS, Foot, Help, bindings
@@ -34,6 +34,8 @@ _HIGH: Final = 34
 """Lines from which it has."""
 _AROUND: Final = 3
 """Lines of status and foot."""
+_TABLES: Final = ("nodes", "objects", "transfers", "findings", "incidents")
+"""Rooms of rows that are made of a snapshot."""
 _LOW: Final = 12
 """Lines from which the overview tells the last finding where the findings themselves have no room."""
 NOTHING: Final[dict[str, Any]] = {
@@ -45,6 +47,7 @@ NOTHING: Final[dict[str, Any]] = {
     "objects": [],
     "transfers": {"running": [], "done": []},
     "findings": [],
+    "incidents": [],
 }
 """A snapshot before there is one."""
 
@@ -62,10 +65,13 @@ class Monitor(App[int]):
     """
     BINDINGS: ClassVar = bindings()
 
-    def __init__(self, watch: Watch, words: Words, *, expression: str = "", beat: bool = True) -> None:
+    def __init__(
+        self, watch: Watch, words: Words, *, expression: str = "", beat: bool = True, bell: bool = False
+    ) -> None:
         """Show what `watch` reads; `expression` is the first filter of the trace.
 
         beat: the screen follows by itself; else `beat()` is called by who wants it to, as tests do.
+        bell: it rings for each new problem that stops something or keeps it from starting; for those of a beat once.
         """
         super().__init__(driver_class=_driver(), ansi_color=True)
         self._watch = watch
@@ -78,12 +84,16 @@ class Monitor(App[int]):
         self._view = "overview"
         self._notice = ""
         self.paused = False
+        self._rung: set[tuple[object, ...]] | None = set() if bell else None
+        """Problems for which the bell has rung; None: it does not ring."""
+        self._unfolded = False
+        """Whether harmless problems have rows."""
         self.status = Status(words)
         self.trace = Trace(watch.trace, words)
         self.trace.filter = expression
-        self.grids: dict[str, Grid] = {name: Grid(name) for name in ("nodes", "objects", "transfers", "findings")}
+        self.grids: dict[str, Grid] = {name: Grid(name) for name in _TABLES}
         self.grids["trace"] = self.trace
-        for name in ("nodes", "objects", "transfers", "findings"):
+        for name in _TABLES:
             self.grids[name].empty = words.of("monitor_empty", name)
         self._latest, self._whole, self._said = Below("latest"), Below("whole"), Below("notice")
         self._prompt = Prompt()
@@ -99,6 +109,7 @@ class Monitor(App[int]):
                     yield self.grids["findings"]
                     yield self.grids["transfers"]
             yield self.grids["objects"]
+            yield self.grids["incidents"]
             yield self.trace
         yield self._whole
         yield self._said
@@ -136,8 +147,17 @@ class Monitor(App[int]):
             if not self._complete:
                 self._snapshot = self._watch.snapshot()
                 self._complete = over
+                self._ring()
             self.trace.limit = None
         self.draw()
+
+    def _ring(self) -> None:
+        """Ring for what is new."""
+        if self._rung is None:
+            return
+        if new := incidents.loud(self._snapshot) - self._rung:
+            self._rung |= new
+            self.bell()
 
     def draw(self) -> None:
         """Hand the snapshot to what can be seen."""
@@ -153,10 +173,14 @@ class Monitor(App[int]):
         badges = [name for name in (self._badge(), self._watch.recording) if name]
         self.status.update(snapshot, badges, self._speed(), self._view, self.trace.conditions())
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
-        for name in ("nodes", "objects", "transfers", "findings"):
+        for name in _TABLES:
             grid = self.grids[name]
             away = self._watch.badge in ("lost", "waiting")
-            runs = name == "transfers" and snapshot[name]["running"]
+            runs = (
+                snapshot[name]["running"]
+                if name == "transfers"
+                else name == "incidents" and incidents.changing(snapshot)
+            )
             part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
                 continue
@@ -169,8 +193,11 @@ class Monitor(App[int]):
                 grid.show(objects.columns(words, buses=several, width=width), shown)
             elif name == "transfers":
                 grid.show(transfers.columns(words, buses=several), transfers.rows(snapshot, words, buses=several))
-            else:
+            elif name == "findings":
                 grid.show(findings.columns(words, buses=several), findings.rows(snapshot, buses=several))
+            else:
+                shown = incidents.rows(snapshot, words, buses=several, unfolded=self._unfolded)
+                grid.show(incidents.columns(words, buses=several), shown)
         if _seen(self.trace) and (self._drawn.get("trace") != snapshot["tally"]["frames"] or not self.paused):
             self._drawn["trace"] = snapshot["tally"]["frames"]
             self.trace.update()
@@ -259,7 +286,7 @@ class Monitor(App[int]):
 
     def action_room(self, step: int) -> None:
         """Give the keys to the next room that can be seen."""
-        names = ("nodes", "findings", "transfers", "objects", "trace")
+        names = ("nodes", "findings", "transfers", "objects", "incidents", "trace")
         seen = [self.grids[name] for name in names if _seen(self.grids[name])]
         at = next((place for place, grid in enumerate(seen) if grid is self.focused), -1)
         seen[(at + step) % len(seen)].focus()
@@ -290,7 +317,12 @@ class Monitor(App[int]):
         self._lead(event.row)
 
     def _lead(self, row: Row) -> None:
-        """Go to the frame that a row leads to, or show the frames that it is of."""
+        """Go to the frame that a row leads to, show the frames that it is of, or what it stands for."""
+        if row.key == incidents.FOLD:
+            self._unfolded = not self._unfolded
+            self._drawn.pop("incidents", None)
+            self.draw()
+            return
         if row.leads is None:
             return
         if not _seen(self.trace):

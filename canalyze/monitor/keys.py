@@ -31,12 +31,12 @@ class Key(NamedTuple):
     """The higher, the sooner it leaves the foot line for want of room; 0: never."""
 
 
-VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace")
-"""What can be seen, in the order of the keys 1 to 6."""
+VIEWS: Final = ("overview", "nodes", "objects", "transfers", "findings", "trace", "incidents")
+"""What can be seen, in the order of the keys 1 to 7."""
 
 KEYS: Final = (
     *(Key(str(number), f"view('{name}')", "", "") for number, name in enumerate(VIEWS, 1)),
-    Key("", "", "1-6", "monitor.help_views", "monitor.key_views", 1),
+    Key("", "", "1-7", "monitor.help_views", "monitor.key_views", 1),
     Key("tab", "room(1)", "Tab", "monitor.help_tab", "monitor.key_tab", 5),
     Key("shift+tab", "room(-1)", "", ""),
     Key("down,j", "move(1)", "", ""),

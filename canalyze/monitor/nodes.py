@@ -1,9 +1,10 @@
-"""The room of nodes: one line each, what it is, its state, its heartbeat against its period, EMCY, drive, rate."""
+"""The room of nodes: one line each, what it is, its state, heartbeat against its period, EMCY, drive, rate, problem."""
 
 from typing import Any, Final
 
 from canalyze.monitor.figures import BLANK, rate, seconds
 from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
+from canalyze.monitor.incidents import of_node
 from canalyze.words import Words
 
 STATES: Final = {
@@ -29,7 +30,7 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
         Column(words("monitor.drive"), least=10, most=30, leaves=2),
         Column(words("col.boot_ups"), most=8, right=True, leaves=5),
         Column(words("col.rate"), most=8, right=True, leaves=4),
-        Column(words("col.findings"), most=10),
+        Column(words("col.findings"), least=16),
     ]
     return [Column(words("col.bus"), most=10), *given] if buses else given
 
@@ -44,6 +45,7 @@ def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses:
     if away or _is_late(node):
         look = "dim"
     silent = words.of("monitor_silent", node["silent"]) if node["silent"] else ""
+    trouble = of_node(node)
     cells = [
         cell(node["node"], "strong"),
         cell(node["name"]),
@@ -53,13 +55,14 @@ def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses:
         cell(node["drive"]),
         cell(node["boot_ups"] or BLANK, "" if node["boot_ups"] else "dim"),
         cell(rate(node["frames_per_s"])),
-        tally(node["findings"]),
+        cell(trouble, "error") if trouble else tally(node["findings"]),
     ]
     key = (node["bus"], node["node"])
     whole = texts(
         [
             words("monitor.node", node=node["node"]),
             node["name"],
+            trouble,
             silent,
             words("monitor.last_state", state=state) if silent else state,
             _emcy_text(node["emcy"], words),

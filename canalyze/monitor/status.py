@@ -9,6 +9,7 @@ from textual.widget import Widget
 from canalyze.layout import wrap
 from canalyze.monitor.figures import clock, rate
 from canalyze.monitor.grid import Cell, Piece, cell, line
+from canalyze.monitor.incidents import newest, standing
 from canalyze.monitor.keys import VIEWS
 from canalyze.output import printable
 from canalyze.words import Words
@@ -26,6 +27,8 @@ _BADGES: Final = {
 """Looks of how it stands with the source."""
 _LOAD: Final = (("error", 80.0), ("warning", 50.0))
 """From which load of the bus, in percent, it stands out."""
+_TITLE: Final = 30
+"""Columns that the title of a problem is given at least."""
 MARKS: Final = {"error": "✖", "warning": "▲", "info": "i"}
 
 
@@ -74,9 +77,10 @@ class Status(Lines):
             ((f" {words(f'monitor.{badge}')}{'' if place else speed} ", _BADGES[badge]),)
             for place, badge in enumerate(badges)
         ]
+        trouble = newest(snapshot)
         items = [*heads, *self._figures(snapshot, short=False)]
-        if sum(_width(item) + 2 for item in items) > self.size.width:
-            items = [*heads, *self._figures(snapshot, short=True)]
+        if sum(_width(item) + 2 for item in items) + (_TITLE if trouble else 0) > self.size.width:
+            items = [*heads, *self._figures(snapshot, short=True, scarce=bool(trouble))]
         widths = [_width(item) for item in items]
         if len(widths) == len(self._widths):  # never narrower: what stands right of it would jump
             widths = [max(pair) for pair in zip(widths, self._widths, strict=True)]
@@ -86,14 +90,19 @@ class Status(Lines):
             first += [*((("  ", ""),) if first else ()), *item]
             if self._widths and (missing := self._widths[place] - _width(item)) > 0:
                 first.append((" " * missing, ""))
+        if trouble:
+            first += [("  ", ""), *trouble]
         self.say([tuple(first), self._views(snapshot, view, conditions)])
 
     def on_resize(self) -> None:
         """Take the room that there is."""
         self._widths = []
 
-    def _figures(self, snapshot: dict[str, Any], *, short: bool) -> list[Cell]:
-        """Give what there is to say of the buses, the most important first; short: where there is little room."""
+    def _figures(self, snapshot: dict[str, Any], *, short: bool, scarce: bool = False) -> list[Cell]:
+        """Give what there is to say of the buses, the most important first; short: where there is little room.
+
+        scarce: what is 0 has no room at all.
+        """
         words = self._words
         buses = snapshot["buses"]
         start, now = snapshot["start_ns"], snapshot["now_ns"]
@@ -112,7 +121,8 @@ class Status(Lines):
             ("monitor.long_errors", "monitor.short_errors", errors, "error" if errors else ""),
             ("monitor.long_dropped", "monitor.short_dropped", dropped, "error" if dropped else ""),
         ):
-            items.append(cell(words(brief if short else long, count=count), look))
+            if count not in (0, "0") or not scarce:
+                items.append(cell(words(brief if short else long, count=count), look))
         return items
 
     def _bus(self, bus: dict[str, Any]) -> Cell:
@@ -132,6 +142,7 @@ class Status(Lines):
             "objects": len(snapshot["objects"]) + snapshot.get("objects_more", 0),
             "transfers": len(snapshot["transfers"]["running"]),
         }
+        stand = len(standing(snapshot))
         pieces: list[Piece] = []
         for number, name in enumerate(VIEWS, 1):
             look = "here" if name == view else ""
@@ -143,9 +154,15 @@ class Status(Lines):
                 found = snapshot["tally"]["findings"]
                 marks = ((f" {mark}{found[severity]}", severity) for severity, mark in MARKS.items() if found[severity])
                 pieces += marks
+            if name == "incidents" and stand:
+                pieces.append((f" ✖{stand}", "error"))
             pieces.append((" ", ""))
         for condition in conditions:
             pieces.append((f" {condition} ", "halted"))
+        if _width(tuple(pieces)) > self.size.width:  # one blank apart where two have no room
+            pieces = [
+                one for place, one in enumerate(pieces) if place == 0 or one[0] != " " or pieces[place - 1][0] != " "
+            ]
         return tuple(pieces)
 
 

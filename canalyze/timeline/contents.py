@@ -64,7 +64,7 @@ class Lane:
 
     @property
     def kind(self) -> str:
-        """Give nmt, sdo, drive, emcy or value."""
+        """Give nmt, sdo, drive, emcy, incidents or value."""
         return self.entity.split("/")[1]
 
 
@@ -112,6 +112,8 @@ class Contents:
     last_frame: int = 0
     summary: bool = False
     """There is a summary, at /summary."""
+    stories: bool = False
+    """There are stories of what went wrong, at /stories."""
 
     @property
     def brief(self) -> bool:

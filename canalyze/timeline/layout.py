@@ -223,9 +223,12 @@ class _Views:
         if not self.many:
             # Rerun sorts the lanes of a view by their paths, which begin with their kinds.
             others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
-            return [self.states(lanes) for lanes in (self.lanes.get("nmt", []), others) if lanes]
+            first = (self.lanes.get("incidents", []), self.lanes.get("nmt", []))
+            return [self.states(lanes) for lanes in (*first, others) if lanes]
         faulty = [lane for lane in every if lane.fault][:FAULTS]
-        views: list[Sized] = [self.states(faulty, "timeline.faults")] if faulty else []
+        wrong = self.lanes.get("incidents", [])[:FAULTS]
+        views: list[Sized] = [self.states(wrong)] if wrong else []
+        views += [self.states(faulty, "timeline.faults")] if faulty else []
         # No empty lanes, and none twice, where there are too many: those of EMCY are among the ones with faults.
         kinds = [kind for kind in kinds if kind == "nmt" or any(lane not in faulty for lane in self.lanes[kind])]
         points: list[Sized] = []
@@ -307,7 +310,7 @@ class _Views:
 
     def log(self, *, whole: bool = False) -> list[Sized]:
         """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
-        views: list[rrb.View] = []
+        views: list[Part] = []
         if self.contents.logged:
             columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
             levels, title = ["ERROR", "WARN", "INFO"], "timeline.log"
@@ -317,6 +320,13 @@ class _Views:
             views.append(rrb.TextLogView(origin="/log", name=self.words(title), columns=columns, rows=rows))
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
+        if self.contents.stories:
+            stories = rrb.TextDocumentView(origin="/stories", name=self.words("timeline.stories"))
+            if whole:
+                # Beside the summary, in front of it.
+                views = [*views[:-1], rrb.Tabs(stories, *views[-1:], active_tab=0)] if views else [stories]
+            else:
+                views.insert(0, stories)
         if len(views) > 1 and not whole:
             return [(rrb.Tabs(*views, active_tab=0), TEXT)]
         return [(view, TEXT) for view in views]
@@ -349,7 +359,7 @@ class _Views:
     def node(self, bus: str, node: int) -> Part | None:
         """All lanes and all plots of a node, on pages where they are many."""
         own, lines = self.of_node((bus, node))
-        lanes = [lane for kind in (*KINDS, "value") for lane in own if lane.kind == kind]
+        lanes = [lane for kind in ("incidents", *KINDS, "value") for lane in own if lane.kind == kind]
         plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)] + self.durations((bus, node))
         parts: list[Sized] = [self.states(lanes)] if lanes else []
         room = _HEIGHT - sum(height for _, height in parts)

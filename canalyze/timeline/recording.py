@@ -23,6 +23,7 @@ import rerun as rr
 from canalyze.errors import OutputError
 from canalyze.timeline.clock import Clock, places
 from canalyze.timeline.contents import Contents
+from canalyze.timeline.incidents import IncidentWriter
 from canalyze.timeline.lanes import LaneWriter
 from canalyze.timeline.logs import LogWriter
 from canalyze.timeline.offering import Offering
@@ -107,6 +108,9 @@ class Timeline:
     def finish(self, summary: bytes = b"", lines: Sequence[str] = ()) -> None:
         """End the recording with a summary: JSON lines, or lines for people."""
         self._begin()
+        if self._recording and (stories := self._incidents.finish()):
+            self.contents.stories = True
+            self._stream.always("/stories", rr.TextDocument(stories, media_type="text/markdown"))
         records = [json.loads(line) for line in summary.splitlines()]
         if self._recording and (records or lines):
             self.contents.summary = True
@@ -143,6 +147,7 @@ class Timeline:
         self._lanes = LaneWriter(stream, contents, transfers, ends=series.ends, at_once=self._live)
         self._series = series
         logs = LogWriter(stream, contents)
+        self._incidents = IncidentWriter(stream, contents, self._words)
         self._writers: dict[str, Callable[[pa.RecordBatch], None]] = {
             "pdo": series.pdo,
             "sync_cycles": series.sync,
@@ -150,6 +155,7 @@ class Timeline:
             "lanes": self._lanes.take,
             "log": logs.log,
             "listing": logs.frames,
+            "incidents": self._incidents.take,
         }
         self._offering = Offering(recording, contents, self._words, viewer=self._connect, live=self._live)
         recording.send_recording_name(self._name)

@@ -34,6 +34,26 @@ def facts(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {key: capture[key] for key in _FACTS if capture[key] is not None}
 
 
+def story_list(incidents: Sequence[Mapping[str, Any]], words: Words) -> str:
+    """Give what went wrong as a document: a chapter a status, an item a problem, its consequences below it.
+
+    incidents: rows of the core's table, in the order of reading, each with `caused` in words.
+    """
+    lines = [f"# {_plain(words('timeline.stories'))}\n"]
+    heading = ""
+    for one in incidents:
+        if not one["depth"] and one["status"] != heading:
+            heading = one["status"]
+            lines.append(f"\n## {_plain(words.of('incident_heading', heading))}\n\n")
+        indent = "  " * one["depth"]
+        caused = f" ({_plain(one['caused'])})" if one["caused"] else ""
+        lines.append(f"{indent}- **\\#{one['id']}** {_plain(one['message'])}{caused}\n")
+        if not one["depth"] and one["checks"] and one["status"] != "harmless":
+            checks = words("diagnose.between").join(one["checks"].split("\n"))
+            lines.append(f"{indent}  - {_plain(words('diagnose.check_first', said=checks))}\n")
+    return "".join(lines)
+
+
 class _Markdown:
     """Blocks as chapters."""
 

@@ -11,14 +11,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "monitor.help",
         "在终端上监视总线：节点（状态、心跳、EMCY、驱动器）、每个COB-ID的最新数据和信号（标出变化的字节）、"
-        "进行中的SDO传输、发现，以及可暂停、筛选、查找的逐帧注释。只接收，从不发送。"
+        "进行中的SDO传输、发现、问题及其起因，以及可暂停、筛选、查找的逐帧注释。只接收，从不发送。"
         "名称是已有的文件时，按其时间戳重放；状态行说明正在重放。按 ? 显示所有按键，按 q 退出。"
         "需要安装：pip install 'canalyze[tui]'。",
         "Watch a bus on the terminal: nodes (state, heartbeat, EMCY, drive), the last data and signals of every COB-ID "
-        "with the bytes that changed marked, SDO transfers as they run, findings, and annotated frames that can be "
-        "paused, filtered and searched. It only listens and never sends. Where the name is that of a file, it is "
-        "replayed by its stamps; the status line says so. ? shows all keys, q quits. It needs: "
-        "pip install 'canalyze[tui]'.",
+        "with the bytes that changed marked, SDO transfers as they run, findings, problems with what caused them, and "
+        "annotated frames that can be paused, filtered and searched. It only listens and never sends. Where the name "
+        "is that of a file, it is replayed by its stamps; the status line says so. ? shows all keys, q quits. It "
+        "needs: pip install 'canalyze[tui]'.",
     ),
     (
         "monitor.speed",
@@ -26,6 +26,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "超过1分钟没有帧的间隔会跳过。",
         "Speed at which a file is replayed: 2 is twice as fast, 0.1 a tenth, max as fast as can be. Without it 1. A "
         "capture without stamps is replayed at 1000 frames/s. Silence of more than a minute is passed over.",
+    ),
+    (
+        "monitor.bell",
+        "每出现一个使设备停止或不能启动的新问题，终端响铃一次。",
+        "Ring the terminal's bell once for each new problem that stops something or keeps it from starting.",
     ),
     (
         "monitor.examples",
@@ -115,6 +120,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor_view.transfers", "SDO", "SDO"),
     ("monitor_view.findings", "发现", "findings"),
     ("monitor_view.trace", "帧", "trace"),
+    ("monitor_view.incidents", "问题", "problems"),
     # Headings and cells.
     ("monitor.drive", "驱动器", "drive"),
     ("monitor.object", "对象", "object"),
@@ -123,6 +129,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.frame", "帧号", "frame"),
     ("monitor.rule", "规则", "rule"),
     ("monitor.finding", "发现", "finding"),
+    ("monitor.number", "号", "no."),
+    ("monitor.lasts", "持续", "lasts"),
+    ("monitor.problem", "问题", "problem"),
+    ("monitor.caused", "起因：{number}号", "because of {number}"),
+    ("monitor.show_harmless", "+ {count}个无害的（Enter 展开）", "+ harmless: {count} (Enter shows them)"),
+    ("monitor.hide_harmless", "- {count}个无害的（Enter 收起）", "- harmless: {count} (Enter hides them)"),
     ("monitor.trace", "注释", "annotation"),
     ("monitor.trace_back", "注释（已停住，End 回到最新）", "annotation (standing; End follows)"),
     ("monitor.node", "节点{node}", "node {node}"),
@@ -136,6 +148,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor_empty.objects", "还没有帧", "no frame yet"),
     ("monitor_empty.transfers", "还没有SDO传输", "no SDO transfer yet"),
     ("monitor_empty.findings", "没有发现", "no findings"),
+    ("monitor_empty.incidents", "没有发现问题", "no problem found"),
     ("monitor_empty.trace", "没有符合的帧", "no frame that fits"),
     # What is asked and said.
     (
@@ -165,8 +178,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.help_title", "按键（按任意键返回）", "Keys (any key goes back)"),
     (
         "monitor.help_views",
-        "总览、节点、对象、SDO传输、发现、逐帧注释",
-        "overview, nodes, objects, SDO transfers, findings, annotated frames",
+        "总览、节点、对象、SDO传输、发现、逐帧注释、问题",
+        "overview, nodes, objects, SDO transfers, findings, annotated frames, problems",
     ),
     (
         "monitor.help_tab",
@@ -185,8 +198,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "monitor.help_pick",
-        "发现、传输：转到它的帧；节点、对象：只看它的帧",
-        "of a finding or transfer: go to its frame; of a node or object: see its frames only",
+        "发现、传输：转到它的帧；问题：转到第一帧证据；节点、对象：只看它的帧",
+        "of a finding or transfer: go to its frame; of a problem: to its first evidence; of a node or object: see its "
+        "frames only",
     ),
     (
         "monitor.help_pause",
@@ -209,8 +223,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "monitor.help_looks",
         "数据中加亮的字节在最近1秒内变化过。心跳：距上次的时间/周期；该来而没来的写“无心跳”。"
-        "EMCY：“曾有”的已消除。发现：✖ 错误，▲ 警告，i 信息。",
+        "EMCY：“曾有”的已消除。发现：✖ 错误，▲ 警告，i 信息。问题：带“?”的还可能改变。",
         "Bytes in bold changed within the last second. Heartbeat: age of the last one / period; 'no heartbeat' where "
-        "one is overdue. EMCY: 'was' one that no longer stands. Findings: ✖ errors, ▲ warnings, i infos.",
+        "one is overdue. EMCY: 'was' one that no longer stands. Findings: ✖ errors, ▲ warnings, i infos. "
+        "Problems: what has '?' may still change.",
     ),
 )

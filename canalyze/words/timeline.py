@@ -17,6 +17,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("timeline.nmt", "NMT状态", "NMT states"),
     ("timeline.drive", "驱动器状态", "Drive states"),
     ("timeline.emcy", "EMCY：未消除的错误", "EMCY: active errors"),
+    ("timeline.incidents", "问题", "Problems"),
+    ("timeline.caused", "起因：#{number}", "caused by #{number}"),
+    ("timeline.caused_after", "起因：#{number} {ms} ms", "caused by #{number} {ms} ms"),
+    ("timeline.begins", "问题{title}", "problem {title}"),
+    ("timeline.ends", "已恢复{title}", "over {title}"),
+    ("timeline.stories", "问题", "Problems"),
     ("timeline.value", "信号的取值", "Values of signals"),
     ("timeline.sdo", "SDO传输", "SDO transfers"),
     # Plots.

@@ -239,6 +239,7 @@ const MAY_USE: &[Row] = &[
             "node",
             "services",
             "bus",
+            "diagnosis",
             "readers",
             "filter",
             "summary",

@@ -212,6 +212,8 @@ pub struct Incident {
     pub possible: Vec<Link>,
     /// The rules that found what belongs to it, with their frames.
     pub findings: Vec<(Code, u64)>,
+    /// The numbers of those that turned out to be one with it.
+    pub parts: Vec<IncidentId>,
     /// It is part of another incident, and not told by itself.
     pub(super) merged: bool,
     /// What links ask for.

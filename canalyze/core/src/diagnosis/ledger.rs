@@ -16,7 +16,7 @@ const RECENT: usize = 128;
 pub(super) type Place = usize;
 
 /// All incidents so far.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Ledger {
     pub(super) all: Vec<Incident>,
     /// Further ones that are only counted.
@@ -54,6 +54,7 @@ impl Ledger {
             cause: None,
             possible: Vec::new(),
             findings: Vec::new(),
+            parts: Vec::new(),
             merged: false,
             clue: Clue::default(),
         });
@@ -105,6 +106,8 @@ impl Ledger {
         let (gone, one) = (one.id, one.clone());
         let Some(other) = self.all.get_mut(into) else { return };
         let stays = other.id;
+        other.parts.push(gone);
+        other.parts.extend(&one.parts);
         if one.subject.node.is_some() {
             other.subject.nodes |= one.subject.nodes;
             if other.kind == one.kind && other.subject.nodes.count_ones() > 1 {

@@ -17,6 +17,7 @@ pub mod incident;
 pub mod kinds;
 mod ledger;
 mod links;
+mod live;
 mod on_bus;
 pub mod rank;
 pub mod sayings;
@@ -33,7 +34,7 @@ use std::collections::VecDeque;
 use self::incident::{IncidentId, Status};
 use self::ledger::Place;
 use self::on_bus::OfBus;
-use self::status::is_harmless;
+use self::status::{is_harmless, is_over};
 use crate::bus::Bus;
 use crate::event::{Event, What};
 use crate::finding::Finding;
@@ -44,7 +45,7 @@ use crate::services::heartbeat::OPERATIONAL;
 const CLOSED: usize = 64;
 
 /// What went wrong in a capture.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Diagnosis {
     ledger: Ledger,
     buses: Vec<OfBus>,
@@ -61,6 +62,11 @@ pub struct Diagnosis {
     /// Incidents before this place were looked at; those that did not count yet are looked at again.
     looked: Place,
     unripe: Vec<Place>,
+    /// Those that were told of and whose cause may still be found, with the cause that was told, and whether it was told
+    /// for good.
+    linking: VecDeque<(Place, Option<(IncidentId, bool)>)>,
+    /// The capture is over, and all of it stands as it will.
+    over: bool,
 }
 
 /// What has become of an incident.
@@ -68,6 +74,8 @@ pub struct Diagnosis {
 pub enum Phase {
     /// It has begun to show.
     Opened,
+    /// Its cause is another one than was told, or is certain by now.
+    Linked,
     /// It is over.
     Ended,
 }
@@ -104,9 +112,11 @@ impl Diagnosis {
     /// What has become of incidents since this was last asked, the first first. What is harmless by its kind is left out.
     pub fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
         let (fresh, ledger) = (self.looked..self.ledger.all.len(), &self.ledger);
-        if fresh.is_empty() && self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() {
+        let idle = self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() && self.linking.is_empty();
+        if fresh.is_empty() && idle {
             return Vec::new();
         }
+        let last = self.last;
         self.looked = fresh.end;
         let mut changes = Vec::new();
         let (open, closed) = (&mut self.open, &mut self.closed);
@@ -118,11 +128,12 @@ impl Diagnosis {
         });
         open.retain(|place| {
             let Some(one) = ledger.get(*place) else { return false };
-            if one.end.is_some() {
+            let over = is_over(one, last);
+            if over {
                 changes.push((Phase::Ended, one.id));
                 closed.push_back(*place);
             }
-            one.end.is_none()
+            !over
         });
         self.unripe.extend(fresh);
         self.unripe.retain(|place| {
@@ -132,12 +143,11 @@ impl Diagnosis {
             }
             if one.counts() {
                 changes.push((Phase::Opened, one.id));
-                match one.end {
-                    Some(_) => {
-                        changes.push((Phase::Ended, one.id));
-                        closed.push_back(*place);
-                    }
-                    None => open.push(*place),
+                if is_over(one, last) {
+                    changes.push((Phase::Ended, one.id));
+                    closed.push_back(*place);
+                } else {
+                    open.push(*place);
                 }
             }
             !one.counts()
@@ -145,6 +155,7 @@ impl Diagnosis {
         while closed.len() > CLOSED {
             closed.pop_front();
         }
+        self.linked(&mut changes);
         changes
     }
 
@@ -169,6 +180,7 @@ impl Diagnosis {
 
     /// The capture is over: how all of it stands.
     pub fn finish(&mut self, state: &[Bus]) {
+        self.over = true;
         for (index, (of_bus, bus)) in self.buses.iter_mut().zip(state).enumerate() {
             of_bus.finish(BusId(index as u8), self.last, bus, &mut self.ledger);
         }

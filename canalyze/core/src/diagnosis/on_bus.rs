@@ -43,7 +43,7 @@ const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
 const LONGEST_SYNC_NS: i64 = 2_000_000_000;
 
 /// What is open on one bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct OfBus {
     pub(super) heard: Heard,
     nodes: Nodes,

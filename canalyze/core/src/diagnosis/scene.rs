@@ -14,7 +14,7 @@ const WATCH_NS: i64 = 50_000_000;
 const SLOTS: usize = 128;
 
 /// What was heard of the nodes of a bus.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Heard {
     frames: Vec<FrameRef>,
     heartbeats: Vec<FrameRef>,

@@ -19,6 +19,22 @@ pub(super) fn is_harmless(kind: Kind) -> bool {
     matches!(kind, Scan | BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
 }
 
+/// Whether an incident is over by now, and will not have to be told again at once.
+pub(super) fn is_over(one: &Incident, last: FrameRef) -> bool {
+    one.end.is_some() && one.kind != Kind::ConsumerTimeTooShort && !goes_on(one, last)
+}
+
+/// Whether what has come again and again, and whose next time is not due yet, goes on.
+fn goes_on(one: &Incident, end: FrameRef) -> bool {
+    use Kind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
+    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
+    let comes_again = !one.clue.reported.is_empty()
+        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
+    let rest = end.since(one.end.unwrap_or(one.repeats.since));
+    let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean + mean / 4);
+    one.repeats.count >= GOES_ON && comes_again && soon
+}
+
 /// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
 /// cannot be heard any more; `left_alone`: others have been Operational for long while it is not.
 pub(super) fn status(
@@ -27,8 +43,8 @@ pub(super) fn status(
     (back, gone, left_alone): (Option<FrameRef>, bool, bool),
 ) -> Status {
     use Kind::{
-        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeRestarted, NodeSilent, QuickStop,
-        RequestUnanswered, RestartLoop, SegmentLost,
+        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeSilent, QuickStop, RequestUnanswered,
+        SegmentLost,
     };
     match one.kind {
         // One node that stays stopped while others run is not what anybody wants.
@@ -39,13 +55,7 @@ pub(super) fn status(
         QuickStop if one.has("controlword") && one.cause.is_none() => return Status::Harmless,
         _ => {}
     }
-    // What has come again and again, and whose next time is not due yet, goes on.
-    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
-    let comes_again = !one.clue.reported.is_empty()
-        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
-    let rest = end.since(one.end.unwrap_or(one.repeats.since));
-    let goes_on = comes_again && mean.zip(rest).is_some_and(|(mean, rest)| rest < mean + mean / 4);
-    if one.repeats.count >= GOES_ON && goes_on {
+    if goes_on(one, end) {
         return Status::Stands;
     }
     if one.end.is_some() {

@@ -6,6 +6,7 @@
 
 mod clock;
 mod findings;
+mod incidents;
 mod objects;
 mod recent;
 mod snapshot;
@@ -24,6 +25,7 @@ use self::trace::{Place, Trace};
 use self::transfers::Transfers;
 use self::wire::Wire;
 use crate::bus::Bus;
+use crate::diagnosis::Diagnosis;
 use crate::event::{Event, What};
 use crate::filter;
 use crate::finding::{Finding, Severity};
@@ -46,6 +48,8 @@ pub struct Known<'a> {
     pub tally: &'a [u8],
     /// What decoding knows, by bus.
     pub buses: &'a [Bus],
+    /// What has gone wrong so far.
+    pub diagnosis: Option<&'a Diagnosis>,
 }
 
 /// What is watched of a capture.

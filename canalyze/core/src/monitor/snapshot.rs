@@ -5,13 +5,14 @@
 //!
 //! | of | keys |
 //! |---|---|
-//! | the object | `now_ns start_ns tally buses nodes objects objects_more transfers findings` |
+//! | the object | `now_ns start_ns tally buses nodes objects objects_more transfers findings incidents incidents_more` |
 //! | `tally` | see `Session::tally` |
 //! | `buses` | `name frames frames_per_s bits_per_s bit_rate load_percent error_frames dropped state` |
-//! | `nodes` | `bus node name state state_text frames sent frames_per_s heartbeat_age_ns heartbeat_period_ns silent guarded emcy boot_ups drive findings` |
+//! | `nodes` | `bus node name state state_text frames sent frames_per_s heartbeat_age_ns heartbeat_period_ns silent guarded emcy boot_ups drive findings incident` |
 //! | `objects` | `bus id ext rtr service node name count last_ns period_ns jitter_ns rate len data changed text severity` |
 //! | `transfers` | `running`: `transfer bus node direction mode index sub name size bytes since_ns`; `done`: `transfer bus node direction mode index sub name size value text status abort first_frame last_frame t_ns duration_ns` |
 //! | `findings` | `code severity frame t_ns bus node text count` |
+//! | `incidents` | `id kind word status provisional impact grade bus node nodes frame t_ns noticed end_frame end_ns depth cause cause_grade delay_ns text checks count` |
 //!
 //! `state` of a bus is null, `error-warning`, `error-passive` or `bus-off`; of a node as in `summary`, what it said last:
 //! `silent` is `heartbeat` or `guarding` where it should have been heard since and was not, else null. `emcy` is null or
@@ -20,8 +21,12 @@
 //! `jitter_ns` is by how much one of the last 16 times from frame to frame differs from their mean at most; one time
 //! alone has none. `severity` is
 //! that of the worst finding about frames of the object in the last 10 s. `count` of a finding is above 1 where more
-//! of its kind follow that have no rows of their own.
+//! of its kind follow that have no rows of their own. `incidents` are in the order of reading, each cause before what it
+//! has caused, which has one more `depth`; while the capture goes on they are as they would be if it were over now, and
+//! those that may still change are `provisional`. `incident` of a node is null or the first that concerns it and is not
+//! over: `{"id","word","provisional"}`, where `word` says what kind it is.
 
+use super::incidents::Incidents;
 use super::objects::{Form, Key, Label, Object};
 use super::trace::identifier;
 use super::wire::{Emergency, ErrorState, Live, Wire};
@@ -48,7 +53,8 @@ pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>
     put!(&mut out; ",\"tally\":");
     out.extend_from_slice(known.tally);
     put!(&mut out; ",\"buses\":[");
-    let view = View { monitor, setting, known: known.buses };
+    let incidents = Incidents::new(monitor, known);
+    let view = View { monitor, setting, known: known.buses, incidents: &incidents };
     view.buses(&mut out);
     put!(&mut out; "],\"nodes\":[");
     view.nodes(&mut out);
@@ -63,7 +69,9 @@ pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>
     monitor.transfers.list(&mut out);
     put!(&mut out; "},\"findings\":");
     monitor.findings.list(&mut out);
-    put!(&mut out; "}");
+    put!(&mut out; ",\"incidents\":");
+    incidents.list(&mut out, setting);
+    put!(&mut out; ",\"incidents_more\":", incidents.more(), "}");
     out
 }
 
@@ -72,6 +80,7 @@ struct View<'a> {
     monitor: &'a Monitor,
     setting: Setting<'a>,
     known: &'a [Bus],
+    incidents: &'a Incidents<'a>,
 }
 
 impl View<'_> {
@@ -148,7 +157,9 @@ impl View<'_> {
         self.drive(out, known, id);
         put!(out; ",\"findings\":");
         let [_, warning, error] = live.findings;
-        put!(out; "{\"error\":", error, ",\"warning\":", warning, "}}");
+        put!(out; "{\"error\":", error, ",\"warning\":", warning, "},\"incident\":");
+        self.incidents.of_node(out, lang, bus, id);
+        put!(out; "}");
     }
 
     /// The state of a drive; of several axes with their numbers.

@@ -414,3 +414,36 @@ proptest! {
         prop_assert_eq!(whole, all(text.as_bytes(), piece));
     }
 }
+
+/// Node 5 is silent after 2 s, and node 6 goes on until 3 s; it ends as it is at `until_ms` without a frame.
+fn lost(until_ms: Option<i64>) -> Value {
+    let beats = (0..30u64).flat_map(|beat| {
+        let five = (beat < 20).then_some((beat * 100, "705#05"));
+        five.into_iter().chain([(beat * 100 + 1, "706#05")])
+    });
+    let beats: Vec<_> = beats.collect();
+    let mut session = session(None);
+    feed(&mut session, &log(&beats));
+    end(&mut session);
+    if let Some(until_ms) = until_ms {
+        session.advance(until_ms * 1_000_000, &mut Vec::new());
+    }
+    shot(&session)
+}
+
+#[test]
+fn what_goes_wrong_is_shown_while_it_goes_on_and_may_change_until_its_cause_is_known() {
+    let shot = lost(None);
+    let first = &shot["incidents"][0];
+    let of = |key: &str| first[key].clone();
+    assert_eq!((of("kind"), of("status"), of("node")), (json!("node-silent"), json!("stands"), json!(5)));
+    assert_eq!((of("frame"), of("end_frame"), of("provisional")), (json!(39), json!(null), json!(true)));
+    assert_eq!(shot["nodes"][0]["incident"]["word"], "a node is silent");
+    assert_eq!((&shot["nodes"][1]["incident"], &shot["incidents_more"]), (&json!(null), &json!(0)));
+    // No frame comes any more, and the other one is late by now, too.
+    let later = lost(Some(103_200));
+    assert_eq!(later["incidents"].as_array().unwrap().len(), 1);
+    let silent = lost(Some(110_000));
+    let provisional: Vec<_> = silent["incidents"].as_array().unwrap().iter().map(|one| &one["provisional"]).collect();
+    assert_eq!(provisional.first(), Some(&&json!(false)), "{}", silent["incidents"]);
+}

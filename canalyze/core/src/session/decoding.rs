@@ -132,13 +132,16 @@ impl Decoding {
     }
 
     /// The capture is over at its frame `last`: what went wrong in it, which is held against what is expected of that.
-    pub(super) fn take_diagnosis(&mut self, last: FrameRef, buses: &Buses) -> Option<Box<Diagnosis>> {
-        let mut diagnosis = self.diagnosis.take()?;
+    /// Whether there is a diagnosis, and was not over before.
+    pub(super) fn finish_diagnosis(&mut self, last: FrameRef, buses: &Buses) -> bool {
+        let Some(diagnosis) = self.diagnosis.as_deref_mut().filter(|diagnosis| !diagnosis.is_over()) else {
+            return false;
+        };
         diagnosis.finish(&self.state);
         if let Some(verification) = self.verification.as_ref().filter(|_| last.no > 0) {
-            verification.diagnosed(&diagnosis, last, &mut self.events, buses);
+            verification.diagnosed(diagnosis, last, &mut self.events, buses);
         }
-        Some(diagnosis)
+        true
     }
 
     /// Whether it is held against anything.

@@ -406,7 +406,8 @@ impl Session {
     /// formats.
     pub fn snapshot(&self) -> Vec<u8> {
         let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
-        let known = Known { tally: &self.tally(), buses: self.stream.decoding.buses() };
+        let (tally, decoding) = (self.tally(), &self.stream.decoding);
+        let known = Known { tally: &tally, buses: decoding.buses(), diagnosis: decoding.diagnosis() };
         monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
     }
 
@@ -626,12 +627,12 @@ impl Stream {
         self.settle(buses, out);
         self.decoding.finish(self.capture.last, buses);
         self.aside(buses, out);
-        let diagnosis = self.decoding.take_diagnosis(self.capture.last, buses);
+        let diagnosed = self.decoding.finish_diagnosis(self.capture.last, buses);
         self.aside(buses, out);
         self.decoding.counted(self.capture.last);
         self.write_aside(buses, out);
-        if let Some(diagnosis) = diagnosis {
-            self.output.diagnosis(out, self.capture.view(buses), &diagnosis);
+        if let Some(diagnosis) = self.decoding.diagnosis().filter(|_| diagnosed) {
+            self.output.diagnosis(out, self.capture.view(buses), diagnosis);
         }
         if self.capture.frames > 0 {
             self.capture.finish(self.decoding.absent(buses), self.output.is_idle());

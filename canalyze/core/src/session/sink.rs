@@ -351,6 +351,10 @@ impl Sink for Monitor {
         Monitor::end_of_file(self, unreadable);
     }
 
+    fn diagnoses(&self) -> bool {
+        true
+    }
+
     fn folds(&self) -> bool {
         false
     }

@@ -4,7 +4,8 @@
 
 use super::digits::put;
 use super::{Lang, sentence};
-use crate::diagnosis::incident::{Incident, IncidentId, members};
+use crate::diagnosis::incident::{Grade, Incident, IncidentId, members};
+use crate::diagnosis::rank::is_root;
 use crate::diagnosis::{Diagnosis, Phase, titles};
 use crate::finding::{Measured, Said};
 
@@ -17,16 +18,45 @@ pub fn said(out: &mut Vec<u8>, lang: Lang, measured: &Measured) {
     sentence::fill(out, lang, lang.of(measured.variant.words), named);
 }
 
-/// Appends the line that tells of an incident that begins to show, or is over.
+/// Appends the line that tells of an incident that begins to show, whose cause has changed, or that is over.
 pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
     let Some(one) = diagnosis.ledger().by_id(id) else { return };
-    let (_, first, _) = diagnosis.extent();
+    let began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
+    let number = u64::from(id.0);
     match phase {
-        Phase::Opened => put!(out; lang.pick("# ✖ 问题", "# ✖ problem "), u64::from(id.0), ": "),
-        Phase::Ended => put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ over "), u64::from(id.0), ": "),
+        Phase::Opened => {
+            put!(out; lang.pick("# ✖ 问题", "# ✖ problem "), number, ": ");
+            title(out, lang, one, began_ns);
+            if !is_root(one) {
+                put!(out; ", ");
+                because(out, lang, diagnosis, one, began_ns);
+            }
+        }
+        Phase::Linked => {
+            put!(out; lang.pick("# ↳ 问题", "# ↳ problem "), number, ": ");
+            because(out, lang, diagnosis, one, began_ns);
+        }
+        Phase::Ended => {
+            put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ over "), number, ": ");
+            title(out, lang, one, began_ns);
+        }
     }
-    title(out, lang, one, first.and_then(|first| first.t_ns));
     put!(out; "\n");
+}
+
+/// Appends what caused an incident, with its number and title; a question mark behind it where another cause may still be
+/// found.
+fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident, began_ns: Option<i64>) {
+    let Some((link, cause)) = one.cause.and_then(|link| Some((link, diagnosis.ledger().by_id(link.cause)?))) else {
+        return;
+    };
+    let words = match link.grade {
+        Grade::Certain => lang.pick("起因是问题", "because of "),
+        _ => lang.pick("起因很可能是问题", "likely because of "),
+    };
+    put!(out; words, u64::from(link.cause.0), if diagnosis.is_settled_by_now(one) { " (" } else { "? (" });
+    title(out, lang, cause, began_ns);
+    put!(out; ")");
 }
 
 /// Appends the subject of an incident and what happened to it, in one line. `began_ns`: the first stamp of the capture.

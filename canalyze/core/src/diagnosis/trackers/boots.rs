@@ -35,7 +35,7 @@ struct Boot {
 }
 
 /// The nodes that wait for their start.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Boots {
     waiting: BTreeMap<u8, Boot>,
 }

@@ -24,7 +24,7 @@ const TIMED_OUT: u32 = 0x0504_0000;
 const KEPT: usize = 64;
 
 /// What is open about the configuration of a bus's nodes.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Configurations {
     open: BTreeMap<u8, (Place, Vec<Mux>)>,
     /// The last request to each node that was never heard.

@@ -24,7 +24,7 @@ const SAME_NS: i64 = 500_000_000;
 const TOGETHER_NS: i64 = 100_000_000;
 
 /// What is open about the drives of a bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Drives {
     /// Nodes that were seen to be drives, a bit each: by their device type, or by a drive's object in SDO.
     drives: u128,

@@ -57,7 +57,7 @@ pub(in crate::diagnosis) struct Emergency {
 }
 
 /// What is open about the errors of a bus's nodes.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Emergencies {
     open: BTreeMap<u8, Vec<Place>>,
     /// Nodes that have booted in the capture and sent no emergency since, a bit each.

@@ -66,7 +66,7 @@ struct Window {
 }
 
 /// The load of a bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Load {
     streams: Vec<Stream>,
     /// Frames so far.

@@ -28,7 +28,7 @@ const KEPT: usize = 8;
 type Given = (u8, FrameRef);
 
 /// The commands to one node.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Commanded {
     last: Option<Given>,
     /// Stops that were taken back, with the starts that did.
@@ -36,7 +36,7 @@ struct Commanded {
 }
 
 /// The commands of a bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Masters {
     /// By node; 0: all.
     nodes: BTreeMap<u8, Commanded>,

@@ -76,7 +76,7 @@ struct Targets {
 }
 
 /// The axes of a bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Motions {
     axes: BTreeMap<Name, Axis>,
     targets: BTreeMap<Name, Targets>,

@@ -26,7 +26,7 @@ const LOOP: u64 = 3;
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
 /// What is open about the nodes of a bus.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Nodes {
     silent: BTreeMap<u8, Place>,
     /// Nodes that are back, or left Operational, and are over it once they are Operational again.

@@ -24,7 +24,7 @@ const MISSING: i64 = 5;
 pub(in crate::diagnosis) const GOES_ON: u64 = 3;
 
 /// What is open.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Found {
     open: Vec<(Place, Ends)>,
     /// The last time of those that are over at once.

@@ -16,7 +16,7 @@
 //! | `listing` | a frame, for people | `frame t_ns? cycle bus? node? service severity? line` |
 //! | `lanes` | a change of what a lane of a timeline shows | `lane t_ns? frame cycle state? class?` |
 //! | `log` | a finding or an emergency, for people | `t_ns? frame cycle bus? node? level source code text` |
-//! | `incidents` | what went wrong, at the end of the capture | `id incident status impact grade bus? node? nodes axis? pdo? begin_frame t_ns? noticed_frame noticed_t_ns? end_frame? end_t_ns? count root cause? cause_link? cause_grade? frames message facts` |
+//! | `incidents` | what went wrong, at the end of the capture, a cause before what it caused | `id incident status impact grade depth bus? node? nodes axis? pdo? subject begin_frame t_ns? cycle noticed_frame noticed_t_ns? end_frame? end_t_ns? end_cycle? count root cause? cause_link? cause_grade? delay_ns? frames message checks facts` |
 //! | `load` | 100 ms of a bus | `t_ns frame cycle bus? frames bits frames_per_s load_percent?` |
 //!
 //! `?`: null where there is none. Times (`..._ns`) are int64 in ns, `t_ns` is JSON's `t`. Identifiers, indices and
@@ -251,18 +251,6 @@ impl Columns {
         self.findings(setting, events, true);
     }
 
-    /// Whether what went wrong has to be followed.
-    pub fn diagnoses(&self) -> bool {
-        self.incidents.is_some()
-    }
-
-    /// Takes what went wrong in the capture, which is over.
-    pub fn diagnosis(&mut self, setting: Setting<'_>, diagnosis: &Diagnosis) {
-        if let Some(incidents) = &mut self.incidents {
-            incidents.diagnosis(&mut self.done, setting, diagnosis);
-        }
-    }
-
     /// A bus is away for a while, and may have had frames meanwhile.
     pub fn gap(&mut self, bus: BusId) {
         if let Some(lanes) = &mut self.lanes {
@@ -289,6 +277,18 @@ impl Columns {
             }
         }
         worst
+    }
+
+    /// Whether what goes wrong is asked for.
+    pub fn diagnoses(&self) -> bool {
+        self.incidents.is_some()
+    }
+
+    /// Takes what went wrong in the capture, which is over.
+    pub fn diagnosis(&mut self, setting: Setting<'_>, diagnosis: &Diagnosis) {
+        if let Some(incidents) = &mut self.incidents {
+            incidents.diagnosis(&mut self.done, setting, &self.cycle_numbers, diagnosis);
+        }
     }
 
     /// Takes a transfer that has ended.

@@ -1,8 +1,10 @@
 //! What went wrong, as JSON lines: an object an incident in the order of their numbers, then one for all of it. `phase` is
-//! `final` then; while a capture is read, incidents that begin to show and that are over are `opened` and `ended`.
+//! `final` then; while a capture is read, incidents that begin to show, whose cause has changed since, and that are over are
+//! `opened`, `linked` and `ended`: what those say of status and cause holds by then, and may change.
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
-//! findings message repeats`, and for people `checks_text`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
+//! findings message repeats parts root`, and for people `checks_text`. `parts` are the numbers of those that were told of
+//! while the capture was read and turned out at its end to be one with it: they have no line of their own then. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
 //! there are such; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are
 //! read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
 
@@ -27,10 +29,11 @@ fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
     seconds(out, at.t_ns, setting.decimals);
 }
 
-/// Appends an incident as it is known when it begins to show, or when it is over.
+/// Appends an incident as it is known when it begins to show, when its cause changes, or when it is over.
 pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
     let name = match phase {
         Phase::Opened => "opened",
+        Phase::Linked => "linked",
         Phase::Ended => "ended",
     };
     if let Some(one) = diagnosis.ledger().by_id(id) {
@@ -126,6 +129,10 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     for (number, check) in checks.iter().enumerate() {
         put!(out; if number > 0 { "," } else { "" });
         quoted(out, |text| put!(text; setting.lang.of(check.words)));
+    }
+    put!(out; "],\"parts\":[");
+    for (number, part) in one.parts.iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" }, u64::from(part.0));
     }
     put!(out; "],\"root\":", truth(is_root(one)), "}\n");
 }
