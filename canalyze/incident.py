@@ -35,6 +35,10 @@ class Cause:
     link: str
     """The rule of cause, as L1."""
     grade: Grade
+    limit_ns: int | None = None
+    """The limit that the delay between them follows from, in nanoseconds, where one is known."""
+    limit_object: str | None = None
+    """The object that holds it, as `1016`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +122,7 @@ def incident(row: Mapping[str, Any]) -> Incident:
         begin=Moment(row["begin"]["frame"], row["begin"]["t"]),
         noticed=Moment(row["noticed"]["frame"], row["noticed"]["t"]),
         end=None if end is None else Moment(end["frame"], end["t"]),
-        cause=None if cause is None else Cause(cause["id"], cause["link"], cause["grade"]),
+        cause=None if cause is None else Cause(**cause),
         effects=tuple(row["effects"]),
         steps=tuple(Step(**step) for step in row["steps"]),
         facts=row["facts"],

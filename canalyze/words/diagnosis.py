@@ -31,9 +31,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("diagnose.bus", "只列这条总线上的问题。", "Only problems of this bus."),
     (
         "diagnose.html",
-        "另写一个HTML页面：结论、每个问题、因果图、相关的帧；不访问网络，中英文都有。",
-        "Also write an HTML page: the verdict, each problem, the picture of causes, frames; it loads nothing and has "
-        "both languages.",
+        "另写一个HTML页面：结论、每个问题、因果图、节点和驱动的状态、相关信号和帧；不访问网络，中英文都有，可打印。",
+        "Also write an HTML page: the verdict, each problem, the picture of causes, states of nodes and drives, "
+        "signals and frames around them; it loads nothing, has both languages and can be printed.",
     ),
     (
         "diagnose.needs_html",
@@ -44,6 +44,20 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("diagnose.html_node", "节点", "node "),
     ("diagnose.html_nodes", "节点", "Nodes"),
     ("diagnose.html_frames", "相关的帧", "Frames around the steps"),
+    ("diagnose.html_chain", "因果", "Causes"),
+    ("diagnose.html_lanes", "状态", "States"),
+    ("diagnose.html_nmt", "NMT", "NMT"),
+    ("diagnose.html_drive", "驱动", "drive"),
+    ("diagnose.html_plots", "相关信号（虚线：问题开始）", "Signals around it (dashed: a problem begins)"),
+    ("diagnose.html_others", "不属于以上问题的其他检查结果（{count}）", "Other findings ({count})"),
+    ("diagnose.html_every", "全部帧", "All frames"),
+    (
+        "diagnose.html_option",
+        "--html 页面里的帧：near 只有各步骤附近的(默认)；all 是全部帧，可在页面里搜索，页面会大得多。",
+        "Frames in the page of --html: near, those around the steps (default); all, every frame, to be searched in the "
+        "page, which is then much larger.",
+    ),
+    ("diagnose.frames_html", "--frames 只用于 --html", "--frames needs --html"),
     ("diagnose.html_check", "先查", "Check first"),
     ("diagnose.html_ok", "正常", "ok"),
     ("diagnose.html_see", "见{number}号", "see {number}"),

@@ -3,7 +3,7 @@
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
 //! findings message repeats`, and for people `checks_text`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
-//! there are such; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are
+//! there are such; `cause` is `{"id","link","grade","limit_ns","limit_object"}`; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are
 //! read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
 
 use super::{Setting, facts, name_or_null, number_or_null, object::Object, quoted, seconds, truth};
@@ -80,7 +80,13 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     match one.cause.filter(|_| !is_root(one)) {
         Some(link) => {
             put!(out; "{\"id\":", u64::from(link.cause.0), ",\"link\":\"L", u64::from(link.rule));
-            put!(out; "\",\"grade\":\"", link.grade.name(), "\"}");
+            put!(out; "\",\"grade\":\"", link.grade.name(), "\",\"limit_ns\":");
+            match diagnosis.ledger().by_id(link.cause).and_then(|cause| one.limit(cause)) {
+                Some((object, limit)) => {
+                    put!(out; limit, ",\"limit_object\":\"", Hex::<4>(u64::from(object)), "\"}");
+                }
+                None => put!(out; "null,\"limit_object\":null}"),
+            }
         }
         None => put!(out; "null"),
     }
