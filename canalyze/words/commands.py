@@ -33,6 +33,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "text for people; jsonl is one JSON object a line.",
     ),
     (
+        "decode.incidents",
+        "另写出问题(与 diagnose 相同)的变化：text 为注释行；jsonl 为 kind 是 incident 的对象，phase 依次为 "
+        "opened(出现)、linked(找到起因)、ended(恢复)，结束时每个问题再写一次 final。不受 --filter 影响。",
+        "Also tell of problems, those of diagnose, as they change: text has comment lines, jsonl objects of the kind "
+        "incident whose phase is opened, linked (its cause is found), ended, and at the end final for each. A filter "
+        "does not apply to them.",
+    ),
+    (
         "decode.time",
         "时间的写法，同candump：a 绝对，d 与上一帧之差，z 从零开始，A 日期和时间(UTC)，n 不写；不给则照原样。",
         "How stamps are written, as in candump: a absolute, d delta, z zero-based, A date and time in UTC, n none; "

@@ -28,7 +28,7 @@ mod trackers;
 
 pub use ledger::Ledger;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use self::incident::{IncidentId, Status};
 use self::ledger::Place;
@@ -61,6 +61,8 @@ pub struct Diagnosis {
     /// Incidents before this place were looked at; those that did not count yet are looked at again.
     looked: Place,
     unripe: Vec<Place>,
+    /// The causes that were told of.
+    causes: BTreeMap<Place, IncidentId>,
 }
 
 /// What has become of an incident.
@@ -68,6 +70,8 @@ pub struct Diagnosis {
 pub enum Phase {
     /// It has begun to show.
     Opened,
+    /// It was told of before, and now something else shows that caused it.
+    Linked,
     /// It is over.
     Ended,
 }
@@ -108,6 +112,7 @@ impl Diagnosis {
             return Vec::new();
         }
         self.looked = fresh.end;
+        let grown = !fresh.is_empty();
         let mut changes = Vec::new();
         let (open, closed) = (&mut self.open, &mut self.closed);
         closed.retain(|place| {
@@ -145,7 +150,22 @@ impl Diagnosis {
         while closed.len() > CLOSED {
             closed.pop_front();
         }
+        if grown {
+            self.link(&mut changes);
+        }
         changes
+    }
+
+    /// Which of the incidents that were told of have another cause now.
+    fn link(&mut self, changes: &mut Vec<(Phase, IncidentId)>) {
+        for place in self.open.iter().chain(&self.closed) {
+            let Some(one) = self.ledger.get(*place).filter(|one| !rank::is_root(one)) else { continue };
+            let Some(link) = one.cause else { continue };
+            let told = changes.iter().any(|(phase, id)| *id == one.id && *phase == Phase::Opened);
+            if self.causes.insert(*place, link.cause) != Some(link.cause) && !told {
+                changes.push((Phase::Linked, one.id));
+            }
+        }
     }
 
     /// Takes what belongs to no frame at hand.

@@ -23,6 +23,8 @@ pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id)
     let (_, first, _) = diagnosis.extent();
     match phase {
         Phase::Opened => put!(out; lang.pick("# ✖ 问题", "# ✖ problem "), u64::from(id.0), ": "),
+        // A line that tells of what begins says nothing of causes: they may change.
+        Phase::Linked => return,
         Phase::Ended => put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ over "), u64::from(id.0), ": "),
     }
     title(out, lang, one, first.and_then(|first| first.t_ns));

@@ -1,10 +1,12 @@
 //! What went wrong, as JSON lines: an object an incident in the order of their numbers, then one for all of it. `phase` is
-//! `final` then; while a capture is read, incidents that begin to show and that are over are `opened` and `ended`.
+//! `final` then; while a capture is read, incidents that begin to show, whose cause is found and that are over are
+//! `opened`, `linked` and `ended`.
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
-//! findings message repeats`, and for people `checks_text`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
-//! there are such; `cause` is `{"id","link","grade","limit_ns","limit_object"}`; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are
-//! read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
+//! findings message repeats`, and for people `checks_text root`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo`
+//! where there are such; `cause` is `{"id","link","grade","limit_ns","limit_object"}`; `steps` are
+//! `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are read), `counts` of roots by
+//! status, `frames begin end buses nodes beyond error_frames`.
 
 use super::{Setting, facts, name_or_null, number_or_null, object::Object, quoted, seconds, truth};
 use crate::diagnosis::incident::{Incident, IncidentId, Status, members};
@@ -18,8 +20,17 @@ use crate::text::incidents as words;
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().told() {
         incident(out, setting, diagnosis, one, "final");
+        for_people(out, setting, diagnosis, one);
     }
     whole(out, setting, diagnosis);
+}
+
+/// Appends the incidents alone, without what is for people: how they stand at the end.
+pub fn ends(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
+    for one in diagnosis.ledger().told() {
+        incident(out, setting, diagnosis, one, "final");
+        put!(out; "}\n");
+    }
 }
 
 fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
@@ -27,16 +38,30 @@ fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
     seconds(out, at.t_ns, setting.decimals);
 }
 
-/// Appends an incident as it is known when it begins to show, or when it is over.
+/// Appends an incident as it is known when it begins to show, when its cause is found, or when it is over.
 pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
     let name = match phase {
         Phase::Opened => "opened",
+        Phase::Linked => "linked",
         Phase::Ended => "ended",
     };
     if let Some(one) = diagnosis.ledger().by_id(id) {
         incident(out, setting, diagnosis, one, name);
+        put!(out; "}\n");
     }
 }
+
+/// Closes an incident with what is for people, and for who puts them in order.
+fn for_people(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident) {
+    put!(out; ",\"checks_text\":[");
+    for (number, check) in advice::of(one, diagnosis.shown()).iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" });
+        quoted(out, |text| put!(text; setting.lang.of(check.words)));
+    }
+    put!(out; "],\"root\":", truth(is_root(one)), "}\n");
+}
+
+/// Appends an incident, without the brace that closes it.
 
 fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident, phase: &'static str) {
     let (_, first, _) = diagnosis.extent();
@@ -131,12 +156,7 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     if one.repeats.count > 1 {
         put!(out; ",\"longest_ns\":", one.repeats.longest_ns, ",\"total_ns\":", one.repeats.total_ns);
     }
-    put!(out; "},\"checks_text\":[");
-    for (number, check) in checks.iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" });
-        quoted(out, |text| put!(text; setting.lang.of(check.words)));
-    }
-    put!(out; "],\"root\":", truth(is_root(one)), "}\n");
+    put!(out; "}");
 }
 
 fn whole(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
