@@ -76,6 +76,11 @@ pub enum Phase {
     Ended,
 }
 
+/// The rules whose findings are incidents of a kind by themselves.
+pub fn shown_by(kind: Kind) -> impl Iterator<Item = Code> {
+    signs::SIGNS.iter().filter(move |row| row.1 == kind).map(|row| row.0)
+}
+
 /// What is known of a node at the end of the capture.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeView {
