@@ -75,8 +75,9 @@ def _frames(arguments: tuple[str, ...]) -> list[str]:
     line = " ".join(arguments)
     if all("#" in argument for argument in arguments):
         return list(arguments)
-    # The name of a term has several words, and some of them are terms by themselves.
-    if explain(line) is None and all(map(explain, arguments)):
+    # The name of a term has several words, and some of them are terms by themselves; behind a frame nothing counts.
+    is_name = "[" not in line and "#" not in line and explain(line) is not None
+    if not is_name and all(map(explain, arguments)):
         return list(arguments)
     several = explain(line) is None and "[" not in line and any(map(explain, arguments))
     return list(arguments) if several else [line]
