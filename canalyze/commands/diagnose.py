@@ -86,7 +86,7 @@ def command(words: Words) -> click.Command:
                     diagnosis_text.show(shown, whole, out, words, names_shown, session.nature, everything=everything)
                 else:
                     lines = _around(names, incidents, story, given, stamps, words)
-                    diagnosis_text.tell(story, incidents, whole, lines, out, words)
+                    diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
             if html is not None and whole is not None:
                 reading = _Reading(names, given, stamps, expression, words)
                 _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
@@ -244,7 +244,7 @@ def _lines(
             if wanted is None or record["frame"] in wanted:
                 kept[record["frame"]] = record["text"]
 
-    session = open_session(words, given, format="lines", stamps=stamps)
+    session = open_session(words, given, format="lines", stamps=stamps, time="z")
     Run(session, words, Progress(words, Output(), total_size(names)), take, given, tell=lambda _: None).over(names)
     return kept
 

@@ -17,7 +17,7 @@ from canalyze.output import printable
 from canalyze.reports.diagnosis_axis import axis_of
 from canalyze.reports.diagnosis_chain import chain
 from canalyze.reports.diagnosis_lanes import KINDS, PLOTS, Beside, Lane, lanes, plots, tree_of
-from canalyze.reports.diagnosis_text import extent, verdict
+from canalyze.reports.diagnosis_text import checks_of, extent, verdict
 from canalyze.words import Words
 
 Record = Mapping[str, Any]
@@ -218,8 +218,17 @@ def _part(
         "standing": {lang: words[lang].of("incident_status", one["status"]) for lang in by_id},
         "because": because,
         "checks": [
-            {lang: incidents[number]["checks_text"][place] for lang, incidents in by_id.items()}
-            for place in range(len(one["checks_text"]) if steps else 0)
+            {lang: checks_of(incidents[number])[place] for lang, incidents in by_id.items()}
+            for place in range(len(checks_of(one)) if steps else 0)
+        ],
+        "apart": [
+            {
+                "told": one["apart"][place]["told"],
+                "text": {
+                    lang: printable(incidents[number]["apart"][place]["text"]) for lang, incidents in by_id.items()
+                },
+            }
+            for place in range(len(one["apart"]) if steps else 0)
         ],
         "steps": [
             {

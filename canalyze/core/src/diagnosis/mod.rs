@@ -12,6 +12,7 @@
 //! parameters that are lost by a power cycle unless they are read before and after.
 
 pub mod advice;
+pub mod apart;
 mod causes;
 pub mod incident;
 pub mod kinds;
@@ -31,12 +32,13 @@ pub use ledger::Ledger;
 use std::collections::{BTreeMap, VecDeque};
 
 use self::incident::{IncidentId, Status};
+use self::kinds::Kind;
 use self::ledger::Place;
 use self::on_bus::OfBus;
 use self::status::is_harmless;
 use crate::bus::Bus;
 use crate::event::{Event, What};
-use crate::finding::Finding;
+use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::services::heartbeat::OPERATIONAL;
 

@@ -3,7 +3,7 @@
 //! `opened`, `linked` and `ended`.
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
-//! findings message repeats`, and for people `checks_text root`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo`
+//! findings message repeats`, and for people `checks_text apart root`. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo`
 //! where there are such; `cause` is `{"id","link","grade","limit_ns","limit_object"}`; `steps` are
 //! `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are read), `counts` of roots by
 //! status, `frames begin end buses nodes beyond error_frames`.
@@ -11,7 +11,7 @@
 use super::{Setting, facts, name_or_null, number_or_null, object::Object, quoted, seconds, truth};
 use crate::diagnosis::incident::{Incident, IncidentId, Status, members};
 use crate::diagnosis::rank::{is_root, roots};
-use crate::diagnosis::{Diagnosis, Phase, advice};
+use crate::diagnosis::{Diagnosis, Phase, advice, apart};
 use crate::frame::FrameRef;
 use crate::text::digits::{Hex, put};
 use crate::text::incidents as words;
@@ -57,6 +57,12 @@ fn for_people(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, on
     for (number, check) in advice::of(one, diagnosis.shown()).iter().enumerate() {
         put!(out; if number > 0 { "," } else { "" });
         quoted(out, |text| put!(text; setting.lang.of(check.words)));
+    }
+    put!(out; "],\"apart\":[");
+    for (number, tell) in apart::of(one, diagnosis.ledger(), diagnosis.shown()).iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" }, "{\"told\":", truth(tell.told), ",\"text\":");
+        quoted(out, |text| put!(text; setting.lang.of(tell.words)));
+        put!(out; "}");
     }
     put!(out; "],\"root\":", truth(is_root(one)), "}\n");
 }
