@@ -187,6 +187,24 @@ def test_frames_need_a_page(canalyze: Runner, tmp_path: Path) -> None:
     assert 'id="every-en"' in (tmp_path / "page.html").read_text()
 
 
+def test_what_stands_is_told_in_full_where_there_is_no_room_for_all() -> None:
+    text = page(told(1000), "a.log", "en").decode()
+    first, last = (text.split(f'<article id="story-{number}"')[1].split("</article>")[0] for number in (1, 1000))
+    assert 'class="steps"' in first and 'class="checks"' in first
+    assert 'class="steps"' not in last and "<h3>" in last
+
+
+def test_a_lane_that_flaps_is_short() -> None:
+    begin = nanoseconds(told()["en"].whole["begin"]) or 0
+    changes = [(begin + one * 10_000, str(one % 2), "operational") for one in range(50_000)]
+    changes[30_000] = (changes[30_000][0], "gone", "lost")
+    one = {
+        lang: replace(each, beside=Beside([Lane("nmt", (None, 5), 0, list(changes))], {}, []))
+        for lang, each in told().items()
+    }
+    assert len(page(one, "a.log", "en")) < 120_000
+
+
 def test_few_values_are_drawn() -> None:
     plots = [Plot(f"5.TPDO1 {number}", (None, 5), None, [(0, 0.0), (10**9, 1.0)]) for number in range(40)]
     one = {lang: replace(each, beside=Beside([], {1: plots}, [])) for lang, each in told().items()}

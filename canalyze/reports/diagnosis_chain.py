@@ -5,7 +5,7 @@ names, which are escaped.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 from canalyze.library.event import nanoseconds
 from canalyze.reports.diagnosis_axis import LEFT, RIGHT, WIDTH, Axis, Record, Texts, extent, grid, head, text, title
@@ -20,17 +20,28 @@ _BETWEEN: Final = 18
 _TOP: Final = 8
 _ROWS: Final = 24
 """Nodes that are drawn."""
-_SPANS: Final = 200
-"""Incidents that are drawn."""
+_SPANS: Final = 60
+"""Incidents that are drawn: whole stories, as they are read, so far as there is room."""
+_NEAR: Final = 40
+"""A delay that finds no place so near to its arrow is left to the text."""
 _SECONDS_MS: Final = 2000
-_LEAST: Final = 16
-"""A span is at least so wide that its number can be read."""
+_DIGIT: Final = 7
+"""A digit of the number in a span is so wide; a span has room for it."""
+
+
+class _Place(NamedTuple):
+    """Where a span is: its begin, its middle, its row and the line of the row."""
+
+    x: float
+    y: float
+    key: Key
+    level: int
 
 
 def chain(told: Mapping[str, Sequence[Record]], whole: Record, axis: Axis | None, words: Mapping[str, Words]) -> str:
     """Give the picture; nothing where there is nothing to draw. told: the incidents, by language."""
     incidents = next(iter(told.values()))
-    drawn = [one for one in incidents if nanoseconds(one["begin"]["t"]) is not None][:_SPANS]
+    drawn = _foremost(incidents, whole["order"])
     if axis is None or not drawn:
         return ""
     keys = sorted({key for one in drawn for key in keys_of(one)}, key=lambda key: (key[0] or "", key[1] or 0))[:_ROWS]
@@ -47,7 +58,7 @@ def chain(told: Mapping[str, Sequence[Record]], whole: Record, axis: Axis | None
     for key in keys:
         parts.append(text(named(key, several, words), 4, tops[key] + 12))
     by_id = {lang: {one["id"]: one for one in each} for lang, each in told.items()}
-    middles: dict[int, list[tuple[float, float]]] = {}
+    middles: dict[int, list[_Place]] = {}
     for one in drawn:
         number = one["id"]
         left, right = spans[number]
@@ -56,7 +67,7 @@ def chain(told: Mapping[str, Sequence[Record]], whole: Record, axis: Axis | None
             if key not in tops:
                 continue
             top = tops[key] + levels[number, key] * (_BAR + 2)
-            middles.setdefault(number, []).append((left, top + _BAR / 2))
+            middles.setdefault(number, []).append(_Place(left, top + _BAR / 2, key, levels[number, key]))
             parts.append(
                 f'<a href="#story-{_root(one, by_id)}"><rect class="{one["status"]}" x="{left:.1f}" y="{top:.1f}" '
                 f'width="{right - left:.1f}" height="{_BAR}" rx="2">{title(said)}</rect>'
@@ -65,6 +76,20 @@ def chain(told: Mapping[str, Sequence[Record]], whole: Record, axis: Axis | None
     parts += _arrows(drawn, incidents, middles, {number: right for number, (_, right) in spans.items()})
     parts.append("</svg>")
     return "".join(parts)
+
+
+def _foremost(incidents: Sequence[Record], order: Sequence[int]) -> list[Record]:
+    """Give the incidents that are drawn, in order of their numbers."""
+    by_id = {one["id"]: one for one in incidents if nanoseconds(one["begin"]["t"]) is not None}
+    chosen: dict[int, Record] = {}
+    for root in order:
+        waiting = [root]
+        while waiting and len(chosen) < _SPANS:
+            one = by_id.get(waiting.pop(0))
+            if one is not None and one["id"] not in chosen:
+                chosen[one["id"]] = one
+                waiting += [effect for effect in one["effects"] if effect in by_id and not by_id[effect]["root"]]
+    return [chosen[number] for number in sorted(chosen)]
 
 
 def keys_of(one: Record) -> list[Key]:
@@ -87,9 +112,10 @@ def named(key: Key, several: bool, words: Mapping[str, Words]) -> Texts:
 def _span(one: Record, axis: Axis) -> tuple[float, float]:
     begin = nanoseconds(one["begin"]["t"]) or 0
     end = None if one["end"] is None else nanoseconds(one["end"]["t"])
-    left = min(axis.x(begin), WIDTH - RIGHT - _LEAST)
+    least = 8 + _DIGIT * len(str(one["id"]))
+    left = min(axis.x(begin), WIDTH - RIGHT - least)
     right = axis.x(axis.end_ns if end is None else end)
-    return left, max(right, left + _LEAST)
+    return left, max(right, left + least)
 
 
 def _levels(
@@ -122,7 +148,7 @@ def _root(one: Record, by_id: Mapping[str, Mapping[int, Record]]) -> int:
 def _arrows(
     drawn: Sequence[Record],
     incidents: Sequence[Record],
-    middles: Mapping[int, Sequence[tuple[float, float]]],
+    middles: Mapping[int, Sequence[_Place]],
     ends: Mapping[int, float],
 ) -> list[str]:
     """Give an arrow a cause and consequence, with the delay and its limit beside the tip. ends: where spans end."""
@@ -132,15 +158,16 @@ def _arrows(
         cause = one["cause"]
         if cause is None or cause["id"] not in middles or one["id"] not in middles:
             continue
-        (x1, y1), (x2, y2) = min(
+        place, goal = min(
             ((start, goal) for start in middles[cause["id"]] for goal in middles[one["id"]]),
-            key=lambda both: abs(both[0][1] - both[1][1]),
+            key=lambda both: abs(both[0].y - both[1].y),
         )
+        (x1, y1), (x2, y2) = place[:2], goal[:2]
         said = delay(one, incidents)
-        if abs(y2 - y1) < _BAR + _BETWEEN:  # in the same row there is no room for an arrow
-            said = f"← {cause['id']} {said}".rstrip()
-            if x2 + 16 + extent(said) < WIDTH - RIGHT and x2 + 16 + extent(said) < ends[one["id"]]:
-                parts.append(f'<a><text class="on" x="{x2 + 16:.1f}" y="{y2 + 4:.1f}">{said}</text></a>')
+        if place.key == goal.key or goal.level:  # between the spans of one row there is no room for an arrow
+            said, room = f"← {cause['id']} {said}".rstrip(), 9 + _DIGIT * len(str(one["id"]))
+            if x2 + room + extent(said) < min(WIDTH - RIGHT, ends[one["id"]]):
+                parts.append(f'<a><text class="on" x="{x2 + room:.1f}" y="{y2 + 4:.1f}">{said}</text></a>')
             continue
         down = y2 > y1
         start, edge = (y1 + _BAR / 2, y2 - _BAR / 2) if down else (y1 - _BAR / 2, y2 + _BAR / 2)
@@ -152,18 +179,21 @@ def _arrows(
         if said:
             y = edge - 5 if down else edge + 12
             x = _free(labels, tip + 7, y, extent(said))
-            parts.append(f'<text class="soft halo" x="{x:.1f}" y="{y:.1f}">{said}</text>')
+            if x is not None:
+                parts.append(f'<text class="soft halo" x="{x:.1f}" y="{y:.1f}">{said}</text>')
     return parts
 
 
-def _free(labels: list[tuple[float, float, float]], x: float, y: float, size: float) -> float:
-    """Give where a label covers no other: there, or further right, or at last left of the edge."""
+def _free(labels: list[tuple[float, float, float]], wanted: float, y: float, size: float) -> float | None:
+    """Give where a label covers no other: there, or a little further right; None where it would be too far away."""
+    x = min(wanted, WIDTH - RIGHT - size)
     for left, right, line in sorted(labels):
         if abs(line - y) < 10 and left < x + size and x < right:
             x = right + 8
-    x = max(min(x, WIDTH - RIGHT - size), LEFT)
+    if x > wanted + _NEAR or x + size > WIDTH:
+        return None
     labels.append((x, x + size, y))
-    return x
+    return max(x, LEFT)
 
 
 def delay(one: Record, incidents: Sequence[Record]) -> str:

@@ -34,6 +34,8 @@ _DEEPEST: Final = 3
 class _Level(NamedTuple):
     """How much a page has."""
 
+    stories: int
+    """Stories that are told in full; of further ones only the first line."""
     steps: int
     """Steps of an incident."""
     parts: int
@@ -46,11 +48,12 @@ class _Level(NamedTuple):
 
 
 _LEVELS: Final = (
-    _Level(16, 40, 4000, PLOTS, 200),
-    _Level(8, 12, 1500, 3, 100),
-    _Level(4, 4, 500, 1, 50),
-    _Level(1, 1, 100, 0, 20),
-    _Level(0, 1, 0, 0, 0),
+    _Level(1000, 16, 40, 4000, PLOTS, 200),
+    _Level(100, 16, 40, 1500, PLOTS, 100),
+    _Level(40, 16, 12, 1000, 3, 50),
+    _Level(15, 16, 12, 500, 1, 20),
+    _Level(5, 8, 4, 100, 0, 20),
+    _Level(0, 0, 1, 0, 0, 0),
 )
 """The first that fits counts."""
 
@@ -142,6 +145,8 @@ def _groups(
 ) -> Iterator[dict[str, Any]]:
     by_id = {lang: {one["id"]: one for one in each.incidents} for lang, each in told.items()}
     roots = _roots(next(iter(told.values())))
+    full = {one["id"] for one in roots[: level.stories]}
+    brief = _LEVELS[-1]
     for status in _STATES:
         stories = [one for one in roots if one["status"] == status]
         if not stories:
@@ -151,8 +156,8 @@ def _groups(
             "heading": _both(told, lambda lang, status=status: words[lang].of("incident_heading", status)),
             "stories": [
                 {
-                    **_story(one, by_id, words, next(iter(told.values())).whole, level),
-                    "plots": markup(_plots(told, one, level.plots)),
+                    **_story(one, by_id, words, next(iter(told.values())).whole, level if one["id"] in full else brief),
+                    "plots": markup(_plots(told, one, level.plots)) if one["id"] in full else "",
                 }
                 for one in stories
             ],

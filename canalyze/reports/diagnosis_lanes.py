@@ -49,6 +49,12 @@ _PAD_NS: Final = 1_000_000_000
 _OTHERS: Final = 200
 _LANE: Final = re.compile(r"(nmt|drive)/(?:(.*)/)?node(\d+)(?:/axis(\d+))?")
 _HEIGHT: Final = 16
+_NARROW: Final = (0.3, 1.5, 4.0, 12.0, 50.0)
+"""States narrower than this are left out, in units: the first with which a lane is not too long counts."""
+_LONGEST: Final = 20_000
+"""Characters of a lane."""
+_FAULTS: Final = frozenset({"lost", "fault", "fault-reaction-active", "stopped"})
+"""States that are looked for."""
 
 
 @dataclass(slots=True)
@@ -267,7 +273,11 @@ def lanes(
             for lang, name in named(first.key, several, words).items()
         }
         parts.append(text(names, 4, top + 12))
-        parts += _periods(dict(zip(told, same, strict=True)), axis, top)
+        for least in _NARROW:
+            drawn = _periods(dict(zip(told, same, strict=True)), axis, top, least)
+            if sum(map(len, drawn)) < _LONGEST:
+                break
+        parts += drawn
     parts.append("</svg>")
     left_out = len(every) - len(shown)
     if left_out:
@@ -285,15 +295,21 @@ def _within(lane: Lane, axis: Axis) -> list[tuple[int, str | None, str | None]]:
     return entered + [change for change in lane.changes if axis.begin_ns <= change[0] <= axis.end_ns]
 
 
-def _periods(same: Mapping[str, Lane], axis: Axis, top: float) -> list[str]:
+def _periods(same: Mapping[str, Lane], axis: Axis, top: float, least: float) -> list[str]:
+    """Give the states of a lane; least: what is narrower is left out, behind another such one, unless it is a fault."""
     within = {lang: _within(lane, axis) for lang, lane in same.items()}
     first = next(iter(within.values()))
     parts = []
+    drawn_to = 0.0
     for place, (t_ns, state, of_class) in enumerate(first):
         if state is None:
             continue
         end = first[place + 1][0] if place + 1 < len(first) else axis.end_ns
         left, right = axis.x(t_ns), axis.x(end)
+        narrow = least / 4 if of_class in _FAULTS else least
+        if right - left < narrow and right - drawn_to < narrow:
+            continue
+        drawn_to = right
         said = {lang: changes[place][1] or "" for lang, changes in within.items()}
         spoken = {
             lang: f"{one} {(t_ns - axis.origin_ns) / 1e9:.3f}-{(end - axis.origin_ns) / 1e9:.3f} s"
