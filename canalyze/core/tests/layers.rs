@@ -459,7 +459,9 @@ fn words_for_people_stand_in_text_and_rules() {
         // What people write in a listing is read, whatever their language.
         let read = module == "readers::listing";
         // A kind of incident is declared with its words, as a rule is.
-        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"].iter().any(|room| belongs(&module, room));
+        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
+            .iter()
+            .any(|room| belongs(&module, room));
         let words = belongs(&module, "text") || declared || is_test(&module) || read;
         assert!(!chinese || words, "{module} holds Chinese words");
     }

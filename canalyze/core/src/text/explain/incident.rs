@@ -101,6 +101,11 @@ rows! {
         "the master switches the bit rate by LSS";
         "切换延迟结束"
         "the switch delay is over";
+    Scan "CiA 301 7.2.4.1" []
+        "主站或工具逐个询问节点ID, 没有安装的自然不回答"
+        "the master or a tool asks one node-ID after the other; those that are not installed do not answer";
+        "询问停止"
+        "the asking stops";
     NodeAbsent "CiA 301 7.2.4.1" []
         "节点未上电、未接线, 节点ID或波特率与主站配置不符"
         "the node has no power or no connection, or another node-ID or bit rate than the master expects";
