@@ -171,6 +171,7 @@ const MAY_USE: &[Row] = &[
             "od",
             "message",
             "dictionary",
+            "network",
             "finding",
             "event",
             "configuration",

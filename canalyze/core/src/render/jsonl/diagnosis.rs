@@ -68,7 +68,6 @@ fn for_people(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, on
 }
 
 /// Appends an incident, without the brace that closes it.
-
 fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident, phase: &'static str) {
     let (_, first, _) = diagnosis.extent();
     let row = one.kind.row();
