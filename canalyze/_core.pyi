@@ -405,11 +405,12 @@ class Rule:
 def rules(lang: str = "zh") -> list[Rule]:
     """Every rule, in order of its code, in words of that language."""
 
-def explain(line: str, lang: str = "zh") -> str | None:
+def explain(line: str, lang: str = "zh", network: Network | None = None) -> str | None:
     """One frame (candump log or console form, or cansend's ID#DATA) field by field; or what a code is.
 
-    A code is that of a rule, a kind of incident, an abort code, `8130h`, `1016h:01`, `182`, or one with a word before
-    it (`emcy 8130`, `register 11`, `statusword 0218`). None for anything else.
+    A code is that of a rule, a kind of incident, an abort code, `8130h`, `1016h:01`, `182`, one with a word before it
+    (`emcy 8130`, `register 11`, `statusword 0218`), or a term of CANopen (`inhibit time`). None for anything else.
+    network: descriptions of devices; one of node 0 is of a node that is not known.
     """
 
 def sniff(head: bytes, complete: bool) -> str | None:

@@ -118,7 +118,7 @@ def incident(row: Mapping[str, Any]) -> Incident:
         begin=Moment(row["begin"]["frame"], row["begin"]["t"]),
         noticed=Moment(row["noticed"]["frame"], row["noticed"]["t"]),
         end=None if end is None else Moment(end["frame"], end["t"]),
-        cause=None if cause is None else Cause(cause["id"], cause["link"], cause["grade"]),
+        cause=None if cause is None else Cause(**cause),
         effects=tuple(row["effects"]),
         steps=tuple(Step(**step) for step in row["steps"]),
         facts=row["facts"],

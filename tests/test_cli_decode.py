@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from captures import SHARED, Row
 from conftest import NOTES, Runner, annotates, command, environment
 
 
@@ -197,3 +198,76 @@ def test_output_that_cannot_be_written_is_one_line(canalyze: Runner, notes: str,
 def test_output_to_a_device_does_not_replace_it(canalyze: Runner, notes: str) -> None:
     assert canalyze("decode", notes, "-o", "/dev/null").code == 0
     assert Path("/dev/null").is_char_device()
+
+
+def _records(out: str) -> tuple[list[str], list[Row]]:
+    """The lines that are no incident, and the incidents."""
+    lines = out.splitlines()
+    incidents = [json.loads(line) for line in lines if line.startswith('{"kind":"incident"')]
+    return [line for line in lines if not line.startswith('{"kind":"incident"')], incidents
+
+
+EXAMPLES = ("node-lost", "node-restarted", "mapping-refused", "drive-fault", "all-well")
+
+
+@pytest.fixture
+def examples(canalyze: Runner) -> None:
+    """The five example captures."""
+    assert canalyze("examples", ".").code == 0
+
+
+@pytest.mark.usefixtures("examples")
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_incidents_as_they_change(canalyze: Runner, name: str) -> None:
+    told = canalyze("decode", "--format", "jsonl", "--incidents", f"{name}.log")
+    others, incidents = _records(told.out)
+    diagnosed = [json.loads(line) for line in canalyze("diagnose", "--format", "jsonl", f"{name}.log").lines]
+    ends = [{key: one[key] for key in one if key != "parts"} for one in incidents if one["phase"] == "final"]
+    assert ends == diagnosed, "the end is that of diagnose"
+    assert told.lines[-len(diagnosed) :] == [line for line in told.lines if '"phase":"final"' in line]
+    phases: dict[int, list[str]] = {}
+    for one in incidents:
+        phases.setdefault(one["id"], []).append(one["phase"])
+        if one["phase"] != "final":
+            assert one.keys() == diagnosed[0].keys()
+    for each in phases.values():
+        assert each[0] in ("opened", "final")
+        assert each.index("opened") < each.index("final") if "opened" in each and "final" in each else True
+    plain = canalyze("decode", "--format", "jsonl", f"{name}.log")
+    assert plain.lines == others, "who does not ask sees what was there before"
+
+
+@pytest.mark.usefixtures("examples")
+def test_incidents_are_opened_linked_and_ended(canalyze: Runner) -> None:
+    _, lost = _records(canalyze("decode", "--format", "jsonl", "--incidents", "node-restarted.log").out)
+    assert {"opened", "ended", "final"} <= {one["phase"] for one in lost}
+    linked = [one for one in lost if one["phase"] == "linked"]
+    assert all(one["cause"] is not None for one in linked)
+
+
+@pytest.mark.usefixtures("examples")
+def test_a_filter_leaves_incidents(canalyze: Runner) -> None:
+    asked = ("decode", "--format", "jsonl", "--incidents", "node-lost.log")
+    _, every = _records(canalyze(*asked).out)
+    frames, some = _records(canalyze(*asked, "--filter", "node=99").out)
+    assert some == every and not any('"kind":"frame"' in line for line in frames)
+
+
+@pytest.mark.usefixtures("examples")
+def test_incidents_in_lines(canalyze: Runner) -> None:
+    told = canalyze("decode", "--incidents", "--lang", "en", "node-lost.log")
+    assert any(line.startswith("# ✖ problem") for line in told.lines)
+    assert not any(line.startswith("# ✖") for line in canalyze("decode", "--lang", "en", "node-lost.log").lines)
+
+
+@pytest.mark.parametrize("path", sorted((SHARED / "stories").glob("*.log")), ids=lambda path: path.stem)
+def test_incidents_of_a_recorded_story(canalyze: Runner, path: Path) -> None:
+    _, incidents = _records(canalyze("decode", "--format", "jsonl", "--incidents", str(path)).out)
+    final = [one for one in incidents if one["phase"] == "final"]
+    for one in final:
+        one.pop("parts", None)  # of those that were told before they were one
+    assert final == [json.loads(line) for line in canalyze("diagnose", "--format", "jsonl", str(path)).lines]
+    known = {one["id"]: one["cause"] for one in incidents if one["phase"] == "opened"}
+    for one in (one for one in incidents if one["phase"] == "linked"):
+        assert one["cause"] != known.get(one["id"]), "a link is news"
+        known[one["id"]] = one["cause"]

@@ -5,6 +5,7 @@ What it must not do: test what is diagnosed.
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -78,6 +79,46 @@ def test_one_problem_in_full(canalyze: Runner) -> None:
     assert "> #39 " in done.out
     assert "heartbeat of node 5" in done.out
     assert canalyze("lost.log", "-n", "9").code == 2
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("name", ["node-lost", "node-restarted", "mapping-refused", "drive-fault"])
+def test_a_story_has_all_of_it(canalyze: Runner, name: str, lang: str) -> None:
+    assert canalyze("examples", ".").code == 0
+    incidents = [json.loads(line) for line in canalyze(f"{name}.log", "--format", "jsonl", "--lang", lang).lines]
+    for one in incidents:
+        told = canalyze(f"{name}.log", "-n", str(one["id"]), "--lang", lang)
+        assert told.code == 0 and "\\x" not in told.out
+        assert one["message"] in told.lines[0]
+        assert all(step["text"] in told.out and f"#{step['frame']} " in told.out for step in one["steps"])
+        assert all(entry["code"] in told.out for entry in one["findings"])
+        assert f"canalyze explain {one['incident']}" in told.lines[-1]
+        if one["cause"] is not None:
+            assert f"-n {one['cause']['id']}" in told.lines[-1]
+        if lang == "en":
+            assert not CHINESE.search(told.out)
+
+
+def test_what_tells_causes_apart(canalyze: Runner) -> None:
+    """Of a node that did not come back, what the capture cannot tell is said with what would."""
+    told = canalyze("lost.log", "-n", "1", "--lang", "en").out
+    assert "? it has not come back: power or connection cannot be told" in told
+    assert "+ no other node went silent with it" in told
+    assert "? no error frames are recorded" in told
+    assert told.count("berr-reporting") == 1
+    canalyze("examples", ".")
+    restarted = canalyze("node-restarted.log", "-n", "1", "--lang", "en").out
+    assert "+ it came back with a boot-up" in restarted and "cannot be told; its LEDs" not in restarted
+    refused = canalyze("mapping-refused.log", "-n", "1", "--lang", "en").out
+    assert "+ it was written later with success" in refused
+
+
+def test_why_it_is_a_consequence(canalyze: Runner) -> None:
+    canalyze("examples", ".")
+    lines = [json.loads(line) for line in canalyze("node-lost.log", "--format", "jsonl").lines]
+    effect = next(one for one in lines if one["cause"] is not None and one["cause"]["link"] == "L1")
+    told = canalyze("node-lost.log", "-n", str(effect["id"]), "--lang", "en").out
+    assert re.search(r"why: a heartbeat consumer \(1016h\).*; \+\d+ ms \(1016h \d+ ms\)", told)
 
 
 def test_only_some_problems(canalyze: Runner) -> None:

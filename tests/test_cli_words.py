@@ -35,6 +35,8 @@ SAID_BY_THE_CORE = {
         "incident_one",
         "incident_grade",
         "incident_heading",
+        "incident_impact",
+        "incident_link",
         "incident_role",
         "incident_status",
     ),

@@ -5,7 +5,11 @@ What it must not do: test how frames are explained.
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import pytest
+from captures import TESTS
 from conftest import Runner
 
 from canalyze._core import explain, rules
@@ -27,7 +31,24 @@ CODES = {
     "182": ("COB-ID 182h", "node 2"),
     "70Ah": ("COB-ID 70Ah", "node 10"),
     "000": ("COB-ID 000h", "NMT"),
-    "node-silent": ("node-silent", "impact A"),
+    "node-silent": ("node-silent", "impact A", "usual cause", "ends by", "HBT002", "CiA 301 7.2.8.3.2.2"),
+    "rpdo-timeout": ("impact A", "140xh:05"),
+    "inhibit-time": ("PDO004", "impact C", "100 µs"),
+    "heartbeat consumer time": ("1016h", "usual mistakes", "CiA 301 7.2.8.3.2.2, 7.5.2.19"),
+    "SYNC window": ("1007h", "synchronous PDOs"),
+    "toggle bit": ("05030000h",),
+    "life guarding": ("100Ch",),
+    "Node-Guarding": ("remote frame",),
+    "block transfer": ("CRC",),
+    "event timer": ("180xh:05",),
+    "COB-ID": ("bit 31",),
+    "lss": ("7E5h",),
+    "rpdo": ("140xh",),
+    "tpdo": ("180xh",),
+    "mpdo": ("8230h",),
+    "srdo": ("SRVT",),
+    "1017h": ("producer heartbeat time", "CiA 301 7.5.2.20", "turns it off"),
+    "1018h:04": ("serial number", "UNSIGNED32"),
 }
 
 
@@ -48,16 +69,45 @@ def test_every_rule_is_explained() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "foo", "emcy", "emcy zz", "statusword 12345", "register 111", "800:1:2", "1FFFFFFFF"]
+    "text", ["", "foo", "register", "emcy zz", "statusword 12345", "register 111", "800:1:2", "1FFFFFFFF"]
 )
 def test_what_is_no_code(text: str) -> None:
     assert explain(text, "en") is None
+
+
+def test_terms_are_found_in_both_languages() -> None:
+    assert explain("同步窗口", "zh") == explain("sync window", "zh")
+    assert explain("synchronous window length", "en") == explain("同步窗口长度", "en")
+
+
+def test_devices_are_described(canalyze: Runner, tmp_path: Path) -> None:
+    shutil.copy(TESTS.parent / "eds" / "drive.eds", tmp_path / "drive.eds")
+    of_node = canalyze("explain", "--lang", "en", "--eds", "5=drive.eds", "2000h:00", "185", "1014h")
+    assert of_node.code == 0
+    assert "drive.eds, node 5: 2000h:00 Motor temperature, INTEGER16, ro" in of_node.out
+    assert "node 5: TPDO1: 6041h:00 Statusword" in of_node.out
+    assert "default 00000085h (133)" in of_node.out
+    assert canalyze("explain", "2000h:00").code == 2, "no standard knows it"
+    of_any = canalyze("explain", "--lang", "en", "--eds", "drive.eds", "186", "1014h")
+    assert "TPDO1, where the node-ID is 6: 6041h:00 Statusword" in of_any.out
+    assert "default $NODEID+00000080h" in of_any.out
+
+
+def test_a_frame_is_read_by_its_device(canalyze: Runner, tmp_path: Path) -> None:
+    shutil.copy(TESTS.parent / "eds" / "drive.eds", tmp_path / "drive.eds")
+    described = canalyze("explain", "--lang", "en", "--eds", "5=drive.eds", "185#3702")
+    assert "statusword=0237h operation enabled" in described.out
+    assert "statusword" not in canalyze("explain", "--lang", "en", "185#3702").out
+    assert "statusword" not in canalyze("explain", "--lang", "en", "--eds", "drive.eds", "185#3702").out
+    missing = canalyze("explain", "--eds", "no.eds", "185")
+    assert missing.code == 2 and "no.eds" in missing.err
 
 
 def test_several_codes(canalyze: Runner) -> None:
     done = canalyze("explain", "--lang", "en", "06020000h", "8130h", "register 11")
     assert done.code == 0
     assert "object does not exist" in done.out and "communication error" in done.out
+    assert canalyze("explain", "--lang", "en", "sync", "window").out.startswith("SYNC window")
     mixed = canalyze("explain", "--lang", "en", "8130h", "foo")
     assert mixed.code == 2 and "EMCY" in mixed.out and "foo" in mixed.err
     assert canalyze("explain", "--lang", "en", "emcy", "8130").out.startswith("EMCY error code")

@@ -24,12 +24,14 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         time: str | None,
+        incidents: bool,
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
         depth = depth_of(form, words, brief=brief, explain=explain)
         names = inputs(files, words)
-        session = open_session(words, given, format=form, depth=depth, stamps=stamps, time=time, filter=expression)
+        shown = {"format": form, "depth": depth, "time": time, "filter": expression}
+        session = open_session(words, given, stamps=stamps, incidents=incidents, **shown)
         with open_output(output, force=force) as out:
             total = total_size(names)
             take = out.shown if form == "text" else out.write
@@ -45,6 +47,7 @@ def command(words: Words) -> click.Command:
         run,
         [
             *listing_options(words),
+            click.Option(["--incidents"], is_flag=True, help=words("decode.incidents")),
             *capture_options(words),
         ],
     )

@@ -7,7 +7,7 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 
 import json
 from collections.abc import Iterable, Iterator
-from typing import Any, Final, Unpack
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
 import click
 
@@ -18,6 +18,9 @@ from canalyze.reports import wording
 from canalyze.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import LANGUAGES, Words
+
+if TYPE_CHECKING:
+    from canalyze.reports.diagnosis_lanes import Beside
 
 KEYS: Final = (
     *("kind", "phase", "id", "incident", "subject", "status", "impact", "grade", "begin", "noticed", "end", "cause"),
@@ -43,6 +46,7 @@ def command(words: Words) -> click.Command:
         bus: str | None,
         fail_on: str | None,
         html: str | None,
+        frames: str | None,
         output: str | None,
         force: bool,
         expression: str | None,
@@ -52,6 +56,8 @@ def command(words: Words) -> click.Command:
         names = inputs(files, words)
         if html is not None and (STDIN in names or html == STDIN):
             raise click.UsageError(words("diagnose.story_stdin", option="--html"), click.get_current_context())
+        if frames is not None and html is None:
+            raise click.UsageError(words("diagnose.frames_html"), click.get_current_context())
         if story is not None and (STDIN in names or form != "text"):
             key = "usage.text_only" if form != "text" else "diagnose.story_stdin"
             raise click.UsageError(words(key, option="-n"), click.get_current_context())
@@ -80,9 +86,10 @@ def command(words: Words) -> click.Command:
                     diagnosis_text.show(shown, whole, out, words, names_shown, session.nature, everything=everything)
                 else:
                     lines = _around(names, incidents, story, given, stamps, words)
-                    diagnosis_text.tell(story, incidents, whole, lines, out, words)
+                    diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
             if html is not None and whole is not None:
-                _write_page(html, names, given, stamps, expression, words, force=force)
+                reading = _Reading(names, given, stamps, expression, words)
+                _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
             told(code, out, words, stream=total is None, some=whole is not None)
             if whole is None:
                 out.drop()
@@ -100,6 +107,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--node"], type=click.IntRange(1, 127), metavar="N", help=words("diagnose.node")),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
             click.Option(["--html"], type=ANY_PATH, metavar="FILE", help=words("diagnose.html")),
+            click.Option(["--frames"], type=OneOf(("near", "all"), words), help=words("diagnose.html_option")),
             click.Option(["--fail-on"], type=OneOf(tuple(FAIL_ON), words), help=words("diagnose.fail_on")),
             format_option(words, "diagnose"),
             *capture_options(words),
@@ -159,48 +167,84 @@ def _near(incidents: Iterable[dict[str, Any]]) -> set[int]:
     }
 
 
+class _Reading(NamedTuple):
+    """How the capture is read again."""
+
+    names: tuple[str, ...]
+    given: CaptureOptions
+    stamps: str
+    expression: str | None
+    words: Words
+
+
 def _write_page(
     html: str,
-    names: tuple[str, ...],
-    given: CaptureOptions,
-    stamps: str,
-    expression: str | None,
-    words: Words,
+    reading: _Reading,
+    incidents: list[dict[str, Any]],
+    whole: dict[str, Any],
     *,
+    every: bool,
     force: bool,
 ) -> None:
-    """Write the page: the capture is read once for each language, and once more for the frames."""
+    """Write the page: the capture is read twice for each language. every: with all frames."""
     from canalyze.reports.diagnosis_html import Told, page
 
     told_of: dict[str, Told] = {}
     with FileOutput(html, force=force) as file:
         for lang in LANGUAGES:
             spoken = Words(lang)
-            results: list[bytes] = []
-            session = open_session(spoken, given, format="diagnosis", stamps=stamps, filter=expression)
-            Run(session, spoken, Progress(words, Output(), None), results.append, given, tell=lambda _: None).over(
-                names
-            )
-            records = [json.loads(line) for line in b"".join(results).splitlines()]
-            incidents = [one for one in records if one["kind"] == "incident"]
-            lines = _lines(names, _near(incidents), given, stamps, spoken)
-            told_of[lang] = Told(incidents, records[-1], lines)
-        file.write(page(told_of, ", ".join(wording.capture_name(name) for name in names), words.lang))
+            records, beside = _again(reading, spoken, incidents, whole)
+            found = [one for one in records if one["kind"] == "incident"]
+            near = _near(found)
+            lines = _lines(reading.names, None if every else near, reading.given, reading.stamps, spoken)
+            close = {number: line for number, line in lines.items() if number in near}
+            told_of[lang] = Told(found, records[-1], close, beside, lines if every else None)
+        name = ", ".join(wording.capture_name(name) for name in reading.names)
+        file.write(page(told_of, name, reading.words.lang))
+
+
+def _again(
+    reading: _Reading, spoken: Words, incidents: list[dict[str, Any]], whole: dict[str, Any]
+) -> tuple[list[dict[str, Any]], "Beside"]:
+    """Read again in another language: what is diagnosed, and what is shown beside it."""
+    from canalyze.reports.diagnosis_lanes import SIGNALS, TABLES, Gatherer
+
+    gatherer = Gatherer(incidents, whole["order"])
+    select = gatherer.select
+    session = open_session(
+        spoken,
+        reading.given,
+        format="diagnosis",
+        stamps=reading.stamps,
+        filter=reading.expression,
+        tables=(*TABLES, SIGNALS) if select else TABLES,
+        select=select,
+    )
+    results: list[bytes] = []
+
+    def take(result: bytes) -> None:
+        results.append(result)
+        gatherer.take(session.batches())
+
+    progress = Progress(reading.words, Output(), None)
+    Run(session, spoken, progress, take, reading.given, tell=lambda _: None).over(reading.names)
+    gatherer.take(session.batches(flush=True))
+    return [json.loads(line) for line in b"".join(results).splitlines()], gatherer.beside()
 
 
 def _lines(
-    names: tuple[str, ...], wanted: set[int], given: CaptureOptions, stamps: str, words: Words
+    names: tuple[str, ...], wanted: set[int] | None, given: CaptureOptions, stamps: str, words: Words
 ) -> dict[int, str]:
-    """Read again, and keep the annotated lines of frames, by their numbers."""
+    """Read again, and keep the annotated lines of frames, by their numbers; wanted: None: of all."""
     kept: dict[int, str] = {}
 
     def take(result: bytes) -> None:
         for line in result.splitlines():
             record = json.loads(line)
-            if record["frame"] in wanted:
+            if wanted is None or record["frame"] in wanted:
                 kept[record["frame"]] = record["text"]
 
-    session = open_session(words, given, format="lines", stamps=stamps)
+    session = open_session(words, given, format="lines", stamps=stamps, time="z")
     Run(session, words, Progress(words, Output(), total_size(names)), take, given, tell=lambda _: None).over(names)
     return kept
 

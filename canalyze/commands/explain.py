@@ -1,26 +1,36 @@
-"""`canalyze explain`: a frame field by field, or a code. The core reads it and finds the words; this joins and asks."""
+"""`canalyze explain`: a frame field by field, a code or a term.
+
+The core reads it and finds the words; this joins and asks.
+"""
+
+from typing import TYPE_CHECKING
 
 import click
 
+from canalyze import network
 from canalyze.errors import SourceError
 from canalyze.help import Command
+from canalyze.options import Spelled
 from canalyze.output import Output, complain
 from canalyze.run import piped
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze import _core
 
 
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
-    def run(frame: tuple[str, ...]) -> int:
+    def run(frame: tuple[str, ...], eds: tuple[network.Description, ...]) -> int:
         nothing = click.UsageError(words("explain.nothing"), click.get_current_context())
-        if frame == ("-",):
-            return _Explained(words).lines(None)
-        if not frame and piped():
-            return _Explained(words).lines(nothing)
-        if not frame:
+        if not frame and not piped():
             raise nothing
-        explained = _Explained(words)
+        explained = _Explained(words, _devices(eds))
+        if frame == ("-",):
+            return explained.lines(None)
+        if not frame:
+            return explained.lines(nothing)
         for line in _frames(frame):
             explained.add(line, words("explain.no_frame", line=line or repr(line)))
         return explained.code
@@ -29,8 +39,33 @@ def command(words: Words) -> click.Command:
         "explain",
         words,
         run,
-        [click.Argument(["frame"], nargs=-1, type=click.UNPROCESSED, metavar="FRAME")],
+        [
+            click.Argument(["frame"], nargs=-1, type=click.UNPROCESSED, metavar="FRAME"),
+            click.Option(
+                ["--eds"],
+                type=Spelled(network.description, "eds", words),
+                metavar="[[BUS:]NODE=]FILE",
+                multiple=True,
+                help=words("explain.eds"),
+            ),
+        ],
     )
+
+
+def _devices(given: tuple[network.Description, ...]) -> "_core.Network | None":
+    """Read the descriptions; one of which nobody says whose it is holds for objects and COB-IDs of any node."""
+    if not given:
+        return None
+    from canalyze import _core
+    from canalyze.dictionary import load
+    from canalyze.dictionary.rows import flat
+
+    descriptions = []
+    for one in given:
+        found = load(one.file)
+        table = flat(found)
+        descriptions += [(one.bus, node, table) for node in one.nodes or (found.node or 0,)]
+    return _core.Network(descriptions=descriptions)
 
 
 def _frames(arguments: tuple[str, ...]) -> list[str]:
@@ -38,7 +73,11 @@ def _frames(arguments: tuple[str, ...]) -> list[str]:
     from canalyze._core import explain
 
     line = " ".join(arguments)
-    if all("#" in argument for argument in arguments) or all(map(explain, arguments)):
+    if all("#" in argument for argument in arguments):
+        return list(arguments)
+    # The name of a term has several words, and some of them are terms by themselves; behind a frame nothing counts.
+    is_name = "[" not in line and "#" not in line and explain(line) is not None
+    if not is_name and all(map(explain, arguments)):
         return list(arguments)
     several = explain(line) is None and "[" not in line and any(map(explain, arguments))
     return list(arguments) if several else [line]
@@ -47,9 +86,10 @@ def _frames(arguments: tuple[str, ...]) -> list[str]:
 class _Explained:
     """Explanations on their way out, with a blank line between."""
 
-    def __init__(self, words: Words) -> None:
-        """Nothing explained yet."""
+    def __init__(self, words: Words, devices: "_core.Network | None") -> None:
+        """Nothing explained yet. devices: what is known of them."""
         self.code = 0
+        self._devices = devices
         self._words = words
         self._out = Output()
         self._between = ""
@@ -58,7 +98,7 @@ class _Explained:
         """Explain one frame; what is none is answered with `otherwise`."""
         from canalyze._core import explain
 
-        text = explain(line, self._words.lang)
+        text = explain(line, self._words.lang, self._devices)
         if text is None:
             complain(f"canalyze: {otherwise}")
             self.code = 2

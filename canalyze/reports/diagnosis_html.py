@@ -1,21 +1,24 @@
 """The diagnosis as one page for a browser: nothing is loaded, everything of a capture is escaped, both languages in it.
 
-The template and what it shows are in `templates`; the picture is made by `diagnosis_chain`. Must not: judge, or read a
-capture.
+The template and what it shows are in `templates`; pictures are made by `diagnosis_chain` and `diagnosis_lanes`. Must
+not: judge, or read a capture.
 """
 
 import base64
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from canalyze.errors import OutputError
+from canalyze.library.event import nanoseconds
 from canalyze.output import printable
+from canalyze.reports.diagnosis_axis import axis_of
 from canalyze.reports.diagnosis_chain import chain
-from canalyze.reports.diagnosis_text import extent, verdict
-from canalyze.words import LANGUAGES, Words
+from canalyze.reports.diagnosis_lanes import KINDS, PLOTS, Beside, Lane, lanes, plots, tree_of
+from canalyze.reports.diagnosis_text import checks_of, extent, verdict
+from canalyze.words import Words
 
 Record = Mapping[str, Any]
 Pair = dict[str, str]
@@ -26,8 +29,33 @@ MOST: Final = 1_000_000
 _TEMPLATES: Final = Path(__file__).with_name("templates")
 _STATES: Final = ("stands", "unknown", "over", "harmless")
 _DEEPEST: Final = 3
-_LEVELS: Final = ((16, 40, 4000), (8, 12, 1500), (4, 4, 500), (1, 1, 100), (0, 1, 0))
-"""Steps of an incident, incidents of a story and frames that a page has: the first that fits counts."""
+
+
+class _Level(NamedTuple):
+    """How much a page has."""
+
+    stories: int
+    """Stories that are told in full; of further ones only the first line."""
+    steps: int
+    """Steps of an incident."""
+    parts: int
+    """Incidents of a story."""
+    frames: int
+    plots: int
+    """Values that are drawn of a story."""
+    others: int
+    """Findings that belong to no incident."""
+
+
+_LEVELS: Final = (
+    _Level(1000, 16, 40, 4000, PLOTS, 200),
+    _Level(100, 16, 40, 1500, PLOTS, 100),
+    _Level(40, 16, 12, 1000, 3, 50),
+    _Level(15, 16, 12, 500, 1, 20),
+    _Level(5, 8, 4, 100, 0, 20),
+    _Level(0, 0, 1, 0, 0, 0),
+)
+"""The first that fits counts."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +65,11 @@ class Told:
     incidents: Sequence[Record]
     whole: Record
     lines: Mapping[int, str]
-    """The annotated frames around the steps, by number."""
+    """The annotated frames around the steps, by number: several lines where there are findings."""
+    beside: Beside = field(default_factory=Beside)
+    """States, values, other findings."""
+    every: Mapping[int, str] | None = None
+    """The annotated frames, all of them, where they are to be in the page."""
 
 
 def page(told: Mapping[str, Told], name: str, lang: str) -> bytes:
@@ -47,17 +79,21 @@ def page(told: Mapping[str, Told], name: str, lang: str) -> bytes:
     """
     try:
         from jinja2 import Environment, FileSystemLoader, select_autoescape
-        from markupsafe import Markup
+        from markupsafe import Markup, escape
     except ImportError as error:
         raise OutputError("diagnose.needs_html", error=error) from error
 
-    words = {one: Words(one) for one in LANGUAGES}
+    words = {one: Words(one) for one in told}
     style, script = ((_TEMPLATES / f"diagnosis.{end}").read_text(encoding="utf-8") for end in ("css", "js"))
     environment = Environment(loader=FileSystemLoader(_TEMPLATES), autoescape=select_autoescape(default=True))
     template = environment.get_template("diagnosis.html")
     first = told[lang]
+    axis = axis_of(first.incidents, first.whole)
+    of_lanes = {one: each.beside.lanes for one, each in told.items()}
+    every = {one: escape(_every(each.every)) for one, each in told.items() if each.every is not None}
+    most = MOST + sum(len(text.encode("utf-8", "backslashreplace")) for text in every.values())
     made = b""
-    for steps, parts, frames in _LEVELS:
+    for level in _LEVELS:
         made = template.render(
             lang=lang,
             name=printable(name),
@@ -67,13 +103,17 @@ def page(told: Mapping[str, Told], name: str, lang: str) -> bytes:
             style_hash=_hash(style),
             script_hash=_hash(script),
             verdict=_verdict(told, words),
-            extent=extent(first.whole, words[lang]),
-            chain=Markup(chain(first.incidents, first.whole, *_names(words[lang]))),
-            groups=list(_groups(told, words, steps, parts)),
+            extent={one: extent(each.whole, words[one]) for one, each in told.items()},
+            chain=Markup(chain({one: each.incidents for one, each in told.items()}, first.whole, axis, words)),
+            lanes=Markup(lanes(of_lanes, first.incidents, first.whole, axis, words)),
+            groups=list(_groups(told, words, level, Markup)),
             nodes=list(_nodes(told, words)),
-            frames=list(_frames(told, frames)),
+            others=list(_others(told, level.others)),
+            frames=list(_frames(told, level.frames)),
+            every=every,
+            steps=",".join(str(number) for number in sorted(_step_frames(first))),
         ).encode("utf-8", "backslashreplace")
-        if len(made) < MOST:
+        if len(made) < most:
             break
     return made
 
@@ -81,10 +121,6 @@ def page(told: Mapping[str, Told], name: str, lang: str) -> bytes:
 def _hash(text: str) -> str:
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     return f"sha256-{digest}"
-
-
-def _names(words: Words) -> tuple[str, str]:
-    return words("diagnose.html_bus"), words("diagnose.html_node")
 
 
 def _both(told: Mapping[str, Told], give: Any) -> Pair:
@@ -104,9 +140,13 @@ def _roots(told: Told) -> list[Record]:
     return [by_id[number] for number in told.whole["order"] if number in by_id]
 
 
-def _groups(told: Mapping[str, Told], words: Mapping[str, Words], steps: int, parts: int) -> Iterator[dict[str, Any]]:
+def _groups(
+    told: Mapping[str, Told], words: Mapping[str, Words], level: _Level, markup: Callable[[str], str]
+) -> Iterator[dict[str, Any]]:
     by_id = {lang: {one["id"]: one for one in each.incidents} for lang, each in told.items()}
     roots = _roots(next(iter(told.values())))
+    full = {one["id"] for one in roots[: level.stories]}
+    brief = _LEVELS[-1]
     for status in _STATES:
         stories = [one for one in roots if one["status"] == status]
         if not stories:
@@ -114,20 +154,37 @@ def _groups(told: Mapping[str, Told], words: Mapping[str, Words], steps: int, pa
         yield {
             "status": status,
             "heading": _both(told, lambda lang, status=status: words[lang].of("incident_heading", status)),
-            "stories": [_story(one, by_id, words, steps, parts) for one in stories],
+            "stories": [
+                {
+                    **_story(one, by_id, words, next(iter(told.values())).whole, level if one["id"] in full else brief),
+                    "plots": markup(_plots(told, one, level.plots)) if one["id"] in full else "",
+                }
+                for one in stories
+            ],
         }
 
 
+def _plots(told: Mapping[str, Told], root: Record, most: int) -> str:
+    first = next(iter(told.values()))
+    values = {lang: one.beside.plots.get(root["id"], [])[:most] for lang, one in told.items()}
+    story = tree_of(root, {one["id"]: one for one in first.incidents})
+    return plots(values, story, nanoseconds(first.whole["begin"]) or 0)
+
+
 def _story(
-    root: Record, by_id: Mapping[str, Mapping[int, Record]], words: Mapping[str, Words], steps: int, parts: int
+    root: Record,
+    by_id: Mapping[str, Mapping[int, Record]],
+    words: Mapping[str, Words],
+    whole: Record,
+    level: _Level,
 ) -> dict[str, Any]:
     first = next(iter(by_id.values()))
-    tree = list(_tree(root, first, 0))[:parts]
+    tree = list(_tree(root, first, 0))[: level.parts]
     return {
         "id": root["id"],
         "status": root["status"],
         "title": _message(root["id"], by_id),
-        "parts": [_part(one, depth, by_id, words, steps) for depth, one in tree],
+        "parts": [_part(one, depth, by_id, words, (level.steps, whole)) for depth, one in tree],
     }
 
 
@@ -143,9 +200,13 @@ def _message(number: int, by_id: Mapping[str, Mapping[int, Record]]) -> Pair:
 
 
 def _part(
-    one: Record, depth: int, by_id: Mapping[str, Mapping[int, Record]], words: Mapping[str, Words], steps: int
+    one: Record,
+    depth: int,
+    by_id: Mapping[str, Mapping[int, Record]],
+    words: Mapping[str, Words],
+    shown: tuple[int, Record],
 ) -> dict[str, Any]:
-    number = one["id"]
+    number, (steps, whole) = one["id"], shown
     because: Pair | None = None
     if one["cause"] is not None:
         because = {}
@@ -155,18 +216,28 @@ def _part(
             title = printable(cause["message"])
             because[lang] = words[lang]("diagnose.because", number=cause["id"], title=title, grade=grade)
     return {
+        "id": number,
         "depth": depth,
         "status": one["status"],
         "title": _message(number, by_id),
         "standing": {lang: words[lang].of("incident_status", one["status"]) for lang in by_id},
         "because": because,
         "checks": [
-            {lang: incidents[number]["checks_text"][place] for lang, incidents in by_id.items()}
-            for place in range(len(one["checks_text"]) if steps else 0)
+            {lang: checks_of(incidents[number])[place] for lang, incidents in by_id.items()}
+            for place in range(len(checks_of(one)) if steps else 0)
+        ],
+        "apart": [
+            {
+                "told": one["apart"][place]["told"],
+                "text": {
+                    lang: printable(incidents[number]["apart"][place]["text"]) for lang, incidents in by_id.items()
+                },
+            }
+            for place in range(len(one["apart"]) if steps else 0)
         ],
         "steps": [
             {
-                "t": step["t"] or "",
+                "t": _since(step["t"], whole),
                 "frame": step["frame"],
                 "role": {lang: words[lang].of("incident_role", step["role"]) for lang in by_id},
                 "text": {
@@ -179,22 +250,74 @@ def _part(
     }
 
 
+def _since(t: str | None, whole: Record) -> str:
+    """Give a time from the begin of the capture."""
+    t_ns, begin = nanoseconds(t), nanoseconds(whole["begin"])
+    return "" if t_ns is None or begin is None else f"{(t_ns - begin) / 1e9:.3f} s"
+
+
 def _nodes(told: Mapping[str, Told], words: Mapping[str, Words]) -> Iterator[dict[str, Any]]:
     first = next(iter(told.values()))
     by_id = {one["id"]: one for one in first.incidents}
+    last = {lang: {(lane.kind, lane.key, lane.axis): lane for lane in one.beside.lanes} for lang, one in told.items()}
     for node in first.whole["nodes"]:
         found = by_id.get(node["incident"])
         key = "diagnose.html_ok" if found is None else "diagnose.html_see"
+        mine = [lane for lane in last[next(iter(told))] if lane[1] == (node["bus"], node["node"])]
         yield {
             "name": f"{printable(node['bus'] or '')} {node['node']}".strip(),
             "status": "over" if found is None else found["status"],
+            "story": None if found is None else found["id"],
             "said": {lang: words[lang](key, number=node["incident"]) for lang in told},
+            "states": [
+                {lang: f"{words[lang](KINDS[name[0]])}: {_last_state(last[lang][name]) or '-'}" for lang in told}
+                for name in sorted(mine, key=lambda name: (name[0] != "nmt", name[2]))
+            ],
         }
+
+
+def _last_state(lane: Lane) -> str:
+    return printable(lane.changes[-1][1] or "") if lane.changes else ""
+
+
+def _others(told: Mapping[str, Told], most: int) -> Iterator[dict[str, Any]]:
+    """Give the findings that belong to no incident, the most severe first."""
+    grades = ("error", "warning", "info")
+    same = list(zip(*(one.beside.others for one in told.values()), strict=True))
+    same.sort(key=lambda one: grades.index(one[0].severity) if one[0].severity in grades else len(grades))
+    for one in same[:most]:
+        first = one[0]
+        yield {
+            "code": first.code,
+            "severity": first.severity,
+            "frame": first.frame,
+            "count": first.count,
+            "text": {lang: printable(each.message) for lang, each in zip(told, one, strict=True)},
+        }
+
+
+def _step_frames(told: Told) -> set[int]:
+    return {step["frame"] for one in told.incidents for step in (one["begin"], *one["steps"])}
 
 
 def _frames(told: Mapping[str, Told], most: int) -> Iterator[dict[str, Any]]:
     first = next(iter(told.values()))
-    steps = {step["frame"] for one in first.incidents for step in one["steps"]}
+    steps = _step_frames(first)
     for number in sorted(first.lines)[:most]:
-        text = {lang: printable(one.lines.get(number, "")) for lang, one in told.items()}
+        text = {lang: _lines(one.lines.get(number, "")) for lang, one in told.items()}
         yield {"number": number, "step": number in steps, "text": text}
+
+
+def _lines(text: str) -> str:
+    """Give the lines of a frame, each without what could break it."""
+    return "\n".join(printable(line) for line in text.split("\n"))
+
+
+def _every(lines: Mapping[int, str]) -> str:
+    """Give all lines as the script reads them: the number, a tab, the line; without a number what follows a frame."""
+    parts = []
+    for number in sorted(lines):
+        first, *more = lines[number].split("\n")
+        parts.append(f"{number}\t{printable(first)}")
+        parts += [f"\t{printable(line)}" for line in more if line]
+    return "\n".join(parts)

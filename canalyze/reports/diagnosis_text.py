@@ -5,12 +5,16 @@ how to see it. Must not: judge.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.layout import pad, width
 from canalyze.output import Output, printable
 from canalyze.reports import wording
+from canalyze.reports.diagnosis_chain import delay, milliseconds
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Rule
 
 LINES: Final = 25
 """Most lines of a report that does not show everything."""
@@ -22,6 +26,10 @@ _SHORT_S: Final = 2.0
 """A capture shorter than this, in s, shows no heartbeat that stays away."""
 _COLUMN: Final = 100
 """Where the numbers of frames stand."""
+_FRAMES: Final = 8
+"""Frames that are named of one rule."""
+_APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
+"""Checks that say what tells causes apart."""
 _STATES: Final = ("stands", "unknown", "over", "harmless")
 
 Record = Mapping[str, Any]
@@ -71,32 +79,113 @@ def tell(
     lines: Mapping[int, str],
     out: Output,
     words: Words,
+    names: Sequence[str],
 ) -> None:
-    """Write one story in full. lines: the annotated frames around its steps, by their number."""
+    """Write one story in full. lines: the annotated frames around its steps, by their number; names: the files."""
     by_id = {one["id"]: one for one in incidents}
+    rules = {rule.code: rule.message for rule in _rules(words.lang)}
     shown = set[int]()
+    story_lines: list[str] = []
     for depth, one in _tree(by_id[story], by_id, 0):
-        indent = "  " * depth
-        head = f"{one['id']}  {_title(one, words)}" if not depth else f"→ {_title(one, words)}"
-        out.text(indent + head + f"  [{words.of('incident_status', one['status'])}]" + "\n")
-        if one["cause"] is not None:
-            out.text(f"{indent}   {_because(one, by_id, words)}\n")
-        for step in one["steps"]:
-            role = words.of("incident_role", step["role"])
-            at = _seconds(step["t"], whole, words)
-            rule = f" {step['finding']}" if step["finding"] else ""
-            out.text(f"{indent}   {role} {at} #{step['frame']}: {printable(step['text'])}{rule}\n")
-            for frame in range(step["frame"] - 2, step["frame"] + 3):
-                if frame in lines and frame not in shown:
-                    shown.add(frame)
-                    mark = ">" if frame == step["frame"] else " "
-                    for line in printable(lines[frame]).splitlines()[:1]:
-                        out.text(f"{indent}     {mark} #{frame} {line}\n")
-        for text in one["checks_text"]:
-            out.text(f"{indent}   {words('diagnose.check_first', said=text)}\n")
-        if one["findings"]:
-            found = ", ".join(f"{entry['code']} #{entry['frame']}" for entry in one["findings"][:8])
-            out.text(f"{indent}   {words('diagnose.findings', said=found)}\n")
+        indent = "   " * depth
+        told = [*_head(one, depth, by_id, words), *_steps(one, whole, lines, shown, words)]
+        told += _advice(one, words)
+        told += _findings(one, rules, words)
+        story_lines += [indent + line for line in told]
+        if not depth and any(effect in by_id and not by_id[effect]["root"] for effect in one["effects"]):
+            story_lines.append(words("diagnose.consequences"))
+    story_lines.append(_further(by_id[story], names, words))
+    for line in story_lines:
+        out.text(line.rstrip() + "\n")
+
+
+def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) -> list[str]:
+    """Give what it is, how it stands, and why."""
+    standing = words.of("incident_status", one["status"])
+    impact = words.of("incident_impact", one["impact"])
+    grade = words.of("incident_grade", one["grade"])
+    lines = [
+        f"{'→ ' if depth else ''}{one['id']}  {_title(one, words)}  [{standing}]",
+        "   " + words("diagnose.meaning", impact=impact, grade=grade),
+    ]
+    if one["repeats"]["count"] > 1:
+        longest = milliseconds(one["repeats"].get("longest_ns", 0))
+        lines.append("   " + words("diagnose.repeats", count=one["repeats"]["count"], longest=longest))
+    if one["cause"] is not None:
+        lines.append(f"   {_because(one, by_id, words)}")
+        said = delay(one, list(by_id.values()))
+        why = words.of("incident_link", one["cause"]["link"])
+        lines.append("   " + words("diagnose.why", said=f"{why}{words('diagnose.between')}{said}" if said else why))
+    return lines
+
+
+def _steps(one: Record, whole: Record, lines: Mapping[int, str], shown: set[int], words: Words) -> list[str]:
+    """Give what happened, with the annotated frames around it; a frame is shown once."""
+    found: list[str] = []
+    steps = one["steps"] or [{**one["begin"], "role": "sign", "text": one["message"], "finding": None}]
+    for step in steps:
+        role = words.of("incident_role", step["role"])
+        at = _seconds(step["t"], whole, words)
+        found.append(f"   {at} #{step['frame']} {role}: {printable(step['text'])}".replace("    #", "   #"))
+        for frame in range(step["frame"] - 2, step["frame"] + 3):
+            if frame not in lines or frame in shown:
+                continue
+            shown.add(frame)
+            mark = ">" if frame == step["frame"] else " "
+            first, *notes = lines[frame].split("\n")
+            found.append(f"     {mark} #{frame} {printable(first)}")
+            found += [f"            {printable(note)}" for note in notes if note]
+    return found
+
+
+def _advice(one: Record, words: Words) -> list[str]:
+    """Give what tells the causes apart, and what to look at first."""
+    lines = []
+    if one["apart"]:
+        lines.append("   " + words("diagnose.apart"))
+        lines += [f"     {'+' if tell['told'] else '?'} {printable(tell['text'])}" for tell in one["apart"]]
+    checks = checks_of(one)
+    if checks:
+        lines.append("   " + words("diagnose.html_check") + words("diagnose.colon"))
+        lines += [f"     {place}. {printable(text)}" for place, text in enumerate(checks, 1)]
+    return lines
+
+
+def checks_of(one: Record) -> list[str]:
+    """Give what to look at first, without what the lines that tell causes apart say."""
+    pairs = zip(one["checks"], one["checks_text"], strict=True)
+    return [text for name, text in pairs if not (one["apart"] and name in _APART)]
+
+
+def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
+    """Give the findings in it, those of one rule in a line."""
+    frames: dict[str, list[int]] = {}
+    for entry in one["findings"]:
+        frames.setdefault(entry["code"], []).append(entry["frame"])
+    lines = [] if not frames else ["   " + words("diagnose.found")]
+    for code, numbers in frames.items():
+        at = ", ".join(f"#{number}" for number in sorted(numbers)[:_FRAMES])
+        more = " …" if len(numbers) > _FRAMES else ""
+        lines.append(f"     {code} {at}{more}  {rules.get(code, '')}")
+    return lines
+
+
+def _further(one: Record, names: Sequence[str], words: Words) -> str:
+    """Give what to type next."""
+    file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
+    commands = [
+        f"canalyze explain {one['incident']}",
+        f"canalyze decode {file} --filter frame={_around(one['begin']['frame'])}",
+    ]
+    if one["cause"] is not None:
+        commands.insert(0, f"canalyze {file} -n {one['cause']['id']}")
+    return str(words("diagnose.more", said=" · ".join(commands)))
+
+
+def _rules(lang: str) -> "Sequence[Rule]":
+    from canalyze._core import rules
+
+    return rules(lang)
 
 
 def stories(roots: Sequence[Record], incidents: Sequence[Record], words: Words) -> list[str]:

@@ -33,6 +33,14 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "text for people; jsonl is one JSON object a line.",
     ),
     (
+        "decode.incidents",
+        "另写出问题(与 diagnose 相同)的变化：text 为注释行；jsonl 为 kind 是 incident 的对象，phase 依次为 "
+        "opened(出现)、linked(找到起因)、ended(恢复)，结束时每个问题再写一次 final。不受 --filter 影响。",
+        "Also tell of problems, those of diagnose, as they change: text has comment lines, jsonl objects of the kind "
+        "incident whose phase is opened, linked (its cause is found), ended, and at the end final for each. A filter "
+        "does not apply to them.",
+    ),
+    (
         "decode.time",
         "时间的写法，同candump：a 绝对，d 与上一帧之差，z 从零开始，A 日期和时间(UTC)，n 不写；不给则照原样。",
         "How stamps are written, as in candump: a absolute, d delta, z zero-based, A date and time in UTC, n none; "
@@ -56,19 +64,27 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze decode --format jsonl capture.log | jq -r .text",
     ),
     # explain
-    ("explain.short", "逐字段解释一帧", "Explain one frame field by field"),
+    ("explain.short", "解释一帧、一个代码或一个术语", "Explain a frame, a code or a term"),
     ("explain.usage", "[选项] 帧...", "[OPTIONS] FRAME..."),
     (
         "explain.help",
         "逐字段、逐位解释一帧或几帧。帧可以是cansend的写法，也可以是贴进来的一行candump输出（引号可省）；“-”从标准输入逐行读，"
         "跳过空行和以 # 开头的行。"
         "单独的一帧没有上下文，所以只说它自身能说明的内容。也可以给出代码：规则(HBT002)、问题的种类(node-silent)、SDO中止码、"
-        "EMCY代码、错误寄存器、状态字、控制字、对象、COB-ID。",
+        "EMCY代码、错误寄存器、状态字、控制字、对象、COB-ID；或CANopen的术语(SYNC窗口、抑制时间、寿命保护、块传输)，"
+        "说明它是什么、在哪里定义、常见错误。",
         "Explain a frame, or several, every field and bit. A frame is in cansend's form or a pasted line of candump "
         "(quotes may be left out); '-' reads lines from standard input and skips blank lines and those that begin "
         "with #. A frame alone has no history, so only what it says by itself is said. Codes are explained, too: "
         "a rule (HBT002), a kind of problem (node-silent), an SDO abort code, an EMCY code, an error register, "
-        "a statusword or controlword, an object, a COB-ID.",
+        "a statusword or controlword, an object, a COB-ID; and terms of CANopen (sync window, inhibit time, life "
+        "guarding, block transfer): what it is, where it is defined, what usually goes wrong.",
+    ),
+    (
+        "explain.eds",
+        "设备描述（EDS、DCF、XDD），给出对象的名称和PDO的COB-ID；可重复。不写节点时适用于任何节点的对象。",
+        "A device description (EDS, DCF, XDD), for names of objects and COB-IDs of PDOs; may be repeated. Without a "
+        "node it holds for objects of any.",
     ),
     (
         "explain.examples",
@@ -77,12 +93,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
         "canalyze explain 06020000h 8130h 'statusword 0218' 'register 11' 1016h:01 182\n"
+        "canalyze explain 'heartbeat consumer time' 'sync window' node-silent\n"
+        "canalyze explain --eds 5=drive.eds 2000h 185 '185#0102'\n"
         "tail -n 3 capture.log | canalyze explain -",
         "canalyze explain '60A#4008100000000000'\n"
         "canalyze explain '60A#4008100000000000' '58A#4108100017000000'\n"
         "canalyze explain can1  58A   [8]  41 08 10 00 17 00 00 00\n"
         "canalyze explain '(1612345678.123456) can0 70A#05'\n"
         "canalyze explain 06020000h 8130h 'statusword 0218' 'register 11' 1016h:01 182\n"
+        "canalyze explain 'heartbeat consumer time' 'sync window' node-silent\n"
+        "canalyze explain --eds 5=drive.eds 2000h 185 '185#0102'\n"
         "tail -n 3 capture.log | canalyze explain -",
     ),
     (

@@ -172,6 +172,7 @@ const MAY_USE: &[Row] = &[
             "od",
             "message",
             "dictionary",
+            "network",
             "finding",
             "event",
             "configuration",
@@ -463,7 +464,9 @@ fn words_for_people_stand_in_text_and_rules() {
         // What people write in a listing is read, whatever their language.
         let read = module == "readers::listing";
         // A kind of incident is declared with its words, as a rule is.
-        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings"].iter().any(|room| belongs(&module, room));
+        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
+            .iter()
+            .any(|room| belongs(&module, room));
         let words = belongs(&module, "text") || declared || is_test(&module) || read;
         assert!(!chinese || words, "{module} holds Chinese words");
     }

@@ -344,6 +344,13 @@ impl Incident {
         }
     }
 
+    /// The limit by which it follows from an incident, in ns, and the object that holds it: a consumer heartbeat time.
+    pub fn limit(&self, cause: &Incident) -> Option<(u16, i64)> {
+        let rule = self.cause.filter(|link| link.cause == cause.id && matches!(link.rule, 1 | 7))?;
+        let watched = self.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node))?;
+        (rule.delay_ns >= Some(0)).then_some((0x1016, watched.1))
+    }
+
     /// Whether it is worth telling: it has happened often enough, or has not ended.
     pub fn counts(&self) -> bool {
         !self.merged && self.repeats.count >= self.clue.least

@@ -12,6 +12,7 @@
 //! parameters that are lost by a power cycle unless they are read before and after.
 
 pub mod advice;
+pub mod apart;
 mod causes;
 pub mod incident;
 pub mod kinds;
@@ -32,12 +33,13 @@ pub use ledger::Ledger;
 use std::collections::VecDeque;
 
 use self::incident::{IncidentId, Status};
+use self::kinds::Kind;
 use self::ledger::Place;
 use self::on_bus::OfBus;
 use self::status::{is_harmless, is_over};
 use crate::bus::Bus;
 use crate::event::{Event, What};
-use crate::finding::Finding;
+use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::services::heartbeat::OPERATIONAL;
 
@@ -78,6 +80,11 @@ pub enum Phase {
     Linked,
     /// It is over.
     Ended,
+}
+
+/// The rules whose findings are incidents of a kind by themselves.
+pub fn shown_by(kind: Kind) -> impl Iterator<Item = Code> {
+    signs::SIGNS.iter().filter(move |row| row.1 == kind).map(|row| row.0)
 }
 
 /// What is known of a node at the end of the capture.

@@ -8,6 +8,8 @@ mod comparison;
 mod network;
 mod session;
 
+use std::sync::Arc;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -17,12 +19,14 @@ use self::network::{Dictionary, Expectations, Network};
 use self::session::Session;
 use crate::diagnosis::kinds::KINDS;
 use crate::frame::Buses;
+use crate::network::Network as Known;
 use crate::readers::candump;
 use crate::readers::{Format as Input, listing, sniff};
 use crate::render;
 use crate::render::columns::Name;
 use crate::rules::RULES;
-use crate::text::Lang;
+use crate::session::{Options, Session as Core};
+use crate::text::{Depth, Lang};
 use crate::writers::Format as Written;
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
@@ -64,19 +68,39 @@ fn rules(lang: &str) -> PyResult<Vec<Rule>> {
 }
 
 #[pyfunction]
-#[pyo3(signature = (line, lang = "zh"))]
-fn explain(line: &str, lang: &str) -> PyResult<Option<String>> {
+#[pyo3(signature = (line, lang = "zh", network = None))]
+fn explain(line: &str, lang: &str, network: Option<&Network>) -> PyResult<Option<String>> {
     let lang = language(lang)?;
     let mut buses = Buses::default();
     let mut out = Vec::new();
     let known = match candump::line(line.as_bytes(), &mut buses) {
         Some(frame) => {
-            render::text::explain(&mut out, lang, &frame, &buses);
+            match network {
+                Some(network) => within(&mut out, lang, line, &network.known),
+                None => render::text::explain(&mut out, lang, &frame, &buses),
+            }
             true
         }
-        None => crate::text::explain::code::code(&mut out, lang, line),
+        None => {
+            let devices = network.map_or(&[][..], |network| &network.known.descriptions);
+            crate::text::explain::code::code(&mut out, lang, line, devices)
+        }
     };
     Ok(known.then(|| String::from_utf8_lossy(&out).into_owned()))
+}
+
+/// Explains one frame as a capture of its own, in a network of which something is known.
+fn within(out: &mut Vec<u8>, lang: Lang, line: &str, known: &Known) {
+    let mut known = known.clone();
+    // Of node 0 are descriptions whose node nobody knows.
+    known.descriptions.retain(|one| one.node > 0);
+    let options = Options { lang, depth: Depth::Explain, network: Arc::new(known), ..Options::default() };
+    let mut session = Core::new(options);
+    session.begin_one(0, b"", Input::Candump, true);
+    session.feed_one(0, line.as_bytes(), out);
+    session.feed_one(0, b"\n", out);
+    session.end_one(0, false, out);
+    session.finish(out);
 }
 
 #[pyfunction]

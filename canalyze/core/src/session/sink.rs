@@ -220,7 +220,7 @@ impl Sink for JsonLines {
     }
 
     fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
-        jsonl::diagnosis::write(out, view.jsonl, diagnosis);
+        jsonl::diagnosis::ends(out, view.jsonl, diagnosis);
     }
 }
 

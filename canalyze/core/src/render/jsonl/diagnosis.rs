@@ -3,15 +3,16 @@
 //! `opened`, `linked` and `ended`: what those say of status and cause holds by then, and may change.
 //!
 //! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
-//! findings message repeats parts root`, and for people `checks_text`. `parts` are the numbers of those that were told of
-//! while the capture was read and turned out at its end to be one with it: they have no line of their own then. `subject` has `bus`, and `node`, `nodes`, `axis`, `pdo` where
-//! there are such; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`: `order` (the roots, as they are
-//! read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
+//! findings message repeats parts`, and for people `checks_text apart limit root`. `parts`, where there are such, are the numbers of those that were told of
+//! while the capture was read and turned out at its end to be one with it: they have no line of their own then. `subject`
+//! has `bus`, and `node`, `nodes`, `axis`, `pdo` where there are such; `cause` is
+//! `{"id","link","grade"}`, `limit` the time `{"ns","object"}` after which the effect was due; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`:
+//! `order` (the roots, as they are read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
 
 use super::{Setting, facts, name_or_null, number_or_null, object::Object, quoted, seconds, truth};
 use crate::diagnosis::incident::{Incident, IncidentId, Status, members};
 use crate::diagnosis::rank::{is_root, roots};
-use crate::diagnosis::{Diagnosis, Phase, advice};
+use crate::diagnosis::{Diagnosis, Phase, advice, apart};
 use crate::frame::FrameRef;
 use crate::text::digits::{Hex, put};
 use crate::text::incidents as words;
@@ -20,8 +21,17 @@ use crate::text::incidents as words;
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().told() {
         incident(out, setting, diagnosis, one, "final");
+        for_people(out, setting, diagnosis, one);
     }
     whole(out, setting, diagnosis);
+}
+
+/// Appends the incidents alone, without what is for people: how they stand at the end.
+pub fn ends(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
+    for one in diagnosis.ledger().told() {
+        incident(out, setting, diagnosis, one, "final");
+        put!(out; "}\n");
+    }
 }
 
 fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
@@ -38,9 +48,35 @@ pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (
     };
     if let Some(one) = diagnosis.ledger().by_id(id) {
         incident(out, setting, diagnosis, one, name);
+        put!(out; "}\n");
     }
 }
 
+/// Closes an incident with what is for people, and for who puts them in order.
+fn for_people(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident) {
+    put!(out; ",\"checks_text\":[");
+    for (number, check) in advice::of(one, diagnosis.shown()).iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" });
+        quoted(out, |text| put!(text; setting.lang.of(check.words)));
+    }
+    put!(out; "],\"apart\":[");
+    for (number, tell) in apart::of(one, diagnosis.ledger(), diagnosis.shown()).iter().enumerate() {
+        put!(out; if number > 0 { "," } else { "" }, "{\"told\":", truth(tell.told), ",\"text\":");
+        quoted(out, |text| put!(text; setting.lang.of(tell.words)));
+        put!(out; "}");
+    }
+    put!(out; "],\"limit\":");
+    let link = one.cause.filter(|_| !is_root(one));
+    match link.and_then(|link| one.limit(diagnosis.ledger().by_id(link.cause)?)) {
+        Some((object, limit)) => {
+            put!(out; "{\"ns\":", limit, ",\"object\":\"", Hex::<4>(u64::from(object)), "\"}");
+        }
+        None => put!(out; "null"),
+    }
+    put!(out; ",\"root\":", truth(is_root(one)), "}\n");
+}
+
+/// Appends an incident, without the brace that closes it.
 fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident, phase: &'static str) {
     let (_, first, _) = diagnosis.extent();
     let row = one.kind.row();
@@ -125,16 +161,14 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     if one.repeats.count > 1 {
         put!(out; ",\"longest_ns\":", one.repeats.longest_ns, ",\"total_ns\":", one.repeats.total_ns);
     }
-    put!(out; "},\"checks_text\":[");
-    for (number, check) in checks.iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" });
-        quoted(out, |text| put!(text; setting.lang.of(check.words)));
+    put!(out; "}");
+    if !one.parts.is_empty() {
+        put!(out; ",\"parts\":[");
+        for (number, part) in one.parts.iter().enumerate() {
+            put!(out; if number > 0 { "," } else { "" }, u64::from(part.0));
+        }
+        put!(out; "]");
     }
-    put!(out; "],\"parts\":[");
-    for (number, part) in one.parts.iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" }, u64::from(part.0));
-    }
-    put!(out; "],\"root\":", truth(is_root(one)), "}\n");
 }
 
 /// Appends what was measured, as an object.

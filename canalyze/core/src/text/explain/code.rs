@@ -3,14 +3,18 @@
 //!
 //! A word before it says of what kind it is (`emcy 8130`, `statusword 0218`); without one, its form does: eight digits are
 //! an abort code, an index with a sub-index is an object, four digits are an emergency error code and an object, up to
-//! three are a COB-ID. Must not: look at a frame or a device description.
+//! three are a COB-ID; what is no code may be a term (`heartbeat consumer time`). Must not: look at a frame or a device description.
 
-use crate::cob_id::{Role, predefined};
+use crate::cob_id::predefined;
+use crate::diagnosis;
 use crate::diagnosis::kinds::{Impact, KINDS};
 use crate::drive::State;
 use crate::frame::CanId;
+use crate::network::Description;
+use crate::od;
 use crate::rules::{Code, RULES};
 use crate::text::digits::{Hex, put};
+use crate::text::explain::{described, term};
 use crate::text::services::role::Named;
 use crate::text::{Lang, say, signal, terms};
 
@@ -47,10 +51,12 @@ const SORTS: &[(&str, Sort)] = &[
     ("状态", Sort::State),
 ];
 
-/// Appends what a code is; `false`, and nothing, where it is none that is known.
-pub fn code(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
+/// Appends what a code is; `false`, and nothing, where it is none that is known. `devices`: descriptions that were given,
+/// of nodes; of node 0 where it is not known which.
+pub fn code(out: &mut Vec<u8>, lang: Lang, text: &str, devices: &[Description]) -> bool {
     let text = text.trim();
-    if rule(out, lang, text) || incident(out, lang, text) {
+    // One name may be that of a rule, of a kind and of a term: inhibit-time.
+    if rule(out, lang, text) | incident(out, lang, text) | term::term(out, lang, text) {
         return true;
     }
     let (sort, rest) = match text.split_once(char::is_whitespace) {
@@ -77,12 +83,12 @@ pub fn code(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
         (Some(Sort::Abort), None, _) | (None, None, 8) => abort(out, lang, value),
         (Some(Sort::Statusword), None, _) => word(out, lang, 0x6041, value),
         (Some(Sort::Controlword), None, _) => word(out, lang, 0x6040, value),
-        (Some(Sort::CobId), None, _) | (None, None, 1..=3) => cob_id(out, lang, value),
+        (Some(Sort::CobId), None, _) | (None, None, 1..=3) => cob_id(out, lang, value, devices),
         (Some(Sort::State), None, _) => state(out, lang, value),
-        (Some(Sort::Object), ..) | (None, Some(_), _) => object(out, lang, value, sub),
+        (Some(Sort::Object), ..) | (None, Some(_), _) => object(out, lang, value, sub, devices),
         (None, None, 4) => {
             emcy(out, lang, value);
-            object(out, lang, value, None);
+            object(out, lang, value, None, devices);
         }
         _ => {}
     }
@@ -121,6 +127,20 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
         Impact::E => ("值得知道", "worth knowing"),
     };
     put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
+    if let Some(known) = super::incident::of(row.kind) {
+        let (cause, ends) = (lang.pick(known.cause.0, known.cause.1), lang.pick(known.ends.0, known.ends.1));
+        put!(out; lang.pick("  常见原因: ", "  Usual cause: "), cause, "\n");
+        put!(out; lang.pick("  由此结束: ", "  Ends by: "), ends, "\n");
+        let codes = || diagnosis::shown_by(row.kind).chain(known.codes.iter().copied());
+        for (place, code) in codes().enumerate() {
+            put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
+            put!(out; code.rule().id, " ", code.rule().name);
+        }
+        put!(out; if codes().next().is_some() { "\n" } else { "" });
+        if known.clause != "-" {
+            put!(out; "  ", known.clause, "\n");
+        }
+    }
     true
 }
 
@@ -172,27 +192,103 @@ fn state(out: &mut Vec<u8>, lang: Lang, value: u32) {
     }
 }
 
-fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>) {
+fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: &[Description]) {
     let (Ok(index), Ok(number)) = (u16::try_from(value), u8::try_from(sub.unwrap_or(0))) else { return };
-    let Some(name) = terms::objects::object_name(lang, index, number) else { return };
+    let name = terms::objects::object_name(lang, index, number);
+    let own = || devices.iter().filter(|one| described::has(&one.dictionary, index, sub.map(|_| number)));
+    if name.is_none() && own().next().is_none() {
+        return;
+    }
     put!(out; lang.pick("对象 ", "object "), Hex::<4>(u64::from(index)), "h");
     if sub.is_some() {
         put!(out; ":", Hex::<2>(u64::from(number)));
     }
-    put!(out; ": ", name, "\n");
+    put!(out; ": ", name.unwrap_or(lang.pick("制造商或设备子协议的对象", "of the maker or of a device profile")), "\n");
+    own().for_each(|one| described::object(out, lang, one, index, sub.map(|_| number)));
+    if name.is_some() {
+        term::of_object(out, lang, index);
+        // Sub-index 0 of what has others only counts them.
+        let counts = sub.is_none() && od::data_type(index, 1).is_some();
+        if let Some(data_type) = od::data_type(index, number).filter(|_| !counts) {
+            put!(out; "  ", data_type.name(), "\n");
+        }
+    }
+    put!(out; "  ", clause(lang, index), "\n");
 }
 
-fn cob_id(out: &mut Vec<u8>, lang: Lang, value: u32) {
+/// Where an object is defined.
+fn clause(lang: Lang, index: u16) -> &'static str {
+    let row = CLAUSES.iter().find(|row| (row.0..=row.1).contains(&index));
+    row.map_or_else(
+        || match index {
+            0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "the maker's area: see the manual of the device"),
+            _ => lang.pick("设备子协议 (驱动: CiA 402)", "device profile (drives: CiA 402)"),
+        },
+        |row| row.2,
+    )
+}
+
+/// First and last index, and the clause.
+static CLAUSES: &[(u16, u16, &str)] = &[
+    (0x1000, 0x1000, "CiA 301 7.5.2.1"),
+    (0x1001, 0x1001, "CiA 301 7.5.2.2"),
+    (0x1002, 0x1002, "CiA 301 7.5.2.3"),
+    (0x1003, 0x1003, "CiA 301 7.5.2.4"),
+    (0x1005, 0x1005, "CiA 301 7.5.2.5"),
+    (0x1006, 0x1006, "CiA 301 7.5.2.6"),
+    (0x1007, 0x1007, "CiA 301 7.5.2.7"),
+    (0x1008, 0x1008, "CiA 301 7.5.2.8"),
+    (0x1009, 0x1009, "CiA 301 7.5.2.9"),
+    (0x100A, 0x100A, "CiA 301 7.5.2.10"),
+    (0x100C, 0x100C, "CiA 301 7.5.2.11"),
+    (0x100D, 0x100D, "CiA 301 7.5.2.12"),
+    (0x1010, 0x1010, "CiA 301 7.5.2.13"),
+    (0x1011, 0x1011, "CiA 301 7.5.2.14"),
+    (0x1012, 0x1012, "CiA 301 7.5.2.15"),
+    (0x1013, 0x1013, "CiA 301 7.5.2.16"),
+    (0x1014, 0x1014, "CiA 301 7.5.2.17"),
+    (0x1015, 0x1015, "CiA 301 7.5.2.18"),
+    (0x1016, 0x1016, "CiA 301 7.5.2.19"),
+    (0x1017, 0x1017, "CiA 301 7.5.2.20"),
+    (0x1018, 0x1018, "CiA 301 7.5.2.21"),
+    (0x1019, 0x1019, "CiA 301 7.5.2.22"),
+    (0x1020, 0x1020, "CiA 301 7.5.2.23"),
+    (0x1029, 0x1029, "CiA 301 7.5.2.32"),
+    (0x1200, 0x127F, "CiA 301 7.5.2.33"),
+    (0x1280, 0x12FF, "CiA 301 7.5.2.34"),
+    (0x1300, 0x13FF, "CiA 304"),
+    (0x1400, 0x15FF, "CiA 301 7.5.2.35"),
+    (0x1600, 0x17FF, "CiA 301 7.5.2.36"),
+    (0x1800, 0x19FF, "CiA 301 7.5.2.37"),
+    (0x1A00, 0x1BFF, "CiA 301 7.5.2.38"),
+    (0x1F50, 0x1F5F, "CiA 302-3"),
+    (0x1F80, 0x1F9F, "CiA 302-2"),
+    (0x1000, 0x1FFF, "CiA 301, CiA 302"),
+];
+
+fn cob_id(out: &mut Vec<u8>, lang: Lang, value: u32, devices: &[Description]) {
     let Some(id) = u16::try_from(value).ok().filter(|id| *id <= 0x7FF) else { return };
     let role = predefined(CanId::standard(id));
     put!(out; "COB-ID ", Hex::<3>(u64::from(id)), "h: ", Named(lang, role));
-    let node = match role {
-        Role::Emcy(node) | Role::SdoResponse(node) | Role::SdoRequest(node) | Role::ErrorControl(node) => Some(node),
-        Role::Tpdo { node, .. } | Role::Rpdo { node, .. } => Some(node),
-        _ => None,
-    };
-    if let Some(node) = node {
-        put!(out; lang.pick(", 节点", ", node "), node);
-    }
     put!(out; lang.pick("\n  预定义连接集 (CiA 301 7.3.5)\n", "\n  pre-defined connection set (CiA 301 7.3.5)\n"));
+    devices.iter().for_each(|one| described::cob_id(out, lang, one, id));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_is_explained_in_both_languages() {
+        for row in KINDS {
+            let (mut zh, mut en) = (Vec::new(), Vec::new());
+            assert!(code(&mut zh, Lang::Zh, row.name, &[]) && code(&mut en, Lang::En, row.name, &[]), "{}", row.name);
+            let (zh, en) = (String::from_utf8_lossy(&zh), String::from_utf8_lossy(&en));
+            for (said, parts) in
+                [(&zh, ["影响", "常见原因: ", "由此结束: "]), (&en, ["impact ", "Usual cause: ", "Ends by: "])]
+            {
+                assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+            }
+        }
+    }
 }

@@ -6,12 +6,15 @@
 
 pub mod code;
 pub mod command_byte;
+mod described;
+mod incident;
 pub mod lss;
 pub mod mapping;
 pub mod parameter;
 pub mod pdo;
 pub mod sdo;
 pub mod services;
+mod term;
 
 use super::Lang;
 use super::services::role::Named;

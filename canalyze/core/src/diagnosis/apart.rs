@@ -1,0 +1,218 @@
+//! What tells the possible causes of an incident apart: facts of the capture, and what it could not tell.
+//!
+//! Each line is a fact that holds here, or a question that this capture leaves open with what would answer it. Must not:
+//! open or link incidents.
+
+use super::advice::Shown;
+use super::incident::{Grade, Incident};
+use super::kinds::Kind;
+use super::ledger::Ledger;
+use crate::rules::Words;
+
+/// Nodes that go within this time of each other go together, in ns.
+const TOGETHER_NS: i64 = 100_000_000;
+/// What came within this time before belongs to it, in ns.
+const BEFORE_NS: i64 = 2_000_000_000;
+/// Error frames within this time of it are around it, in ns.
+const AROUND_NS: i64 = 1_000_000_000;
+
+/// One line.
+#[derive(Clone, Copy, Debug)]
+pub struct Tell {
+    /// The capture tells it; else it would have to be found out.
+    pub told: bool,
+    /// For people.
+    pub words: Words,
+}
+
+macro_rules! tells {
+    ($($(#[$doc:meta])* $name:ident $told:literal $zh:literal $en:literal;)*) => {
+        $(const $name: Tell = Tell { told: $told, words: Words { zh: $zh, en: $en } };)*
+    };
+}
+
+tells! {
+    BOOTED true "回来时有启动报文: 断过电或自行复位, 不只是电缆松动"
+        "it came back with a boot-up: it lost power or reset itself, not a loose cable alone";
+    RETURNED true "回来时没有启动报文: 一直有电, 只是连接中断"
+        "it came back without a boot-up: it kept its power, only the connection was open";
+    AWAY false "没有回来: 分不清是断电还是断线; 看指示灯, 或看回来时有没有启动报文"
+        "it has not come back: power or connection cannot be told; its LEDs tell, or a boot-up when it comes back";
+    NEVER_HEARD false "从未收到它的报文: 分不清是不存在、没有上电还是节点ID不同; 用 canalyze info 看有哪些节点"
+        "it was never heard: absent, without power or of another node-ID cannot be told; see which nodes there are";
+    ALONE true "没有其他节点同时失去联系: 不是主干电缆, 也不是公共电源"
+        "no other node went silent with it: neither the trunk cable nor a shared supply";
+    WITH_OTHERS true "其他节点同时失去联系: 公共的电缆段、接插件或电源"
+        "other nodes went silent at the same moment: a cable, connector or supply that they share";
+    WARNED true "之前不久它报告过错误(EMCY): 原因可能在设备自身"
+        "it had reported an error (EMCY) shortly before: the device itself may be the cause";
+    NO_WARNING true "之前它没有报告错误(EMCY)"
+        "it reported no error (EMCY) before";
+    NOISE true "前后有错误帧: 接线、终端电阻、屏蔽"
+        "there are error frames around it: wiring, termination, shield";
+    QUIET true "前后没有错误帧, 而记录中别处有: 接线不像是原因"
+        "no error frames around it, though there are some elsewhere in the capture: wiring is not likely";
+    NO_ERROR_FRAMES false "记录中没有错误帧: 分不清接线和干扰; 打开后再记录: ip link set can0 type can berr-reporting on"
+        "no error frames are recorded: wiring and noise cannot be told; switch them on and record again: ip link set can0 type can berr-reporting on";
+    GOES_ON true "它的其他报文仍在: 不是电缆也不是电源, 而是固件或1017h"
+        "its other frames went on: neither cable nor supply, but its firmware or 1017h";
+    NAMED true "它用EMCY报告了错误码: 含义见设备手册"
+        "it reported an error code by EMCY: the manual of the device says what it means";
+    UNNAMED false "没有EMCY: 错误码未知; 读603Fh和1003h"
+        "no EMCY came with it: the code is not known; read 603Fh and 1003h";
+    AXES true "几个轴同时发生: 共同的原因(STO、急停、供电)"
+        "several axes at once: what they share (STO, emergency stop, supply)";
+    ONE_AXIS true "其他轴没有同时发生: 多半是这个轴自身"
+        "no other axis at the same moment: rather this one itself";
+    COMMUNICATION true "之前通信已中断: 是对此的反应, 不是电机"
+        "communication was lost before: it is the reaction to that, not the motor";
+    NO_LOSS true "之前没有节点、SYNC或PDO中断"
+        "no node, SYNC or PDO was lost before it";
+    LIMIT_KNOWN true "1016h的时限在记录中可见, 与延迟相符"
+        "the limit in 1016h is seen in the capture, and the delay fits it";
+    LIMIT_UNKNOWN false "1016h的时限未知: 读1016h, 或用 --eds 给出设备描述"
+        "the limit in 1016h is not known: read 1016h, or give a description by --eds";
+    PRESENT true "这段时间它不曾失去联系: 节点在, 是服务器忙或请求不对"
+        "it was not silent meanwhile: the node is there, its server is busy or the request is wrong";
+    GONE true "它当时已失去联系"
+        "the node was silent then";
+    MADE_GOOD true "后来写入成功: 设备支持, 当时的顺序或状态不对"
+        "it was written later with success: the device can do it, the order or its state was wrong";
+    NOT_MADE_GOOD false "没有再写入成功: 分不清是不支持还是状态不对; 在预操作状态下再试一次"
+        "it was never written with success: not supported or a wrong state cannot be told; try again in Pre-operational";
+}
+
+/// What tells the causes of an incident apart; nothing for kinds of which there is nothing to say.
+pub fn of(one: &Incident, ledger: &Ledger, shown: Shown) -> Vec<Tell> {
+    use Kind::{
+        AxisFault, DeviceError, GuardingUnanswered, HeartbeatConsumerError, HeartbeatStopped, LateAnswer, NoBootUp,
+        NodeAbsent, NodeRestarted, NodeSilent, QuickStop, RequestUnanswered, RestartLoop, SegmentLost, StateLeft,
+        SupplyVoltage, Temperature,
+    };
+    match one.kind {
+        NodeSilent | SegmentLost | NodeRestarted | RestartLoop | GuardingUnanswered | NoBootUp => {
+            vec![back(one), others(one, ledger), warned(one, ledger), noise(one, ledger, shown)]
+        }
+        NodeAbsent => vec![if one.end.is_some() { back(one) } else { NEVER_HEARD }, noise(one, ledger, shown)],
+        HeartbeatStopped => vec![GOES_ON, warned(one, ledger)],
+        AxisFault | QuickStop | StateLeft | DeviceError | SupplyVoltage | Temperature => {
+            let mut tells = vec![if one.clue.reported.is_empty() { UNNAMED } else { NAMED }];
+            let lost = lost(one, ledger);
+            // What reacts to one loss does so at once, and shares nothing else.
+            let reacts = lost.is_some_and(|tell| tell.words.en == COMMUNICATION.words.en);
+            if !reacts && (one.subject.axis.is_some() || one.subject.axes != 0) {
+                let many = one.subject.axes.count_ones() > 1 || one.subject.nodes.count_ones() > 1;
+                tells.push(if many { AXES } else { ONE_AXIS });
+            }
+            tells.extend(lost);
+            tells
+        }
+        HeartbeatConsumerError => match one.cause.and_then(|link| ledger.by_id(link.cause)) {
+            Some(cause) if one.limit(cause).is_some() => vec![LIMIT_KNOWN],
+            Some(_) => vec![LIMIT_UNKNOWN],
+            None => Vec::new(),
+        },
+        RequestUnanswered | LateAnswer => presence(one, ledger).into_iter().collect(),
+        _ if one.has("refused") => vec![if one.end.is_some() { MADE_GOOD } else { NOT_MADE_GOOD }],
+        _ => Vec::new(),
+    }
+}
+
+fn back(one: &Incident) -> Tell {
+    match (one.has("boot_up") || matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop), one.end) {
+        (true, _) => BOOTED,
+        (false, Some(_)) => RETURNED,
+        (false, None) => AWAY,
+    }
+}
+
+/// Whether others went with it.
+fn others(one: &Incident, ledger: &Ledger) -> Tell {
+    let with = |other: &Incident| {
+        let silent = matches!(other.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted);
+        silent
+            && other.id != one.id
+            && other.subject.nodes & !one.subject.nodes != 0
+            && is_near(one, other, TOGETHER_NS)
+    };
+    if one.subject.nodes.count_ones() > 1 || ledger.told().any(with) { WITH_OTHERS } else { ALONE }
+}
+
+/// Whether the node had reported an error.
+fn warned(one: &Incident, ledger: &Ledger) -> Tell {
+    let reported = |other: &Incident| {
+        let before = one.begin.since(other.begin).is_some_and(|since| (0..=BEFORE_NS).contains(&since));
+        other.id != one.id && other.subject.nodes & one.subject.nodes != 0 && !other.clue.reported.is_empty() && before
+    };
+    if ledger.told().any(reported) { WARNED } else { NO_WARNING }
+}
+
+fn noise(one: &Incident, ledger: &Ledger, shown: Shown) -> Tell {
+    let around = |other: &Incident| {
+        let errors = matches!(
+            other.kind,
+            Kind::BusOff | Kind::ErrorPassive | Kind::BusErrors | Kind::NotAcknowledged | Kind::TransceiverFault
+        );
+        errors && is_near(one, other, AROUND_NS)
+    };
+    match (ledger.told().any(around), shown.error_frames) {
+        (true, _) => NOISE,
+        (false, true) => QUIET,
+        (false, false) => NO_ERROR_FRAMES,
+    }
+}
+
+fn is_near(one: &Incident, other: &Incident, ns: i64) -> bool {
+    one.bus == other.bus && one.begin.since(other.begin).is_some_and(|since| since.abs() <= ns)
+}
+
+/// Whether communication was lost before it; nothing where that may be chance.
+fn lost(one: &Incident, ledger: &Ledger) -> Option<Tell> {
+    let before = |other: &Incident| {
+        let since = one.begin.since(other.begin);
+        other.id != one.id && is_loss(other.kind) && since.is_none_or(|since| (0..=BEFORE_NS).contains(&since))
+    };
+    if cause(one, ledger).is_some_and(|cause| is_loss(cause.kind)) {
+        return Some(COMMUNICATION);
+    }
+    (!ledger.told().any(before)).then_some(NO_LOSS)
+}
+
+/// Whether the node was there; nothing where it was silent at another time.
+fn presence(one: &Incident, ledger: &Ledger) -> Option<Tell> {
+    let silent = |other: &Incident| is_loss(other.kind) && other.subject.nodes & one.subject.nodes != 0;
+    if cause(one, ledger).is_some_and(silent) {
+        return Some(GONE);
+    }
+    (!ledger.told().any(silent)).then_some(PRESENT)
+}
+
+/// What it has come from, where that is more than possible.
+fn cause<'a>(one: &Incident, ledger: &'a Ledger) -> Option<&'a Incident> {
+    ledger.by_id(one.cause.filter(|link| link.grade >= Grade::Likely)?.cause)
+}
+
+/// Whether communication is lost by a kind.
+fn is_loss(kind: Kind) -> bool {
+    use Kind::{
+        CommandedReset, CommandedStop, CommunicationError, GuardingStopped, HeartbeatConsumerError, HeartbeatStopped,
+        NodeAbsent, NodeRestarted, NodeSilent, PdoMissing, RestartLoop, RpdoTimeout, SegmentLost, SyncStopped,
+    };
+    matches!(
+        kind,
+        CommandedReset
+            | CommandedStop
+            | CommunicationError
+            | GuardingStopped
+            | HeartbeatConsumerError
+            | HeartbeatStopped
+            | NodeAbsent
+            | NodeRestarted
+            | NodeSilent
+            | PdoMissing
+            | RestartLoop
+            | RpdoTimeout
+            | SegmentLost
+            | SyncStopped
+    )
+}
