@@ -61,6 +61,19 @@ def test_a_code_is_explained_in_both_languages(code: str) -> None:
     assert explain(code, "zh") not in (None, said)
 
 
+@pytest.mark.parametrize("index", ["1000h", "1016h", "1800h", "0x1F80"])
+def test_an_object_of_the_communication_area_is_not_told_as_a_generic_error(index: str) -> None:
+    said, asked = explain(index, "en"), explain(f"emcy {index}", "en")
+    assert said is not None and said.startswith("object") and "EMCY error code" not in said
+    assert asked is not None and asked.startswith("EMCY error code") and "object" not in asked
+
+
+def test_what_no_object_has_is_an_error_code() -> None:
+    for code in ("1E00h", "3100h"):
+        said = explain(code, "en")
+        assert said is not None and said.startswith("EMCY error code")
+
+
 def test_every_rule_is_explained() -> None:
     for rule in rules("en"):
         for name in (rule.code, rule.code.lower()):

@@ -2,8 +2,9 @@
 //! causes it.
 //!
 //! A word before it says of what kind it is (`emcy 8130`, `statusword 0218`); without one, its form does: eight digits are
-//! an abort code, an index with a sub-index is an object, four digits are an emergency error code and an object, up to
-//! three are a COB-ID; what is no code may be a term (`heartbeat consumer time`). Must not: look at a frame or a device description.
+//! an abort code, an index with a sub-index is an object, four digits are an object of CiA 301 that is known, else an
+//! emergency error code and an object, up to three are a COB-ID; what is no code may be a term (`heartbeat consumer
+//! time`). Must not: look at a frame or a device description.
 
 use crate::cob_id::predefined;
 use crate::diagnosis;
@@ -86,6 +87,13 @@ pub fn code(out: &mut Vec<u8>, lang: Lang, text: &str, devices: &[Description]) 
         (Some(Sort::CobId), None, _) | (None, None, 1..=3) => cob_id(out, lang, value, devices),
         (Some(Sort::State), None, _) => state(out, lang, value),
         (Some(Sort::Object), ..) | (None, Some(_), _) => object(out, lang, value, sub, devices),
+        // Each of these is in the class of generic errors, too: of an object that is known this would say nothing.
+        (None, None, 4) if (0x1000..=0x1FFF).contains(&value) => {
+            object(out, lang, value, None, devices);
+            if out.len() == before {
+                emcy(out, lang, value);
+            }
+        }
         (None, None, 4) => {
             emcy(out, lang, value);
             object(out, lang, value, None, devices);
