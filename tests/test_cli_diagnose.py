@@ -10,6 +10,7 @@ import re
 from pathlib import Path
 
 import pytest
+from captures import SAMPLES
 from conftest import Runner
 from network_sessions import SESSIONS
 from test_diagnosis import frames_of, lost
@@ -97,6 +98,15 @@ def test_a_story_has_all_of_it(canalyze: Runner, name: str, lang: str) -> None:
             assert f"-n {one['cause']['id']}" in told.lines[-1]
         if lang == "en":
             assert not CHINESE.search(told.out)
+
+
+def test_each_line_of_a_frame_stands_by_itself(canalyze: Runner) -> None:
+    """Findings below a frame are lines, not escaped ends of lines."""
+    path = SAMPLES / "stories/t01-node-dead.log"
+    numbers = [json.loads(line)["id"] for line in canalyze(str(path), "--format", "jsonl").lines]
+    told = [line for number in numbers for line in canalyze(str(path), "-n", str(number), "--lang", "en").lines]
+    assert any(line.strip().startswith("#   HBT002") for line in told)
+    assert not any("\\x0a" in line for line in told)
 
 
 def test_what_tells_causes_apart(canalyze: Runner) -> None:

@@ -5,8 +5,10 @@ What it must not do: test what is diagnosed.
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
+import subprocess
 from copy import deepcopy
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -15,7 +17,7 @@ from typing import Any
 
 import pytest
 from captures import Row
-from conftest import Runner
+from conftest import Runner, command, environment
 from diagnoses import diagnosed
 from test_diagnosis import lost
 
@@ -108,6 +110,18 @@ def test_the_option(canalyze: Runner, tmp_path: Path) -> None:
     assert canalyze("lost.log", "--html", "page.html", "--force").code == 0
     assert canalyze("-", "--html", "other.html", stdin=lost(20)).code == 2
     assert not (tmp_path / "other.html").exists()
+
+
+@pytest.mark.parametrize("form", ["text", "jsonl"])
+def test_the_page_is_written_though_nobody_reads_the_text(form: str, tmp_path: Path) -> None:
+    (tmp_path / "lost.log").write_bytes(lost(20))
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "wb") as gone:
+        line = command("lost.log", "--html", "page.html", "--format", form, "--fail-on", "stands")
+        done = subprocess.run(line, cwd=tmp_path, env=environment(), stdout=gone, stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (1, b"")
+    assert not Parsed((tmp_path / "page.html").read_text()).open
 
 
 def beside(lang: str, begin: int, text: str = "") -> Beside:

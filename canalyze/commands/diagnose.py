@@ -7,10 +7,12 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 
 import json
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
 import click
 
+from canalyze.errors import ReaderGone
 from canalyze.help import Command
 from canalyze.options import ANY_PATH, CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
 from canalyze.output import FileOutput, Output, Progress, open_output, told
@@ -74,19 +76,18 @@ def command(words: Words) -> click.Command:
             shown = _chosen(incidents, whole, since, node, bus)
             if story is not None and not any(one["id"] == story for one in incidents):
                 raise click.UsageError(words("diagnose.no_story", number=story), click.get_current_context())
-            if form == "jsonl":
-                for one in shown:
-                    line = json.dumps({key: one[key] for key in KEYS}, ensure_ascii=False)
-                    out.write(f"{line}\n".encode("utf-8", "backslashreplace"))
-            elif whole is not None:
-                from canalyze.reports import diagnosis_text
+            with suppress(ReaderGone):  # `| head` has seen enough: of the page and the exit code nobody has said so
+                if form == "jsonl":
+                    _write_lines(shown, out)
+                elif whole is not None:
+                    from canalyze.reports import diagnosis_text
 
-                if story is None:
-                    names_shown = [name for name in names if name != STDIN]
-                    diagnosis_text.show(shown, whole, out, words, names_shown, session.nature, everything=everything)
-                else:
-                    lines = _around(names, incidents, story, given, stamps, words)
-                    diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
+                    if story is None:
+                        named = tuple(name for name in names if name != STDIN)
+                        diagnosis_text.show(shown, whole, out, words, named, session.nature, everything=everything)
+                    else:
+                        lines = _around(names, incidents, story, given, stamps, words)
+                        diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
             if html is not None and whole is not None:
                 reading = _Reading(names, given, stamps, expression, words)
                 _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
@@ -113,6 +114,12 @@ def command(words: Words) -> click.Command:
             *capture_options(words),
         ],
     )
+
+
+def _write_lines(incidents: list[dict[str, Any]], out: Output) -> None:
+    for one in incidents:
+        line = json.dumps({key: one[key] for key in KEYS}, ensure_ascii=False)
+        out.write(f"{line}\n".encode("utf-8", "backslashreplace"))
 
 
 def _chosen(
