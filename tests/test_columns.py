@@ -104,7 +104,8 @@ def same_frames(said: list[Row], table: _core.Table) -> None:
 
 
 def same_incidents(said: list[Row], table: _core.Table) -> None:
-    for row, one in zip(rows_of(table), said, strict=True):
+    of_order = ("depth", "subject", "cycle", "end_cycle", "delay_ns", "checks")
+    for row, one in zip(sorted(rows_of(table), key=lambda row: row["id"]), said, strict=True):
         subject, cause, end = one["subject"], one["cause"] or {}, one["end"]
         frames = {one["begin"]["frame"], one["noticed"]["frame"], *(step["frame"] for step in one["steps"])}
         assert row == {
@@ -123,6 +124,7 @@ def same_incidents(said: list[Row], table: _core.Table) -> None:
             "cause_grade": cause.get("grade"),
             "frames": sorted(frames | ({end["frame"]} if end else set())),
             "facts": row["facts"],
+            **{key: row[key] for key in of_order},
         }
         assert json.loads(row["facts"]) == one["facts"]
 
