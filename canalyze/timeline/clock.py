@@ -68,10 +68,11 @@ def places(batch: pa.RecordBatch) -> Places:
     stamps = batch.column("t_ns")
     # Of a PDO, `cycle` is the one that it belongs to: asynchronous ones belong to none.
     named = "running_cycle" if "running_cycle" in batch.schema.names else "cycle"
+    frame = "begin_frame" if "begin_frame" in batch.schema.names else "frame"
     return Places(
         numbers(stamps),
         np.ones(len(stamps), np.bool_) if not stamps.null_count else np.asarray(stamps.is_valid()),
-        numbers(batch.column("frame")),
+        numbers(batch.column(frame)),
         numbers(batch.column(named)),
     )
 
