@@ -209,7 +209,7 @@ impl Streams<'_> {
         let mut left: [Vec<&Item>; 2] = Default::default();
         let (mut x, mut y) = (0, 0);
         let ends = (a.len(), b.len());
-        for (i, j) in align(&symbols(a), &symbols(b)).into_iter().chain([ends]) {
+        for (i, j) in self.pairs(&windows, [&symbols(a), &symbols(b)], &habits).into_iter().chain([ends]) {
             let gap = [a.get(x..i).unwrap_or(&[]), b.get(y..j).unwrap_or(&[])];
             self.gap(gap, &habits, &mut left, found);
             (x, y) = (i + 1, j + 1);
@@ -220,6 +220,34 @@ impl Streams<'_> {
                 self.single(side, item, &habits, found);
             }
         }
+    }
+
+    /// What is the same in both. Without stamps the same things in the same order fit in several places: from the
+    /// beginning on, or from the end on where less is missing then that both captures surely show.
+    fn pairs(&self, windows: &[Vec<&Item>; 2], symbols: [&[u64]; 2], habits: &Habits) -> Vec<(usize, usize)> {
+        let [a, b] = symbols;
+        let first = align(a, b);
+        let missing = if self.alignment.by_time { 0 } else { self.missing(windows, &first, habits) };
+        if missing == 0 {
+            return first;
+        }
+        let backward = |symbols: &[u64]| -> Vec<u64> { symbols.iter().rev().copied().collect() };
+        let mirrored = |(i, j): (usize, usize)| Some((a.len().checked_sub(i + 1)?, b.len().checked_sub(j + 1)?));
+        let last: Vec<_> = align(&backward(a), &backward(b)).into_iter().rev().filter_map(mirrored).collect();
+        if self.missing(windows, &last, habits) < missing { last } else { first }
+    }
+
+    /// How many items stand alone where both captures surely show what happened.
+    fn missing(&self, windows: &[Vec<&Item>; 2], pairs: &[(usize, usize)], habits: &Habits) -> usize {
+        let mut missing = 0;
+        for (side, items) in windows.iter().enumerate() {
+            let mut paired = pairs.iter().map(|(i, j)| if side == 0 { *i } else { *j }).peekable();
+            for (place, item) in items.iter().enumerate() {
+                let alone = paired.next_if_eq(&place).is_none();
+                missing += usize::from(alone && self.is_sure(side, item) && !habits.is_poll(item));
+            }
+        }
+        missing
     }
 
     /// Items that the other capture may have as well, from beginning to end.
@@ -331,17 +359,7 @@ impl Streams<'_> {
 
     /// What one capture has and the other one lacks.
     fn single(&self, side: usize, item: &Item, habits: &Habits, found: &mut Found<'_>) {
-        let by_time = self.alignment.by_time;
-        let since = item.since.on(by_time);
-        let other_knows = self.known.get(1 - side).copied().flatten().map(|place| place.on(by_time));
-        let here = |known: i64| if side == 0 { self.alignment.to_a(known) } else { self.alignment.to_b(known) };
-        let close = self.alignment.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
-        let unknown = matches!(self.kind, Kind::State | Kind::Drive(_))
-            && !matches!(item.action, Action::BootUp)
-            && other_knows.is_none_or(|known| since <= here(known).saturating_add(close));
-        // A channel that was configured before the other capture began is unknown there.
-        let unknown = unknown || (self.alignment.begins_apart() && matches!(self.kind, Kind::Sdo(Some(_))));
-        if unknown || is_cut(item) || !self.alignment.covers(side, since, item.at.on(by_time)) {
+        if !self.is_sure(side, item) {
             return found.outside(side, 1);
         }
         if habits.is_poll(item) {
@@ -352,6 +370,21 @@ impl Streams<'_> {
             *slot = Some(side_of(item));
         }
         found.add(What::Item(self.kind, Aspect::Presence), Some(self.node), sides);
+    }
+
+    /// Whether the other capture would surely show it.
+    fn is_sure(&self, side: usize, item: &Item) -> bool {
+        let by_time = self.alignment.by_time;
+        let since = item.since.on(by_time);
+        let other_knows = self.known.get(1 - side).copied().flatten().map(|place| place.on(by_time));
+        let here = |known: i64| if side == 0 { self.alignment.to_a(known) } else { self.alignment.to_b(known) };
+        let close = self.alignment.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
+        let unknown = matches!(self.kind, Kind::State | Kind::Drive(_))
+            && !matches!(item.action, Action::BootUp)
+            && other_knows.is_none_or(|known| since <= here(known).saturating_add(close));
+        // A channel that was configured before the other capture began is unknown there.
+        let unknown = unknown || (self.alignment.begins_apart() && matches!(self.kind, Kind::Sdo(Some(_))));
+        !unknown && !is_cut(item) && self.alignment.covers(side, since, item.at.on(by_time))
     }
 
     /// How often polls come.
