@@ -31,6 +31,7 @@ pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
         Kind::NodeSilent if one.clue.controller && one.end.is_none() => vec![say::HOST, say::NO_SIGN, wires],
         Kind::NodeSilent | Kind::GuardingUnanswered | Kind::NodeAbsent | Kind::NoBootUp => match (boot_up, one.end) {
             (true, _) => vec![say::SUPPLY, say::WATCHDOG],
+            (false, _) if one.has("left_operational") => vec![say::CONNECTOR, say::SUPPLY, say::FELL_BACK, wires],
             (false, Some(_)) => vec![say::CONNECTOR, say::CABLE_ONLY, wires],
             (false, None) => vec![say::SUPPLY, say::CONNECTOR, say::LEDS, say::NO_SIGN, wires],
         },

@@ -13,6 +13,8 @@ use crate::finding::Quantity;
 const PROMPT_NS: i64 = 500_000_000;
 /// A supply that dips takes other nodes with it within this time, in ns.
 const SUPPLY_NS: i64 = 200_000_000;
+/// Periods of a heartbeat for which a consumer waits at most, where its time is not known.
+const PERIODS: i64 = 5;
 /// Periods of SYNC within which its consumers report that it is gone.
 const SYNCS: i64 = 30;
 
@@ -154,15 +156,22 @@ fn commanded_reset_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
-    if !pair.reported(LIFE_GUARD)
+    let says = pair.reported(LIFE_GUARD);
+    if !says && !effect.clue.communication
         || effect.kind == ConsumerTimeTooShort
         || pair.alone() && cause.kind != GuardingStopped
     {
         return None;
     }
     let Some(limit) = pair.limit() else {
-        let any = effect.clue.watched.is_empty() && (0..=WINDOW_NS).contains(&delay);
-        return any.then_some((Grade::Likely, delay));
+        // Who waits for a heartbeat waits for some periods of it.
+        let period = cause.ns("period").unwrap_or(0);
+        let least = if says { 0 } else { period };
+        let most = if says { WINDOW_NS.max(period * PERIODS) } else { period * PERIODS };
+        // Or it was this emergency by which the silence was noticed.
+        let shows = says && cause.noticed.no == effect.begin.no;
+        let any = effect.clue.watched.is_empty() && (shows || (least..=most).contains(&delay));
+        return any.then_some((Grade::Likely, (delay - period * 2).abs()));
     };
     // A silence begins with the last frame, the consumer's time with the last heartbeat before it.
     let least = limit - limit / 3 - LATE_NS;
@@ -196,7 +205,9 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
     // Whose PDOs stopped as long ago as the node waits; and who only controls sends the RPDOs that nobody has as a TPDO.
     let suspect = cause.subject.nodes & effect.clue.suspects != 0 || effect.clue.suspects == 0 && cause.clue.controller;
-    let grade = if suspect { Grade::Likely } else { Grade::Possible };
+    let gone = is_gone(cause.kind) || is_commanded(cause.kind) || cause.kind == LeftOperational;
+    let soon = (0..=WINDOW_NS).contains(&delay) && effect.clue.suspects == 0 && gone;
+    let grade = if suspect || soon { Grade::Likely } else { Grade::Possible };
     (suspect || effect.clue.sources == 0 && delay >= 0).then_some((grade, delay.abs()))
 }
 
@@ -213,7 +224,8 @@ fn sync_gone(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         let grade = if cause.clue.sync_producer { Grade::Certain } else { Grade::Likely };
         return near.then_some((grade, 0));
     }
-    let says = effect.clue.reported.iter().any(|code| may_be_sync(*code));
+    let says = effect.clue.reported.iter().any(|code| may_be_sync(*code))
+        || effect.clue.reported.is_empty() && matches!(effect.kind, AxisFault | QuickStop);
     let soon = (period / 2..=period.saturating_mul(SYNCS)).contains(&since);
     (stopped && says && soon && cause.subject.node != effect.subject.node).then_some((Grade::Likely, since))
 }
@@ -228,7 +240,8 @@ fn second_node(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let of_bus = pair.effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
     let lost = matches!(pair.cause.kind, NodeSilent | SegmentLost);
-    (pair.same_node && of_bus && lost && pair.delay >= 0).then_some((Grade::Likely, pair.delay))
+    let stops = pair.effect.clue.reported.is_empty() && matches!(pair.effect.kind, AxisFault | QuickStop);
+    (pair.same_node && (of_bus || stops) && lost && pair.delay >= 0).then_some((Grade::Likely, pair.delay))
 }
 
 /// L17: a node stores parameters or a program, and has no time for anything else.
@@ -335,6 +348,9 @@ fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let other = matches!(pair.effect.kind, PdoLength | PdoNotAllowed | PdoMissing);
     // A consumer says that a PDO is too long or too short: of those that it takes, one was not configured.
     let taken = pair.effect.kind == PdoLength && pair.effect.clue.sources & pair.cause.subject.nodes != 0;
+    // Where it is not known what it takes, it is that of which the mapping was refused.
+    let unknown = pair.effect.clue.sources == 0 && pair.cause.subject.pdo.is_some_and(|(transmit, _)| transmit);
+    let taken = taken || pair.effect.kind == PdoLength && unknown && !pair.effect.clue.reported.is_empty();
     if taken && (pair.cause.has("refused") || pair.cause.kind == PdoLength) && !pair.alone() && pair.delay >= 0 {
         return Some((Grade::Likely, pair.delay));
     }

@@ -162,6 +162,8 @@ pub struct Link {
     pub grade: Grade,
     /// From the begin of the cause to that of the consequence, in ns; `None` without stamps.
     pub delay_ns: Option<i64>,
+    /// How far that is from the time that was to be expected, in ns.
+    pub(super) far_ns: i64,
 }
 
 /// What happened again.
@@ -231,6 +233,8 @@ pub(super) struct Clue {
     pub(super) everyone: bool,
     /// Nodes whose PDOs stopped as long ago as the subject waits for one, a bit each.
     pub(super) suspects: u128,
+    /// Its error register says that communication failed (bit 4).
+    pub(super) communication: bool,
     /// The subject only controls: it sends no PDO, answers nothing and reports nothing.
     pub(super) controller: bool,
     /// The subject produces SYNC.
@@ -358,7 +362,10 @@ impl Incident {
 
     pub(super) fn link(&mut self, link: Link) {
         match self.cause {
-            Some(known) if known.grade >= link.grade => {
+            Some(known) if known.cause == link.cause => {
+                self.cause = Some(if known.grade >= link.grade { known } else { link })
+            }
+            Some(known) if (known.grade, -known.far_ns) >= (link.grade, -link.far_ns) => {
                 if known.cause != link.cause
                     && self.possible.len() < POSSIBLE
                     && !self.possible.iter().any(|one| one.cause == link.cause)
@@ -366,7 +373,12 @@ impl Incident {
                     self.possible.push(link);
                 }
             }
-            _ => self.cause = Some(link),
+            known => {
+                if let Some(known) = known.filter(|_| self.possible.len() < POSSIBLE) {
+                    self.possible.push(known);
+                }
+                self.cause = Some(link);
+            }
         }
     }
 }

@@ -21,6 +21,8 @@ pub struct Ledger {
     pub(super) all: Vec<Incident>,
     /// Further ones that are only counted.
     pub(super) beyond: u64,
+    /// Those of which more is known since their causes were looked for.
+    pub(super) grown: Vec<Place>,
 }
 
 impl Ledger {
@@ -125,9 +127,13 @@ impl Ledger {
         }
         other.steps.sort_by_key(|step| step.at.no);
         one.findings.iter().for_each(|(code, frame)| other.found(*code, *frame));
-        for link in self.all.iter_mut().flat_map(|one| one.cause.iter_mut().chain(&mut one.possible)) {
-            if link.cause == gone {
+        for one in &mut self.all {
+            for link in one.cause.iter_mut().chain(&mut one.possible).filter(|link| link.cause == gone) {
                 link.cause = stays;
+            }
+            if one.id == stays {
+                one.cause = one.cause.filter(|link| link.cause != stays);
+                one.possible.retain(|link| link.cause != stays);
             }
         }
     }

@@ -57,8 +57,8 @@ fn best(ledger: &Ledger, place: Place, others: &[Place]) -> Option<Link> {
             found = Some((one, cause));
         }
     }
-    let ((rule, grade, _), cause) = found?;
-    Some(Link { cause: cause.id, rule, grade, delay_ns: effect.begin.since(cause.begin) })
+    let ((rule, grade, far_ns), cause) = found?;
+    Some(Link { cause: cause.id, rule, grade, delay_ns: effect.begin.since(cause.begin), far_ns })
 }
 
 /// Whether one was there, or had just been, when the other began.

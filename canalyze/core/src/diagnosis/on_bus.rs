@@ -13,7 +13,7 @@ use super::status::status;
 use super::trackers::boots::Boots;
 use super::trackers::configuration::Configurations;
 use super::trackers::drive::Drives;
-use super::trackers::emcy::{Emergencies, Emergency};
+use super::trackers::emcy::{Emergencies, Emergency, LIFE_GUARD};
 use super::trackers::load::Load;
 use super::trackers::masters::Masters;
 use super::trackers::motion::Motions;
@@ -28,7 +28,7 @@ use crate::frame::{self, BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::lss::command as lss;
-use crate::services::sdo::transfer::Status as Transferred;
+use crate::services::sdo::transfer::{Direction, Status as Transferred};
 use crate::services::sdo::wire::{Command, Side};
 
 /// A node that was stopped by command for so long while others run is left alone, in ns.
@@ -41,6 +41,11 @@ const STORING_NS: i64 = 10_000_000_000;
 const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
 /// SYNCs further apart than this show no period, in ns.
 const LONGEST_SYNC_NS: i64 = 2_000_000_000;
+
+/// Whether a fact is a time.
+fn is_time(fact: Quantity) -> bool {
+    matches!(fact, Quantity::Ns(_))
+}
 
 /// What is open on one bus.
 #[derive(Clone, Debug, Default)]
@@ -125,8 +130,12 @@ impl OfBus {
                     self.boots.transfer(transfer, scene!(self, ledger, bus, id, at));
                     self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
                     if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
-                        let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None };
+                        let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None, object: None };
                         self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                        if transfer.direction == Direction::Download {
+                            let sign = Sign { ends: Ends::Written, object: transfer.mux, ..sign };
+                            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                        }
                     }
                     false
                 }
@@ -139,7 +148,10 @@ impl OfBus {
             };
         }
         if !self.found.is_empty() && frame.kind != frame::Kind::Error {
-            self.found.sign(Sign { ends: Ends::Traffic, node: None, pdo: None }, scene!(self, ledger, bus, id, at));
+            self.found.sign(
+                Sign { ends: Ends::Traffic, node: None, pdo: None, object: None },
+                scene!(self, ledger, bus, id, at),
+            );
         }
         self.conclude(before, dirty, id, at, bus, ledger);
     }
@@ -164,6 +176,9 @@ impl OfBus {
             self.stored(place, id, ledger);
         }
         for place in before..ledger.all.len() {
+            links::link(ledger, place, id);
+        }
+        for place in std::mem::take(&mut ledger.grown) {
             links::link(ledger, place, id);
         }
     }
@@ -220,7 +235,7 @@ impl OfBus {
         self.heard.frame(node, at);
         self.configurations.heard(node, scene!(self, ledger, bus, id, at));
         if !self.found.is_empty() {
-            let sign = Sign { ends: Ends::Heard, node: Some(node), pdo: None };
+            let sign = Sign { ends: Ends::Heard, node: Some(node), pdo: None, object: None };
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
         }
         if self.drives.is_empty() {
@@ -238,7 +253,8 @@ impl OfBus {
                 ends.push(Ends::Length);
             }
             for ends in ends {
-                self.found.sign(Sign { ends, node: Some(data.node), pdo }, scene!(self, ledger, bus, id, at));
+                self.found
+                    .sign(Sign { ends, node: Some(data.node), pdo, object: None }, scene!(self, ledger, bus, id, at));
             }
         }
         self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
@@ -292,7 +308,7 @@ impl OfBus {
             self.masters.answered(node, mux, scene!(self, ledger, bus, id, at));
         }
         if !self.found.is_empty() {
-            let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None };
+            let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None, object: None };
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
         }
         self.alive(node, frame, bus, ledger)
@@ -313,7 +329,7 @@ impl OfBus {
                 self.heard.frame(node, at);
                 self.heard.operational &= !bit(node);
                 for ends in [Ends::Heard, Ends::Guarded] {
-                    let sign = Sign { ends, node: Some(node), pdo: None };
+                    let sign = Sign { ends, node: Some(node), pdo: None, object: None };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 true
@@ -329,7 +345,7 @@ impl OfBus {
                 let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
                 if changed {
                     self.nodes.state(node, state, scene!(self, ledger, bus, id, at));
-                    let sign = Sign { ends: Ends::Guarded, node: Some(node), pdo: None };
+                    let sign = Sign { ends: Ends::Guarded, node: Some(node), pdo: None, object: None };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 self.alive(node, frame, bus, ledger) || changed
@@ -338,6 +354,11 @@ impl OfBus {
                 self.heard.serves(node);
                 let emergency = Emergency { node, code, register, manufacturer, active };
                 let dirty = self.alive(node, frame, bus, ledger);
+                if code == LIFE_GUARD {
+                    let scene = scene!(self, ledger, bus, id, at);
+                    let watched: Vec<_> = scene.watched(node).iter().map(|(node, time, _)| (*node, *time)).collect();
+                    self.nodes.missed(node, &watched, manufacturer, scene);
+                }
                 self.emergencies.emergency(emergency, scene!(self, ledger, bus, id, at));
                 dirty || code <= 0xFF
             }
@@ -368,14 +389,14 @@ impl OfBus {
                     gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
                 (self.heard.sync, self.heard.control) = (at, at);
                 if !self.found.is_empty() {
-                    let sign = Sign { ends: Ends::Sync, node: None, pdo: None };
+                    let sign = Sign { ends: Ends::Sync, node: None, pdo: None, object: None };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 false
             }
             Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } } => {
                 if !self.found.is_empty() {
-                    let sign = Sign { ends: Ends::Lss, node: None, pdo: None };
+                    let sign = Sign { ends: Ends::Lss, node: None, pdo: None, object: None };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 false
@@ -401,12 +422,14 @@ impl OfBus {
                     self.found.found(finding, scene!(self, ledger, bus, id, at));
                 }
             }
+            // One node whose task is not even has gaps in turns, too: without another sign that is no second one.
+            (Code::Hbt004, Some(_)) if finding.measured().is_some_and(|all| all.get("one").is_some_and(is_time)) => {}
             (Code::Sdo018, Some(node)) => self.configurations.stays(node, finding, scene),
             (Code::Drv005, Some(node)) => self.drives.fault(node, finding, scene),
             (Code::Drv002, Some(node)) => self.drives.stuck(node, finding, scene),
             (Code::Bus006, _) => {
                 for ends in [Ends::Controller, Ends::Traffic] {
-                    let sign = Sign { ends, node: None, pdo: None };
+                    let sign = Sign { ends, node: None, pdo: None, object: None };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
             }
@@ -441,7 +464,8 @@ impl OfBus {
             let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
             let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
             let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
-            one.status = status(one, end, (back, gone, others && long));
+            let idle = others && one.subject.node.is_some_and(|node| !self.heard.is_operational(node));
+            one.status = status(one, end, (back, gone, others && long, idle));
             // A node is stopped to be written to.
             let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
             let on_purpose = one.kind == Kind::CommandedStop && incident::members(one.subject.nodes).all(written);

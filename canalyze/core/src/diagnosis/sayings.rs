@@ -40,6 +40,9 @@ sayings! {
     SilentSince { at: Ns } "{at}起没有任何报文" "silent since {at}";
     SilentAndBack { at: Ns, silence: Ns }
         "{at}起{silence}没有任何报文, 之后恢复" "silent for {silence} from {at} on, then heard again";
+    SilentAndWaits { at: Ns, silence: Ns }
+        "{at}起{silence}没有任何报文, 之后恢复, 但未再进入操作状态"
+        "silent for {silence} from {at} on, heard again, but not Operational since";
     SilentAndBooted { at: Ns, silence: Ns }
         "{at}起{silence}没有任何报文, 之后自行启动" "silent for {silence} from {at} on, came back with a boot-up nobody had asked for";
     SilentOften { at: Ns, count: Count } "{at}起{count}次失去联系" "silent {count} times from {at} on";
@@ -107,6 +110,7 @@ sayings! {
     LengthFits "长度相符" "the length fits again";
     RecordingGoesOn "记录继续" "the recording goes on";
     Recovered "已恢复" "recovered";
+    WrittenAgain "同一对象写入成功" "the same object is written";
     NotStartedSince { since: Ns } "{since}以来未再被启动" "not started again for {since}";
     SameTime { object: Object } "同时请求{object}" "{object} is asked for at the same time";
     RegisterRead { register: Hex2 } "错误寄存器1001h为{register}" "error register 1001h is {register}";
@@ -141,6 +145,8 @@ checks! {
     WATCHDOG "watchdog" "看门狗或固件: 节点有启动报文, 所以断过电或自行复位; 只是电缆松动不会有启动报文"
         "a watchdog or the firmware: with a boot-up it lost power or reset itself; a loose cable alone gives none";
     CABLE_ONLY "cable-only" "它没有启动报文, 所以没有断电: 只是连接中断" "it sent no boot-up, so it kept its power: only the connection was open";
+    FELL_BACK "fell-back" "它恢复时处于预操作状态而没有启动报文: 可能重启过(有的协议栈不发启动报文), 或1029h使其退出操作状态"
+        "it came back Pre-operational without a boot-up: it may have restarted (some stacks send none), or 1029h took it there";
     NO_SIGN "no-sign" "它没有发出紧急报文或启动报文: 没有重启, 总线上看不出原因"
         "no EMCY and no boot-up came from it: it did not restart, and nothing on the bus says why it stopped";
     ERROR_FRAMES_OFF "berr-reporting"

@@ -19,6 +19,8 @@ pub(super) enum Ends {
     Answered,
     /// A transfer of the node succeeds.
     Transferred,
+    /// The same object is written.
+    Written,
     /// A SYNC comes.
     Sync,
     /// The PDO comes.

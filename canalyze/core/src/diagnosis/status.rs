@@ -9,7 +9,7 @@ use crate::finding::Code;
 use crate::frame::FrameRef;
 
 /// A node that is back has this time to be started again, in ns.
-const START_NS: i64 = 5_000_000_000;
+const START_NS: i64 = 2_500_000_000;
 /// An error stands once it was not taken back for so long, in ns.
 const SETTLED_NS: i64 = 500_000_000;
 
@@ -36,21 +36,25 @@ fn goes_on(one: &Incident, end: FrameRef) -> bool {
 }
 
 /// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
-/// cannot be heard any more; `left_alone`: others have been Operational for long while it is not.
+/// cannot be heard any more; `left_alone`: others have been Operational for long while it is not;
+/// `idle`: others are Operational, and it is not.
 pub(super) fn status(
     one: &Incident,
     end: FrameRef,
-    (back, gone, left_alone): (Option<FrameRef>, bool, bool),
+    (back, gone, left_alone, idle): (Option<FrameRef>, bool, bool, bool),
 ) -> Status {
     use Kind::{
-        CommandedStop, ConsumerTimeTooShort, HeartbeatStopped, NodeAbsent, NodeSilent, QuickStop, RequestUnanswered,
-        SegmentLost,
+        CommandedStop, ConsumerTimeTooShort, DuplicateNodeId, HeartbeatStopped, NodeAbsent, NodeSilent, QuickStop,
+        RequestUnanswered, RestartLoop, SegmentLost,
     };
     match one.kind {
         // One node that stays stopped while others run is not what anybody wants.
         CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Stands,
         kind if is_harmless(kind) => return Status::Harmless,
-        ConsumerTimeTooShort => return Status::Stands,
+        // Nothing on the bus shows that one of two is gone.
+        ConsumerTimeTooShort | DuplicateNodeId => return Status::Stands,
+        // Who restarts again and again and was not started since is in the loop still, for all that is known.
+        RestartLoop if idle => return Status::Stands,
         // Who takes back bit 2 of the controlword asks for a quick stop.
         QuickStop if one.has("controlword") && one.cause.is_none() => return Status::Harmless,
         _ => {}

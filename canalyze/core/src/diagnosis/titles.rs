@@ -2,7 +2,7 @@
 //!
 //! Must not: judge.
 
-use super::incident::{Incident, Status};
+use super::incident::{Incident, Role, Status};
 use super::kinds::Kind;
 use super::sayings::Saying;
 use crate::finding::Quantity;
@@ -24,6 +24,9 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         Kind::NodeSilent if count > 1 => Saying::SilentOften { at, count }.into(),
         Kind::NodeSilent => match (ns("silence"), get("boot_up"), one.end, ns("period")) {
             (Some(silence), Some(_), ..) => Saying::SilentAndBooted { at, silence }.into(),
+            (Some(silence), None, None, _) if one.steps.iter().any(|step| step.role == Role::Recovery) => {
+                Saying::SilentAndWaits { at, silence }.into()
+            }
             (_, _, Some(end), _) => Saying::SilentAndBack { at, silence: end.since(one.begin).unwrap_or(0) }.into(),
             (.., Some(period)) => Saying::Silent { at, period }.into(),
             _ => Saying::SilentSince { at }.into(),

@@ -23,6 +23,8 @@ const TOGETHER_NS: i64 = 500_000_000;
 /// before.
 const TOO_SHORT: u64 = 3;
 
+/// Bit of the error register: communication (CiA 301, 7.5.2.2).
+const COMMUNICATION: u8 = 1 << 4;
 /// A loss that a heartbeat consumer reports (CiA 301, 7.2.7.1).
 pub(in crate::diagnosis) const LIFE_GUARD: u16 = 0x8130;
 /// An RPDO that did not come in time.
@@ -86,6 +88,7 @@ impl Emergencies {
         if let Some(place) = open.iter().find(|place| known(place, scene)).copied() {
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.step(at, Role::Sign, Saying::Raised { code, register }, None);
+                one.repeats.count += 1;
             }
             return;
         }
@@ -119,6 +122,7 @@ impl Emergencies {
         if let Some(one) = scene.ledger.get_mut(place) {
             one.step(at, Role::Sign, Saying::Raised { code, register }, None);
             one.clue.codes.push(code);
+            one.clue.communication |= register & COMMUNICATION != 0;
             if !one.clue.reported.contains(&code) {
                 one.clue.reported.push(code);
             }
@@ -127,6 +131,7 @@ impl Emergencies {
                 one.fact("register", Quantity::Hex2(register));
             }
         }
+        scene.ledger.grown.push(place);
         let open = self.open.entry(node).or_default();
         if !open.contains(&place) {
             open.push(place);

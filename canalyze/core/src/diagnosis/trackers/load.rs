@@ -33,6 +33,10 @@ const RUN_NS: i64 = 200_000_000;
 const RUN_GAP_NS: i64 = 10_000_000;
 /// What was asked for by a write or a command before it began is no flood, within this time in ns.
 const ASKED_NS: i64 = 1_000_000_000;
+/// A gap so many times as long as usual is a pause.
+const PAUSE: i64 = 3;
+/// What comes evenly is off by less than this part of its period.
+const EVEN: i64 = 8;
 /// Frames after a repeated start that show how often a PDO comes now.
 const AFTER_START: u32 = 12;
 /// The bit rates of CANopen (CiA 301, table 1), in kbit/s.
@@ -44,6 +48,8 @@ struct Stream {
     last: FrameRef,
     /// The mean gap in ns, and from how many gaps.
     gap_ns: i64,
+    /// How far gaps are from it, on average.
+    off_ns: i64,
     gaps: u32,
     /// Frames of a run that comes far more often than that, and where it began.
     run: u32,
@@ -133,11 +139,13 @@ impl Load {
         }
         let Some(one) = self.streams.get_mut(identifier) else { return };
         if one.gaps < TAUGHT || gap.saturating_mul(TIMES) > one.gap_ns {
-            if one.gaps == 0 {
-                one.gap_ns = gap;
+            // A pause teaches nothing of how often it comes.
+            if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(PAUSE) {
+                let mean = if one.gaps == 0 { gap } else { one.gap_ns };
+                one.gap_ns = mean + (gap - mean) / 8;
+                one.off_ns += ((gap - one.gap_ns).abs() - one.off_ns) / 8;
+                one.gaps = one.gaps.saturating_add(1);
             }
-            one.gap_ns += (gap - one.gap_ns) / 8;
-            one.gaps = one.gaps.saturating_add(1);
             one.run = 0;
             if let Some(flood) = one.flood.take().and_then(|place| scene.ledger.get_mut(place)) {
                 flood.step(last, Role::Recovery, Saying::Recovered, None);
@@ -224,7 +232,7 @@ impl Load {
         for (identifier, one) in self.streams.iter_mut().enumerate() {
             let of_node =
                 matches!(scene.bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
-            if of_node && one.gaps >= TAUGHT {
+            if of_node && one.gaps >= TAUGHT && one.off_ns * EVEN < one.gap_ns {
                 one.started = Some((one.gap_ns, FrameRef::default(), 0));
             }
         }

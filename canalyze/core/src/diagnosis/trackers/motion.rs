@@ -114,7 +114,7 @@ impl Motions {
         let (Some(axis), object) = (drive::axis(mux.index), first_axis(mux.index)) else { return };
         let raw = match transfer.data.kept.as_slice() {
             [low] if matches!(object, 0x6060 | 0x6061) => u64::from(*low),
-            [low, high] if object == 0x6040 => u64::from(u16::from_le_bytes([*low, *high])),
+            [low, high] if matches!(object, 0x6040 | 0x6041) => u64::from(u16::from_le_bytes([*low, *high])),
             _ => return,
         };
         self.value((transfer.node, axis), object, raw, scene);

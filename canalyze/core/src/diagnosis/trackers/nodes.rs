@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
-use crate::diagnosis::incident::{Incident, Role, Subject, bit, members};
+use crate::diagnosis::incident::{Grade, Incident, Role, Subject, bit, members};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
@@ -22,6 +22,12 @@ const TOGETHER_NS: i64 = 100_000_000;
 const REACTION_NS: i64 = 2_000_000_000;
 /// Boot-ups without a command from which on they are a loop.
 const LOOP: u64 = 3;
+/// A node of which nothing was heard for so long may be the one that a consumer misses, in ns.
+const UNHEARD_NS: i64 = 400_000_000;
+/// Boot-ups of nodes that were lost together come within this time, in ns.
+const BACK_NS: i64 = 1_000_000_000;
+/// What a second node with a node-ID shows comes within this time, in ns.
+const DOUBLE_NS: i64 = 15_000_000_000;
 /// Resets within this time are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
@@ -41,6 +47,10 @@ pub(in crate::diagnosis) struct Nodes {
     started: BTreeMap<u8, FrameRef>,
     /// The boot-up of each node that ended its last silence.
     returned: BTreeMap<u8, u64>,
+    /// The last frame of each node before its last boot-up.
+    before: BTreeMap<u8, FrameRef>,
+    /// The last start of each node, and of all (0), by command.
+    ordered: BTreeMap<u8, FrameRef>,
     /// The last boot-up of each node.
     booted: BTreeMap<u8, FrameRef>,
 }
@@ -51,7 +61,7 @@ impl Nodes {
         if self.silent.is_empty() {
             return;
         }
-        let Some(place) = self.silent.get(&node).copied() else { return };
+        let Some(place) = self.silent.get(&node).copied() else { return self.was_away(node, scene) };
         let at = scene.at;
         let Some(one) = scene.ledger.get_mut(place) else { return };
         gone(one, scene.heard.last(node), at);
@@ -59,6 +69,9 @@ impl Nodes {
             return;
         }
         one.step(at, Role::Recovery, Saying::HeardAgain, None);
+        if let Some(silence) = at.since(one.repeats.since) {
+            one.fact("silence", Quantity::Ns(silence));
+        }
         self.silent.remove(&node);
         if !self.silent.values().any(|other| *other == place) {
             one.ends(at);
@@ -70,6 +83,10 @@ impl Nodes {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
         self.booted.insert(node, at);
+        match scene.heard.last(node) {
+            Some(last) => self.before.insert(node, last),
+            None => self.before.remove(&node),
+        };
         self.started.remove(&node);
         if let Some(place) = self.owing.remove(&node) {
             self.close(place, at, Saying::Booted, scene);
@@ -167,6 +184,9 @@ impl Nodes {
                 one.step(at, Role::Sign, Saying::Commanded { command }, None);
             }
         }
+        if command == 0x01 {
+            self.ordered.insert(node, scene.at);
+        }
         for node in members(meant & !before).filter(|_| command == 0x01) {
             self.started.entry(node).or_insert(scene.at);
         }
@@ -196,17 +216,8 @@ impl Nodes {
         }
         let heartbeat = finding.cause.or_else(|| scene.heard.last_heartbeat(node)).unwrap_or(finding.at);
         let period = scene.bus.heartbeat_period(node);
-        let mut begin = scene.heard.last(node).filter(|last| last.no > heartbeat.no).unwrap_or(heartbeat);
         let sync = scene.heard.sync;
-        let stopped = |last: FrameRef| finding.at.since(last).zip(scene.heard.sync_period_ns);
-        let stopped = |last: FrameRef| last.no > 0 && stopped(last).is_some_and(|(since, period)| since > 2 * period);
-        // Who only sends heartbeats controls the others: where that has stopped with them, it went on until then.
-        let controls = scene.heard.serving & bit(node) == 0 && stopped(scene.heard.control);
-        let producer = scene.produces_sync(node) || controls && stopped(sync);
-        let last = if controls { scene.heard.control } else { sync };
-        if producer && last.no > begin.no {
-            begin = last;
-        }
+        let (begin, producer) = last_sign(node, heartbeat, finding.at, scene);
         // Other frames that come after the next heartbeat was due show that the node goes on.
         let rest = finding.at.since(begin).unwrap_or(i64::MAX);
         let beyond = begin.since(heartbeat).unwrap_or(0);
@@ -217,7 +228,7 @@ impl Nodes {
         let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at));
         let Some(place) = place else { return };
         let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
-        let at_sync = producer && stopped(sync);
+        let at_sync = producer && has_stopped(sync, finding.at, scene);
         if let Some(one) = scene.ledger.get_mut(place) {
             one.clue.controller |= scene.heard.serving & bit(node) == 0;
             one.clue.sync_producer |= producer && !goes_on;
@@ -238,7 +249,7 @@ impl Nodes {
             one.found(finding.code, finding.at.no);
         }
         self.silent.insert(node, place);
-        self.was_operational = self.was_operational & !bit(node) | scene.heard.operational & bit(node);
+        self.remember(node, scene);
     }
 
     /// A boot-up that nobody had asked for (NMT003).
@@ -262,7 +273,13 @@ impl Nodes {
             one.subject.concerns(node) && one.end.is_some_and(|end| end.no == at.no) && one.kind == Kind::NodeSilent
         });
         if let Some(one) = silent.and_then(|place| scene.ledger.get_mut(place)) {
+            if one.repeats.count >= LOOP {
+                one.kind = Kind::RestartLoop;
+            }
             return one.found(finding.code, at.no);
+        }
+        if self.comes_with_others(node, finding, scene) {
+            return;
         }
         let again = scene.ledger.last(scene.id, |one| {
             one.subject.node == Some(node) && matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop)
@@ -293,6 +310,109 @@ impl Nodes {
         }
     }
 
+    /// A node that was not heard since others were lost was lost with them, though nobody has missed it.
+    fn was_away(&self, node: u8, scene: &mut Scene<'_>) {
+        let Some(last) = scene.heard.last(node) else { return };
+        let away = scene.at.since(last).unwrap_or(0);
+        if scene.bus.heartbeat_period(node).is_none_or(|period| away < period + period / 2) {
+            return;
+        }
+        for place in self.silent.values() {
+            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind == Kind::SegmentLost) else { continue };
+            let period = one.ns("period").unwrap_or(0);
+            if last.since(one.begin).is_some_and(|since| since <= period) && away > period {
+                one.subject.nodes |= bit(node);
+                one.step(scene.at, Role::Recovery, Saying::HeardAgain, None);
+                return;
+            }
+        }
+    }
+
+    /// Whether a node that is gone was Operational: one that waits to be started was, before.
+    fn remember(&mut self, node: u8, scene: &Scene<'_>) {
+        if !self.waiting.contains_key(&node) {
+            self.was_operational = self.was_operational & !bit(node) | scene.heard.operational & bit(node);
+        }
+    }
+
+    /// A boot-up that comes with those of other nodes that were lost together: a node that is heard so seldom that it was not
+    /// missed was lost with them.
+    fn comes_with_others(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
+        let (at, Some(before)) = (finding.at, self.before.get(&node).copied()) else { return false };
+        let others = scene.ledger.last(scene.id, |one| {
+            let lost = matches!(one.kind, Kind::SegmentLost | Kind::NodeSilent) && one.has("boot_up");
+            let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
+            let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.abs() <= BACK_NS));
+            // Its last frame is older than the loss, or came within the time in which the others were lost.
+            let period = one.ns("period").unwrap_or(0);
+            lost && near && before.since(one.begin).is_some_and(|since| since <= period)
+        });
+        let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
+        one.kind = Kind::SegmentLost;
+        one.subject.nodes |= bit(node);
+        one.subject.node = None;
+        one.step(at, Role::Recovery, Saying::BootedUnasked, Some(finding.code));
+        true
+    }
+
+    /// A consumer reports a loss, and no rule has found one: the node of which nothing was heard for longest, where one
+    /// alone is missed. `watched`: whom the consumer is known to watch, with its times in ns; `named`: the bytes of the
+    /// emergency that may name it.
+    pub(in crate::diagnosis) fn missed(
+        &mut self,
+        consumer: u8,
+        watched: &[(u8, i64)],
+        named: [u8; 5],
+        scene: &mut Scene<'_>,
+    ) {
+        let at = scene.at;
+        let age = |node: u8| scene.heard.last(node).and_then(|last| at.since(last)).unwrap_or(0);
+        let is_missed = |node: &u8| {
+            let limit = match (watched.iter().find(|(other, _)| other == node), watched.is_empty()) {
+                (Some((_, time)), _) => *time,
+                (None, false) => return false,
+                (None, true) => scene.bus.heartbeat_period(*node).map_or(UNHEARD_NS, |period| period + period / 8),
+            };
+            let beats = scene.heard.last_heartbeat(*node).is_some_and(|beat| {
+                self.booted.get(node).is_none_or(|boot| beat.no >= boot.no) || scene.heard.last(*node) == Some(beat)
+            });
+            // Who was reset by command boots.
+            let reset = self.commanded.is_some_and(|(place, left)| {
+                let kind = scene.ledger.get(place).map(|one| one.kind);
+                left & bit(*node) != 0 && kind == Some(Kind::CommandedReset)
+            });
+            *node != consumer && beats && !reset && age(*node) >= limit
+        };
+        let missed: Vec<u8> = members(scene.heard.known).filter(is_missed).collect();
+        if missed.iter().any(|node| self.silent.contains_key(node)) {
+            return;
+        }
+        let named = missed.iter().copied().find(|node| named.iter().filter(|byte| **byte != 0).eq([node]));
+        let alone = if let [node] = missed.as_slice() { Some(*node) } else { None };
+        let Some(node) = named.or(alone) else { return };
+        let Some(beat) = scene.heard.last_heartbeat(node) else { return };
+        let (begin, producer) = last_sign(node, beat, at, scene);
+        let kind = Kind::NodeSilent;
+        let again = self.again(kind, node, begin, scene);
+        let Some(place) = again.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at)) else {
+            return;
+        };
+        let clue = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.grade = Grade::Likely;
+            one.clue.controller = scene.heard.serving & bit(node) == 0;
+            (one.clue.sync_producer, one.clue.sync) = (producer, clue);
+            if one.steps.is_empty() {
+                one.step(begin, Role::Sign, Saying::LastSign, None);
+            }
+            if let Some(period) = scene.bus.heartbeat_period(node) {
+                one.fact("period", Quantity::Ns(rounded(period)));
+            }
+        }
+        self.silent.insert(node, place);
+        self.remember(node, scene);
+    }
+
     /// A node has changed its state by itself (NMT004, NMT005).
     pub(in crate::diagnosis) fn changed(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let Some(measured) = finding.measured() else { return };
@@ -316,6 +436,7 @@ impl Nodes {
                     && at.since(one.repeats.since).is_none_or(|since| since.abs() <= REACTION_NS)
             })
         });
+        let trouble = trouble.or_else(|| self.left_again(node, at, scene));
         let place = trouble.or_else(|| {
             let place = scene.ledger.open(Kind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
             scene.ledger.get_mut(place)?.fact("state", Quantity::State(to));
@@ -331,6 +452,37 @@ impl Nodes {
             one.end = None;
         }
         self.wait(node, place);
+    }
+
+    /// The same node has left Operational shortly before. Where it was Operational in between though nobody had started it,
+    /// and does so again and again, two nodes answer by one node-ID.
+    fn left_again(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
+        let place = scene.ledger.last(scene.id, |one| {
+            let left = matches!(one.kind, Kind::LeftOperational | Kind::DuplicateNodeId);
+            left && one.subject.node == Some(node) && (one.end.is_none() || one.ended_within(at, AGAIN_NS))
+        })?;
+        let since = scene.ledger.get(place)?.repeats.since;
+        let ordered = [node, 0].into_iter().filter_map(|key| self.ordered.get(&key)).any(|order| order.no > since.no);
+        let one = scene.ledger.get_mut(place)?;
+        one.again(at);
+        if one.repeats.count < LOOP || ordered {
+            return Some(place);
+        }
+        one.kind = Kind::DuplicateNodeId;
+        let begin = one.begin;
+        let boot = scene.ledger.last(scene.id, |one| {
+            let booted = matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop);
+            booted && one.subject.node == Some(node) && one.began_within(at, DOUBLE_NS)
+        });
+        if let Some(boot) = boot {
+            let first = scene.ledger.get(boot)?.begin;
+            scene.ledger.merge(boot, place);
+            let one = scene.ledger.get_mut(place)?;
+            if first.no < begin.no {
+                one.begin = first;
+            }
+        }
+        Some(place)
     }
 
     /// A command had no effect (NMT002), or no boot-up has come (NMT006).
@@ -456,6 +608,23 @@ impl Nodes {
         one.step(begin, Role::Sign, Saying::LastSign, None);
         Some(place)
     }
+}
+
+/// Whether what comes with SYNC, and came last at a frame, has stopped.
+fn has_stopped(last: FrameRef, at: FrameRef, scene: &Scene<'_>) -> bool {
+    let since = at.since(last).zip(scene.heard.sync_period_ns);
+    last.no > 0 && since.is_some_and(|(since, period)| since > 2 * period)
+}
+
+/// The last sign of a node that is missed, whose last heartbeat is known, and whether it produces SYNC.
+fn last_sign(node: u8, heartbeat: FrameRef, at: FrameRef, scene: &Scene<'_>) -> (FrameRef, bool) {
+    let begin = scene.heard.last(node).filter(|last| last.no > heartbeat.no).unwrap_or(heartbeat);
+    let (sync, control) = (scene.heard.sync, scene.heard.control);
+    // Who only sends heartbeats controls the others: where that has stopped with them, it went on until then.
+    let controls = scene.heard.serving & bit(node) == 0 && has_stopped(control, at, scene);
+    let producer = scene.produces_sync(node) || controls && has_stopped(sync, at, scene);
+    let last = if controls { control } else { sync };
+    (if producer && last.no > begin.no { last } else { begin }, producer)
 }
 
 /// A period as a person says it: in whole ms, where it is not a short one.

@@ -13,6 +13,7 @@ use crate::diagnosis::scene::Scene;
 use crate::diagnosis::signs::{self, Ends};
 use crate::finding::{Code, Finding, Quantity};
 use crate::frame::FrameRef;
+use crate::services::sdo::wire::Mux;
 
 /// Trouble of one SDO server within this time is one, in ns.
 const ONE_TRANSFER_NS: i64 = 2_000_000_000;
@@ -37,6 +38,7 @@ pub(in crate::diagnosis) struct Sign {
     pub(in crate::diagnosis) ends: Ends,
     pub(in crate::diagnosis) node: Option<u8>,
     pub(in crate::diagnosis) pdo: Option<(bool, u16)>,
+    pub(in crate::diagnosis) object: Option<Mux>,
 }
 
 /// Kinds that are one trouble of an SDO server.
@@ -58,6 +60,8 @@ impl Found {
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         let (kind, ends) = match (code, says(finding)) {
             (Code::Sdo002, Some("request")) => (Kind::DamagedTransfer, Ends::Transferred),
+            // Whether the value was taken is not known until it is written again.
+            _ if kind == Kind::RequestUnanswered && written(finding, scene) == Some(at.no) => (kind, Ends::Written),
             _ => (kind, ends),
         };
         // A SYNC that stops is no trouble of the node that misses it.
@@ -90,7 +94,11 @@ impl Found {
             && let Some(one) = scene.ledger.last(scene.id, |one| {
                 let shows = matches!(
                     one.kind,
-                    Kind::NodeRestarted | Kind::RestartLoop | Kind::LeftOperational | Kind::HeartbeatIrregular
+                    Kind::NodeRestarted
+                        | Kind::RestartLoop
+                        | Kind::LeftOperational
+                        | Kind::HeartbeatIrregular
+                        | Kind::DamagedTransfer
                 );
                 shows && one.subject.node == subject.node && one.began_within(finding.at, DOUBLE_NS)
             })
@@ -164,12 +172,16 @@ impl Found {
             let of_node = sign.node.is_none() || one.subject.node == sign.node;
             let of_pdo = one.subject.pdo.is_none() || one.subject.pdo == sign.pdo;
             let after = at.no > one.noticed.no;
+            if *ends == Ends::Written && sign.object.map(Quantity::Object) != one.get("object") {
+                return true;
+            }
             if *ends != sign.ends || !of_node || !after || (matches!(ends, Ends::Pdo | Ends::Length) && !of_pdo) {
                 return true;
             }
             let said = match ends {
                 Ends::Heard => Saying::HeardAgain,
                 Ends::Answered | Ends::Transferred => Saying::Answered,
+                Ends::Written => Saying::WrittenAgain,
                 Ends::Sync => Saying::SyncAgain,
                 Ends::Pdo => Saying::PdoAgain,
                 Ends::Length => Saying::LengthFits,
@@ -206,6 +218,11 @@ impl Found {
             }
         }
     }
+}
+
+/// The last write to the node that a finding is about.
+fn written(finding: &Finding, scene: &Scene<'_>) -> Option<u64> {
+    Some(scene.heard.written(finding.node?)?.no)
 }
 
 /// How often it happened by a finding: what has no single gap lasts.
