@@ -5,10 +5,13 @@
 
 use super::incident::{Grade, Incident};
 use super::kinds::Kind::{self, *};
-use super::links::{LATE_NS, WINDOW_NS};
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
-use crate::finding::Quantity;
+use crate::finding::{Code, Quantity};
 
+/// A cause may be noticed so long after its consequence, in ns; and a consequence come so long after its cause is over.
+pub(super) const WINDOW_NS: i64 = 3_000_000_000;
+/// How late a consumer may report a loss beyond its time, in ns.
+pub(super) const LATE_NS: i64 = 50_000_000;
 /// A reaction follows within this time, in ns.
 const PROMPT_NS: i64 = 500_000_000;
 /// A supply that dips takes other nodes with it within this time, in ns.
@@ -293,8 +296,9 @@ fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L11: frames of a transfer that the server has refused were under way.
 fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let soon = (0..=WINDOW_NS).contains(&pair.delay) && pair.alone();
-    let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer;
+    let soon = (0..=PROMPT_NS).contains(&pair.delay) && pair.alone();
+    let left_over = pair.effect.findings.iter().all(|(code, _)| *code == Code::Sdo007);
+    let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer && left_over;
     (soon && refused).then_some((Grade::Likely, pair.delay))
 }
 

@@ -3,16 +3,11 @@
 //! Whether one incident can have caused another is asked of `causes`. A consequence has one cause; others are kept as
 //! possible, and there is never a cycle. Must not: look at frames, or know which kinds cause which.
 
-use super::causes::{Found, relate};
+use super::causes::{Found, LATE_NS, WINDOW_NS, relate};
 use super::incident::{Grade, Incident, Link, Status, bit};
 use super::kinds::Kind;
 use super::ledger::{Ledger, Place};
 use crate::frame::BusId;
-
-/// A cause may be noticed so long after its consequence, in ns; and a consequence come so long after its cause is over.
-pub(super) const WINDOW_NS: i64 = 3_000_000_000;
-/// How late a consumer may report a loss beyond its time, in ns.
-pub(super) const LATE_NS: i64 = 50_000_000;
 
 /// Links an incident that has just begun with those before it, and those of the last seconds with it.
 pub(super) fn link(ledger: &mut Ledger, place: Place, bus: BusId) {

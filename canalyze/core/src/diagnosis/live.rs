@@ -2,8 +2,8 @@
 //!
 //! It must not decide anything by itself: the end of a capture is judged by `mod` alone, of a copy where it is not over.
 
+use super::causes::WINDOW_NS;
 use super::incident::{Grade, Incident, IncidentId};
-use super::links::WINDOW_NS;
 use super::rank::is_root;
 use super::{CLOSED, Diagnosis, Phase};
 use crate::bus::Bus;

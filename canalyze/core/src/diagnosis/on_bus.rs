@@ -127,7 +127,7 @@ impl OfBus {
                     self.drives.transfer(transfer);
                     self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
                     self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    self.boots.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.boots.transfer(transfer, &self.heard);
                     self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
                     if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
                         let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None, object: None };
@@ -378,7 +378,7 @@ impl OfBus {
                     self.boots.started(meant);
                     self.configurations.started(meant, scene!(self, ledger, bus, id, at));
                     for node in incident::members(meant & before) {
-                        self.load.started_again(node, scene!(self, ledger, bus, id, at));
+                        self.load.started_again(node, bus);
                     }
                 }
                 false

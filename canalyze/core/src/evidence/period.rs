@@ -204,10 +204,12 @@ impl Period {
         rival.sum_ns = rival.sum_ns.saturating_add(gap_ns);
         (rival.least_ns, rival.most_ns) = (rival.least_ns.min(gap_ns), rival.most_ns.max(gap_ns));
         rival.count += 1;
-        // They come one behind the other: where others stand between them that teach nothing, it is jitter.
+        // They come one behind the other, or every other one where those between were set aside. Where their distance is
+        // no multiple of their length, shorter ones make up for them: it is jitter.
         let mean_ns = rival.sum_ns / i64::from(rival.count);
-        let least = mean_ns.saturating_mul(i64::from(rival.count - 1));
-        if at.since(rival.since).is_some_and(|lasts| lasts > least + mean_ns / 2) {
+        let least = mean_ns.saturating_mul(i64::from(rival.count - 1)).max(1);
+        let off = |lasts: i64| (lasts - (lasts + least / 2) / least * least).saturating_abs();
+        if at.since(rival.since).is_some_and(|lasts| off(lasts) > least / 8) {
             *rival = Rival { sum_ns: gap_ns, least_ns: gap_ns, most_ns: gap_ns, count: 1, since: at };
             return Learnt::Nothing;
         }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use crate::diagnosis::incident::{Grade, Role, Subject, bit};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::sayings::Saying;
-use crate::diagnosis::scene::Scene;
+use crate::diagnosis::scene::{Heard, Scene};
 use crate::finding::Quantity;
 use crate::frame::FrameRef;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
@@ -57,10 +57,10 @@ impl Boots {
     }
 
     /// An SDO transfer has ended: it may be a step of a boot.
-    pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &Scene<'_>) {
+    pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, heard: &Heard) {
         let (node, at) = (transfer.node, transfer.first);
         let done = transfer.outcome.status == Status::Ok;
-        let Some(mux) = transfer.mux.filter(|_| done && !scene.heard.is_operational(node)) else { return };
+        let Some(mux) = transfer.mux.filter(|_| done && !heard.is_operational(node)) else { return };
         match transfer.direction {
             Direction::Upload if mux.index == 0x1000 => {
                 let fresh = Boot { begin: at, booted: false, reads: 0, first: at, last: at, configured: false };

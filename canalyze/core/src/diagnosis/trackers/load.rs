@@ -5,6 +5,7 @@
 //! a frame would not fill. Must not: count the bits of a frame exactly (`summary` does), or judge SDO, whose block
 //! transfers fill a bus by design.
 
+use crate::bus::Bus;
 use crate::cob_id::Role as Carries;
 use crate::diagnosis::incident::{Grade, Role, Subject};
 use crate::diagnosis::kinds::Kind;
@@ -228,10 +229,9 @@ impl Load {
     }
 
     /// The NMT master has started a node that was running.
-    pub(in crate::diagnosis) fn started_again(&mut self, node: u8, scene: &Scene<'_>) {
+    pub(in crate::diagnosis) fn started_again(&mut self, node: u8, bus: &Bus) {
         for (identifier, one) in self.streams.iter_mut().enumerate() {
-            let of_node =
-                matches!(scene.bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
+            let of_node = matches!(bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
             if of_node && one.gaps >= TAUGHT && one.off_ns * EVEN < one.gap_ns {
                 one.started = Some((one.gap_ns, FrameRef::default(), 0));
             }

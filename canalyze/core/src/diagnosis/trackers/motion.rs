@@ -215,7 +215,7 @@ impl Motions {
         self.set(name, Kind::NotEnabled, disabled.is_some(), disabled.unwrap_or(at), scene);
         let stopping = state == State::QuickStopActive;
         if let Some(control) = control
-            && (stopping && before == Some(State::OperationEnabled) || !stopping)
+            && (!stopping || before == Some(State::OperationEnabled))
         {
             let commanded = stopping && control & QUICK_STOP == 0;
             self.set(name, Kind::QuickStop, stopping, at, scene);
