@@ -11,6 +11,9 @@ import kinds_of_data
 import kinds_of_drives
 import kinds_of_nodes
 from kind_row import Sample
+from kinds_further import FURTHER, Further
+
+__all__ = ["FURTHER", "TABLE", "Further"]
 
 TABLE: Final[dict[str, Sample]] = {**kinds_of_nodes.SAMPLES, **kinds_of_data.SAMPLES, **kinds_of_drives.SAMPLES}
 """By the name of the kind."""

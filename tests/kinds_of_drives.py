@@ -49,9 +49,25 @@ def reset_in_vain(faulty: bool) -> Frames:
 
 
 def held_reset(faulty: bool) -> Frames:
-    """Bit 7 of the controlword is set all the time, and the drive in fault; or it is set anew, and the drive leaves it."""
+    """Bit 7 of the controlword is set all the time while the drive is in fault; or it is set anew, and that helps."""
     net = cycles(drive(), 0x80 if faulty else 0, FAULT, POSITION, count=3)
     return cycles(net, 0x80, FAULT if faulty else DISABLED, POSITION, count=30).frames()
+
+
+def left(faulty: bool) -> Frames:
+    """An enabled drive is disabled though nothing was commanded; or after disable voltage."""
+    net = cycles(enabled(POSITION), 15, ENABLED, POSITION, count=20)
+    return cycles(net, 15 if faulty else 0, DISABLED, POSITION, count=20).frames()
+
+
+def mode_not_taken(faulty: bool) -> Frames:
+    """Another mode is asked for and the old one displayed for 4 s; or for 0.3 s."""
+    net = enabled(POSITION)
+    for place in range(40):
+        displayed = POSITION if faulty or place < 3 else CYCLIC_POSITION
+        net.send(0x205, struct.pack("<Hb", 15, CYCLIC_POSITION))
+        net.send(0x185, struct.pack("<Hb", ENABLED, displayed), after=0.005).wait(0.1)
+    return net.frames()
 
 
 def quick_stop(faulty: bool) -> Frames:
@@ -60,7 +76,7 @@ def quick_stop(faulty: bool) -> Frames:
 
 
 def reports(mode: int, wrong: int, right: int, *, count: int = 20, clean_count: int | None = None) -> Sample:
-    """An enabled drive reports a bit of its statusword for so many tenths of a second; or others, or not for so long."""
+    """An enabled drive reports a bit of its statusword, in tenths of a second; or other bits, or not for so long."""
 
     def make(faulty: bool) -> Frames:
         net = cycles(enabled(mode), 15, ENABLED, mode, count=5)
@@ -96,8 +112,15 @@ SAMPLES = {
     "fault-reset-without-effect": Sample(reset_in_vain, NODE, "stands", (0x205, 3)),
     "not-enabled": of_rule("DRV002", NODE, "stands"),
     "quick-stop": Sample(quick_stop, NODE, "stands", (0x185, 8)),
-    "state-left": of_rule("DRV001", NODE, "over"),
-    "mode-not-taken": of_rule("DRV004", NODE, "over"),
+    "state-left": Sample(
+        left,
+        NODE,
+        "stands",
+        defect="DRV001 judges steps toward operation enabled only, not those that leave it",
+    ),
+    "mode-not-taken": Sample(
+        mode_not_taken, NODE, "stands", (0x205, 8), defect="it is over at once, though the mode is never displayed"
+    ),
     "fault-reset-without-edge": Sample(held_reset, NODE, "stands"),
     "following-error": reports(CYCLIC_POSITION, ERROR | ACKNOWLEDGED, ACKNOWLEDGED),
     "internal-limit": reports(POSITION, LIMIT, 0, clean_count=9),

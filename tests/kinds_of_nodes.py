@@ -5,6 +5,8 @@ What it must not do: ask what is told of it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from captures import CanFrame
 from kind_row import Sample, of_rule
 from network import (
@@ -33,7 +35,7 @@ def started(*nodes: int) -> Network:
 
 
 def beats(
-    net: Network, nodes: dict[int, float], states: tuple[tuple[float, int], ...] = ((0, OPERATIONAL),)
+    net: Network, nodes: Mapping[int, float], states: tuple[tuple[float, int], ...] = ((0, OPERATIONAL),)
 ) -> Network:
     """Heartbeats of nodes beside everything else, each for so many seconds from now."""
     for number, (node, seconds) in enumerate(nodes.items()):
@@ -101,7 +103,7 @@ def heartbeat_stopped(faulty: bool) -> Frames:
 
 def restarts(count: int, faulty: bool) -> Frames:
     """A node that boots again and is started again each time; its reset is commanded, or is not."""
-    net = beats(started(4, NODE), {4: 2.5 + count})
+    net = beats(started(4, NODE), {4: 1.9 + count})
     for _ in range(count):
         beats(net, {NODE: 0.8}).wait(0.9)
         if not faulty:
@@ -207,7 +209,11 @@ SAMPLES = {
     "bus-errors": Sample(lambda faulty: error_frames(3 if faulty else 2, others=True), None, "over", (0x20000088, 0)),
     "transceiver-fault": of_rule("BUS008", None, "stands"),
     "wrong-bit-rate": Sample(
-        lambda faulty: error_frames(12 if faulty else 2, others=False), None, "stands", (0x20000088, 0)
+        lambda faulty: error_frames(12 if faulty else 2, others=False),
+        None,
+        "stands",
+        (0x20000088, 0),
+        defect="it begins with the last error frame of the capture",
     ),
     "segment-lost": Sample(segment_lost, (5, 6), "stands", (0x705, -1)),
     "bus-silent": of_rule("HBT005", None, "harmless"),

@@ -8,10 +8,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from captures import described_beside
+from captures import described_beside, log_text
+from conftest import Runner
 from diagnoses import ABOVE_HARMLESS, Diagnosed, diagnosed
 from kind_row import Node
-from kind_samples import TABLE
+from kind_samples import FURTHER, TABLE, Further
 
 from canalyze import _core
 
@@ -19,6 +20,12 @@ KINDS = list(_core.INCIDENTS)
 CASES = [
     pytest.param(kind, marks=[pytest.mark.xfail(strict=True, reason=sample.defect)] if sample.defect else [])
     for kind, sample in TABLE.items()
+]
+
+
+FURTHER_CASES = [
+    pytest.param(case, id=name, marks=[pytest.mark.xfail(strict=True, reason=case.defect)] if case.defect else [])
+    for name, case in FURTHER.items()
 ]
 
 
@@ -67,7 +74,7 @@ def test_a_clean_neighbour_has_no_incident(kind: str) -> None:
 
 
 @pytest.mark.parametrize("lang", ["zh", "en"])
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_kind_has_words_in_both_languages(kind: str, lang: str) -> None:
     said = [one for one in found(kind, faulty=True, lang=lang).incidents if one["incident"] == kind]
     explained = _core.explain(kind, lang)
@@ -77,3 +84,19 @@ def test_a_kind_has_words_in_both_languages(kind: str, lang: str) -> None:
     chinese = re.compile(r"[\u4e00-\u9fff]")
     for one in said:
         assert bool(chinese.search(one["message"])) == (lang == "zh"), one["message"]
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_all_kinds_are_explained(canalyze: Runner, lang: str) -> None:
+    explained = canalyze("explain", "--lang", lang, *KINDS)
+    assert (explained.code, explained.err) == (0, "")
+    for kind in KINDS:
+        (first, *_) = (_core.explain(kind, lang) or "").splitlines()
+        assert first in explained.out
+
+
+@pytest.mark.parametrize("case", FURTHER_CASES)
+def test_a_kind_is_told_as_it_stands(case: Further) -> None:
+    said = diagnosed(log_text(case.make()))
+    told = [one for one in said.incidents if one["incident"] == case.kind]
+    assert [one["status"] for one in told] == list(case.statuses), every(said)
