@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from kinds_of_data import VALUE, two_clients, write
+from kinds_of_data import VALUE, emcy_flood, two_clients, write
 from kinds_of_drives import (
     ACKNOWLEDGED,
     CYCLIC_POSITION,
@@ -18,6 +18,7 @@ from kinds_of_drives import (
     ERROR,
     FAULT,
     HOMING,
+    ON,
     POSITION,
     READY,
     STOPPING,
@@ -42,6 +43,10 @@ class Further:
     make: Callable[[], Frames]
     statuses: tuple[str, ...] = ()
     """In the order in which they are told; empty: none is."""
+    end: tuple[int, int] | None = None
+    """The frame by which the last of them is over: the n-th on a CAN-ID, from 0 or from the end."""
+    unsaid: str = ""
+    """What is not true of them, in English."""
     defect: str = ""
     """What is known to be wrong in what is told."""
 
@@ -132,6 +137,36 @@ def mode_taken_late() -> Frames:
     return cycles(net.wait(6), 15, ENABLED, CYCLIC_POSITION, count=20).frames()
 
 
+def targets_stop() -> Frames:
+    """Targets every 10 ms for a second, and none for three, though the drive stays enabled."""
+    net = enabled(CYCLIC_POSITION)
+    for place in range(100):
+        net.send(0x305, place.to_bytes(4, "little"), after=place * 0.01)
+    return cycles(net, 15, ENABLED, CYCLIC_POSITION, count=40).frames()
+
+
+def targets_while_disabled() -> Frames:
+    """No targets while the drive is disabled for a second."""
+    net = enabled(CYCLIC_POSITION)
+    for _ in range(4):
+        for place in range(50):
+            net.send(0x305, place.to_bytes(4, "little"), after=place * 0.01)
+        cycles(cycles(net, 15, ENABLED, CYCLIC_POSITION, count=5), 0, DISABLED, CYCLIC_POSITION, count=10)
+        for controlword, statusword in ((6, READY), (7, ON), (15, ENABLED)):
+            cycles(net, controlword, statusword, CYCLIC_POSITION, count=2)
+    return net.frames()
+
+
+def configured_again_and_again() -> Frames:
+    """A node boots, is asked for its device type and configured four times, and is never started."""
+    net = beats(started(3, 4), {3: 7, 4: 7}).wait(0.1).boot(NODE)
+    begin = net.now
+    for _ in range(4):
+        net.read(NODE, 0x1000, 0, 0x191, 4).write(NODE, 0x1017, 0, 200, 2).wait(0.8)
+    net.now = begin
+    return beats(net, {NODE: 7}, ((0, PRE_OPERATIONAL),)).frames()
+
+
 def reset_at_last() -> Frames:
     """Bit 7 is held while the fault stands; then it is taken back, set anew, and the drive leaves the fault."""
     net = cycles(drive(), 0x80, FAULT, POSITION, count=30)
@@ -172,56 +207,93 @@ FURTHER: Final[dict[str, Further]] = {
         "inhibit-time",
         within_inhibit_time,
         ("stands",),
-        "what follows from the first is not counted: less than 8 right ones between two, and it is never told",
+        defect="what follows from the first is not counted: less than 8 right ones between two, and it is never told",
     ),
     "each PDO later than its event timer": Further(
         "pdo-missing",
         always_late,
         ("stands",),
-        "what follows from the first is not counted: less than 8 right ones between two, and it is never told",
+        defect="what follows from the first is not counted: less than 8 right ones between two, and it is never told",
     ),
     "an even stream is no overload": Further(
-        "overload", even_stream, (), "a rate is assumed though no frame stands behind another one"
+        "overload", even_stream, (), defect="a rate is assumed though no frame stands behind another one"
     ),
     "an overload to the end": Further("overload", overload_to_the_end, ("stands",)),
     "a flood that stops": Further(
-        "node-floods", flood_that_stops, ("over",), "it ends only by a further frame of the same COB-ID"
+        "node-floods", flood_that_stops, ("over",), defect="it ends only by a further frame of the same COB-ID"
     ),
-    "a PDO that is single again": Further("pdo-multiplied", single_again, ("over",), "nothing ends it"),
-    "one client again": Further("two-clients", one_client_again, ("over",), "nothing ends it"),
+    "a PDO that is single again": Further("pdo-multiplied", single_again, ("over",), defect="nothing ends it"),
+    "one client again": Further("two-clients", one_client_again, ("over",), defect="nothing ends it"),
     "two clients, all of them answered": Further(
-        "request-unanswered", lambda: two_clients(True), (), "SDO002 is told as a trouble of its own, and was answered"
+        "request-unanswered",
+        lambda: two_clients(True),
+        (),
+        defect="SDO002 is told as a trouble of its own, and was answered",
     ),
     "a register that an emergency explains": Further(
-        "register-without-emcy", announced_register, (), "an emergency that comes after the read does not end it"
+        "register-without-emcy", announced_register, (), defect="an emergency that comes after the read does not end it"
     ),
     "a register that is 0 again": Further("register-without-emcy", register_read_again, ("over",)),
     "nothing but error frames are one trouble": Further(
-        "bus-errors", lambda: error_frames(12, others=False), (), "told beside wrong-bit-rate"
+        "bus-errors", lambda: error_frames(12, others=False), (), defect="told beside wrong-bit-rate"
     ),
     "a general error is no state": Further(
-        "state-refused", general_error, (), "08000000h says nothing of the state of the device"
+        "state-refused", general_error, (), defect="08000000h says nothing of the state of the device"
     ),
     "a following error is told once": Further(
-        "following-error", lag_announced, ("stands",), "the emergency and bit 13 of the statusword are two incidents"
+        "following-error",
+        lag_announced,
+        ("stands",),
+        defect="the emergency and bit 13 of the statusword are two incidents",
     ),
     "a following error that ends": Further(
         "following-error", lambda: reported(CYCLIC_POSITION, ERROR | ACKNOWLEDGED), ("over",)
     ),
     "a homing that is tried again": Further("homing-failed", lambda: reported(HOMING, ERROR), ("over",)),
     "a drive that is enabled by itself": Further(
-        "state-left", enabled_by_itself, (), "it has not left operation enabled but entered it"
+        "state-left", enabled_by_itself, (), defect="it has not left operation enabled but entered it"
     ),
     "a mode that is taken late": Further("mode-not-taken", mode_taken_late, ("over",)),
     "a reset with an edge": Further(
         "fault-reset-without-edge",
         lambda: reset_in_vain(True),
         (),
-        "bit 7 that stays set after its rising edge counts as one without",
+        defect="bit 7 that stays set after its rising edge counts as one without",
+    ),
+    "targets that stop": Further(
+        "targets-late",
+        targets_stop,
+        ("stands",),
+        defect="a target that is missing is told only once the next one comes",
+    ),
+    "no targets while disabled": Further(
+        "targets-late", targets_while_disabled, defect="the last target before the drive was disabled is not forgotten"
+    ),
+    "configured again and again": Further("not-started", configured_again_and_again, ("stands",)),
+    "what is configured is not stuck": Further("boot-stuck", configured_again_and_again),
+    "error frames to the last": Further(
+        "bus-errors",
+        lambda: error_frames(12, others=True),
+        ("over",),
+        end=(0x20000088, -1),
+        defect="it ends with the first of the frames that its finding counts",
+    ),
+    "emergencies to the last": Further(
+        "emcy-flood",
+        lambda: emcy_flood(True),
+        ("over",),
+        end=(0x085, -1),
+        defect="it ends with the first of the frames that its finding counts",
     ),
     "a reset at last": Further("fault-reset-without-edge", reset_at_last, ("over",)),
     "a quick stop that ends": Further("quick-stop", stopped_and_disabled, ("over",)),
-    "a refusal and a restart": Further("value-refused", restarted_instead, ("over",)),
+    "a refusal and a restart": Further(
+        "value-refused",
+        restarted_instead,
+        ("over",),
+        unsaid="made good",
+        defect="what a restart ends is said to be made good, though nobody has written it again",
+    ),
     "made good after the start": Further("value-refused", made_good_after_start, ("over",)),
     "made good after the start is not half configured": Further("half-configured", made_good_after_start),
 }

@@ -13,6 +13,7 @@ from conftest import Runner
 from diagnoses import ABOVE_HARMLESS, Diagnosed, diagnosed
 from kind_row import Node
 from kind_samples import FURTHER, TABLE, Further
+from network import find
 
 from canalyze import _core
 
@@ -97,6 +98,9 @@ def test_all_kinds_are_explained(canalyze: Runner, lang: str) -> None:
 
 @pytest.mark.parametrize("case", FURTHER_CASES)
 def test_a_kind_is_told_as_it_stands(case: Further) -> None:
-    said = diagnosed(log_text(case.make()))
+    frames = case.make()
+    said = diagnosed(log_text(frames))
     told = [one for one in said.incidents if one["incident"] == case.kind]
     assert [one["status"] for one in told] == list(case.statuses), every(said)
+    assert not case.unsaid or all(case.unsaid not in one["message"] for one in told), every(said)
+    assert case.end is None or told[-1]["end"]["frame"] == find(frames, *case.end) + 1, told[-1]["end"]
