@@ -133,9 +133,7 @@ SAMPLES = {
     "program-download-failed": refused(0x1F50, HARDWARE),
     "storing": Sample(storing, NODE, "harmless", (0x605, 1)),
     "damaged-transfer": of_rule("SDO003", 10, "stands"),
-    "two-clients": Sample(
-        two_clients, NODE, "stands", (0x605, 0), defect="it begins with the second pair of requests, not with the first"
-    ),
+    "two-clients": Sample(two_clients, NODE, "stands", (0x605, 0)),
     "identity-mismatch": of_rule("EDS004", NODE, "stands", described=True),
     "pdo-length": of_rule("PDO001", NODE, "stands"),
     "pdo-missing": of_rule("SYN008", NODE, "stands"),
@@ -145,9 +143,7 @@ SAMPLES = {
     "pdo-configuration": of_rule("PDO008", NODE, "stands"),
     "inhibit-time": Sample(inhibit_time, NODE, "over"),
     "pdo-multiplied": Sample(multiplied, NODE, "stands", (0x185, 20)),
-    "commands-not-taken": Sample(
-        not_taken, NODE, "over", (0x205, 0), defect="PDO003 comes once in a state: the 50 that count are never reached"
-    ),
+    "commands-not-taken": Sample(not_taken, NODE, "stands", (0x205, 0)),
     "sync-stopped": of_rule("SYN013", None, "stands"),
     "sync-irregular": of_rule("SYN002", None, "over"),
     "two-sync-producers": of_rule("SYN006", 6, "stands"),

@@ -116,11 +116,9 @@ SAMPLES = {
         left,
         NODE,
         "stands",
-        defect="DRV001 judges steps toward operation enabled only, not those that leave it",
     ),
-    "mode-not-taken": Sample(
-        mode_not_taken, NODE, "stands", (0x205, 8), defect="it is over at once, though the mode is never displayed"
-    ),
+    "illegal-transition": of_rule("DRV001", NODE, "over"),
+    "mode-not-taken": Sample(mode_not_taken, NODE, "stands", (0x205, 8)),
     "fault-reset-without-edge": Sample(held_reset, NODE, "stands"),
     "following-error": reports(CYCLIC_POSITION, ERROR | ACKNOWLEDGED, ACKNOWLEDGED),
     "internal-limit": reports(POSITION, LIMIT, 0, clean_count=9),

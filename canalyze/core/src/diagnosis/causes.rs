@@ -228,7 +228,7 @@ fn sync_gone(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         return near.then_some((grade, 0));
     }
     let says = effect.clue.reported.iter().any(|code| may_be_sync(*code))
-        || effect.clue.reported.is_empty() && matches!(effect.kind, AxisFault | QuickStop);
+        || effect.clue.reported.is_empty() && matches!(effect.kind, AxisFault | QuickStop | StateLeft);
     let soon = (period / 2..=period.saturating_mul(SYNCS)).contains(&since);
     (stopped && says && soon && cause.subject.node != effect.subject.node).then_some((Grade::Likely, since))
 }
@@ -243,7 +243,7 @@ fn second_node(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let of_bus = pair.effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
     let lost = matches!(pair.cause.kind, NodeSilent | SegmentLost);
-    let stops = pair.effect.clue.reported.is_empty() && matches!(pair.effect.kind, AxisFault | QuickStop);
+    let stops = pair.effect.clue.reported.is_empty() && matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft);
     (pair.same_node && (of_bus || stops) && lost && pair.delay >= 0).then_some((Grade::Likely, pair.delay))
 }
 
@@ -331,9 +331,9 @@ fn commanded(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L7: a drive stops because it has lost whom it watches, as it says itself, or as the times tell.
 fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let stops = matches!(pair.effect.kind, AxisFault | QuickStop) && is_gone(pair.cause.kind);
+    let stops = matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft) && is_gone(pair.cause.kind);
     let says = pair.alone() && pair.cause.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
-    if pair.effect.kind == QuickStop && says && (-LATE_NS..=PROMPT_NS).contains(&pair.delay) {
+    if matches!(pair.effect.kind, QuickStop | StateLeft) && says && (-LATE_NS..=PROMPT_NS).contains(&pair.delay) {
         return Some((Grade::Certain, pair.delay.abs()));
     }
     let limit = pair.limit().filter(|_| stops)?;
@@ -412,7 +412,11 @@ fn not_listening(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         || pair.commanded()
         || matches!(pair.cause.kind, LeftOperational | NotStarted | BootStuck | StartWithoutEffect);
     match pair.effect.kind {
-        CommandsNotTaken if pair.same_node && out => Some((Grade::Certain, pair.delay.abs())),
+        CommandsNotTaken if pair.same_node => {
+            let errs = pair.cause.has("left_operational") || !pair.cause.clue.reported.is_empty();
+            let grade = if out { Grade::Certain } else { Grade::Likely };
+            (out || errs).then_some((grade, pair.delay.abs()))
+        }
         NotEnabled if pair.same_node && out => Some((Grade::Likely, pair.delay)),
         _ => None,
     }

@@ -146,6 +146,7 @@ kinds! {
     NotEnabled "not-enabled" B "驱动命令没有效果" "a drive command without effect";
     QuickStop "quick-stop" A "快速停止" "a quick stop";
     StateLeft "state-left" A "驱动未经命令离开运行使能" "a drive left operation enabled without a command";
+    IllegalTransition "illegal-transition" D "状态跳变没有命令依据" "a state of a drive that no command led to";
     ModeNotTaken "mode-not-taken" B "运行模式未被采纳" "a mode of operation not taken";
     FaultResetWithoutEdge "fault-reset-without-edge" B "故障复位没有上升沿" "a fault reset without a rising edge";
     FollowingError "following-error" A "跟随误差" "a following error";

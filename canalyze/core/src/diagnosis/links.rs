@@ -116,7 +116,7 @@ pub(super) fn join(ledger: &mut Ledger) {
             kind if link.rule == 17 && kind != Kind::NodeRestarted && one.status == Status::Harmless => {
                 Some(place_of(link))
             }
-            Kind::QuickStop if link.rule == 7 && link.grade == Grade::Certain => Some(place_of(link)),
+            Kind::QuickStop | Kind::StateLeft if link.rule == 7 && link.grade == Grade::Certain => Some(place_of(link)),
             Kind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
             Kind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
             _ => (0..place).find(|other| ledger.get(*other).is_some_and(|other| is_alike(other, one, link))),

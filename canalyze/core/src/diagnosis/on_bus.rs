@@ -263,6 +263,8 @@ impl OfBus {
         }
         if !data.transmit {
             self.heard.control = at;
+            let taken = data.state.is_none_or(|state| state == OPERATIONAL);
+            self.nodes.controlled(data.node, taken, scene!(self, ledger, bus, id, at));
             return false;
         }
         self.heard.serves(data.node);
@@ -297,6 +299,7 @@ impl OfBus {
             };
             if let Some(node) = node {
                 self.heard.writes(node, at);
+                self.motions.asked(node, mux.index);
                 if STORES.contains(&mux.index) {
                     self.heard.stores(node, at);
                 }
@@ -324,6 +327,7 @@ impl OfBus {
                 self.drives.booted(node, scene!(self, ledger, bus, id, at));
                 self.motions.booted(node, scene!(self, ledger, bus, id, at));
                 self.boots.booted(node, at);
+                self.load.booted(node, scene!(self, ledger, bus, id, at));
                 self.configurations.heard(node, scene!(self, ledger, bus, id, at));
                 self.configurations.booted(node, scene!(self, ledger, bus, id, at));
                 self.heard.frame(node, at);
@@ -402,7 +406,9 @@ impl OfBus {
                 false
             }
             Message::ErrorFrame => {
-                self.heard.errors = (self.heard.errors.0 + 1, at);
+                let first = if self.heard.errors.0 == 0 { at } else { self.heard.errors.1 };
+                self.heard.errors = (self.heard.errors.0 + 1, first);
+                self.heard.last_error = at;
                 false
             }
             _ => false,
@@ -444,15 +450,27 @@ impl OfBus {
     pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         let before = ledger.all.len();
         self.boots.finish(scene!(self, ledger, bus, id, end));
+        self.motions.finish(scene!(self, ledger, bus, id, end));
+        self.load.finish(scene!(self, ledger, bus, id, end));
         let mine = ledger.all.iter().any(|one| one.bus == id);
         if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
-            ledger.open(Kind::WrongBitRate, id, incident::Subject::default(), self.heard.errors.1, self.heard.errors.1);
+            let first = self.heard.errors.1;
+            let wrong = ledger.open(Kind::WrongBitRate, id, incident::Subject::default(), first, first);
+            let errors = ledger.last(id, |one| one.kind == Kind::BusErrors);
+            if let (Some(wrong), Some(errors)) = (wrong, errors) {
+                ledger.merge(errors, wrong);
+            }
         } else if !mine {
             return;
         }
         self.nodes.finish(scene!(self, ledger, bus, id, end));
         self.masters.finish(scene!(self, ledger, bus, id, end));
         self.found.finish(end, scene!(self, ledger, bus, id, end));
+        // A finding that counts error frames names the first of them.
+        let errors = ledger.last(id, |one| one.kind == Kind::BusErrors && one.end.is_some());
+        if let Some(one) = errors.and_then(|place| ledger.get_mut(place)) {
+            one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
+        }
         for place in before..ledger.all.len() {
             links::link(ledger, place, id);
         }

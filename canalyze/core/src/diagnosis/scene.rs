@@ -30,8 +30,10 @@ pub(super) struct Heard {
     pub(super) control: FrameRef,
     /// The time between the last two of them, in ns.
     pub(super) sync_period_ns: Option<i64>,
-    /// Error frames so far, and the last one.
+    /// Error frames so far, and the first one.
     pub(super) errors: (u64, FrameRef),
+    /// The last one.
+    pub(super) last_error: FrameRef,
     /// The last write or NMT command to each node.
     asked: Vec<FrameRef>,
     /// The last TPDO of each node.
@@ -56,6 +58,7 @@ impl Default for Heard {
             control: FrameRef::default(),
             sync_period_ns: None,
             errors: (0, FrameRef::default()),
+            last_error: FrameRef::default(),
             asked: vec![FrameRef::default(); SLOTS],
             pdos: vec![FrameRef::default(); SLOTS],
             written: vec![FrameRef::default(); SLOTS],

@@ -40,9 +40,6 @@ pub(super) enum Ends {
 /// A rule, what it shows, how often it has to before that counts, and what ends it.
 pub(super) type Row = (Code, Kind, u64, Ends);
 
-/// RPDOs to a node that is not Operational that are more than a controller's start.
-const COMMANDS: u64 = 50;
-
 /// The rows. What one late frame may raise counts from the third time on.
 pub(super) const SIGNS: &[Row] = &[
     (Code::Bus001, Kind::BusOff, 1, Ends::Traffic),
@@ -58,8 +55,8 @@ pub(super) const SIGNS: &[Row] = &[
     (Code::Cap006, Kind::CaptureGap, 1, Ends::Once),
     (Code::Cap007, Kind::CaptureGap, 1, Ends::Once),
     (Code::Cap008, Kind::CaptureGap, 1, Ends::Once),
-    (Code::Drv001, Kind::StateLeft, 1, Ends::Once),
-    (Code::Drv004, Kind::ModeNotTaken, 1, Ends::Once),
+    (Code::Drv001, Kind::IllegalTransition, 1, Ends::Once),
+    (Code::Drv004, Kind::ModeNotTaken, 1, Ends::Never),
     (Code::Eds004, Kind::IdentityMismatch, 1, Ends::Never),
     (Code::Emc001, Kind::WireError, 1, Ends::Once),
     (Code::Emc003, Kind::WireError, 1, Ends::Once),
@@ -91,7 +88,6 @@ pub(super) const SIGNS: &[Row] = &[
     (Code::Nmt001, Kind::WireError, 1, Ends::Once),
     (Code::Pdo001, Kind::PdoLength, 1, Ends::Length),
     (Code::Pdo002, Kind::PdoNotAllowed, 1, Ends::Once),
-    (Code::Pdo003, Kind::CommandsNotTaken, COMMANDS, Ends::Once),
     (Code::Pdo004, Kind::InhibitTime, 3, Ends::Once),
     (Code::Pdo005, Kind::PdoMissing, 3, Ends::Pdo),
     (Code::Pdo006, Kind::PdoLength, 1, Ends::Length),

@@ -48,7 +48,7 @@ fn kind(code: u32, mux: Mux) -> Kind {
         0x0601_0000..=0x0601_00FF => Kind::AccessRefused,
         0x0607_0000..=0x0607_00FF => Kind::LengthRefused,
         0x0609_0000..=0x0609_00FF => Kind::ValueRefused,
-        0x0800_0000..=0x0800_00FF => Kind::StateRefused,
+        0x0800_0020..=0x0800_00FF => Kind::StateRefused,
         _ => Kind::WriteRefused,
     }
 }
@@ -196,6 +196,7 @@ impl Configurations {
             && let Some(one) = scene.ledger.get_mut(place)
         {
             one.step(scene.at, Role::Recovery, Saying::Booted, None);
+            one.fact("booted", Quantity::Count(scene.at.no));
             one.ends(scene.at);
         }
     }

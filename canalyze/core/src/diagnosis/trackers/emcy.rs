@@ -70,6 +70,16 @@ impl Emergencies {
     /// A node has reported an error, or taken errors back.
     pub(in crate::diagnosis) fn emergency(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
         self.quiet &= !bit(emergency.node);
+        let unsaid = scene.ledger.last(scene.id, |one| {
+            one.kind == Kind::RegisterWithoutEmcy && one.subject.node == Some(emergency.node) && one.end.is_none()
+        });
+        if let Some(one) = unsaid.and_then(|place| scene.ledger.get_mut(place)) {
+            // It was said a moment later.
+            if one.began_within(scene.at, TOGETHER_NS) {
+                one.clue.least = u64::MAX;
+            }
+            one.ends(scene.at);
+        }
         if emergency.code > 0xFF {
             self.raised(emergency, scene);
         } else {
@@ -101,7 +111,7 @@ impl Emergencies {
                     at.since(step.at).is_some_and(|since| (0..=TOGETHER_NS).contains(&since))
                         && !one.clue.reported.is_empty()
                 });
-            let errs = !one.clue.reported.is_empty() || one.kind == Kind::AxisFault;
+            let errs = !one.clue.reported.is_empty() || matches!(one.kind, Kind::AxisFault | Kind::FollowingError);
             one.subject.node == Some(node) && near && errs && one.end.is_none()
         });
         let place = match same.or(near) {

@@ -32,6 +32,8 @@ const TIMES: i64 = 5;
 const RUN: u32 = 50;
 const RUN_NS: i64 = 200_000_000;
 const RUN_GAP_NS: i64 = 10_000_000;
+/// A flood of which nothing comes for so long is over, in ns.
+const DRY_NS: i64 = 500_000_000;
 /// What was asked for by a write or a command before it began is no flood, within this time in ns.
 const ASKED_NS: i64 = 1_000_000_000;
 /// A gap so many times as long as usual is a pause.
@@ -68,14 +70,19 @@ struct Window {
     begin: FrameRef,
     bits: i64,
     frames: u32,
-    /// Gaps that are too short for a frame at the rate that is assumed.
+    /// Gaps that are too short for a frame at the rate that is assumed, and gaps that are just as long as theirs.
     short: u32,
+    tight: u32,
+    /// Lengths of frames that stand so behind another one, a bit each.
+    lengths: u64,
 }
 
 /// The load of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Load {
     streams: Vec<Stream>,
+    /// Floods so far.
+    flooded: u32,
     /// Frames so far.
     frames: u64,
     last_ns: Option<i64>,
@@ -106,7 +113,12 @@ impl Load {
         let size = bits(frame);
         if let Some(last) = self.last_ns.replace(now) {
             let least_ns = size * 1_000_000 / self.assumed.max(1) * 8 / 10;
-            self.window.short += u32::from(now - last < least_ns);
+            let gap = now - last;
+            self.window.short += u32::from(gap < least_ns);
+            if (least_ns..=least_ns * 8 / 5).contains(&gap) && self.assumed > 0 {
+                self.window.tight += 1;
+                self.window.lengths |= 1 << (frame.len & 63);
+            }
         }
         let over = frame.reference().since(self.window.begin).is_none_or(|since| !(0..WINDOW_NS).contains(&since));
         if over || self.window.frames == 0 {
@@ -148,9 +160,8 @@ impl Load {
                 one.gaps = one.gaps.saturating_add(1);
             }
             one.run = 0;
-            if let Some(flood) = one.flood.take().and_then(|place| scene.ledger.get_mut(place)) {
-                flood.step(last, Role::Recovery, Saying::Recovered, None);
-                flood.ends(last);
+            if let Some(place) = one.flood.take() {
+                over(place, last, scene);
             }
             return;
         }
@@ -168,6 +179,7 @@ impl Load {
         if asked.is_some_and(|asked| one.since.since(asked).is_some_and(|since| since.abs() <= ASKED_NS)) {
             return;
         }
+        self.flooded += 1;
         one.flood = scene.ledger.open(Kind::Flood, scene.id, Subject::of(node), one.since, at);
         if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
             flood.fact("period", Quantity::Ns(one.gap_ns));
@@ -181,9 +193,37 @@ impl Load {
         }
     }
 
+    /// Floods of which nothing has come for longer than it takes.
+    fn dry(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
+        for one in self.streams.iter_mut().filter(|one| one.flood.is_some()) {
+            let rest = at.since(one.last).unwrap_or(0);
+            if rest > one.gap_ns.max(DRY_NS)
+                && let Some(place) = one.flood.take()
+            {
+                one.run = 0;
+                over(place, one.last, scene);
+            }
+        }
+    }
+
+    /// The capture is over.
+    pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
+        self.dry(scene.at, scene);
+    }
+
+    /// A node has booted: its PDOs are sent as often as they are meant to.
+    pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let sent = scene.ledger.last(scene.id, |one| {
+            one.kind == Kind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
+        });
+        if let Some(place) = sent {
+            over(place, scene.at, scene);
+        }
+    }
+
     /// A window is over; `at` begins the next one.
     fn window_over(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
-        let Window { begin, bits, frames, short } =
+        let Window { begin, bits, frames, short, tight, lengths } =
             std::mem::replace(&mut self.window, Window { begin: at, ..Window::default() });
         let Some(lasted) = at.since(begin).filter(|lasted| frames > 0 && *lasted > 0) else { return };
         // Bits a millisecond are kbit/s.
@@ -193,7 +233,9 @@ impl Load {
             None => {
                 let rate = RATES.into_iter().find(|rate| used * 100 <= rate * 103).unwrap_or(0);
                 let same = std::mem::replace(&mut self.assumed, rate) == rate;
-                (rate, same && frames >= 20 && short * 20 < frames)
+                // Frames of one length alone may come evenly without filling the bus.
+                let behind = tight * 2 > frames && lengths.count_ones() > 1;
+                (rate, same && frames >= 20 && short * 20 < frames && behind)
             }
         };
         if rate > 0 && sure && used * 100 >= rate * OVERLOAD {
@@ -203,6 +245,9 @@ impl Load {
             (self.full, self.relieved, self.last_full) = (self.full + 1, 0, at);
         } else if rate == 0 || used * 100 < rate * RELIEVED || !sure {
             (self.full, self.relieved) = (0, self.relieved + 1);
+        }
+        if self.flooded > 0 {
+            self.dry(at, scene);
         }
         if self.full >= WINDOWS && self.open.is_none() {
             self.open = scene.ledger.open(Kind::Overload, scene.id, Subject::default(), self.since, at);
@@ -236,6 +281,14 @@ impl Load {
                 one.started = Some((one.gap_ns, FrameRef::default(), 0));
             }
         }
+    }
+}
+
+/// What was opened is over.
+fn over(place: Place, at: FrameRef, scene: &mut Scene<'_>) {
+    if let Some(one) = scene.ledger.get_mut(place) {
+        one.step(at, Role::Recovery, Saying::Recovered, None);
+        one.ends(at);
     }
 }
 

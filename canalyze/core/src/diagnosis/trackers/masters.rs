@@ -21,6 +21,8 @@ const CONTRADICTIONS: usize = 2;
 const WITHIN_NS: i64 = 15_000_000_000;
 /// No client gives up and asks for something else so soon, in ns.
 const SOON_NS: i64 = 50_000_000;
+/// After so long with one client alone the other one is gone, in ns.
+const QUIET_NS: i64 = 5_000_000_000;
 /// Contradictions of a node that are kept.
 const KEPT: usize = 8;
 
@@ -45,6 +47,10 @@ pub(in crate::diagnosis) struct Masters {
     asked: BTreeMap<u8, (Asked, Option<Asked>)>,
     /// Requests of two clients that were answered both.
     both: usize,
+    /// The first of them.
+    first_both: Option<FrameRef>,
+    /// What was opened of them.
+    clients: Option<Place>,
 }
 
 /// What was asked, and by which frame; whether it was answered.
@@ -77,6 +83,7 @@ impl Masters {
         let (begin, object, at) = (*begin, last.0, last.1);
         *before = None;
         self.both += 1;
+        let begin = *self.first_both.get_or_insert(begin);
         if self.both < CONTRADICTIONS && self.open.is_none() {
             return;
         }
@@ -89,8 +96,17 @@ impl Masters {
             one.step(at, Role::Sign, Saying::SameTime { object }, None);
             if one.kind == kind {
                 one.repeats.count = self.both as u64;
+                self.clients = place;
             }
             one.repeats.since = scene.at;
+        }
+        // Both were answered.
+        let unanswered = scene.ledger.last(scene.id, |one| {
+            let asked = matches!(one.kind, Kind::RequestUnanswered | Kind::DamagedTransfer);
+            asked && one.subject.node == Some(node) && one.began_within(scene.at, CONTRARY_NS)
+        });
+        if let (Some(place), Some(unanswered)) = (place, unanswered) {
+            scene.ledger.merge(unanswered, place);
         }
     }
 
@@ -137,6 +153,12 @@ impl Masters {
 
     /// The capture is over: so is this, where nothing was contradicted for longer than it takes.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
+        if let Some(one) = self.clients.take().and_then(|place| scene.ledger.get_mut(place)) {
+            let last = one.repeats.since;
+            if scene.at.since(last).is_some_and(|rest| rest > QUIET_NS) {
+                one.ends(last);
+            }
+        }
         if let Some(one) = self.open.take().and_then(|place| scene.ledger.get_mut(place)) {
             let last = one.repeats.since;
             if scene.at.since(last).is_some_and(|rest| rest > CONTRARY_NS) {

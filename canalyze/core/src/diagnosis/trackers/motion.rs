@@ -46,6 +46,8 @@ const ENABLE_NS: i64 = 5_000_000_000;
 /// Gaps that show how often targets come; from so many times that on, one was missing.
 const TAUGHT: u32 = 16;
 const MISSING: i64 = 3;
+/// So many times as long without one at the end of the capture, they do not come any more.
+const GONE: i64 = 10;
 
 /// An axis of a node: its node-ID, and its number from 0.
 type Name = (u8, u8);
@@ -54,12 +56,18 @@ type Name = (u8, u8);
 #[derive(Clone, Debug, Default)]
 struct Axis {
     control: Option<u16>,
+    /// Controlwords come in a PDO: none is missed where the capture has all frames.
+    by_pdo: bool,
     state: Option<State>,
     mode: Option<i8>,
     /// Since when a bit stands that is trouble only where it stays.
     limit: Option<FrameRef>,
     /// A set-point that waits to be acknowledged, and statuswords since.
     set_point: Option<(FrameRef, u32)>,
+    /// It has left operation enabled though it is told to stay.
+    left: bool,
+    /// A fault reset came as an edge in the fault at hand.
+    reset: bool,
     /// Fault resets without an edge: the first, and how many.
     held: Option<(FrameRef, u32)>,
     /// Since when it is told to be enabled; and whether all of it was asked for, enable operation included.
@@ -82,6 +90,18 @@ pub(in crate::diagnosis) struct Motions {
     targets: BTreeMap<Name, Targets>,
 }
 
+/// A mode of operation is displayed: a request for it that was not taken is over.
+fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
+    let waits = scene.ledger.last(scene.id, |one| {
+        let asked = one.get("requested") == Some(Quantity::Mode(mode));
+        one.kind == Kind::ModeNotTaken && one.subject.node == Some(node) && one.end.is_none() && asked
+    });
+    if let Some(one) = waits.and_then(|place| scene.ledger.get_mut(place)) {
+        one.step(scene.at, Role::Recovery, Saying::Recovered, None);
+        one.ends(scene.at);
+    }
+}
+
 impl Motions {
     /// A PDO of a drive whose mapping is known.
     pub(in crate::diagnosis) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
@@ -100,6 +120,7 @@ impl Motions {
                 continue;
             }
             if let Some(raw) = extract(frame.payload(), usize::from(entry.offset), usize::from(entry.bits)) {
+                self.axes.entry(name).or_default().by_pdo |= !data.transmit;
                 self.value(name, object, raw, scene);
             }
         }
@@ -118,6 +139,15 @@ impl Motions {
             _ => return,
         };
         self.value((transfer.node, axis), object, raw, scene);
+    }
+
+    /// A client writes an object of a drive: a controlword that is under way is not known.
+    pub(in crate::diagnosis) fn asked(&mut self, node: u8, index: u16) {
+        if let Some(axis) = drive::axis(index).filter(|_| first_axis(index) == 0x6040)
+            && let Some(axis) = self.axes.get_mut(&(node, axis))
+        {
+            axis.control = None;
+        }
     }
 
     /// A node has booted, or is gone: nothing is known of its axes, and what was open is over.
@@ -143,8 +173,12 @@ impl Motions {
             _ => {
                 let axis = self.axes.entry(name).or_default();
                 // What is displayed counts; what is asked for only while nothing was displayed.
+                let mode = raw as u8 as i8;
                 if object == 0x6061 || axis.mode.is_none() {
-                    axis.mode = Some(raw as u8 as i8);
+                    axis.mode = Some(mode);
+                }
+                if object == 0x6061 {
+                    displayed(name.0, mode, scene);
                 }
             }
         }
@@ -168,7 +202,8 @@ impl Motions {
         };
         // A fault reset is the rising edge: a bit that was set before the fault came is none.
         let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
-        if rises(FAULT_RESET) || word & FAULT_RESET == 0 || axis.state != Some(State::Fault) {
+        axis.reset |= rises(FAULT_RESET) && axis.state == Some(State::Fault);
+        if axis.reset || word & FAULT_RESET == 0 || axis.state != Some(State::Fault) {
             axis.held = None;
             self.set(name, Kind::FaultResetWithoutEdge, false, at, scene);
         } else if holds {
@@ -187,7 +222,11 @@ impl Motions {
         let axis = self.axes.entry(name).or_default();
         let before = axis.state.replace(state);
         let enabled = state == State::OperationEnabled;
-        let mode = axis.mode;
+        axis.reset &= state == State::Fault;
+        let held = axis.by_pdo && axis.control.is_some_and(|word| word & 0x8F == 0x0F);
+        let down = matches!(state, State::SwitchedOn | State::ReadyToSwitchOn | State::SwitchOnDisabled);
+        axis.left = held && down && (axis.left || before == Some(State::OperationEnabled));
+        let (left, mode) = (axis.left, axis.mode);
         let limit = enabled && word & LIMIT != 0;
         axis.limit = limit.then(|| axis.limit.unwrap_or(at));
         let limit = axis.limit.filter(|since| at.since(*since).is_some_and(|since| since >= STANDS_NS));
@@ -209,6 +248,10 @@ impl Motions {
         let control = axis.control;
         let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
         self.set(name, Kind::FollowingError, error(&FOLLOWS), at, scene);
+        if !enabled {
+            self.targets.remove(&name);
+        }
+        self.set(name, Kind::StateLeft, left, at, scene);
         self.set(name, Kind::HomingFailed, error(&[HOMING]), at, scene);
         self.set(name, Kind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
         self.set(name, Kind::SetPointIgnored, ignored.is_some(), ignored.unwrap_or(at), scene);
@@ -252,16 +295,17 @@ impl Motions {
                 let (node, number) = name;
                 let subject = Subject { axis: Some(number + 1), axes: 1 << number, ..Subject::node(node) };
                 let again = scene.ledger.last(scene.id, |one| {
-                    let same =
-                        one.kind == kind && one.subject.node == Some(node) && one.subject.axes & 1 << number != 0;
-                    same && one.ended_within(since, super::AGAIN_NS)
+                    // An emergency says the same, of no axis.
+                    let axis = one.subject.axes & 1 << number != 0 || one.subject.axes == 0;
+                    let same = one.kind == kind && one.subject.node == Some(node) && axis;
+                    same && (one.end.is_none() || one.ended_within(since, super::AGAIN_NS))
                 });
                 let place = again.or_else(|| scene.ledger.open(kind, scene.id, subject, since, scene.at));
                 let Some(place) = place else { return };
                 let watched = scene.watched(node).iter().map(|(node, time, _)| (*node, *time)).collect();
                 axis.open.push((kind, place));
                 let Some(one) = scene.ledger.get_mut(place) else { return };
-                if again.is_some() {
+                if again.is_some() && one.end.is_some() {
                     one.again(since);
                 }
                 one.clue.watched = watched;
@@ -277,6 +321,28 @@ impl Motions {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// The capture is over: targets that do not come any more though the axis is enabled.
+    pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (name, one) in std::mem::take(&mut self.targets) {
+            let rest = scene.at.since(one.last).unwrap_or(0);
+            let told = scene
+                .ledger
+                .last(scene.id, |other| other.kind == Kind::TargetsLate && other.subject.node == Some(name.0));
+            if one.gaps < TAUGHT
+                || rest < one.gap_ns.saturating_mul(GONE)
+                || scene.heard.last(name.0).is_none_or(|last| last.no < one.last.no)
+            {
+                continue;
+            }
+            let subject = Subject { axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
+            let place = told.or_else(|| scene.ledger.open(Kind::TargetsLate, scene.id, subject, one.last, scene.at));
+            if let Some(late) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                (late.end, late.clue.least) = (None, 1);
+                late.step(one.last, Role::Sign, Saying::NoTarget { gap: rest, period: one.gap_ns }, None);
+            }
         }
     }
 

@@ -28,6 +28,8 @@ const UNHEARD_NS: i64 = 400_000_000;
 const BACK_NS: i64 = 1_000_000_000;
 /// What a second node with a node-ID shows comes within this time, in ns.
 const DOUBLE_NS: i64 = 15_000_000_000;
+/// RPDOs to a node that is not Operational that are more than a controller's start.
+const COMMANDS: u64 = 50;
 /// Resets within this time are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
@@ -51,6 +53,8 @@ pub(in crate::diagnosis) struct Nodes {
     before: BTreeMap<u8, FrameRef>,
     /// The last start of each node, and of all (0), by command.
     ordered: BTreeMap<u8, FrameRef>,
+    /// RPDOs to nodes that are not Operational: the first, how many, and what was opened.
+    ignored: BTreeMap<u8, (FrameRef, u64, Option<Place>)>,
     /// The last boot-up of each node.
     booted: BTreeMap<u8, FrameRef>,
 }
@@ -124,6 +128,7 @@ impl Nodes {
         }
         self.was_operational &= !bit(node);
         self.started.remove(&node);
+        self.controlled(node, true, scene);
         let at = scene.at;
         for place in self.waiting.remove(&node).unwrap_or_default() {
             let others = self.waiting.values().flatten().any(|other| *other == place)
@@ -207,6 +212,26 @@ impl Nodes {
                 }
             }
         }
+    }
+
+    /// An RPDO was sent to a node; `taken`: the node is Operational, for all that is known.
+    #[inline]
+    pub(in crate::diagnosis) fn controlled(&mut self, node: u8, taken: bool, scene: &mut Scene<'_>) {
+        if taken {
+            if !self.ignored.is_empty()
+                && let Some((_, _, Some(place))) = self.ignored.remove(&node)
+            {
+                self.close(place, scene.at, Saying::OperationalAgain, scene);
+            }
+            return;
+        }
+        let (first, count, place) = self.ignored.entry(node).or_insert((scene.at, 0, None));
+        *count += 1;
+        if *count != COMMANDS {
+            return;
+        }
+        let kind = Kind::CommandsNotTaken;
+        *place = scene.ledger.open(kind, scene.id, Subject::node(node), *first, scene.at);
     }
 
     /// A heartbeat is overdue (HBT002).
@@ -535,7 +560,10 @@ impl Nodes {
 
     /// Whether a node is waited for to be Operational.
     pub(in crate::diagnosis) fn is_waiting(&self, node: u8) -> bool {
-        self.waiting.contains_key(&node) || self.owing.contains_key(&node) || self.commanded.is_some()
+        self.waiting.contains_key(&node)
+            || self.owing.contains_key(&node)
+            || self.ignored.contains_key(&node)
+            || self.commanded.is_some()
     }
 
     /// Whether a node is silent.

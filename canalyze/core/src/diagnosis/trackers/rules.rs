@@ -81,12 +81,13 @@ impl Found {
         if let Some(place) = again {
             let one = scene.ledger.get_mut(place)?;
             one.found(finding.code, finding.at.no);
-            if one.kind == kind && because.is_none() {
+            // What follows from an earlier one of the same is one more.
+            if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) {
                 if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
                     one.again(at);
                 }
                 one.repeats.count += times(finding, least) - 1;
-                self.keep(place, ends, at);
+                self.keep(place, ends, finding.at);
             }
             return None;
         }
@@ -134,7 +135,7 @@ impl Found {
             one.fact("object", Quantity::Object(object));
         }
         one.found(finding.code, finding.at.no);
-        self.keep(place, ends, at);
+        self.keep(place, ends, if finding.at.no > at.no { finding.at } else { at });
         Some(place)
     }
 
