@@ -163,7 +163,7 @@ fn noise(one: &Incident, ledger: &Ledger, shown: Shown) -> Tell {
 }
 
 fn is_near(one: &Incident, other: &Incident, ns: i64) -> bool {
-    one.bus == other.bus && one.begin.since(other.begin).is_some_and(|since| since.abs() <= ns)
+    one.bus == other.bus && one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= ns)
 }
 
 /// Whether communication was lost before it; nothing where that may be chance.

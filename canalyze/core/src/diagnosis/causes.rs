@@ -170,11 +170,11 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         // Who waits for a heartbeat waits for some periods of it.
         let period = cause.ns("period").unwrap_or(0);
         let least = if says { 0 } else { period };
-        let most = if says { WINDOW_NS.max(period * PERIODS) } else { period * PERIODS };
+        let most = if says { WINDOW_NS.max(period.saturating_mul(PERIODS)) } else { period.saturating_mul(PERIODS) };
         // Or it was this emergency by which the silence was noticed.
         let shows = says && cause.noticed.no == effect.begin.no;
         let any = effect.clue.watched.is_empty() && (shows || (least..=most).contains(&delay));
-        return any.then_some((Grade::Likely, (delay - period * 2).abs()));
+        return any.then_some((Grade::Likely, delay.saturating_sub(period.saturating_mul(2)).saturating_abs()));
     };
     // A silence begins with the last frame, the consumer's time with the last heartbeat before it.
     let least = limit - limit / 3 - LATE_NS;
@@ -188,7 +188,7 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         (false, true) => Grade::Likely,
         (false, false) => Grade::Possible,
     };
-    Some((grade, (delay - limit).abs()))
+    Some((grade, delay.saturating_sub(limit).saturating_abs()))
 }
 
 /// L5: who should send the PDO that is missing does not.
@@ -204,14 +204,14 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
     let source = cause.subject.nodes & effect.clue.sources != 0;
     if source {
-        return Some((Grade::Certain, delay.abs()));
+        return Some((Grade::Certain, delay.saturating_abs()));
     }
     // Whose PDOs stopped as long ago as the node waits; and who only controls sends the RPDOs that nobody has as a TPDO.
     let suspect = cause.subject.nodes & effect.clue.suspects != 0 || effect.clue.suspects == 0 && cause.clue.controller;
     let gone = is_gone(cause.kind) || is_commanded(cause.kind) || cause.kind == LeftOperational;
     let soon = (0..=WINDOW_NS).contains(&delay) && effect.clue.suspects == 0 && gone;
     let grade = if suspect || soon { Grade::Likely } else { Grade::Possible };
-    (suspect || effect.clue.sources == 0 && delay >= 0).then_some((grade, delay.abs()))
+    (suspect || effect.clue.sources == 0 && delay >= 0).then_some((grade, delay.saturating_abs()))
 }
 
 /// L6: SYNC is gone with its producer, and its consumers say so.
@@ -223,7 +223,7 @@ fn sync_gone(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let since = effect.begin.since(last)?;
     if effect.kind == SyncStopped && is_gone(cause.kind) {
         let most = period.saturating_mul(2).max(cause.ns("period").unwrap_or(0));
-        let near = effect.begin.since(cause.begin)?.abs() <= most;
+        let near = effect.begin.since(cause.begin)?.saturating_abs() <= most;
         let grade = if cause.clue.sync_producer { Grade::Certain } else { Grade::Likely };
         return near.then_some((grade, 0));
     }
@@ -256,12 +256,13 @@ fn busy_storing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L16: more frames than the bus can carry, or one identifier that comes before all others.
 fn bus_full(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     match (pair.cause.kind, pair.effect.kind) {
-        (Flood, Overload) => Some((Grade::Certain, pair.delay.abs())),
+        (Flood, Overload) => Some((Grade::Certain, pair.delay.saturating_abs())),
         // The last sign of who cannot be heard is older than what keeps it from being heard.
         (Flood | Overload, kind) => {
             let began = pair.effect.noticed.since(pair.cause.begin).unwrap_or(0) >= 0;
             let period = pair.effect.ns("period").unwrap_or(0);
-            (is_late(kind) && began && pair.delay >= -period - LATE_NS).then_some((Grade::Likely, pair.delay.abs()))
+            (is_late(kind) && began && pair.delay >= (-period).saturating_sub(LATE_NS))
+                .then_some((Grade::Likely, pair.delay.saturating_abs()))
         }
         _ => None,
     }
@@ -270,7 +271,7 @@ fn bus_full(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L15: two masters contradict each other.
 fn contradicted(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let follows = is_commanded(pair.effect.kind) || is_late(pair.effect.kind) || pair.effect.kind == StartWithoutEffect;
-    (pair.cause.kind == TwoMasters && follows).then_some((Grade::Likely, pair.delay.abs()))
+    (pair.cause.kind == TwoMasters && follows).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L18: a supply that dips takes others with it.
@@ -287,9 +288,9 @@ fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         RequestUnanswered | LateAnswer | DamagedTransfer if pair.same_node => {
             // A node that is Pre-operational answers, one that is Stopped or boots does not.
             let mute = pair.commanded() && pair.cause.get("command") != Some(Quantity::Command(0x80));
-            (gone || mute).then_some((Grade::Certain, pair.delay.abs()))
+            (gone || mute).then_some((Grade::Certain, pair.delay.saturating_abs()))
         }
-        NodeAbsent if pair.same_node => gone.then_some((Grade::Likely, pair.delay.abs())),
+        NodeAbsent if pair.same_node => gone.then_some((Grade::Likely, pair.delay.saturating_abs())),
         _ => None,
     }
 }
@@ -324,7 +325,7 @@ fn commanded(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
     match pair.effect.kind {
         AxisFault | QuickStop | StateLeft => (pair.delay <= 2 * PROMPT_NS).then_some((Grade::Certain, pair.delay)),
-        PdoMissing | SyncStopped | SyncIrregular => Some((Grade::Certain, pair.delay.abs())),
+        PdoMissing | SyncStopped | SyncIrregular => Some((Grade::Certain, pair.delay.saturating_abs())),
         _ => None,
     }
 }
@@ -334,7 +335,7 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let stops = matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft) && is_gone(pair.cause.kind);
     let says = pair.alone() && pair.cause.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
     if matches!(pair.effect.kind, QuickStop | StateLeft) && says && (-LATE_NS..=PROMPT_NS).contains(&pair.delay) {
-        return Some((Grade::Certain, pair.delay.abs()));
+        return Some((Grade::Certain, pair.delay.saturating_abs()));
     }
     let limit = pair.limit().filter(|_| stops)?;
     (limit..=limit + limit / 3 + PROMPT_NS).contains(&pair.delay).then_some((Grade::Likely, pair.delay))
@@ -344,7 +345,7 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular);
     let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational;
-    (pair.same_node && missing && stops).then_some((Grade::Certain, pair.delay.abs()))
+    (pair.same_node && missing && stops).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
 
 /// L13: a PDO that could not be configured is another one than was wanted.
@@ -368,7 +369,7 @@ fn boot_cut_short(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let waits = matches!(pair.effect.kind, NotStarted | BootStuck)
         || pair.effect.kind == StartWithoutEffect && pair.cause.kind == ProgramFailed;
     let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
-    (pair.same_node && waits && cut).then_some((Grade::Likely, pair.delay.abs()))
+    (pair.same_node && waits && cut).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L4: a node with an error leaves Operational, or does not reach it (1029h).
@@ -415,7 +416,7 @@ fn not_listening(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         CommandsNotTaken if pair.same_node => {
             let errs = pair.cause.has("left_operational") || !pair.cause.clue.reported.is_empty();
             let grade = if out { Grade::Certain } else { Grade::Likely };
-            (out || errs).then_some((grade, pair.delay.abs()))
+            (out || errs).then_some((grade, pair.delay.saturating_abs()))
         }
         NotEnabled if pair.same_node && out => Some((Grade::Likely, pair.delay)),
         _ => None,
@@ -429,12 +430,12 @@ fn bus_errors(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         return None;
     }
     let many = pair.cause.kind == BusOff || pair.cause.repeats.count >= 3;
-    Some((if many { Grade::Likely } else { Grade::Possible }, pair.delay.abs()))
+    Some((if many { Grade::Likely } else { Grade::Possible }, pair.delay.saturating_abs()))
 }
 
 /// L21: nodes report the errors that are seen on the bus.
 fn bus_errors_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    (pair.effect.kind == BusTrouble && is_bus(pair.cause.kind)).then_some((Grade::Likely, pair.delay.abs()))
+    (pair.effect.kind == BusTrouble && is_bus(pair.cause.kind)).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
 /// L26: what rests on times and began in a gap of the recording.
@@ -442,5 +443,5 @@ fn recording_stood_still(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
     let timed = matches!(effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | SyncStopped | PdoMissing);
     let inside = cause.begin.no >= effect.begin.no && cause.begin.no <= effect.noticed.no;
-    (cause.kind == CaptureGap && timed && inside).then_some((Grade::Certain, pair.delay.abs()))
+    (cause.kind == CaptureGap && timed && inside).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }

@@ -18,7 +18,7 @@ pub(super) fn link(ledger: &mut Ledger, place: Place, bus: BusId) {
     let Some(new) = ledger.get(place).cloned() else { return };
     for other in recent {
         let Some(one) = ledger.get(other) else { continue };
-        let late = new.noticed.since(one.noticed).is_none_or(|since| since.abs() <= WINDOW_NS);
+        let late = new.noticed.since(one.noticed).is_none_or(|since| since.saturating_abs() <= WINDOW_NS);
         if other == place || !late || one.cause.is_some_and(|link| link.grade == Grade::Certain) {
             continue;
         }
@@ -138,7 +138,7 @@ fn place_of(link: Link) -> Place {
 
 /// Whether the same happened to another node at the same time, by the same cause.
 fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
-    let near = one.begin.since(other.begin).is_some_and(|since| since.abs() <= TOGETHER_NS);
+    let near = one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= TOGETHER_NS);
     let same = other.kind == one.kind && other.bus == one.bus && other.status == one.status && !other.merged;
     let subject = one.subject.node.is_some() && one.subject.pdo.is_none() && one.subject.axis == other.subject.axis;
     same && near

@@ -31,7 +31,7 @@ fn goes_on(one: &Incident, end: FrameRef) -> bool {
     let comes_again = !one.clue.reported.is_empty()
         || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
     let rest = end.since(one.end.unwrap_or(one.repeats.since));
-    let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean + mean / 4);
+    let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_add(mean / 4));
     one.repeats.count >= GOES_ON && comes_again && soon
 }
 

@@ -208,7 +208,8 @@ impl Period {
         // no multiple of their length, shorter ones make up for them: it is jitter.
         let mean_ns = rival.sum_ns / i64::from(rival.count);
         let least = mean_ns.saturating_mul(i64::from(rival.count - 1)).max(1);
-        let off = |lasts: i64| (lasts - (lasts + least / 2) / least * least).saturating_abs();
+        let times = |lasts: i64| lasts.saturating_add(least / 2) / least;
+        let off = |lasts: i64| lasts.saturating_sub(times(lasts).saturating_mul(least)).saturating_abs();
         if at.since(rival.since).is_some_and(|lasts| off(lasts) > least / 8) {
             *rival = Rival { sum_ns: gap_ns, least_ns: gap_ns, most_ns: gap_ns, count: 1, since: at };
             return Learnt::Nothing;

@@ -145,7 +145,8 @@ impl Drives {
         scene: &mut Scene<'_>,
     ) {
         let because = because_of.map(|frame| frame.no);
-        let near = |one: &Incident, ns: i64| at.since(one.repeats.since).is_some_and(|since| since.abs() <= ns);
+        let near =
+            |one: &Incident, ns: i64| at.since(one.repeats.since).is_some_and(|since| since.saturating_abs() <= ns);
         let open = self.faults.get(&node).copied();
         let open = open
             .filter(|place| scene.ledger.get(*place).is_some_and(|one| one.end.is_none() && near(one, TOGETHER_NS)));

@@ -113,7 +113,7 @@ impl Load {
         let size = bits(frame);
         if let Some(last) = self.last_ns.replace(now) {
             let least_ns = size * 1_000_000 / self.assumed.max(1) * 8 / 10;
-            let gap = now - last;
+            let gap = now.saturating_sub(last);
             self.window.short += u32::from(gap < least_ns);
             if (least_ns..=least_ns * 8 / 5).contains(&gap) && self.assumed > 0 {
                 self.window.tight += 1;
@@ -155,8 +155,9 @@ impl Load {
             // A pause teaches nothing of how often it comes.
             if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(PAUSE) {
                 let mean = if one.gaps == 0 { gap } else { one.gap_ns };
-                one.gap_ns = mean + (gap - mean) / 8;
-                one.off_ns += ((gap - one.gap_ns).abs() - one.off_ns) / 8;
+                one.gap_ns = mean.saturating_add(gap.saturating_sub(mean) / 8);
+                let off = gap.saturating_sub(one.gap_ns).saturating_abs();
+                one.off_ns = one.off_ns.saturating_add(off.saturating_sub(one.off_ns) / 8);
                 one.gaps = one.gaps.saturating_add(1);
             }
             one.run = 0;
@@ -176,7 +177,7 @@ impl Load {
             return;
         }
         let asked = node.and_then(|node| scene.heard.asked(node));
-        if asked.is_some_and(|asked| one.since.since(asked).is_some_and(|since| since.abs() <= ASKED_NS)) {
+        if asked.is_some_and(|asked| one.since.since(asked).is_some_and(|since| since.saturating_abs() <= ASKED_NS)) {
             return;
         }
         self.flooded += 1;
@@ -277,7 +278,7 @@ impl Load {
     pub(in crate::diagnosis) fn started_again(&mut self, node: u8, bus: &Bus) {
         for (identifier, one) in self.streams.iter_mut().enumerate() {
             let of_node = matches!(bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
-            if of_node && one.gaps >= TAUGHT && one.off_ns * EVEN < one.gap_ns {
+            if of_node && one.gaps >= TAUGHT && one.off_ns.saturating_mul(EVEN) < one.gap_ns {
                 one.started = Some((one.gap_ns, FrameRef::default(), 0));
             }
         }
@@ -295,7 +296,8 @@ fn over(place: Place, at: FrameRef, scene: &mut Scene<'_>) {
 /// A PDO comes two or three times as often since a repeated start.
 fn multiplied(identifier: usize, (before, now): (i64, i64), (since, at): (FrameRef, FrameRef), scene: &mut Scene<'_>) {
     let Carries::Tpdo { node, number } = scene.bus.carries(identifier as u16) else { return };
-    let fits = [2, 3].into_iter().any(|times| (before - now * times).abs() * 8 <= before);
+    let fits =
+        [2, 3].into_iter().any(|times| before.saturating_sub(now.saturating_mul(times)).saturating_abs() <= before / 8);
     if !fits {
         return;
     }

@@ -360,7 +360,8 @@ impl Motions {
         let last = std::mem::replace(&mut one.last, at);
         let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > 0) else { return };
         if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(MISSING) {
-            one.gap_ns = if one.gaps == 0 { gap } else { one.gap_ns + (gap - one.gap_ns) / 8 };
+            one.gap_ns =
+                if one.gaps == 0 { gap } else { one.gap_ns.saturating_add(gap.saturating_sub(one.gap_ns) / 8) };
             one.gaps = one.gaps.saturating_add(1);
             return;
         }

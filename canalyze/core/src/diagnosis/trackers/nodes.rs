@@ -246,7 +246,7 @@ impl Nodes {
         // Other frames that come after the next heartbeat was due show that the node goes on.
         let rest = finding.at.since(begin).unwrap_or(i64::MAX);
         let beyond = begin.since(heartbeat).unwrap_or(0);
-        let goes_on = period.is_some_and(|period| beyond > period + period / 2 && rest < beyond);
+        let goes_on = period.is_some_and(|period| beyond > period.saturating_add(period / 2) && rest < beyond);
         let kind = if goes_on { Kind::HeartbeatStopped } else { Kind::NodeSilent };
         let begin = if goes_on { heartbeat } else { begin };
         let place = self.again(kind, node, begin, scene).or_else(|| self.join(node, kind, begin, period, scene));
@@ -339,7 +339,7 @@ impl Nodes {
     fn was_away(&self, node: u8, scene: &mut Scene<'_>) {
         let Some(last) = scene.heard.last(node) else { return };
         let away = scene.at.since(last).unwrap_or(0);
-        if scene.bus.heartbeat_period(node).is_none_or(|period| away < period + period / 2) {
+        if scene.bus.heartbeat_period(node).is_none_or(|period| away < period.saturating_add(period / 2)) {
             return;
         }
         for place in self.silent.values() {
@@ -367,7 +367,7 @@ impl Nodes {
         let others = scene.ledger.last(scene.id, |one| {
             let lost = matches!(one.kind, Kind::SegmentLost | Kind::NodeSilent) && one.has("boot_up");
             let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
-            let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.abs() <= BACK_NS));
+            let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.saturating_abs() <= BACK_NS));
             // Its last frame is older than the loss, or came within the time in which the others were lost.
             let period = one.ns("period").unwrap_or(0);
             lost && near && before.since(one.begin).is_some_and(|since| since <= period)
@@ -396,7 +396,9 @@ impl Nodes {
             let limit = match (watched.iter().find(|(other, _)| other == node), watched.is_empty()) {
                 (Some((_, time)), _) => *time,
                 (None, false) => return false,
-                (None, true) => scene.bus.heartbeat_period(*node).map_or(UNHEARD_NS, |period| period + period / 8),
+                (None, true) => {
+                    scene.bus.heartbeat_period(*node).map_or(UNHEARD_NS, |period| period.saturating_add(period / 8))
+                }
             };
             let beats = scene.heard.last_heartbeat(*node).is_some_and(|beat| {
                 self.booted.get(node).is_none_or(|boot| beat.no >= boot.no) || scene.heard.last(*node) == Some(beat)
@@ -458,7 +460,7 @@ impl Nodes {
             scene.ledger.last(scene.id, |one| {
                 one.subject.node == Some(node)
                     && !one.clue.reported.is_empty()
-                    && at.since(one.repeats.since).is_none_or(|since| since.abs() <= REACTION_NS)
+                    && at.since(one.repeats.since).is_none_or(|since| since.saturating_abs() <= REACTION_NS)
             })
         });
         let trouble = trouble.or_else(|| self.left_again(node, at, scene));
@@ -624,7 +626,9 @@ impl Nodes {
         let (first, then) = (one.begin.t_ns?, begin.t_ns.or(since.t_ns)?);
         let earliest = first.max(then);
         let latest = first.saturating_add(other_period).min(then.saturating_add(period?));
-        if earliest > latest.saturating_add(TOGETHER_NS) || (then - first).abs() > other_period.max(period?) {
+        if earliest > latest.saturating_add(TOGETHER_NS)
+            || then.saturating_sub(first).saturating_abs() > other_period.max(period?)
+        {
             return None;
         }
         one.kind = Kind::SegmentLost;
@@ -658,7 +662,7 @@ fn last_sign(node: u8, heartbeat: FrameRef, at: FrameRef, scene: &Scene<'_>) -> 
 /// A period as a person says it: in whole ms, where it is not a short one.
 fn rounded(ns: i64) -> i64 {
     const MS: i64 = 1_000_000;
-    if ns < 10 * MS { ns } else { (ns + MS / 2) / MS * MS }
+    if ns < 10 * MS { ns } else { ns.saturating_add(MS / 2) / MS * MS }
 }
 
 /// A node of which only heartbeats were missing is silent where nothing else of it has come for as long.

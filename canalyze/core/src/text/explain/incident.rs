@@ -384,6 +384,11 @@ rows! {
         "the hardware enable was opened, STO, a protection of the drive";
         "再次使能"
         "it is enabled again";
+    IllegalTransition "CiA 402-2" [Drv001]
+        "驱动固件的状态机, 另有主站或面板在控制, 记录中丢了控制字"
+        "the state machine of the drive's firmware, another master or a panel in control, a controlword lost in the capture";
+        "每次单独成立"
+        "each is over at once";
     ModeNotTaken "CiA 402-2, 6060h, 6061h" [Drv004]
         "6502h不支持该模式, 只能在未使能时切换, 6060h没有映射"
         "6502h does not have the mode, it can only be changed while disabled, 6060h is not mapped";

@@ -130,8 +130,10 @@ fn live_frames_read_as_their_log_does() {
                 // The log as it came tells no direction.
                 let bare = texts[0].replace("RX - -  ", "").replace("RX B -  ", "").replace("RX - E  ", "");
                 let given = run_as(Input::Candump, english(format), &[&fs::read(&path).unwrap()]);
-                // A SYNC that is marked as received has an exact stamp; one without a mark may be the host's own.
-                let exact = path.file_name().is_some_and(|name| name == "SYN011.log" || name == "SYN011.clean.log");
+                // A SYNC that is marked as received has an exact stamp; one without a mark may be the host's own. A limit
+                // that is passed by less than an own frame may be late is certain some frames later.
+                let exact = ["SYN011.log", "SYN011.clean.log"].iter().any(|name| path.ends_with(name))
+                    || path.components().any(|part| part.as_os_str() == "stories");
                 if !exact && frames.iter().all(|frame| frame.dir.is_none()) && buses.names().count() == 1 {
                     assert!(bare.as_bytes() == given, "{path:?}");
                 }
@@ -158,7 +160,8 @@ fn findings(jsonl: &str) -> Vec<(String, String)> {
 #[test]
 fn ticks_that_lag_find_nothing_further() {
     // A tick says that the bus was silent: then nothing is missing from the recording.
-    for path in logs().into_iter().filter(|path| !path.ends_with("CAP007.log")) {
+    let holed = ["CAP007.log", "t20-recorder-stall.log"];
+    for path in logs().into_iter().filter(|path| !holed.iter().any(|name| path.ends_with(name))) {
         let Some((frames, buses)) = frames_of(&path) else { continue };
         let plain = findings(&run(english(Format::Jsonl), &live(&frames, &buses, 1 << 20)));
         let (mut ticked, mut twice) = (names(&buses), names(&buses));
@@ -316,7 +319,8 @@ fn verdicts(jsonl: &str) -> Vec<String> {
 #[test]
 fn what_follows_a_gap_is_not_judged_by_what_was_before() {
     let (mut clean, mut wrong) = (0, Vec::new());
-    for path in logs() {
+    // In a story something goes wrong, whatever is found.
+    for path in logs().into_iter().filter(|path| path.components().all(|part| part.as_os_str() != "stories")) {
         let Some((frames, buses)) = frames_of(&path) else { continue };
         let whole = run(english(Format::Jsonl), &live(&frames, &buses, 50));
         if buses.names().count() != 1 || frames.len() > 1_000 || !verdicts(&whole).is_empty() {
