@@ -239,7 +239,9 @@ impl Motions {
             (late && *samples >= SAMPLES).then_some(*since)
         });
         let stays = state == State::SwitchOnDisabled && word & VOLTAGE == 0;
-        let told = axis.upward.filter(|_| stays).filter(|(since, enable)| {
+        // Who has left that state begins anew.
+        axis.upward = axis.upward.filter(|_| stays);
+        let told = axis.upward.filter(|(since, enable)| {
             let least = if *enable { STANDS_NS } else { ENABLE_NS };
             at.since(*since).is_some_and(|since| since >= least)
         });
