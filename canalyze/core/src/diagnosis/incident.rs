@@ -271,8 +271,11 @@ impl Incident {
         }
     }
 
-    /// Adds what was measured; what is known by this name already is replaced.
+    /// Adds what was measured; what is known by this name already is replaced. What a rule could not measure is left out.
     pub fn fact(&mut self, name: &'static str, value: Quantity) {
+        if value == Quantity::Nothing {
+            return;
+        }
         match self.facts.iter_mut().find(|(known, _)| *known == name) {
             Some(slot) => slot.1 = value,
             None => self.facts.push((name, value)),
@@ -380,5 +383,22 @@ impl Incident {
                 self.cause = Some(link);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::Ledger;
+
+    #[test]
+    fn what_could_not_be_measured_is_no_fact() {
+        let mut ledger = Ledger::default();
+        let at = FrameRef::default();
+        let place = ledger.open(Kind::CaptureGap, BusId::default(), Subject::default(), at, at).unwrap();
+        let one = ledger.get_mut(place).unwrap();
+        one.fact("bytes", Quantity::Nothing);
+        one.fact("frames", Quantity::Count(3));
+        assert_eq!(one.facts, [("frames", Quantity::Count(3))]);
     }
 }
