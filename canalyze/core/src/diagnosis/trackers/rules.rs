@@ -68,6 +68,8 @@ impl Found {
         let node = finding.node.filter(|_| kind != Kind::SyncStopped);
         let subject = Subject { pdo, ..Subject::of(node) };
         let because = finding.because_of.map(|frame| frame.no);
+        // A finding that counts stands at the last of them; one of a deadline where that was noticed.
+        let last = if times(finding, 1) > 1 && finding.at.no > at.no { finding.at } else { at };
         let again = scene.ledger.last(scene.id, |one| {
             let (node, other) = (one.subject.node, one.kind);
             let same = other == kind && (node, one.subject.pdo) == (subject.node, subject.pdo);
@@ -87,7 +89,7 @@ impl Found {
                     one.again(at);
                 }
                 one.repeats.count += times(finding, least) - 1;
-                self.keep(place, ends, finding.at);
+                self.keep(place, ends, last);
             }
             return None;
         }
@@ -135,7 +137,7 @@ impl Found {
             one.fact("object", Quantity::Object(object));
         }
         one.found(finding.code, finding.at.no);
-        self.keep(place, ends, if finding.at.no > at.no { finding.at } else { at });
+        self.keep(place, ends, last);
         Some(place)
     }
 
