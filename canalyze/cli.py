@@ -18,11 +18,11 @@ from typing import Final
 import click
 
 from canalyze import __version__
-from canalyze.config import Config, settle, spoken
+from canalyze.configuration.config import Config, settle, spoken
+from canalyze.configuration.options import common_options
 from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
-from canalyze.help import located, page, usage_line
-from canalyze.options import common_options
 from canalyze.output import Output, complain, shows_chinese
+from canalyze.output.help import located, page, usage_line
 from canalyze.words import Words
 
 COMMANDS: Final = (

@@ -153,7 +153,7 @@ sys.exit(session.frames == 0)
 """
 _RECORDED = """
 import sys, tempfile
-from canalyze.recording import Recording
+from canalyze.running.recording import Recording
 from canalyze.words import Words
 with open(sys.argv[1], "rb") as source, tempfile.TemporaryDirectory() as folder:
     recording = Recording(folder + "/bus{suffix}", Words("en"))

@@ -22,7 +22,7 @@ from test_cli_terminal import on_terminal
 
 from canalyze._core import WRITERS, Session
 from canalyze.output import Output, Progress
-from canalyze.run import Run
+from canalyze.running.run import Run
 from canalyze.sinks.target import RECORDS, Target, forms, open_target, suffixes, target
 from canalyze.sources import apart
 from canalyze.words import Words

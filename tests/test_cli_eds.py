@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from conftest import Runner, environment
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 
 OWN = Path(__file__).parent.parent / "eds"
 DRIVE = str(OWN / "drive.eds")

@@ -48,7 +48,7 @@ def test_table(canalyze: Runner, notes: str) -> None:
 
 
 def test_columns_count_chinese_double(canalyze: Runner, notes: str) -> None:
-    from canalyze.layout import width
+    from canalyze.output.layout import width
 
     heading, row = canalyze("sdo", notes).lines
     assert width(heading[: heading.index("对象")]) == width(row[: row.index("1008h:00")])

@@ -17,7 +17,7 @@ from captures import SAMPLES, Row, session_output
 from conftest import Runner
 from test_cli_terminal import on_terminal
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 
 STACKS = sorted((SAMPLES / "stacks").glob("*.log"))
 STATES = {"00": "boot-up", "04": "stopped", "05": "operational", "7F": "pre-operational"}

@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 from conftest import NOTES, command, environment
 
-from canalyze.bounded import MOST
 from canalyze.check.globs import LONGEST, Glob
+from canalyze.configuration.bounded import MOST
+from canalyze.configuration.toml import File, parsed
 from canalyze.dictionary import read
 from canalyze.dictionary.ini import parse
 from canalyze.errors import ConfigError
-from canalyze.toml import File, parsed
 
 MEMORY = 1 << 30
 """Bytes of address space; Python, the core and python-canopen take a third."""

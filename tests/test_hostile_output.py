@@ -9,9 +9,8 @@ import pytest
 from conftest import NOTES, Runner, command, environment
 from test_hostile_files import XDD
 
-from canalyze import jsonl
 from canalyze._core import Session
-from canalyze.output import commandless, printable
+from canalyze.output import commandless, jsonl, printable
 from canalyze.sources import packed
 
 EVIL = "\x7f\x85\x9b\u200b\u202e\u2028\u2066\ufeff"

@@ -7,15 +7,16 @@ from typing import Any
 
 import pytest
 
-from canalyze import _core, network
-from canalyze.config import Config, read
-from canalyze.descriptions import network as told
+from canalyze import _core
+from canalyze.configuration import network
+from canalyze.configuration.config import Config, read
+from canalyze.configuration.descriptions import network as told
+from canalyze.configuration.network import Known
 from canalyze.dictionary import load
 from canalyze.dictionary import read as read_description
 from canalyze.dictionary.model import Dictionary
 from canalyze.dictionary.rows import flat, rows
 from canalyze.errors import ConfigError, SourceError
-from canalyze.network import Known
 from canalyze.words import Words
 
 OWN = Path(__file__).parent.parent / "eds"

@@ -12,7 +12,7 @@ from canalyze.check import baseline, policy
 from canalyze.check.baseline import Kind
 from canalyze.check.policy import Override, Policy, judge, named
 from canalyze.check.verdict import Counted, Examined
-from canalyze.config import read
+from canalyze.configuration.config import read
 from canalyze.errors import ConfigError
 from canalyze.finding import Finding, Severity
 

@@ -12,10 +12,10 @@ from typing import Any
 import can
 import pytest
 
-from canalyze import recording
 from canalyze._core import Session
 from canalyze.errors import OutputError
-from canalyze.recording import Limit, Recording, Recordings, limit, open_recordings
+from canalyze.running import recording
+from canalyze.running.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
 from canalyze.sources.packed import Packer
 from canalyze.words import Words

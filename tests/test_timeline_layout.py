@@ -18,7 +18,7 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 from timeline_contents import EVERY, drive, hundreds, lanes, network, plot, series, stamped
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.contents import Contents
 from canalyze.timeline.layout import CLOCK, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed

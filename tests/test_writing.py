@@ -19,9 +19,9 @@ from conftest import NOTES, Runner, command, environment
 from processes import wait_until_idle
 
 from canalyze.output import FileOutput
+from canalyze.output.writing import Part
 from canalyze.reports.extract import Directory
 from canalyze.words import Words
-from canalyze.writing import Part
 
 TRANSFER = "00001_can1_node10_1008h_00.bin"
 TEXT = b"Zephyr RTOS/CANopenNode"
@@ -364,7 +364,7 @@ OPENS: tuple[Callable[[str], bool], ...] = (
     lambda line: "os.O_CREAT" in line or "O_TRUNC" in line,
     lambda line: 'open("w' in line or 'open("a' in line or 'open("x' in line,
 )
-ELSEWHERE = {"canalyze/writing.py", "canalyze/sources/pythoncan.py"}
+ELSEWHERE = {"canalyze/output/writing.py", "canalyze/sources/pythoncan.py"}
 """The one way, and a copy of an input in a folder that nobody else has."""
 
 

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from canalyze.check.examination import Job, examine
 from canalyze.check.verdict import Examined
-from canalyze.run import Interrupt, Meter
+from canalyze.running.run import Interrupt, Meter
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
 

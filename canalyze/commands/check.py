@@ -14,10 +14,8 @@ import click
 from canalyze.check import baseline, policy
 from canalyze.check.examination import Job
 from canalyze.check.verdict import Examined, Verdict
-from canalyze.config import Config
-from canalyze.errors import ConfigError, ReaderGone
-from canalyze.help import Command
-from canalyze.options import (
+from canalyze.configuration.config import Config
+from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     CoreUsageError,
@@ -29,7 +27,9 @@ from canalyze.options import (
     inputs,
     known_of,
 )
+from canalyze.errors import ConfigError, ReaderGone
 from canalyze.output import FileOutput, Output, Progress, complain, open_output
+from canalyze.output.help import Command
 from canalyze.sources.file import STDIN, total_size
 from canalyze.sources.names import Named, expanded
 from canalyze.words import Words

@@ -4,10 +4,17 @@ from typing import Unpack
 
 import click
 
-from canalyze.help import Command
-from canalyze.options import CaptureOptions, capture_options, depth_of, inputs, listing_options, open_session
+from canalyze.configuration.options import (
+    CaptureOptions,
+    capture_options,
+    depth_of,
+    inputs,
+    listing_options,
+    open_session,
+)
 from canalyze.output import Progress, open_output, told
-from canalyze.run import Run
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 

@@ -12,12 +12,20 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
 import click
 
+from canalyze.configuration.options import (
+    ANY_PATH,
+    CaptureOptions,
+    OneOf,
+    capture_options,
+    format_option,
+    inputs,
+    open_session,
+)
 from canalyze.errors import ReaderGone
-from canalyze.help import Command
-from canalyze.options import ANY_PATH, CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
 from canalyze.output import FileOutput, Output, Progress, open_output, told
+from canalyze.output.help import Command
 from canalyze.reports import wording
-from canalyze.run import Run
+from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import LANGUAGES, Words
 

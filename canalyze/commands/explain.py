@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from canalyze import network
+from canalyze.configuration import network
+from canalyze.configuration.options import Spelled
 from canalyze.errors import SourceError
-from canalyze.help import Command
-from canalyze.options import Spelled
 from canalyze.output import Output, complain
-from canalyze.run import piped
+from canalyze.output.help import Command
+from canalyze.running.run import piped
 from canalyze.words import Words
 
 if TYPE_CHECKING:

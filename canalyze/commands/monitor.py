@@ -12,9 +12,18 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Unpack
 
 import click
 
+from canalyze.configuration.options import (
+    ANY_PATH,
+    CoreUsageError,
+    Spelled,
+    open_session,
+    reading_options,
+    start_session,
+)
 from canalyze.errors import CanalyzeError
-from canalyze.help import Command
-from canalyze.listening import (
+from canalyze.output import complain, terminal_encoding
+from canalyze.output.help import Command
+from canalyze.running.listening import (
     OWN,
     Channel,
     ListeningOptions,
@@ -23,16 +32,7 @@ from canalyze.listening import (
     listening,
     listening_options,
 )
-from canalyze.options import (
-    ANY_PATH,
-    CoreUsageError,
-    Spelled,
-    open_session,
-    reading_options,
-    start_session,
-)
-from canalyze.output import complain, terminal_encoding
-from canalyze.reading import Reading
+from canalyze.running.reading import Reading
 from canalyze.sinks.target import RECORDS
 from canalyze.sources.file import STDIN
 from canalyze.sources.format import open_capture

@@ -4,11 +4,10 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from canalyze import jsonl
-from canalyze.help import Command
-from canalyze.layout import pad, width, wrap
-from canalyze.options import format_option
-from canalyze.output import Output, complain
+from canalyze.configuration.options import format_option
+from canalyze.output import Output, complain, jsonl
+from canalyze.output.help import Command
+from canalyze.output.layout import pad, width, wrap
 from canalyze.words import Words
 
 if TYPE_CHECKING:

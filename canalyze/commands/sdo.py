@@ -6,11 +6,18 @@ from typing import Any, Final, Unpack
 
 import click
 
-from canalyze.help import Command
-from canalyze.options import ANY_PATH, CaptureOptions, capture_options, format_option, inputs, open_session
+from canalyze.configuration.options import (
+    ANY_PATH,
+    CaptureOptions,
+    capture_options,
+    format_option,
+    inputs,
+    open_session,
+)
 from canalyze.output import Output, Progress, complain, open_output, told
+from canalyze.output.help import Command
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
-from canalyze.run import Run
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 

@@ -16,9 +16,11 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze import expectations
+from canalyze.configuration.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.help import Command
-from canalyze.listening import (
+from canalyze.output import Output, Progress, complain
+from canalyze.output.help import Command
+from canalyze.running.listening import (
     Listening,
     ListeningOptions,
     channels_of,
@@ -27,11 +29,9 @@ from canalyze.listening import (
     positive,
     seconds,
 )
-from canalyze.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
-from canalyze.output import Output, Progress, complain
-from canalyze.run import Interrupt, Run
+from canalyze.running.run import Interrupt, Run
+from canalyze.running.viewing import Showing, ViewingOptions, check, viewing_options
 from canalyze.timeline import TABLES
-from canalyze.viewing import Showing, ViewingOptions, check, viewing_options
 from canalyze.words import Words
 
 _REST_S: Final = 2.0

@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING, Final, Unpack
 import click
 from click.core import ParameterSource
 
-from canalyze.errors import OutputError, SourceError
-from canalyze.help import Command
-from canalyze.options import (
+from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     bitrate_option,
@@ -24,12 +22,23 @@ from canalyze.options import (
     open_session,
     reading_options,
 )
+from canalyze.errors import OutputError, SourceError
 from canalyze.output import FileOutput, Output, Progress, complain, told
-from canalyze.run import Interrupt, Run
+from canalyze.output.help import Command
+from canalyze.running.run import Interrupt, Run
+from canalyze.running.viewing import (
+    LAYOUT,
+    SUFFIX,
+    ViewingOptions,
+    check,
+    configuration,
+    open_viewer,
+    opened,
+    viewing_options,
+)
 from canalyze.sources.file import STDIN, total_size
 from canalyze.timeline import TABLES
 from canalyze.timeline.viewer import load
-from canalyze.viewing import LAYOUT, SUFFIX, ViewingOptions, check, configuration, open_viewer, opened, viewing_options
 from canalyze.words import Words
 
 if TYPE_CHECKING:

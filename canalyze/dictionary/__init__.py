@@ -9,12 +9,12 @@ which the system does not give, is an error (`SourceError`). python-canopen is i
 
 from typing import Final, Literal
 
+from canalyze.configuration.network import NODES
 from canalyze.dictionary import model
 from canalyze.dictionary.ini import Ini, Section, parse
 from canalyze.dictionary.model import Device, Dictionary, FileInfo
 from canalyze.dictionary.values import Values, integer
 from canalyze.errors import SourceError
-from canalyze.network import NODES
 
 _LARGEST: Final = 8 << 20
 _BIT_RATES: Final = (10, 20, 50, 125, 250, 500, 800, 1000)

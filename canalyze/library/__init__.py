@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypedDict, TypeVar
 
-from canalyze import network
+from canalyze.configuration import network
 from canalyze.library.rows import one_of
 from canalyze.words import Words
 
@@ -97,8 +97,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     read), ConfigError for a configuration that cannot be, ValueError for an option that cannot be. Damage and lines
     that cannot be read are no error but `Capture.complaints`.
     """
-    from canalyze import config as configuration
-    from canalyze.descriptions import network as known
+    from canalyze.configuration import config as configuration
+    from canalyze.configuration.descriptions import network as known
     from canalyze.library.capture import Capture, Plan
     from canalyze.sources.format import input_formats
 

@@ -24,7 +24,7 @@ from canalyze.library.incident import Incidents
 from canalyze.library.node import Nodes, node
 from canalyze.library.rows import Findings, Rows, Transfers
 from canalyze.library.series import Signals, signal
-from canalyze.reading import Reading
+from canalyze.running.reading import Reading
 from canalyze.sources.format import open_capture
 from canalyze.words import Words
 

@@ -6,7 +6,7 @@ A finder gives a list of the same kind. It must not read: what is in a list was 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, Literal, Self, TypeVar, overload
 
-from canalyze import network
+from canalyze.configuration import network
 from canalyze.finding import SEVERITIES, Finding, Severity
 from canalyze.library.event import Transfer
 

@@ -10,8 +10,8 @@ from textual.screen import ModalScreen
 from textual.strip import Strip
 from textual.widget import Widget
 
-from canalyze.layout import wrap
 from canalyze.monitor.grid import Cell, cell, line
+from canalyze.output.layout import wrap
 from canalyze.words import Words
 
 

@@ -6,12 +6,12 @@ from rich.cells import cell_len
 from textual.strip import Strip
 from textual.widget import Widget
 
-from canalyze.layout import wrap
 from canalyze.monitor.figures import clock, rate
 from canalyze.monitor.grid import Cell, Piece, cell, line
 from canalyze.monitor.incidents import newest, standing
 from canalyze.monitor.keys import VIEWS
 from canalyze.output import printable
+from canalyze.output.layout import wrap
 from canalyze.words import Words
 
 _BADGES: Final = {

@@ -11,7 +11,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.reading import Reading
+from canalyze.running.reading import Reading
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ how to see it. Must not: judge.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.layout import pad, width
 from canalyze.output import Output, printable
+from canalyze.output.layout import pad, width
 from canalyze.reports import wording
 from canalyze.reports.diagnosis_chain import delay, milliseconds
 from canalyze.words import Words

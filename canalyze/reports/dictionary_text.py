@@ -5,8 +5,8 @@ from typing import Final
 
 from canalyze.dictionary.model import ARRAY, RECORD, CobId, Defect, Dictionary, Entry, NodeOffset, Object, Pdo, Value
 from canalyze.dictionary.values import NAMES
-from canalyze.layout import pad, width
 from canalyze.output import Output, printable
+from canalyze.output.layout import pad, width
 from canalyze.reports.table import Column, Row, Table
 from canalyze.words import Words
 

@@ -7,8 +7,8 @@ nothing but units. What a file does not have is left out.
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from canalyze.layout import pad, width
 from canalyze.output import Output, printable
+from canalyze.output.layout import pad, width
 from canalyze.reports.summary_text import left_out_key
 from canalyze.words import Words
 

@@ -7,8 +7,8 @@ computes nothing but units. A block that has nothing to tell is left out. What a
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-from canalyze.layout import pad, width
 from canalyze.output import Output, printable
+from canalyze.output.layout import pad, width
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words
 

@@ -9,8 +9,8 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
-from canalyze.layout import pad, width, wrap
 from canalyze.output import Output, printable
+from canalyze.output.layout import pad, width, wrap
 
 EMPTY: Final = "-"
 """A cell without anything in it."""

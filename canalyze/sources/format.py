@@ -8,9 +8,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
-from canalyze.compression import COMPRESSIONS
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.compressed import Damage, Layer, Transcoded, Unpacked
+from canalyze.sources.compression import COMPRESSIONS
 from canalyze.sources.file import Source
 from canalyze.sources.summary import summary_of
 

@@ -15,7 +15,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from canalyze import bounded, network
 from canalyze.check import globs, policy
+from canalyze.configuration import bounded, network
+from canalyze.configuration.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.errors import ConfigError
-from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.words import LANGUAGES
 
 FILE: Final = "canalyze.toml"

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from canalyze.errors import CanalyzeError, OutputError
+from canalyze.output.writing import in_place
 from canalyze.sinks.target import suffixes
 from canalyze.sources.live import BUS, MESSAGES, RECORDS, heads
 from canalyze.words import Words
-from canalyze.writing import in_place
 
 FORMS: Final = ("candump", "asc", "mcap", "pcapng")
 """Formats that are readable up to where a process was killed."""

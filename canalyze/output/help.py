@@ -10,8 +10,8 @@ from typing import Final
 
 import click
 
-from canalyze.layout import pad, width, wrap
-from canalyze.options import CoreUsageError, common_options
+from canalyze.configuration.options import CoreUsageError, common_options
+from canalyze.output.layout import pad, width, wrap
 from canalyze.words import Words
 
 _MARGIN: Final = 2

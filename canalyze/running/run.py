@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import complain
-from canalyze.reading import Reading
+from canalyze.running.reading import Reading
 from canalyze.sources.format import Capture, open_capture
 from canalyze.words import Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
-    from canalyze.options import CaptureOptions
+    from canalyze.configuration.options import CaptureOptions
     from canalyze.sources.live import Live
     from canalyze.sources.pythoncan import PythonCanCapture
 

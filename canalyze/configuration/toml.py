@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple, NoReturn, Self
 
-from canalyze import network
-from canalyze.bounded import short
+from canalyze.configuration import network
+from canalyze.configuration.bounded import short
 from canalyze.errors import ConfigError
 
 

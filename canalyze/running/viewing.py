@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypedDict
 
 import click
 
-from canalyze.config import Config
+from canalyze.configuration.config import Config
+from canalyze.configuration.network import Known
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, known_of
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.network import Known
-from canalyze.options import ANY_PATH, CaptureOptions, Spelled, known_of
+from canalyze.output.writing import in_place
 from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
 from canalyze.words import Words
-from canalyze.writing import in_place
 
 if TYPE_CHECKING:
     from canalyze._core import Batch, Session

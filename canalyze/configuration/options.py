@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, TypedDict
 
 import click
 
-from canalyze import network
-from canalyze.config import Config
+from canalyze.configuration import network
+from canalyze.configuration.config import Config
 from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
@@ -214,7 +214,7 @@ def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sessi
 
     What the core cannot accept (a filter, a map) is a usage error; a setting that is None is left to the core.
     """
-    from canalyze.descriptions import network as known
+    from canalyze.configuration.descriptions import network as known
 
     context = click.get_current_context()
     filed = (context.find_object(Config) or Config()).known
@@ -248,7 +248,7 @@ def known_of(given: CaptureOptions) -> network.Known:
 
 def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:
     """Give the inputs: those named, else standard input if it is a pipe or a file; none is a usage error."""
-    from canalyze.run import piped
+    from canalyze.running.run import piped
     from canalyze.sources.file import STDIN
 
     if files:

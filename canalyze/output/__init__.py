@@ -15,9 +15,9 @@ from typing import Final, Self
 
 from canalyze._core import may_hold_command
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
-from canalyze.layout import width
+from canalyze.output.layout import width
+from canalyze.output.writing import AS_IT_IS, Part, write_all
 from canalyze.words import Words
-from canalyze.writing import AS_IT_IS, Part, write_all
 
 _STDOUT: Final = 1
 _COMMAND: Final = re.compile(

@@ -9,8 +9,8 @@ from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from canalyze.configuration.network import Known
 from canalyze.errors import ConfigError, SourceError
-from canalyze.network import Known
 from canalyze.output import complain
 from canalyze.words import Words
 

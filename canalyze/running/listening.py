@@ -14,10 +14,10 @@ from typing import Any, Final, NamedTuple, TypedDict
 
 import click
 
-from canalyze import network
-from canalyze.config import Config
-from canalyze.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option
-from canalyze.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
+from canalyze.configuration import network
+from canalyze.configuration.config import Config
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option
+from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
 from canalyze.sources import buses, netdevices
 from canalyze.sources.file import STDIN
 from canalyze.sources.live import MOST_BUSES, Bus, Live
