@@ -43,6 +43,7 @@ COMMANDS: Final = (
     "eds",
     "rules",
     "examples",
+    "help",
 )
 """In the order of help; each stands in `commands/` under its name."""
 

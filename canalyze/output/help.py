@@ -57,16 +57,16 @@ def page(command: click.Command, ctx: click.Context, words: Words) -> str:
 
     name = command.name or ""
     columns = max(40, min(shutil.get_terminal_size().columns, 100))
-    lines = [words("help.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
+    lines = [words("page.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
     lines += [" " * _MARGIN + line for line in wrap(words(f"{name}.help"), columns - _MARGIN)]
     if isinstance(command, click.Group):
         rows = [(other, words(f"{other}.short")) for other in command.list_commands(ctx)]
-        lines += ["", words("help.commands"), *_definitions(rows, columns)]
+        lines += ["", words("page.commands"), *_definitions(rows, columns)]
     rows = [_record(option, ctx) for option in command.params if isinstance(option, click.Option)]
-    lines += ["", words("help.options"), *_definitions(rows, columns)]
-    lines += ["", words("help.examples"), *_verbatim(words(f"{name}.examples"))]
+    lines += ["", words("page.options"), *_definitions(rows, columns)]
+    lines += ["", words("page.examples"), *_verbatim(words(f"{name}.examples"))]
     if isinstance(command, click.Group):
-        lines += ["", words("help.completion"), *_verbatim(words(f"{name}.completion"))]
+        lines += ["", words("page.completion"), *_verbatim(words(f"{name}.completion"))]
     return "\n".join(lines)
 
 
