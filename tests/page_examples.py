@@ -45,7 +45,8 @@ _ALIASES = {
     "captures/good.log": "network/sync-and-pdos.log",
     "captures/zephyr.log": "zephyr-sdo.log",
     "captures/late.log": "rules/HBT001.log",
-    "sdo.log": "zephyr-sdo.log",
+    "part1.log": "rules/HBT001.log",
+    "part2.log": "rules/HBT001.clean.log",
 }
 """Names that pages use, beside those of `canalyze examples`, and the samples that are there under them."""
 
