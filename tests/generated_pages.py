@@ -1,7 +1,7 @@
 """Pages that are made of what the core has: its rules, its kinds of problems, its terms, its tables of columns.
 
-`python tests/regenerate.py pages` writes them; `test_pages.py` holds that they are current. Must not: say anything of its
-own beyond headings and, for columns, what each holds (`page_columns.py`).
+`python tests/regenerate.py pages` writes them; `test_pages.py` holds that they are current. Must not: say anything of
+its own beyond headings and, for columns, what each holds (`page_columns.py`).
 """
 
 from __future__ import annotations
@@ -83,9 +83,11 @@ def problems(lang: str) -> str:
     """The kinds of problems, as `explain` has them."""
     head = (
         "# 问题类型\n\n`canalyze diagnose` 把相关的规则结果归并为问题。以下是全部类型及其含义；"
-        "`canalyze explain node-silent` 显示其中一种。在期望文件的 `[[incident]]` 里用 `kind` 指定。诊断见[diagnosis](diagnosis.md)。\n",
+        "`canalyze explain node-silent` 显示其中一种。在期望文件的 `[[incident]]` 里用 `kind` 指定。诊断见"
+        "[diagnosis](diagnosis.md)。\n",
         "# Kinds of problems\n\n`canalyze diagnose` groups findings into problems. These are all kinds; "
-        "`canalyze explain node-silent` shows one. `kind` of `[[incident]]` in a file of expectations takes these names. "
+        "`canalyze explain node-silent` shows one. `kind` of `[[incident]]` in a file of expectations takes "
+        "these names. "
         "See [diagnosis](diagnosis.md).\n",
     )
     lines = [_pick(lang, head)]
@@ -101,7 +103,8 @@ def problems(lang: str) -> str:
 def glossary(lang: str) -> str:
     """The terms in both languages, and what each is."""
     head = (
-        "# 术语表\n\n中英文对照；`canalyze explain 'sync window'` 或 `canalyze explain 同步窗口` 显示一个术语的完整说明。\n\n"
+        "# 术语表\n\n中英文对照；`canalyze explain 'sync window'` 或 `canalyze explain 同步窗口` 显示一个术语的完"
+        "整说明。\n\n"
         "| 中文 | English | 含义 | 出处 |\n|---|---|---|---|\n",
         "# Glossary\n\nTerms in English and Chinese; `canalyze explain 'sync window'` shows one in full.\n\n"
         "| English | Chinese | meaning | source |\n|---|---|---|---|\n",

@@ -67,8 +67,10 @@ MEANINGS = {
     "raw": ("未换算的无符号值", "value as an unsigned number, not scaled"),
     "value": ("换算后的值", "value, scaled"),
     "text": ("文字说明", "in words"),
-    "status": ("结果：传输为 ok aborted incomplete failed；问题为 stands over harmless unknown",
-               "outcome: of a transfer ok, aborted, incomplete, failed; of a problem stands, over, harmless, unknown"),
+    "status": (
+        "结果：传输为 ok aborted incomplete failed；问题为 stands over harmless unknown",
+        "outcome: of a transfer ok, aborted, incomplete, failed; of a problem stands, over, harmless, unknown",
+    ),
     "abort_code": ("中止码", "abort code"),
     "abort_by": ("中止方 client、server", "who aborted: client or server"),
     "abort_text": ("中止原因", "meaning of the abort code"),
@@ -81,7 +83,10 @@ MEANINGS = {
     "retransmissions": ("块传输中重发的段数", "segments sent again in a block transfer"),
     "crc_negotiated": ("块传输约定了CRC", "a CRC was agreed on for the block transfer"),
     "findings": ("相关规则的代码", "codes of its findings"),
-    "state": ("状态；states里为NMT状态码，lanes里为显示的文字", "state: in states its NMT code, in lanes the text shown"),
+    "state": (
+        "状态；states里为NMT状态码，lanes里为显示的文字",
+        "state: in states its NMT code, in lanes the text shown",
+    ),
     "source": ("状态由什么报文得出；log里为来源", "the kind of message it comes from"),
     "command": ("NMT命令字", "NMT command specifier"),
     "code": ("代码：规则代码或EMCY错误码", "code of the rule, or EMCY error code"),
@@ -106,8 +111,10 @@ MEANINGS = {
     "pdo": ("PDO，如 TPDO1", "PDO, as TPDO1"),
     "signal": ("信号名", "name of the signal"),
     "unit": ("单位", "unit"),
-    "provenance": ("映射的来源：observed 由SDO写入得出，其余来自设备描述或选项",
-                   "where the mapping comes from: observed (written by SDO), else a description or an option"),
+    "provenance": (
+        "映射的来源：observed 由SDO写入得出，其余来自设备描述或选项",
+        "where the mapping comes from: observed (written by SDO), else a description or an option",
+    ),
     "lane": ("状态条的名称", "name of the lane"),
     "class": ("颜色类别", "class of its colour"),
     "level": ("级别", "severity"),
@@ -147,7 +154,10 @@ _OWN = {
     "load.frames": ("帧数", "number of frames"),
     "incidents.frames": ("依据的帧号", "frames that show it"),
     "transfers.status": ("ok、aborted、incomplete、failed", "ok, aborted, incomplete or failed"),
-    "incidents.status": ("stands（存在）、over（已恢复）、harmless（无害）、unknown（未知）", "stands, over, harmless or unknown"),
+    "incidents.status": (
+        "stands（存在）、over（已恢复）、harmless（无害）、unknown（未知）",
+        "stands, over, harmless or unknown",
+    ),
     "states.state": ("NMT状态码", "code of the NMT state"),
     "lanes.state": ("显示的文字；空表示不再有", "text shown; empty where it ends"),
     "incidents.delay_ns": ("距原因开始", "since the cause began"),
@@ -162,7 +172,9 @@ def _schemas() -> dict[str, list[tuple[str, str, bool]]]:
         found = {name: pyarrow.table(capture.tables(name)[name]).schema for name in TABLES}
         pdos = capture.tables("pdo")
         found["pdo"] = pyarrow.table(next(iter(pdos.values()))).schema
-    schemas = {name: [(one.name, _type(str(one.type)), one.nullable) for one in schema] for name, schema in found.items()}
+    schemas = {
+        name: [(one.name, _type(str(one.type)), one.nullable) for one in schema] for name, schema in found.items()
+    }
     own = [column[0] for column in schemas["pdo"]].index("running_cycle") + 1
     schemas["pdo"] = schemas["pdo"][:own]
     return schemas
@@ -175,23 +187,32 @@ def _type(name: str) -> str:
 
 
 HEAD = (
-    "# 各表的列\n\n`canalyze.open(...).tables(\"frames\", \"transfers\")` 按名称给出这些表（Arrow格式，可交给pyarrow、polars、pandas）；"
-    "用法见[library](library.md)。列名和类型不随语言变化，也不会改名。时间列（`..._ns`）是以ns为单位的整数：有绝对时间戳时从1970年（UTC）算起，"
+    '# 各表的列\n\n`canalyze.open(...).tables("frames", "transfers")` 按名称给出这些表'
+    "（Arrow格式，可交给pyarrow、polars、pandas）；"
+    "用法见[library](library.md)。列名和类型不随语言变化，也不会改名。时间列（`..._ns`）是以ns为单位的整数：有绝"
+    "对时间戳时从1970年（UTC）算起，"
     "否则从记录的起点算起。“可空”的列没有值时为空。\n\n"
-    "`canalyze signals` 输出的CSV有 `t`（秒）、`frame`、`bus`、`node`、`pdo`、`signal`、`value`、`raw`、`unit`、`provenance`、`object`，"
+    "`canalyze signals` 输出的CSV有 `t`（秒）、`frame`、`bus`、`node`、`pdo`、`signal`、`value`、`raw`、`unit`、"
+    "`provenance`、`object`，"
     "含义同表 `signals`。各命令的 `--format jsonl` 使用同样的名称；其中 `t` 的单位是秒，`*_us` 是微秒。\n",
-    "# Columns of every table\n\n`canalyze.open(...).tables(\"frames\", \"transfers\")` gives these tables by name, in Arrow's layout "
-    "(for pyarrow, polars, pandas); see [library](library.md). Names and types do not depend on the language and are never "
-    "renamed. Times (`..._ns`) are integers in ns: since 1970 (UTC) where the capture has absolute timestamps, else since its "
-    "own start. An \"optional\" column is null where there is no value.\n\n"
+    '# Columns of every table\n\n`canalyze.open(...).tables("frames", "transfers")` gives these tables by name, '
+    "in Arrow's layout "
+    "(for pyarrow, polars, pandas); see [library](library.md). Names and types do not depend on the language and "
+    "are never "
+    "renamed. Times (`..._ns`) are integers in ns: since 1970 (UTC) where the capture has absolute timestamps, "
+    "else since its "
+    'own start. An "optional" column is null where there is no value.\n\n'
     "The CSV of `canalyze signals` has `t` (seconds), `frame`, `bus`, `node`, `pdo`, `signal`, `value`, `raw`, `unit`, "
-    "`provenance` and `object`, as in table `signals`. `--format jsonl` of the commands uses the same names; `t` is in seconds "
+    "`provenance` and `object`, as in table `signals`. `--format jsonl` of the commands uses the same names; `t` "
+    "is in seconds "
     "there, `*_us` in microseconds.\n",
 )
 PDO = (
-    "\n## pdo\n\n每个PDO的每种映射各有一张宽表，名称如 `pdo/can0/5.TPDO1/1`：一行是一个PDO，除下列各列外，每个信号一列（列名是信号名，"
+    "\n## pdo\n\n每个PDO的每种映射各有一张宽表，名称如 `pdo/can0/5.TPDO1/1`：一行是一个PDO，除下列各列外，每个信"
+    "号一列（列名是信号名，"
     "单位等在该列的元数据中）。\n",
-    "\n## pdo\n\nEach mapping of each PDO is a wide table of its own, named `pdo/can0/5.TPDO1/1`: one row per PDO, with one column "
+    "\n## pdo\n\nEach mapping of each PDO is a wide table of its own, named `pdo/can0/5.TPDO1/1`: one row per "
+    "PDO, with one column "
     "per signal behind those below (its unit and object are in the column's metadata).\n",
 )
 
@@ -202,7 +223,9 @@ def columns(lang: str) -> str:
     lines = [HEAD[pick]]
     for table, schema in _schemas().items():
         lines.append(PDO[pick] if table == "pdo" else f"\n## {table}\n\n{TABLES[table][pick]}\n")
-        lines.append(("\n| 列 | 类型 | 单位 | 含义 |\n", "\n| column | type | unit | meaning |\n")[pick] + "|---|---|---|---|\n")
+        lines.append(
+            ("\n| 列 | 类型 | 单位 | 含义 |\n", "\n| column | type | unit | meaning |\n")[pick] + "|---|---|---|---|\n"
+        )
         for name, kind, optional in schema:
             meaning = (_OWN.get(f"{table}.{name}") or MEANINGS[name])[pick]
             unit = next((unit for end, unit in UNITS.items() if name.endswith(end)), "")

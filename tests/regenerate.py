@@ -3,8 +3,9 @@
     python tests/regenerate.py [NAME...]
     python tests/regenerate.py pages [PAGE...]
 
-Without names all samples, and what the pages for users show; `pages` are these alone. Read the difference (`git diff samples`) before it is kept: a golden file is only as right
-as the eye that passed it. `zephyr-sdo.brief.zh.txt` is never written: it is the listing that the program reproduces.
+Without names all samples, and what the pages for users show; `pages` are these alone. Read the difference (`git diff`)
+before it is kept: a golden file is only as right as the eye that passed it. `zephyr-sdo.brief.zh.txt` is never written:
+it is the listing that the program reproduces.
 
 What it must not do: judge; test_golden.py compares, the other tests know what is true.
 """
@@ -106,7 +107,8 @@ def main() -> None:
     """Every golden file of the samples named on the command line, these in other formats, the screens, and pages."""
     names = set(sys.argv[1:])
     if "pages" in names:
-        return pages(names - {"pages"})
+        pages(names - {"pages"})
+        return
     for capture in samples():
         if names and capture.stem not in names:
             continue

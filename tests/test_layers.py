@@ -23,6 +23,7 @@ MAY_USE: dict[str, set[str]] = {
     "finding": set(),
     "incident": set(),
     "sources.compression": set(),
+    "pages": set(),
     "configuration.network": set(),
     "errors": {"words"},
     "output.jsonl": set(),
