@@ -63,16 +63,24 @@ def _unknown(topic: str, words: Words) -> str:
     return words("help.near", topic=topic or '""', near=found) if found else words("help.unknown", topic=topic or '""')
 
 
+def _asked_for(link: re.Match[str]) -> str:
+    """Give a link to another page as what shows that page here."""
+    asked = f"`canalyze help {link[2]}`"
+    return asked if link[1] == link[2] else f"{link[1]} ({asked})"
+
+
 def _rendered(text: str) -> str:
     """Lay the page out for this terminal; what it links to is named as it is asked for here."""
     import io
 
     from rich.console import Console
     from rich.markdown import Markdown
+    from rich.theme import Theme
 
-    text = _FILE_LINK.sub(r"\1", _PAGE_LINK.sub(r"\1 (`canalyze help \2`)", text))
+    text = _FILE_LINK.sub(r"\1", _PAGE_LINK.sub(_asked_for, text))
     columns = min(shutil.get_terminal_size().columns, _WIDEST)
-    console = Console(file=io.StringIO(), force_terminal=True, width=columns)
+    theme = Theme({"markdown.code": "bold", "markdown.h1": "bold", "markdown.h2": "bold underline"})
+    console = Console(file=io.StringIO(), force_terminal=True, width=columns, theme=theme)
     console.print(Markdown(text, code_theme="ansi_dark", hyperlinks=False))
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
