@@ -52,7 +52,7 @@ def rules(lang: str) -> str:
     """The rules, by family."""
     words = Words(lang)
     head = (
-        "# 规则\n\n每个问题都由一条规则得出，代码不变，可用于 `check --ignore`、过滤条件 `code=` 和配置文件。"
+        "# 规则\n\n每条检查结果都由一条规则得出，代码不变，可用于 `check --ignore`、过滤条件 `code=` 和配置文件。"
         "一条规则的完整说明：`canalyze rules HBT002`。在CI里怎样取舍见[ci](ci.md)。\n",
         "# Rules\n\nEvery finding comes from one rule. Its code does not change; use it in `check --ignore` and in "
         "`canalyze.toml`. `canalyze rules HBT002` explains one. How to choose among them in CI: [ci](ci.md).\n",
@@ -82,7 +82,7 @@ def _plain(text: str) -> str:
 def problems(lang: str) -> str:
     """The kinds of problems, as `explain` has them."""
     head = (
-        "# 问题类型\n\n`canalyze diagnose` 把相关的规则结果归并为问题。以下是全部类型及其含义；"
+        "# 问题类型\n\n`canalyze diagnose` 把相关的检查结果归并为问题。以下是全部类型及其含义；"
         "`canalyze explain node-silent` 显示其中一种。在期望文件的 `[[incident]]` 里用 `kind` 指定。诊断见"
         "[diagnosis](diagnosis.md)。\n",
         "# Kinds of problems\n\n`canalyze diagnose` groups findings into problems. These are all kinds; "

@@ -18,7 +18,7 @@ TABLES = {
     "transfers": ("一行是一次SDO传输", "One row per SDO transfer."),
     "states": ("一行是一次NMT状态变化或一条NMT命令", "One row per change of an NMT state, and per NMT command."),
     "emcy": ("一行是一个紧急报文", "One row per EMCY."),
-    "findings": ("一行是一条规则结果", "One row per finding."),
+    "findings": ("一行是一条检查结果", "One row per finding."),
     "incidents": (
         "一行是一个问题，读完整个记录后得出；原因排在它引起的问题之前",
         "One row per problem, known at the end of the capture; a cause comes before its consequences.",
@@ -27,7 +27,7 @@ TABLES = {
     "signals": ("一行是PDO里的一个信号值", "One row per value of a signal in a PDO."),
     "listing": ("一行是注释列表的一行", "One row per line of the annotated listing."),
     "lanes": ("一行是时间轴上一条状态条的一次变化", "One row per change in a lane of the timeline."),
-    "log": ("一行是一条规则结果或一个紧急报文", "One row per finding or EMCY, in words."),
+    "log": ("一行是一条检查结果或一个紧急报文", "One row per finding or EMCY, in words."),
     "load": ("一行是一条总线的100 ms", "One row per bus and 100 ms."),
 }
 """The tables, and what a row of each is."""
@@ -98,7 +98,7 @@ MEANINGS = {
     "cause_frame": ("引起它的帧", "frame that caused it"),
     "cause_line": ("引起它的帧的行号", "line of that frame"),
     "about_frame": ("它所说的帧", "frame that it is about"),
-    "because_of": ("它是哪一条规则结果的后果", "the finding of which it is a consequence"),
+    "because_of": ("它是哪一条检查结果的后果", "the finding of which it is a consequence"),
     "message": ("文字说明", "in words"),
     "facts": ("数值，JSON", "its figures, as JSON"),
     "cycle": ("同步周期的编号，从1起", "number of the SYNC cycle, from 1"),

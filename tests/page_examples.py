@@ -9,7 +9,8 @@ What a block is, the words behind its fence tell:
     KIND FILE         the content of a file that later blocks use; where FILE is in samples/, it is that of the sample
     text, yaml, ...   anything else: not run
 
-    KIND FILE         the content of a file that later blocks use; that of the sample where FILE is in samples/
+    KIND FILE         the content of a file that later blocks use
+    text samples/F:A-B  lines of a sample
 `test_pages.py` does.
 """
 
@@ -171,7 +172,9 @@ def _run(block: Block, folder: Path, lang: str) -> str:
         return block.text
     if block.file is not None:
         if block.file.startswith("samples/"):
-            return (ROOT / block.file).read_text(encoding="utf-8")
+            name, first, last = re.split("[:-](?=[0-9]+(?:-|$))", block.file)
+            lines = (ROOT / name).read_text(encoding="utf-8").splitlines(keepends=True)
+            return "".join(lines[int(first) - 1 : int(last)])
         (folder / block.file).write_text(block.text, encoding="utf-8")
     elif block.kind == "python":
         _said([sys.executable, "-c", block.text], folder, lang)
