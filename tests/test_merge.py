@@ -74,7 +74,7 @@ def test_every_command_joins(canalyze: Runner, tmp_path: Path, command: str) -> 
     names = written(tmp_path, by_turns(lines))
     joined = canalyze("--lang", "en", command, *names, "--merge")
     assert (joined.code, joined.err) == (expected.code, expected.err)
-    assert joined.out.replace("files: 3", "files: 1") == expected.out
+    assert joined.out.replace("(3 files)", "(1 file)") == expected.out
 
 
 def test_split_by_bus(canalyze: Runner, tmp_path: Path) -> None:

@@ -371,7 +371,7 @@ def test_canalyze_toml(tmp_path: Path) -> None:
         (
             "lang = 'en'\njiter_us = 1\n",
             ":2",
-            "unknown key jiter_us (did you mean jitter_us?); allowed: lang, jitter_us, bitrate, [sync], [check], [[eds]]",
+            "unknown key jiter_us (did you mean jitter_us?); allowed: lang, jitter_us, bitrate, [sync], [check]",
         ),
         ("[[ed]]\nfile = 'a'\n", ":1", "unknown key ed (did you mean [[eds]]?);"),
     ],

@@ -210,10 +210,10 @@ HEAD = '{"canalyze_baseline": 1, "findings": [\n'
     [
         ("", ":1:1", "not valid JSON"),
         (f"{HEAD}{ENTRY},\n<<<<<<< HEAD\n]}}", ":3:1", "not valid JSON"),
-        ("[]", "", "no baseline"),
-        ('{"findings": []}', "", "no baseline"),
+        ("[]", "", "not a baseline"),
+        ('{"findings": []}', "", "not a baseline"),
         ('{"canalyze_baseline": 2, "findings": []}', "", "version 2"),
-        (f"{HEAD}{ENTRY},\n{ENTRY}]}}", ":3", "already"),
+        (f"{HEAD}{ENTRY},\n{ENTRY}]}}", ":3", "duplicate entry"),
         (f"{HEAD}{ENTRY},\n5]}}", ":3", "5"),
         (HEAD + ENTRY.replace('"SDO001"', '"sdo"') + "]}", ":2", 'invalid code in a baseline entry: "sdo"'),
         (HEAD + ENTRY.replace("5", "128") + "]}", ":2", "invalid node in a baseline entry: 128"),

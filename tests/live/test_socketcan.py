@@ -479,7 +479,8 @@ def test_several_hardware_clocks_are_put_in_no_order(
     blocks = until(bus, lambda blocks: count(blocks) == 1)
     bus.close()
     assert [str(remark) for remark in bus.remarks()] == [
-        f"{ONE}: hardware timestamps use another clock and cannot be ordered with other channels, using kernel timestamps"
+        f"{ONE}: hardware timestamps use another clock and cannot be ordered with other channels, "
+        "using kernel timestamps"
     ]
     assert [blocks[at + 2] for kind, _, _, at, _ in live.heads(blocks) if kind == live.MESSAGES] == [0]
 
