@@ -71,7 +71,7 @@ def test_a_failing_kind_is_a_test_case() -> None:
     (failure,) = case.result
     said = (
         "node 10 1008h:00: toggle=0 from the server, 1 was due "
-        "(frame 7, line 8, known by frame 8, 1700000000.003200 s, 12 times)"
+        "(frame 7, line 8, shown by frame 8, 1700000000.003200 s, 12 times)"
     )
     assert failure.type == "error" and failure.message == said
     assert failure.text.strip().splitlines() == [
@@ -145,4 +145,4 @@ def test_the_same_verdicts_give_the_same_bytes() -> None:
 def test_chinese_stays_chinese() -> None:
     (case,) = cases(junit.document([Verdict("a.log", (one(),))], Words("zh")))
     assert case.name == "SDO001 toggle-bit can0 节点10 1008h:00"
-    assert "（第7帧，第8行，由第8帧得知，1700000000.003200 s）" in case.result[0].message
+    assert "（第7帧，第8行，依据第8帧，1700000000.003200 s）" in case.result[0].message
