@@ -55,8 +55,7 @@ SAID_BY_THE_CORE = {
     *("bus_state", "damage", "info", "merge", "mode", "severity", "status"),
     *(
         "example",
-        "incident_many",
-        "incident_one",
+        "incident_count",
         "incident_grade",
         "incident_heading",
         "incident_impact",

@@ -166,10 +166,10 @@ def test_search_goes_from_place_to_place() -> None:
         await press(app, pilot, "N")
         second = app.trace.current
         assert second is not None and "NMT" in second.whole and second.key[0] < first.key[0]
-        assert "no further 'NMT" in await press(app, pilot, "N")
+        assert "no more 'NMT" in await press(app, pilot, "N")
         await press(app, pilot, "n")
         assert app.trace.current == first
-        assert "is not found" in await press(app, pilot, "escape", "slash", "ctrl+u", *"nowhere", "enter")
+        assert "not found" in await press(app, pilot, "escape", "slash", "ctrl+u", *"nowhere", "enter")
         await press(app, pilot, "escape", "escape", "escape")
         assert not app.trace.search
 
@@ -199,7 +199,7 @@ def test_finding_leads_to_its_frame() -> None:
 def test_finding_whose_frame_does_not_fit_the_filter_takes_it_away() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
         shown = await press(app, pilot, "5", "down", "enter")
-        assert "filter, which was removed" in shown and not app.trace.filter
+        assert "filter, which was cleared" in shown and not app.trace.filter
 
     run(act, FAULTY, expression="id=123")
 

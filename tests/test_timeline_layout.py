@@ -153,7 +153,7 @@ def test_the_overview_of_a_drive() -> None:
         "SYNC period [µs]",
         "Synchronous PDOs: delay and window [µs]",
         "Frames per second",
-        "SDO transfers: duration [ms] (red: failed)",
+        "SDO transfer duration [ms] (red: failed)",
         "Findings and EMCY",
         "Summary",
         "Frames",
@@ -188,9 +188,9 @@ def test_lanes_of_signals_where_there_is_room() -> None:
         "Drive states",
         "EMCY: active errors",
         "SDO transfers",
-        "Values of signals",
+        "Signal values",
     ]
-    values = next(view for view in views(overview) if view.name == "Values of signals")
+    values = next(view for view in views(overview) if view.name == "Signal values")
     assert {entity for entity in bits if entity.endswith("s")} <= of(values) <= set(bits)
 
 
@@ -200,13 +200,13 @@ def test_many_nodes_share_plots_and_a_tab() -> None:
     kinds = ["NMT states", "Drive states", "EMCY: active errors", "SDO transfers"]
     assert names(overview)[:8] == [
         *kinds,
-        "Velocity of 30 nodes [rpm]",
-        "Torque of 30 nodes [%]",
-        "Position of 30 nodes",
-        "Temperature of 30 nodes [°C]",
+        "Velocity (30 nodes) [rpm]",
+        "Torque (30 nodes) [%]",
+        "Position (30 nodes)",
+        "Temperature (30 nodes) [°C]",
     ]
     assert [part.name for part in nodes.contents] == [f"Node {node}" for node in range(1, 31)]
-    velocity = next(view for view in views(overview) if view.name == "Velocity of 30 nodes [rpm]")
+    velocity = next(view for view in views(overview) if view.name == "Velocity (30 nodes) [rpm]")
     assert shown(velocity, contents)["/pdo/can0/node7/TPDO1"] == ["Node 7"]
 
 
@@ -225,7 +225,7 @@ def test_pages_as_long_as_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None
     _, nodes = tabs(contents)
     count = len(list(nodes.contents))
     assert 20 < count < 60
-    assert nodes.name == f"Nodes (the first {count} of 60)"
+    assert nodes.name == f"Nodes (first {count} of 60)"
     assert 110 < len(list(views(nodes))) <= 128
     # Not for each node anew.
     assert len(asked) <= 3 * (len(contents.lanes) + len(contents.plots))
@@ -276,7 +276,7 @@ def test_a_finding_stands_with_its_frame() -> None:
 
 
 def test_short_transfers_are_points() -> None:
-    title = "SDO transfers: duration [ms] (red: failed)"
+    title = "SDO transfer duration [ms] (red: failed)"
     contents = drive()
     for took, seen in ((10**6, True), (10**7, False)):
         contents.transferring_ns = contents.transfers * took

@@ -428,6 +428,6 @@ def test_what_cannot_be_written(tmp_path: Path, name: str) -> None:
     with pytest.raises(OutputError) as failed:
         timeline.take([table("listing", [listed(1, START)])])
         timeline.finish()
-    assert failed.value.in_words(Words("en")).startswith(f"{tmp_path / name}: cannot be written: ")
+    assert failed.value.in_words(Words("en")).startswith(f"{tmp_path / name}: cannot write: ")
     with suppress(OutputError):
         timeline.close()

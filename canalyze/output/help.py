@@ -58,7 +58,8 @@ def page(command: click.Command, ctx: click.Context, words: Words) -> str:
     name = command.name or ""
     columns = max(40, min(shutil.get_terminal_size().columns, 100))
     lines = [words("page.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
-    lines += [" " * _MARGIN + line for line in wrap(words(f"{name}.help"), columns - _MARGIN)]
+    for paragraph in words(f"{name}.help").splitlines():
+        lines += [" " * _MARGIN + line for line in wrap(paragraph, columns - _MARGIN)]
     if isinstance(command, click.Group):
         rows = [(other, words(f"{other}.short")) for other in command.list_commands(ctx)]
         lines += ["", words("page.commands"), *_definitions(rows, columns)]

@@ -58,11 +58,11 @@ class _Report:
         if verdict.error is not None and not verdict.frames:  # the reason is on standard error
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
             return
-        frames = self._words("check.frames", frames=verdict.frames)
-        parts = [*self._said(verdict), *self._rest(verdict), frames]
+        parts = [*self._said(verdict), *self._rest(verdict)]
         if verdict.error is not None:
             parts.insert(0, self._dyed(self._words("check.unread"), "error"))
-        yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
+        said = self._words("check.then").join(parts)
+        yield self._words("check.capture", name=name, frames=verdict.frames, said=said)
         for one in verdict.failures:
             yield from self._entry(one)
         for problem in verdict.stories:
@@ -168,10 +168,8 @@ class _Report:
         found = [one for verdict in verdicts for one in verdict.failures]
         read = [verdict for verdict in verdicts if verdict.error is None]
         failed = sum(verdict.failed for verdict in verdicts)
-        parts = [
-            self._words("check.files", files=len(verdicts)),
-            self._words("check.frames", frames=sum(verdict.frames for verdict in verdicts)),
-        ]
+        frames = sum(verdict.frames for verdict in verdicts)
+        parts = []
         problems = sum(len(verdict.problems) for verdict in verdicts)
         if problems:
             parts.append(self._dyed(self._words("check.problems", count=problems), "error"))
@@ -184,7 +182,8 @@ class _Report:
         if len(read) < len(verdicts):
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))
-        yield self._words("check.total", said=self._words("check.then").join(parts))
+        said = self._words("check.then").join(parts)
+        yield self._words("check.total", files=len(verdicts), frames=frames, said=said)
 
     def _by_rule(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
         """Say of many failing captures what fails them: each rule, in how many, the most frequent first."""

@@ -221,7 +221,7 @@ def verdict(roots: Sequence[Record], words: Words) -> str:
 
 
 def _count(status: str, count: int, words: Words) -> str:
-    return words.of("incident_one", status) if count == 1 else words.of("incident_many", status).format(count=count)
+    return words(f"incident_count.{status}", count=count)
 
 
 def extent(whole: Record, words: Words) -> str:

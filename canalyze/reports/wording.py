@@ -84,9 +84,7 @@ def consequences(found: Sequence[Counted], words: Words) -> str:
     for one in found:
         counts[printable(one.finding.code)] += one.count
     listed = [code if count == 1 else f"{code} ({count})" for code, count in sorted(counts.items())]
-    total = counts.total()
-    key = "reports.consequence" if total == 1 else "reports.consequences"
-    return words(key, count=total, codes=words("reports.list").join(listed))
+    return words("reports.consequences", count=counts.total(), codes=words("reports.list").join(listed))
 
 
 def of_events(verdict: Verdict, words: Words) -> Iterator[str]:

@@ -10,7 +10,8 @@ A row is a key and its text in both languages, in the file named as the key's fi
     en: option {option}: {value} is not a node-ID
 
 `both:` is the same text in both. Several lines of a language are several lines of the text. A text that begins or
-ends with a blank is put in quotes. `{fact}` is filled in, and is the same in both languages; `{{` is a brace.
+ends with a blank is put in quotes. `{fact}` is filled in, and is the same in both languages; `{{` is a brace;
+`{count:frame|frames}` is "1 frame", "2 frames".
 
 Words about frames stand in the core (`text/`), never here, and nothing outside this folder prints a sentence.
 """
@@ -34,11 +35,21 @@ class Words:
     def __call__(self, key: str, /, **facts: object) -> str:
         """Give the sentence of `key` with its facts filled in."""
         sentence = sentences(_topic(key), self.lang)[key]
+        if "|" in sentence:
+            facts = {name: _Counted(fact) for name, fact in facts.items()}
         return sentence.format_map(facts) if facts else sentence
 
     def of(self, table: str, value: str) -> str:
         """Give the word for a value of the core, such as `block` of `mode`; the value itself if there is none."""
         return sentences(_topic(table), self.lang).get(f"{table}.{value}", value)
+
+
+class _Counted(str):
+    """A fact that may be a count, and puts the noun behind itself: `{count:frame|frames}`."""
+
+    def __format__(self, spec: str) -> str:
+        one, bar, many = spec.partition("|")
+        return f"{self} {one if self == '1' else many}" if bar else format(str(self), spec)
 
 
 def _topic(key: str) -> str:
