@@ -12,7 +12,9 @@ What it must not do: judge; test_golden.py compares, the other tests know what i
 
 from __future__ import annotations
 
+import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import generated_pages
@@ -129,9 +131,10 @@ def pages(names: set[str]) -> None:
     """The pages that are made of the core's tables, and the listings on all others, or on those of these names."""
     for path in generated_pages.write():
         print(path.relative_to(SAMPLES.parent))
-    for page in page_examples.PAGES:
-        if not names or page.stem in names:
-            keep(page, page_examples.rewritten(page).encode())
+    chosen = [page for page in page_examples.PAGES if not names or page.stem in names]
+    with ThreadPoolExecutor(os.cpu_count()) as side_by_side:  # each waits for the commands that it shows
+        for page, new in zip(chosen, side_by_side.map(page_examples.rewritten, chosen), strict=True):
+            keep(page, new.encode())
 
 
 def keep(file: Path, new: bytes) -> None:
