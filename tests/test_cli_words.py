@@ -6,9 +6,10 @@ import string
 import pytest
 from captures import TESTS
 
-from canalyze.words import LANGUAGES, ROWS, Words
+from canalyze.words import LANGUAGES, Words, rows
 
 PACKAGE = TESTS.parent / "canalyze"
+ROWS = rows()
 CHINESE = re.compile("[\u4e00-\u9fff]")
 
 

@@ -4,57 +4,45 @@ Rows (key, zh, en), complete in both languages, one file a topic; a test keeps i
 (`text/`), never here, and nothing outside this folder prints a sentence of its own.
 """
 
+from importlib import import_module
 from typing import Final
-
-from canalyze.words import (
-    check,
-    commands,
-    convert,
-    defects,
-    descriptions,
-    diagnosis,
-    diff,
-    errors,
-    expect,
-    info,
-    library,
-    live,
-    monitor,
-    pages,
-    reports,
-    sniff,
-    summary,
-    tables,
-    timeline,
-    topics,
-    view,
-)
 
 LANGUAGES: Final = ("zh", "en")
 
-ROWS: Final[tuple[tuple[str, str, str], ...]] = (
-    *pages.ROWS,
-    *commands.ROWS,
-    *check.ROWS,
-    *convert.ROWS,
-    *tables.ROWS,
-    *summary.ROWS,
-    *info.ROWS,
-    *library.ROWS,
-    *reports.ROWS,
-    *diagnosis.ROWS,
-    *diff.ROWS,
-    *descriptions.ROWS,
-    *defects.ROWS,
-    *errors.ROWS,
-    *expect.ROWS,
-    *sniff.ROWS,
-    *live.ROWS,
-    *monitor.ROWS,
-    *timeline.ROWS,
-    *topics.ROWS,
-    *view.ROWS,
+_TOPICS: Final = (
+    "pages",
+    "commands",
+    "check",
+    "errors",
+    "diagnosis",
+    "tables",
+    "summary",
+    "convert",
+    "info",
+    "library",
+    "reports",
+    "diff",
+    "descriptions",
+    "defects",
+    "expect",
+    "sniff",
+    "live",
+    "monitor",
+    "timeline",
+    "topics",
+    "view",
 )
+"""The files of this folder: each is read when a key is in none of those before it."""
+
+
+def _rows(topic: str) -> tuple[tuple[str, str, str], ...]:
+    found: tuple[tuple[str, str, str], ...] = import_module(f"canalyze.words.{topic}").ROWS
+    return found
+
+
+def rows() -> list[tuple[str, str, str]]:
+    """Give all rows."""
+    return [row for topic in _TOPICS for row in _rows(topic)]
 
 
 class Words:
@@ -63,14 +51,26 @@ class Words:
     def __init__(self, lang: str) -> None:
         """Take the column of `lang`, one of LANGUAGES."""
         self.lang = lang
-        column = 1 + LANGUAGES.index(lang)
-        self._table = {row[0]: row[column] for row in ROWS}
+        self._column = 1 + LANGUAGES.index(lang)
+        self._table: dict[str, str] = {}
+        self._unread = iter(_TOPICS)
 
     def __call__(self, key: str, /, **facts: object) -> str:
         """Give the sentence of `key` with its facts filled in."""
-        sentence = self._table[key]
+        sentence = self._found(key)
+        if sentence is None:
+            raise KeyError(key)
         return sentence.format_map(facts) if facts else sentence
 
     def of(self, table: str, value: str) -> str:
         """Give the word for a value of the core, such as `block` of `mode`; the value itself if there is none."""
-        return self._table.get(f"{table}.{value}", value)
+        return self._found(f"{table}.{value}") or value
+
+    def _found(self, key: str) -> str | None:
+        """Find a sentence, reading topics until one has it."""
+        while key not in self._table:
+            topic = next(self._unread, None)
+            if topic is None:
+                return None
+            self._table |= {row[0]: row[self._column] for row in _rows(topic)}
+        return self._table[key]
