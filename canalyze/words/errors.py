@@ -303,6 +303,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze: 终端不能显示中文，改用英文；可用 --lang 指定",
         "canalyze: this terminal cannot show Chinese, so English is used; --lang chooses",
     ),
+    (
+        "output.hint",
+        "English: canalyze --lang en, or CANALYZE_LANG=en",
+        "English: canalyze --lang en, or CANALYZE_LANG=en",
+    ),
     ("progress.of", "{done}/{total} MB，{frames}帧", "{done}/{total} MB, {frames} frames"),
     ("progress.some", "{done} MB，{frames}帧", "{done} MB, {frames} frames"),
     (

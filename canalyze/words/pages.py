@@ -9,7 +9,22 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     # Help: the parts of a page.
     ("help.usage", "用法：", "Usage: "),
     ("help.options", "选项", "Options"),
-    ("help.commands", "命令", "Commands"),
+    ("help.usual", "常用选项", "Usual options"),
+    ("help.own", "其他选项", "More options"),
+    ("help.chosen", "选取", "Which frames"),
+    ("help.time", "时间", "Time"),
+    ("help.network", "网络描述", "Network description"),
+    ("help.input", "输入", "Input"),
+    ("help.bus", "总线接口", "Bus interface"),
+    ("help.recording", "记录", "Recording"),
+    ("help.timeline", "时间轴", "Timeline"),
+    ("help.output", "输出", "Output"),
+    ("help.general", "通用", "General"),
+    # Help: the groups of commands.
+    ("help.look", "查看记录", "Look at a capture"),
+    ("help.live", "实时监听", "Live"),
+    ("help.judge", "检查和比较", "Judge"),
+    ("help.files", "文件", "Files"),
     ("help.examples", "例子", "Examples"),
     ("help.completion", "命令行补全", "Shell completion"),
     # Options that every command has.
