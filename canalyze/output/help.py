@@ -11,7 +11,7 @@ from typing import Final
 import click
 
 from canalyze.configuration.options import CoreUsageError, common_options
-from canalyze.output.layout import pad, width, wrap
+from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
 
 _MARGIN: Final = 2
@@ -92,14 +92,14 @@ def page(
     ]
     left = max((width(name) for _, rows in sections for name, _ in rows), default=0)
     for heading, rows in sections:
-        lines += ["", heading, *_definitions(rows, columns, left)]
+        lines += ["", heading, *definitions(rows, left=left, columns=columns)]
     sections = [
         (words(f"help.{topic}"), [_record(option, ctx) for option in options])
         for topic, options in _grouped([one for one in command.params if isinstance(one, click.Option)]).items()
     ]
     left = min(max(width(name) for _, rows in sections for name, _ in rows), _TERM)
     for heading, rows in sections:
-        lines += ["", heading, *_definitions(rows, columns, left)]
+        lines += ["", heading, *definitions(rows, left=left, columns=columns)]
     lines += ["", words("help.examples"), *_verbatim(words(f"{name}.examples"))]
     if isinstance(command, click.Group):
         lines += ["", words("help.completion"), *_verbatim(words(f"{name}.completion"))]
@@ -124,20 +124,6 @@ def _record(option: click.Option, ctx: click.Context) -> tuple[str, str]:
     if not option.is_flag:
         names += f" {option.make_metavar(ctx)}"
     return names, option.help or ""
-
-
-def _definitions(rows: list[tuple[str, str]], columns: int, left: int) -> list[str]:
-    """Lay out terms, `left` columns wide, with their explanations beside; a long term stands alone above."""
-    indent = " " * (_MARGIN + left + 2)
-    lines = []
-    for term, text in rows:
-        wrapped = wrap(text, columns - len(indent))
-        if width(term) > left:
-            lines.append(" " * _MARGIN + term)
-        else:
-            lines.append(" " * _MARGIN + pad(term, left) + "  " + wrapped.pop(0))
-        lines += [indent + line for line in wrapped]
-    return lines
 
 
 def _verbatim(text: str) -> list[str]:
