@@ -32,7 +32,8 @@ def test_help_in_english(canalyze: Runner, name: str, place: str) -> None:
     done = canalyze(*args)
     assert (done.code, done.err) == (0, "")
     assert done.out.startswith(f"Usage: canalyze {name} ")
-    assert "Examples" in done.lines and "Options" in done.lines
+    assert "Examples" in done.lines
+    assert ("Options" in done.lines) != ("Usual options" in done.lines)
     assert not CHINESE.search(done.out)
 
 
@@ -52,6 +53,62 @@ def test_help_lists_every_command(canalyze: Runner) -> None:
     for name in COMMANDS:
         assert re.search(rf"^  {name} +\S", done.out, re.MULTILINE)
     assert "_CANALYZE_COMPLETE=bash_source" in done.out
+
+
+def sections(text: str) -> dict[str, list[str]]:
+    """Give what stands under each heading of a page, by the first word of each line that has one."""
+    found: dict[str, list[str]] = {}
+    for line in text.splitlines():
+        if line and not line.startswith(" "):
+            found[line] = rows = []
+        elif match := re.match(r"  (-\w, --[\w-]+|\S+)", line):
+            rows.append(match[1])
+    return found
+
+
+FIRST = {
+    "decode": ["--explain", "--eds", "--filter", "-t", "-o, --output"],
+    "diagnose": ["-n", "--all", "--html", "--fail-on", "--eds"],
+    "sniff": ["--record", "--explain", "--eds", "--filter", "--bitrate"],
+    "monitor": ["--record", "--speed", "--eds", "--filter", "--bitrate"],
+    "view": ["--eds", "--filter", "--bitrate", "--save", "--merge"],
+    "sdo": ["--extract", "--eds", "--filter", "-o, --output", "--format"],
+    "check": ["--fail-on", "--baseline", "--junit", "--eds", "--filter"],
+    "convert": ["--to", "--eds", "--filter", "--merge", "--force"],
+}
+
+
+@pytest.mark.parametrize(("name", "usual"), FIRST.items())
+def test_usual_options_stand_first(canalyze: Runner, name: str, usual: list[str]) -> None:
+    found = sections(canalyze(name, "--help", "--lang", "en").out)
+    headings = [heading for heading in found if heading != "Examples" and not heading.startswith("Usage")]
+    assert headings[0] == "Usual options" and headings[-1] == "General"
+    assert found["Usual options"] == usual
+    assert {"--lang", "--config", "-h, --help"} <= set(found["General"])
+    options = [option for heading in headings for option in found[heading]]
+    assert len(options) == len(set(options)) and all(found[heading] for heading in headings)
+    chinese = sections(canalyze(name, "--help").out)
+    assert [rows for heading, rows in chinese.items() if heading in ("常用选项", "通用")] == [usual, found["General"]]
+
+
+def test_options_stand_under_their_topic(canalyze: Runner) -> None:
+    found = sections(canalyze("decode", "--help", "--lang", "en").out)
+    assert found["Network description"] == ["--cob", "--sdo"]
+    assert found["Time"] == ["--stamps", "--sync-period", "--sync-window", "--jitter"]
+    assert found["Output"] == ["--format", "--force"]
+    assert found["More options"] == ["--brief", "--incidents"]
+
+
+def test_few_options_have_one_heading(canalyze: Runner) -> None:
+    found = sections(canalyze("rules", "--help", "--lang", "en").out)
+    assert found["Options"] == ["--format", "--lang", "--config", "-h, --help"] and "General" not in found
+
+
+def test_commands_are_grouped(canalyze: Runner) -> None:
+    found = sections(canalyze("--help", "--lang", "en").out)
+    assert list(found)[1:5] == ["Look at a capture", "Live", "Judge", "Files"]
+    assert found["Live"] == ["sniff", "monitor"]
+    assert {"查看记录", "实时监听", "检查和比较", "文件"} <= set(sections(canalyze("--help").out))
 
 
 def test_no_command_is_wrong_usage(canalyze: Runner) -> None:

@@ -21,7 +21,7 @@ from conftest import Runner, command, environment
 from diagnoses import diagnosed
 from test_diagnosis import lost
 
-from canalyze.library.event import nanoseconds
+from canalyze.output.times import nanoseconds
 from canalyze.reports.diagnosis_axis import axis_of, shortened
 from canalyze.reports.diagnosis_html import MOST, Told, page
 from canalyze.reports.diagnosis_lanes import PLOTS, Beside, Lane, Plot

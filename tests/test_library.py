@@ -18,7 +18,7 @@ from captures import SAMPLES, run_canalyze
 
 import canalyze
 from canalyze.library import Options
-from canalyze.library.event import nanoseconds
+from canalyze.output.times import nanoseconds
 
 DRIVE = SAMPLES.parent / "eds/drive.eds"
 NETWORK = SAMPLES / "network/sync-and-pdos.log"

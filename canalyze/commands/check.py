@@ -65,7 +65,7 @@ def command(words: Words) -> click.Command:
         given["merge"] = False
         config = click.get_current_context().find_object(Config) or Config()
         asked = policy.Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline, incidents=incidents)
-        held = _policy(config.check, asked, words)
+        held = _policy(config.check or policy.Policy(), asked, words)
         known = _known(held, words, update=update_baseline)
         if expect is not None and no_expect:
             problem = words("usage.exclusive", one="--expect", other="--no-expect")

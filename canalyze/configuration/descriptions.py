@@ -4,8 +4,6 @@ The core and python-canopen are imported only where something is known, and wher
 """
 
 import os
-import shlex
-from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -97,6 +95,9 @@ def _say(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str
     if found.form == "dcf" and found.node is not None and others:
         shown = ", ".join(map(str, others))
         say(f"canalyze: {words('network.other_node', name=found.file, own=found.node, nodes=shown)}")
+    import shlex
+    from collections import Counter
+
     effects: Counter[str] = Counter()
     for defect in found.defects:
         if defect.code == "more":  # stands for many that are not listed

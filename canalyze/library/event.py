@@ -11,16 +11,7 @@ from sys import intern
 from typing import Any, Final, Literal, TypeAlias
 
 from canalyze.finding import Finding
-
-
-def nanoseconds(t: str | None) -> int | None:
-    """Give a time of the core, a decimal string of seconds, in nanoseconds: exact, as a double is not."""
-    if t is None:
-        return None
-    whole, _, fraction = t.partition(".")
-    ns = int(whole or "0") * 1_000_000_000
-    part = int(f"{fraction:0<9}"[:9])
-    return ns - part if t.startswith("-") else ns + part
+from canalyze.output.times import nanoseconds
 
 
 @dataclass(frozen=True, slots=True)

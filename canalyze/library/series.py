@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, overload
 
-from canalyze.library.event import nanoseconds
 from canalyze.library.rows import Rows
+from canalyze.output.times import nanoseconds
 
 Value = int | float | str | None
 """A number; bytes as hexadecimal text, an integer beyond 2^53 as decimal text; None where the payload is too short."""

@@ -9,15 +9,16 @@ import os
 import re
 import stat
 import sys
-from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from canalyze._core import may_hold_command
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
-from canalyze.output.layout import width
 from canalyze.output.writing import AS_IT_IS, Part, write_all
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 _STDOUT: Final = 1
 _COMMAND: Final = re.compile(
@@ -155,6 +156,8 @@ class FileOutput(Output):
 
     def __init__(self, name: str, *, force: bool) -> None:
         """Make the part of the file; OutputError if `name` exists or cannot be written."""
+        from pathlib import Path
+
         self.name: str = name
         self.is_terminal = False
         self.is_quiet = True
@@ -204,6 +207,8 @@ class FileOutput(Output):
 
     def _shown(self, part: Part) -> str:
         """Give the name of the part as the user would write it."""
+        from pathlib import Path
+
         beside = Path(self.name).with_name(part.path.name)
         return str(beside if beside.exists() else part.path)
 
@@ -228,7 +233,7 @@ class FileOutput(Output):
         return self._shown(self._part)
 
 
-def _is_device(path: Path) -> bool:
+def _is_device(path: "Path") -> bool:
     """Tell whether a file is something that renaming would replace, such as /dev/null or a FIFO."""
     try:
         mode = path.stat().st_mode
@@ -264,6 +269,8 @@ def told(code: int, out: Output, words: Words, *, stream: bool, some: bool = Tru
 
 def _in_columns(text: str, columns: int) -> str:
     """Cut a text that a terminal would break: the rest of a broken line could not be taken away again."""
+    from canalyze.output.layout import width
+
     while text and width(text) > columns:
         text = text[:-1]
     return text

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.library.event import nanoseconds
+from canalyze.output.times import nanoseconds
 from canalyze.reports.diagnosis_axis import (
     LEFT,
     RIGHT,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.output import Output, printable
 from canalyze.output.layout import pad, width
+from canalyze.output.times import milliseconds, nanoseconds
 from canalyze.reports import wording
-from canalyze.reports.diagnosis_chain import delay, milliseconds
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -377,3 +377,17 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
 
 def _around(frame: int) -> str:
     return f"{max(frame - 5, 1)}-{frame + 5}"
+
+
+def delay(one: Record, incidents: Sequence[Record]) -> str:
+    """Give how long after its cause an incident came, and by which limit: `+707 ms (1016h 700 ms)`."""
+    cause = next((other for other in incidents if other["id"] == one["cause"]["id"]), None)
+    if cause is None:
+        return ""
+    begin, then = nanoseconds(cause["begin"]["t"]), nanoseconds(one["begin"]["t"])
+    if begin is None or then is None or begin == then:
+        return ""
+    said = f"{milliseconds(then - begin, signed=True)}"
+    if limit := one["limit"]:
+        said += f" ({limit['object']}h {milliseconds(limit['ns'])})"
+    return said

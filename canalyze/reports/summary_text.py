@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
 from canalyze.output import Output, printable
-from canalyze.output.layout import pad, width
+from canalyze.output.layout import definitions
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words
 
@@ -358,10 +358,8 @@ class _Text:
         self._out = out
 
     def facts(self, heading: str, rows: Sequence[tuple[str, str]]) -> None:
-        left = max(width(term) for term, _ in rows)
-        self.line(heading)
-        for term, text in rows:
-            self.line(f"  {pad(term, left)}  {text}")
+        for line in (heading, *definitions(rows)):
+            self.line(line)
 
     def table(self, heading: str, keys: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         columns = [

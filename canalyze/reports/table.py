@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 from canalyze.output import Output, printable
-from canalyze.output.layout import pad, width, wrap
+from canalyze.output.layout import folded, pad, width
 
 EMPTY: Final = "-"
 """A cell without anything in it."""
@@ -123,7 +123,7 @@ class Table:
         parts = []
         for place, (cell, shown) in enumerate(zip(cells, self._shown, strict=True)):
             if fold and shown.column.folds:
-                parts.append(_folded(cell, self._widths[place]))
+                parts.append(folded(cell, self._widths[place]))
             else:
                 parts.append([cell])
                 if fold or width(cell) <= _WIDEST:  # later rows may be wider than those that were measured
@@ -229,24 +229,8 @@ def _narrowest(cells: list[str], lines: int, least: int, widest: int) -> int:
     """Find how narrow a column may be for its cells to take that many lines."""
     while least < widest:
         middle = (least + widest) // 2
-        if max(len(_folded(cell, middle)) for cell in cells) <= lines:
+        if max(len(folded(cell, middle)) for cell in cells) <= lines:
             widest = middle
         else:
             least = middle + 1
     return widest
-
-
-def _folded(cell: str, columns: int) -> list[str]:
-    """Break a cell into lines, also inside of what has no blank."""
-    lines = []
-    for line in wrap(cell, columns):
-        piece = ""
-        room = columns
-        for char in line:
-            if width(char) > room:
-                lines.append(piece)
-                piece, room = "", columns
-            piece += char
-            room -= width(char)
-        lines.append(piece)
-    return lines
