@@ -5,10 +5,12 @@ It is read from the core's JSON lines and never made here: what a finding is, th
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, cast
+
+from canalyze import _core
 
 Severity = Literal["info", "warning", "error"]
-SEVERITIES: Final[tuple[Severity, ...]] = ("info", "warning", "error")
+SEVERITIES: Final = cast(tuple[Severity, ...], tuple(_core.SEVERITIES))
 """From harmless to bad."""
 
 

@@ -42,8 +42,9 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "decode.time",
-        "时间的写法，同candump：a 绝对，d 与上一帧之差，z 从零开始，A 日期和时间(UTC)，n 不写；不给则照原样。",
-        "How stamps are written, as in candump: a absolute, d delta, z zero-based, A date and time in UTC, n none; "
+        "时间的写法，同candump：a 绝对，d 与上一行之差，z 从记录的第一帧算起，A 日期和时间(UTC)，n 不写；不给则照原样。",
+        "How stamps are written, as in candump: a absolute, d since the line before, z since the first frame of the "
+        "capture, A date and time in UTC, n none; "
         "without it as they came.",
     ),
     (
@@ -51,6 +52,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze decode capture.log\n"
         "canalyze decode --explain --filter 'service=sdo node=10' capture.log\n"
         "canalyze decode --eds 5=drive.eds --eds 1-4=io.eds capture.log\n"
+        "canalyze decode --around 126 capture.log\n"
         "canalyze decode part1.log part2.log -o all.txt\n"
         "canalyze decode --merge can0.log.gz can1.log.gz\n"
         "candump -ta can0 | canalyze decode -\n"
@@ -58,6 +60,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze decode capture.log\n"
         "canalyze decode --explain --filter 'service=sdo node=10' capture.log\n"
         "canalyze decode --eds 5=drive.eds --eds 1-4=io.eds capture.log\n"
+        "canalyze decode --around 126 capture.log\n"
         "canalyze decode part1.log part2.log -o all.txt\n"
         "canalyze decode --merge can0.log.gz can1.log.gz\n"
         "candump -ta can0 | canalyze decode -\n"
@@ -137,7 +140,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "列出SDO传输：对象、值、字节数、方式、耗时、结果。文件的给法与decode相同。",
         "List SDO transfers: object, value, size, mode, duration, outcome. Files are given as for decode.",
     ),
-    ("sdo.format", "text 是表格；jsonl 每行一个传输。", "text is a table; jsonl is one transfer a line."),
+    (
+        "sdo.format",
+        "text 是表格；jsonl 和 csv 每行一个传输，与界面语言无关。",
+        "text is a table; jsonl and csv have one transfer per line, the same in every language.",
+    ),
     (
         "sdo.extract",
         "把每个传输的数据写入此目录，一个传输一个文件；没有成功的以其结果作后缀（.aborted .incomplete .failed）。"
@@ -151,10 +158,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sdo capture.log\n"
         "canalyze sdo capture.log --filter node=10 --extract out/\n"
         "canalyze sdo --format jsonl capture.log | jq -r 'select(.status != \"ok\")'\n"
+        "canalyze sdo -t z --format csv capture.log -o transfers.csv\n"
         "candump can0 | canalyze sdo -",
         "canalyze sdo capture.log\n"
         "canalyze sdo capture.log --filter node=10 --extract out/\n"
         "canalyze sdo --format jsonl capture.log | jq -r 'select(.status != \"ok\")'\n"
+        "canalyze sdo -t z --format csv capture.log -o transfers.csv\n"
         "candump can0 | canalyze sdo -",
     ),
     ("sdo.none", "{frames}帧中没有SDO传输", "no SDO transfer in {frames} frames"),
@@ -254,13 +263,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze summary capture.log\n"
         "canalyze summary --bitrate 500k capture.log\n"
         "canalyze summary --eds 5=drive.eds part1.log part2.log\n"
-        "canalyze summary --filter 't=10..20' --bitrate 1M capture.log\n"
+        "canalyze summary -t A --filter 't=10..20' --bitrate 1M capture.log\n"
         "canalyze summary --format jsonl capture.log | jq 'select(.kind == \"summary_node\")'\n"
         "candump -ta can0 | canalyze summary -",
         "canalyze summary capture.log\n"
         "canalyze summary --bitrate 500k capture.log\n"
         "canalyze summary --eds 5=drive.eds part1.log part2.log\n"
-        "canalyze summary --filter 't=10..20' --bitrate 1M capture.log\n"
+        "canalyze summary -t A --filter 't=10..20' --bitrate 1M capture.log\n"
         "canalyze summary --format jsonl capture.log | jq 'select(.kind == \"summary_node\")'\n"
         "candump -ta can0 | canalyze summary -",
     ),

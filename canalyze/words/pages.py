@@ -34,11 +34,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("opt.force", "允许覆盖已有的文件。", "Overwrite files that exist."),
     (
         "opt.filter",
-        "只取符合条件的帧，如 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5 frame=10-20'；"
-        "空格是“且”，逗号是“或”；状态仍由全部帧得出。t 的单位是秒：小于100000000时从记录的第一帧算起，否则是绝对时间。",
-        "Only what fits, e.g. 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5 frame=10-20'; "
-        "blank is and, comma is or; state still comes from every frame. t is in seconds: below 100000000 since the "
-        "first frame of the capture, else absolute.",
+        "只取符合条件的帧，如 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5 frame=10-20 object=6040 code=SDO "
+        'severity=error text="启动"\'；空格是“且”，逗号是“或”；状态仍由全部帧得出。'
+        "t 的单位是秒：小于100000000时从记录的第一帧算起，否则是绝对时间。",
+        "Only what fits, e.g. 'service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5 frame=10-20 object=6040 code=SDO "
+        'severity=error text="boot-up"\'; space = and, comma = or; state is still tracked over all frames. t is in '
+        "seconds: below 100000000 since the first frame of the capture, else absolute.",
     ),
     (
         "opt.stamps",
