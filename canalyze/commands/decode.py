@@ -20,7 +20,6 @@ from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 
-
 _AROUND: Final = 10
 """Frames that are shown before and behind one that is asked for."""
 
@@ -85,7 +84,11 @@ def command(words: Words) -> click.Command:
                 help=words("decode.around"),
             ),
             click.Option(
-                ["--frame"], type=Spelled(_span, "frame", words), metavar="A-B", multiple=True, help=words("decode.frame")
+                ["--frame"],
+                type=Spelled(_span, "frame", words),
+                metavar="A-B",
+                multiple=True,
+                help=words("decode.frame"),
             ),
             click.Option(["--incidents"], is_flag=True, help=words("decode.incidents")),
             *capture_options(words),

@@ -117,7 +117,9 @@ def command(words: Words) -> click.Command:
             click.Option(["-n", "story"], type=click.IntRange(1), metavar="N", help=words("diagnose.story")),
             click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
             click.Option(["--since"], type=float, metavar="S", help=words("diagnose.since")),
-            click.Option(["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("diagnose.node")),
+            click.Option(
+                ["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("diagnose.node")
+            ),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
             click.Option(["--html"], type=ANY_PATH, metavar="FILE", help=words("diagnose.html")),
             click.Option(["--frames"], type=OneOf(("near", "all"), words), help=words("diagnose.html_option")),

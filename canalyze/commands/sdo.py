@@ -67,7 +67,9 @@ def command(words: Words) -> click.Command:
             total = total_size(names)
             progress = Progress(words, out, total)
             put, close = (
-                _table(words, out, live=total is None, moments=time is None) if form == "text" else (out.write, _nothing)
+                _table(words, out, live=total is None, moments=time is None)
+                if form == "text"
+                else (out.write, _nothing)
             )
 
             def take(result: bytes) -> None:
@@ -144,8 +146,9 @@ def columns(words: Words, *, moments: bool = True) -> list[Column]:
     for key in ("bus", "node"):
         made[key] = made[key]._replace(if_alike=True)
     if moments:
-        shorter = {"short_heading": words("col.relative"), "shorten": _relative, "short_leaves": SPARE + 2}
-        made["time"] = made["time"]._replace(**shorter)
+        made["time"] = made["time"]._replace(
+            short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2
+        )
     ill = {words(f"status.{status}"): colour for status, colour in _COLOURS.items()}
     made["outcome"] = made["outcome"]._replace(
         colour=lambda cell: next((colour for said, colour in ill.items() if cell.startswith(said)), "")

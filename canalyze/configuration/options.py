@@ -205,7 +205,9 @@ def time_option(words: Words, help_key: str = "opt.time", *, deltas: bool = Fals
 
 def color_option(words: Words) -> click.Option:
     """Give --color, for a command whose text may stand out by colours."""
-    return click.Option(["--color"], type=OneOf(("auto", "always", "never"), words), default="auto", help=words("opt.color"))
+    return click.Option(
+        ["--color"], type=OneOf(("auto", "always", "never"), words), default="auto", help=words("opt.color")
+    )
 
 
 def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: bool = False) -> str:

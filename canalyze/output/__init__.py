@@ -254,7 +254,7 @@ def open_output(name: str | None, *, force: bool = False, color: str = "auto") -
 
 
 def _coloured(out: Output) -> bool:
-    """Tell by the environment whether colours are wanted: NO_COLOR goes before FORCE_COLOR, that before the terminal."""
+    """Tell by the environment whether colours are wanted: NO_COLOR goes first, then FORCE_COLOR, then the terminal."""
     found = os.environ.get
     if found("NO_COLOR"):
         return False

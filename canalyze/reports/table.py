@@ -121,7 +121,10 @@ class Table:
     def _laid_out(self, cells: list[str]) -> str:
         """Give the line of a row, or its lines where a cell is folded."""
         fold = self._out.is_terminal
-        colours = [shown.column.colour(cell) if shown.column.colour else "" for cell, shown in zip(cells, self._shown, strict=True)]
+        colours = [
+            shown.column.colour(cell) if shown.column.colour else ""
+            for cell, shown in zip(cells, self._shown, strict=True)
+        ]
         parts = []
         for place, (cell, shown) in enumerate(zip(cells, self._shown, strict=True)):
             if fold and shown.column.folds:

@@ -42,7 +42,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "decode.time",
-        "时间的写法，同candump：a 绝对，d 与上一行之差，z 从记录的第一帧算起，A 日期和时间(UTC)，n 不写；不给则照原样。",
+        "时间的写法，同candump：a 绝对，d 与上一行之差，z 从记录第一帧算起，A 日期时间（UTC），n 不写；默认照原样。",
         "How stamps are written, as in candump: a absolute, d since the line before, z since the first frame of the "
         "capture, A date and time in UTC, n none; "
         "without it as they came.",

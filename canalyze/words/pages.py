@@ -121,7 +121,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     # canalyze
     ("canalyze.usage", "[选项] 命令 [参数]...", "[OPTIONS] COMMAND [ARGS]..."),
     (
-        "canalyze.output.help",
+        "canalyze.help",
         "被动式CANopen分析器：读CAN记录（candump、Vector ASC和BLF、MCAP、pcap、PEAK TRC、MF4等），或监听总线，"
         "结合此前的全部报文说明每一帧的含义，并在各种格式之间转换。从不发送任何帧。",
         "A passive CANopen analyzer: reads CAN captures (candump, Vector ASC and BLF, MCAP, pcap, PEAK TRC, MF4 and "

@@ -55,3 +55,25 @@ pub fn severity(severity: Severity) -> &'static str {
 pub fn node(node: Option<u8>) -> &'static str {
     node.and_then(|node| NODES.get(usize::from(node) % NODES.len())).copied().unwrap_or_else(|| named("quiet"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::SERVICES;
+
+    #[test]
+    fn each_service_and_severity_has_a_colour_of_its_table() {
+        for service in SERVICES.iter().filter(|service| !matches!(**service, "sync" | "time" | "error" | "foreign")) {
+            assert!(COLOURS.iter().any(|(name, _)| name == service), "{service}");
+        }
+        assert_eq!(named("sync"), named("quiet"));
+        let all: Vec<_> = crate::rules::SEVERITIES.iter().map(|one| severity(*one)).collect();
+        assert!(all.windows(2).all(|two| matches!(two, [one, next] if one != next)), "{all:?}");
+    }
+
+    #[test]
+    fn neighbours_differ() {
+        assert!((1..127).all(|one| node(Some(one)) != node(Some(one + 1))));
+        assert_eq!(node(None), named("quiet"));
+    }
+}

@@ -117,7 +117,11 @@ impl Lines {
     pub fn frame(&mut self, out: &mut Vec<u8>, frame: &Frame, events: &[Event], buses: &Buses) {
         let stamp = self.stamp(frame);
         if self.look.numbered {
-            self.dyed(out, colour::named("quiet"), |out| filled(out, frame.no, NUMBER, b' '));
+            // With a colon readers take it for the number of the row, whatever follows.
+            self.dyed(out, colour::named("quiet"), |out| {
+                filled(out, frame.no, NUMBER, b' ');
+                out.push(b':');
+            });
             put!(out; "  ");
         }
         if self.look.coloured {

@@ -38,9 +38,13 @@ pub fn no_frame(lang: Lang, text: &[u8], reason: Unreadable) -> String {
     put!(&mut out; ": ");
     let digits = text.iter().rposition(|byte| *byte == b'#').and_then(|mark| text.get(mark + 1..));
     let digits = digits.map(|digits| digits.iter().filter(|byte| byte.is_ascii_hexdigit()).count());
+    let reason = if disagrees(text) { Unreadable::Data } else { reason };
     match (reason, digits) {
         (Unreadable::Data, Some(digits)) if digits % 2 == 1 => {
             say!(&mut out, lang; zh: "十六进制数字的个数为奇数"; en: "odd number of hexadecimal digits");
+        }
+        (Unreadable::Length, Some(_)) if memchr::memmem::find(text, b"##").is_some() => {
+            say!(&mut out, lang; zh: "数据多于64字节"; en: "more than 64 bytes of data");
         }
         (Unreadable::Length, Some(digits)) if digits > 16 => say!(&mut out, lang;
             zh: "数据多于8字节 (CAN FD帧写作 ID##标志位数据, 至多64字节)";
@@ -48,6 +52,16 @@ pub fn no_frame(lang: Lang, text: &[u8], reason: Unreadable) -> String {
         _ => why(&mut out, lang, reason, true),
     }
     String::from_utf8_lossy(&out).into_owned()
+}
+
+/// Whether candump's console form has another number of bytes than it says: `60A [4] 40 08`.
+fn disagrees(text: &[u8]) -> bool {
+    let brackets = |byte: &u8| matches!(byte, b'[' | b']');
+    let mut parts = text.split(brackets).skip(1);
+    let (Some(said), Some(bytes)) = (parts.next(), parts.next()) else { return false };
+    let said = std::str::from_utf8(said).ok().and_then(|said| said.trim().parse::<usize>().ok());
+    let there = bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
+    said.is_some_and(|said| said != there)
 }
 
 /// Why a line or a record cannot be read.
@@ -294,6 +308,21 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_wrong_with_a_frame() {
+        for (text, reason, said) in [
+            ("60A#40081", Unreadable::Data, "60A#40081: odd number of hexadecimal digits"),
+            ("60A#4008 1", Unreadable::Length, "60A#4008 1: invalid length"),
+            ("60A [2] 40", Unreadable::Data, "60A [2] 40: the data bytes do not match the length"),
+            ("60A [1] 40 08", Unreadable::Length, "60A [1] 40 08: the data bytes do not match the length"),
+            ("60A##000", Unreadable::Length, "60A##000: more than 64 bytes of data"),
+        ] {
+            assert_eq!(no_frame(Lang::En, text.as_bytes(), reason), said);
+        }
+        let long = no_frame(Lang::Zh, b"60A#400810000000000000", Unreadable::Length);
+        assert!(long.starts_with("60A#400810000000000000: 数据多于8字节"), "{long}");
+    }
 
     #[test]
     fn binary_files_have_records() {
