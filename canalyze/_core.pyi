@@ -146,6 +146,7 @@ class Session:
 
         lang: zh | en.
         format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
+        transfers-text (the same with names in the language of the session, for a table) |
         transfers-csv (the same as CSV, a line of headings first) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |

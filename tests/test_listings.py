@@ -302,7 +302,7 @@ def test_forms_of_time_of_signals(canalyze: Runner) -> None:
 
 # One language of names.
 
-TEXTS = {"text", "message", "name_text", "state_text", "meaning", "cause", "title", "reason", "reasons", "error"}
+TEXTS = {"text", "message", "state_text", "meaning", "cause", "title", "reason", "reasons", "error"}
 """Keys whose values are for people, in the language that is asked for."""
 NETWORKS = sorted((SAMPLES / "network").glob("*.log"))
 CAPTURES = [*sorted(SAMPLES.glob("*.log")), *NETWORKS, *sorted((SAMPLES / "stories").glob("*.log"))[:4]]

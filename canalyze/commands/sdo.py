@@ -23,7 +23,7 @@ from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 
-FORMS: Final = {"text": "transfers", "jsonl": "transfers", "csv": "transfers-csv"}
+FORMS: Final = {"text": "transfers-text", "jsonl": "transfers", "csv": "transfers-csv"}
 """What --format is called in the core."""
 HEADINGS: Final = {"text": 0, "jsonl": 0, "csv": 1}
 """Lines that are no transfer."""
@@ -169,7 +169,7 @@ def row(transfer: dict[str, Any], words: Words) -> Row:
         _cell(transfer.get("node")),
         words.of("direction", _cell(transfer.get("direction"))),
         _object(transfer),
-        _cell(transfer.get("name_text")),
+        _cell(transfer.get("name")),
         _cell(transfer.get("value") if transfer.get("text") is None else transfer["text"]),
         _cell(transfer.get("size")),
         words.of("mode", _cell(transfer.get("mode"))),

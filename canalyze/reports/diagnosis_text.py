@@ -181,7 +181,7 @@ def _further(one: Record, names: Sequence[str], words: Words) -> str:
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
     commands = [
         f"canalyze explain {one['incident']}",
-        f"canalyze decode {file} --filter frame={_around(one['begin']['frame'])}",
+        f"canalyze decode {file} --frame {_around(one['begin']['frame'])}",
     ]
     if one["cause"] is not None:
         commands.insert(0, f"canalyze {file} -n {one['cause']['id']}")
@@ -374,7 +374,7 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
         first = told[0]
         commands = [
             f"canalyze {file} -n {first['id']}",
-            f"canalyze decode {file} --filter frame={_around(first['begin']['frame'])}",
+            f"canalyze decode {file} --frame {_around(first['begin']['frame'])}",
         ]
     if hidden:
         commands.insert(1, f"canalyze {file} --all")

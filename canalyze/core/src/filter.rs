@@ -103,9 +103,9 @@ impl Filter {
             let Some((key, values)) = word.split_once('=') else { return Err(Mistake::Key(word.into())) };
             let values = parts(values, |c| c == ',');
             clauses.push(match key {
-                "service" => Clause::Service(each(key, &values, |value| {
-                    SERVICES.contains(&value).then(|| value.to_owned())
-                })?),
+                "service" => {
+                    Clause::Service(each(key, &values, |value| SERVICES.contains(&value).then(|| value.to_owned()))?)
+                }
                 "node" => {
                     let ranges = each(key, &values, |value| range(value, number(10)))?;
                     let beyond = ranges.iter().position(|(from, to)| *from < 1 || *to > 127);
@@ -139,9 +139,8 @@ impl Filter {
 
     /// Whether it asks only for what a frame itself says, not for what it means.
     pub fn is_plain(&self) -> bool {
-        let plain = |clause: &Clause| {
-            matches!(clause, Clause::Id(_) | Clause::Bus(_) | Clause::Time(_) | Clause::Number(_))
-        };
+        let plain =
+            |clause: &Clause| matches!(clause, Clause::Id(_) | Clause::Bus(_) | Clause::Time(_) | Clause::Number(_));
         self.clauses.iter().all(plain)
     }
 
@@ -204,13 +203,7 @@ impl Filter {
 
     /// Whether something that belongs to no frame at hand is shown, as far as it tells itself. `annotation` appends what
     /// is said of it.
-    pub fn shows_aside(
-        &self,
-        event: &Event,
-        annotation: &dyn Fn(&mut Vec<u8>),
-        buses: &Buses,
-        clock: Clock,
-    ) -> bool {
+    pub fn shows_aside(&self, event: &Event, annotation: &dyn Fn(&mut Vec<u8>), buses: &Buses, clock: Clock) -> bool {
         let at = event.about.unwrap_or(event.at);
         self.clauses.iter().all(|clause| match (clause, &event.what) {
             (_, What::Transfer(transfer)) => {
@@ -219,9 +212,7 @@ impl Filter {
             (Clause::Node(ranges), _) => event.node.is_none_or(|node| within(ranges, u32::from(node))),
             (Clause::Bus(names), _) => names.iter().any(|name| name.as_bytes() == buses.name(event.bus)),
             (Clause::Number(ranges), _) => u32::try_from(at.no).is_ok_and(|no| no == 0 || within(ranges, no)),
-            (Clause::Time(spans), _) => {
-                at.t_ns.is_none_or(|t| spans.iter().any(|span| overlaps(*span, t, t, clock)))
-            }
+            (Clause::Time(spans), _) => at.t_ns.is_none_or(|t| spans.iter().any(|span| overlaps(*span, t, t, clock))),
             (Clause::Object(ranges), What::Finding(finding)) => {
                 finding.object.is_some_and(|mux| within(ranges, place_of(mux)))
             }
@@ -326,9 +317,9 @@ fn objects(text: &str) -> Option<(u32, u32)> {
         let index = hex(index.trim_end_matches(['h', 'H'])).filter(|index| *index <= 0xFFFF)? << 8;
         match sub {
             None => Some((index, index | 0xFF)),
-            Some(sub) => hex(sub.trim_end_matches(['h', 'H']))
-                .filter(|sub| *sub <= 0xFF)
-                .map(|sub| (index | sub, index | sub)),
+            Some(sub) => {
+                hex(sub.trim_end_matches(['h', 'H'])).filter(|sub| *sub <= 0xFF).map(|sub| (index | sub, index | sub))
+            }
         }
     };
     let (from, to) = text.split_once('-').unwrap_or((text, text));
@@ -432,7 +423,13 @@ mod tests {
             "severity=warning",
             "text=statusword node=6",
             "text=\"ready,\"",
-            "frame=1-11", "service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"
+            "frame=1-11",
+            "service=sdo",
+            "node=6",
+            "id=205",
+            "bus=can0",
+            "t=2.6..3",
+            "service=pdo node=6",
         ] {
             assert!(!shows(no), "{no}");
         }

@@ -249,7 +249,18 @@ impl Monitor {
     /// The place of a line that is about no frame.
     fn nowhere(&self, bus: BusId, node: Option<u8>) -> Place {
         let FrameRef { no, .. } = self.last;
-        Place { frame: no, t_ns: self.clock.now_ns, bus, id: CanId::standard(0), kind: Kind::Error, service: "", node, object: None, mapping: None, code: None }
+        Place {
+            frame: no,
+            t_ns: self.clock.now_ns,
+            bus,
+            id: CanId::standard(0),
+            kind: Kind::Error,
+            service: "",
+            node,
+            object: None,
+            mapping: None,
+            code: None,
+        }
     }
 
     fn wire(&mut self, bus: BusId, act: impl FnOnce(&mut Wire)) {

@@ -101,6 +101,7 @@ impl Session {
             ("text", Format::Text),
             ("jsonl", Format::Jsonl),
             ("transfers", Format::Transfers),
+            ("transfers-text", Format::TransfersText),
             ("transfers-csv", Format::TransfersCsv),
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),

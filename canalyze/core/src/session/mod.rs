@@ -55,6 +55,8 @@ pub enum Format {
     Jsonl,
     /// JSON lines of SDO transfers only.
     Transfers,
+    /// The same for a table for people: names of objects are in their language.
+    TransfersText,
     /// CSV of SDO transfers.
     TransfersCsv,
     /// JSON lines of decoded signals only.

@@ -53,6 +53,7 @@ impl Output {
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
             Format::Transfers
+            | Format::TransfersText
             | Format::TransfersCsv
             | Format::Check
             | Format::Summary

@@ -20,12 +20,15 @@ use crate::readers::Marker;
 use crate::render::{jsonl, transfers};
 use crate::services::sdo::transfer::Transfer;
 use crate::summary::Summary;
+use crate::text::Lang;
 
 /// What of a capture is written; of each part what it keeps.
 #[derive(Debug)]
 pub(super) struct Records {
     /// SDO transfers as they end.
     transfers: bool,
+    /// The language of their objects' names: one, or that of the texts, for what is laid out for people.
+    names: Option<Lang>,
     /// The same as CSV, and whether its headings are written.
     table: Option<bool>,
     /// Findings as they come, each with the lines of its context.
@@ -40,7 +43,7 @@ impl Records {
     /// The parts of a format; none of them for one that is made otherwise.
     pub(super) fn new(format: Format, network: &Arc<Network>) -> Self {
         let (transfers, findings, figures, observed) = match format {
-            Format::Transfers | Format::TransfersCsv => (true, false, false, false),
+            Format::Transfers | Format::TransfersText | Format::TransfersCsv => (true, false, false, false),
             Format::Check => (false, true, false, false),
             Format::Summary => (false, false, true, false),
             Format::Records => (true, true, true, false),
@@ -49,6 +52,7 @@ impl Records {
         };
         Self {
             transfers,
+            names: (!matches!(format, Format::TransfersText | Format::Observed)).then_some(jsonl::NAMES),
             table: (format == Format::TransfersCsv).then_some(false),
             context: findings.then(Box::default),
             summary: figures.then(|| Box::new(Summary::new(Arc::clone(network)))),
@@ -84,7 +88,7 @@ impl Sink for Records {
                 }
                 transfers::row(out, view.jsonl, transfer);
             }
-            None if self.transfers => jsonl::transfer(out, view.jsonl, transfer),
+            None if self.transfers => jsonl::transfer(out, view.jsonl, transfer, self.names.unwrap_or(view.jsonl.lang)),
             None => {}
         }
         self.transfers

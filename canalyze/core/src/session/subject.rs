@@ -54,9 +54,8 @@ impl Subject for Seen<'_> {
 
 /// Whether an event is about an object that is wanted.
 fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
-    let mapped = |one: &crate::services::pdo::mapping::Mapped| {
-        !one.dummy && wanted(Mux { index: one.index, sub: one.sub })
-    };
+    let mapped =
+        |one: &crate::services::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
     match what {
         What::Sdo(step) => step.mux.or(step.command.mux()).is_some_and(wanted),
         What::Pdo(data) => match &data.content {

@@ -287,10 +287,17 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     let allowed = match key.as_str() {
         "service" => services.as_str(),
         "node" => lang.pick("节点ID或范围, 如 5、0x0A 或 1-9", "a node-ID or range, such as 5, 0x0A or 1-9"),
-        "object" => lang.pick("十六进制对象或范围, 如 6040、6040h:00 或 1A00-1BFF", "a hexadecimal object or range, such as 6040, 6040h:00 or 1A00-1BFF"),
-        "code" => lang.pick("规则代码或其开头, 如 SDO002 或 SDO (见 canalyze rules)", "the code of a rule or its beginning, such as SDO002 or SDO (see canalyze rules)"),
+        "object" => lang.pick(
+            "十六进制对象或范围, 如 6040、6040h:00 或 1A00-1BFF",
+            "a hexadecimal object or range, such as 6040, 6040h:00 or 1A00-1BFF",
+        ),
+        "code" => lang.pick(
+            "规则代码或其开头, 如 SDO002 或 SDO (见 canalyze rules)",
+            "the code of a rule or its beginning, such as SDO002 or SDO (see canalyze rules)",
+        ),
         "severity" => "error warning info",
-        "text" => lang.pick("注释中的文字, 含空格时加双引号", "words of the annotation, in double quotes where they have blanks"),
+        "text" => lang
+            .pick("注释中的文字, 含空格时加双引号", "words of the annotation, in double quotes where they have blanks"),
         "id" => lang.pick(
             "十六进制CAN标识符或范围, 如 185 或 180-1FF",
             "a hexadecimal CAN identifier or range, such as 185 or 180-1FF",

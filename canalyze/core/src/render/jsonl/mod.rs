@@ -50,7 +50,7 @@ pub(super) use pdo::marked;
 pub use sdo::transfer;
 
 /// The language of names in machine output: one, whatever that of the texts is.
-pub(in crate::render) const NAMES: Lang = Lang::En;
+pub const NAMES: Lang = Lang::En;
 
 /// What JSON lines need to know beside the events.
 #[derive(Clone, Copy, Debug)]
@@ -163,7 +163,7 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
         match &event.what {
             What::Note(what) => note(out, setting, event, *what),
             What::Finding(what) => finding(out, setting, what),
-            What::Transfer(what) => transfer(out, setting, what),
+            What::Transfer(what) => transfer(out, setting, what, NAMES),
             What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
         }
     }

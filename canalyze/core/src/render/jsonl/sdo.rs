@@ -2,7 +2,7 @@
 //!
 //! Keys are only ever added, never renamed. It must not decide anything.
 
-use super::{NAMES, Setting, name_or_null, number_or_null, quoted, seconds, truth};
+use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
 use crate::dictionary::Object;
 use crate::event::{Place, Step};
 use crate::frame::Frame;
@@ -129,9 +129,9 @@ fn name(command: &Command, by: Side) -> &'static str {
     }
 }
 
-/// Appends a transfer's line.
+/// Appends a transfer's line. `names`: the language of the object's name where only the standard names it.
 ///
-/// `transfer bus node direction mode index sub name name_text type size_indicated size data value requested text
+/// `transfer bus node direction mode index sub name type size_indicated size data value requested text
 /// status abort first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
 /// (the first 65536), `value` is a number, string, boolean or,
 /// for bytes and transfers that are not ok, null; `requested` is the value in the request of an expedited write
@@ -139,14 +139,13 @@ fn name(command: &Command, by: Side) -> &'static str {
 /// `{"offset","length"}` in bytes of the data: in a hole whose `length` is known `data` are 00; one whose `length` is null
 /// takes no room in `data`, and the bytes behind it have no known offset in the object (at offset 0, the beginning is
 /// missing; at the last byte's end, the end); `abort` is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
-pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
+pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer, names: Lang) {
     put!(out; "{\"kind\":\"transfer\",\"transfer\":", transfer.id.0, ",\"bus\":");
     name_or_null(out, setting.buses.name(transfer.bus));
     put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
     put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
     let data_type = data_type(transfer);
-    object(out, NAMES, transfer.mux, transfer.described.as_deref());
-    named(out, "name_text", setting.lang, transfer.mux, transfer.described.as_deref());
+    object(out, names, transfer.mux, transfer.described.as_deref());
     put!(out; ",\"type\":");
     name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
     put!(out; ",\"size_indicated\":");
@@ -209,20 +208,15 @@ pub(crate) fn data_type(transfer: &Transfer) -> Option<DataType> {
 
 /// Appends the keys `index`, `sub` and `name` of an object, null where it is not known.
 pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described: Option<&Object>) {
+    let mut name = Vec::new();
     match mux {
-        Some(mux) => put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub),
+        Some(mux) => {
+            put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub);
+            value::name(&mut name, lang, mux, described);
+        }
         None => put!(out; ",\"index\":null,\"sub\":null"),
     }
-    named(out, "name", lang, mux, described);
-}
-
-/// Appends the name of an object under this key, null where there is none.
-fn named(out: &mut Vec<u8>, key: &'static str, lang: Lang, mux: Option<Mux>, described: Option<&Object>) {
-    let mut name = Vec::new();
-    if let Some(mux) = mux {
-        value::name(&mut name, lang, mux, described);
-    }
-    put!(out; ",\"", key, "\":");
+    put!(out; ",\"name\":");
     // A blank stands before the name.
     name_or_null(out, name.get(1..).unwrap_or(&[]));
 }

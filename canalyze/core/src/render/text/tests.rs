@@ -37,7 +37,6 @@ fn explained_lines_have_each_consequence() {
     assert_eq!(told(Lang::En, Depth::Explain).matches("#   SYN008 info: ").count(), 2);
 }
 
-
 /// A heartbeat of a node at a time, and what it says.
 fn heartbeat(no: u64, node: u8, t_ns: i64) -> (Frame, Event) {
     let stamp = Some(Stamp { form: StampForm::Seconds, ns: t_ns, width: 3, decimals: 1 });
