@@ -244,12 +244,23 @@ def test_filters_that_cannot_be(canalyze: Runner, command: str, expression: str,
     assert said in done.err and expression.partition("=")[0] in done.err
 
 
-@pytest.mark.parametrize("args", [["diagnose", "--node", "200"], ["eds", "--node", "0", "eds/drive.eds"]])
-def test_nodes_that_cannot_be(canalyze: Runner, args: list[str]) -> None:
+@pytest.mark.parametrize(
+    ("args", "number"),
+    [
+        (["diagnose", "--node", "200", PROBLEMS], "200"),
+        (["eds", "--node", "0", "drive.eds"], "0"),
+        (["decode", "--eds", "200=drive.eds", PROBLEMS], "200"),
+        (["decode", "--eds", "can1:1-3,128=drive.eds", PROBLEMS], "128"),
+        (["decode", "--cob", "185=200.TPDO1", PROBLEMS], "200"),
+        (["decode", "--sdo", "640,5C0=0xFF", PROBLEMS], "0xFF"),
+        (["explain", "--eds", "0=drive.eds", "185#00"], "0"),
+    ],
+)
+def test_nodes_that_cannot_be(canalyze: Runner, args: list[str], number: str) -> None:
     for lang, said in (("en", "1 to 127"), ("zh", "1到127")):
         done = canalyze(*args, "--lang", lang)
         assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
-        assert said in done.err
+        assert said in done.err and number in done.err.replace("127", "")
 
 
 # Time.

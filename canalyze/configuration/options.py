@@ -58,7 +58,10 @@ class Spelled(click.ParamType[Any]):
         if found is not None:
             return found
         option = param.opts[-1] if param else ""
-        raise click.UsageError(self._words(f"usage.{self._form}", option=option, value=value or '""'), ctx)
+        form = self._form
+        if form in ("eds", "cob", "sdo") and (no_node := network.no_node(value, form)) is not None:
+            form, value = "node", no_node
+        raise click.UsageError(self._words(f"usage.{form}", option=option, value=value or '""'), ctx)
 
 
 class NetworkOptions(TypedDict, total=False):
