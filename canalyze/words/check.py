@@ -8,6 +8,7 @@ from typing import Final
 _EXAMPLES: Final = (
     "canalyze check capture.log\n"
     "canalyze check 'captures/**/*.log' --junit report.xml --sarif report.sarif\n"
+    "canalyze check -t z --filter 'code=SDO,EMC node=5' capture.log\n"
     "canalyze check --fail-on error --ignore SYN003,PDO 'captures/*.asc'\n"
     "canalyze check --baseline known.json --update-baseline captures/*.log\n"
     "canalyze check --baseline known.json captures/*.log\n"

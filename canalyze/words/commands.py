@@ -211,12 +211,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "signals.examples",
         "canalyze signals --eds 5=drive.eds capture.log\n"
         "canalyze signals --eds 5=drive.eds --select '5.*,*velocity*' capture.log -o velocity.csv\n"
-        "canalyze signals --eds 1-4,7=io.eds --filter 'node=1 t=1.0..2.5' capture.log\n"
+        "canalyze signals -t z --eds 1-4,7=io.eds --filter 'node=1 t=1.0..2.5' capture.log\n"
         "canalyze signals --format jsonl drive.log | jq -r '[.t, .signal, .value] | @tsv'\n"
         "candump -ta can0 | canalyze signals --eds 5=drive.eds -",
         "canalyze signals --eds 5=drive.eds capture.log\n"
         "canalyze signals --eds 5=drive.eds --select '5.*,*velocity*' capture.log -o velocity.csv\n"
-        "canalyze signals --eds 1-4,7=io.eds --filter 'node=1 t=1.0..2.5' capture.log\n"
+        "canalyze signals -t z --eds 1-4,7=io.eds --filter 'node=1 t=1.0..2.5' capture.log\n"
         "canalyze signals --format jsonl drive.log | jq -r '[.t, .signal, .value] | @tsv'\n"
         "candump -ta can0 | canalyze signals --eds 5=drive.eds -",
     ),

@@ -36,6 +36,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     (
         "sniff.examples",
         "canalyze sniff can0\n"
+        "canalyze sniff can0 -n -t z --filter severity=error,warning\n"
         "canalyze sniff can0 can1 --record bus.mcap\n"
         "canalyze sniff can0 --rerun\n"
         "canalyze sniff can0,580:780,600:780 --eds 5=drive.eds\n"
@@ -45,6 +46,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "canalyze sniff -i slcan /dev/ttyACM0 --bitrate 1M --option tty_baudrate=115200\n"
         "canalyze sniff can0 --format jsonl | jq -r '.text // .message'",
         "canalyze sniff can0\n"
+        "canalyze sniff can0 -n -t z --filter severity=error,warning\n"
         "canalyze sniff can0 can1 --record bus.mcap\n"
         "canalyze sniff can0 --rerun\n"
         "canalyze sniff can0,580:780,600:780 --eds 5=drive.eds\n"
