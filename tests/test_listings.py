@@ -56,7 +56,8 @@ def test_colours_change_no_character(canalyze: Runner, args: list[str], lang: st
     ],
 )
 def test_colours_on_a_terminal(tmp_path: Path, env: dict[str, str], coloured: bool) -> None:
-    code, shown = on_terminal(tmp_path, "decode", "--frame", "77", PROBLEMS, **({"TERM": "xterm-256color"} | env))
+    given = {"TERM": "xterm-256color"} | env
+    code, shown = on_terminal(tmp_path, "decode", "--frame", "77", PROBLEMS, only_err=False, **given)
     assert (code, b"\x1b[" in shown) == (0, coloured)
 
 
