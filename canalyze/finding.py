@@ -5,11 +5,11 @@ It is read from the core's JSON lines and never made here: what a finding is, th
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 Severity = Literal["info", "warning", "error"]
-SEVERITIES: Final[tuple[Severity, ...]] = ("info", "warning", "error")
-"""From harmless to bad."""
+SEVERITIES: Final[tuple[Severity, ...]] = get_args(Severity)
+"""From harmless to bad: those of the core."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from conftest import Runner, command, environment
 from processes import wait_until_idle
 from test_cli_terminal import on_terminal
 
+from canalyze._core import COLOURS
 from canalyze.words import LANGUAGES, Words
 
 RULES = SAMPLES / "rules"
@@ -135,7 +136,7 @@ def test_github(canalyze: Runner, set_of_captures: Path) -> None:
 
 def test_colours_are_for_terminals(set_of_captures: Path, tmp_path: Path) -> None:
     code, shown = on_terminal(tmp_path, "check", "captures/toggle.log")
-    assert code == 1 and b"\x1b[31m" in shown
+    assert code == 1 and COLOURS["error"].encode() in shown
     for name, value in (("NO_COLOR", "1"), ("TERM", "dumb")):
         code, shown = on_terminal(tmp_path, "check", "captures/toggle.log", only_err=False, **{name: value})
         assert code == 1 and b"\x1b" not in shown

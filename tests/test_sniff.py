@@ -101,6 +101,15 @@ def test_a_session_reads_as_its_recording_does(tmp_path: Path, lang: str) -> Non
     assert len(said) <= 6
 
 
+def test_a_session_in_colours_with_numbers(tmp_path: Path) -> None:
+    done = sniffed("session", "bus", "-n", "--color", "always", "--record", "bus.log", cwd=tmp_path)
+    assert done.code == 0 and "\x1b[" in done.out
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", done.out)
+    numbers = [int(found[1]) for found in re.finditer(r"^ *([0-9]+):  \(", plain, re.MULTILINE)]
+    assert numbers == list(range(1, len((tmp_path / "bus.log").read_text().splitlines()) + 1))
+    assert "\x1b" not in sniffed("session", "bus", cwd=tmp_path).out
+
+
 def test_a_session_as_json_lines(tmp_path: Path) -> None:
     done = sniffed("session", "bus", "--format", "jsonl", "--record", "bus.log", cwd=tmp_path)
     rows = [json.loads(line) for line in done.lines]

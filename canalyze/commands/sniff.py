@@ -8,7 +8,7 @@ expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 import json
 import signal
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, Unpack
@@ -18,7 +18,7 @@ import click
 from canalyze import expectations
 from canalyze.configuration.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.output import Output, Progress, complain
+from canalyze.output import Output, Progress, complain, open_output
 from canalyze.output.help import Command
 from canalyze.running.listening import (
     Listening,
@@ -57,17 +57,21 @@ def command(words: Words) -> click.Command:
         form: str,
         expression: str | None,
         time: str | None,
+        number: bool,
+        color: str,
         duration: float | None,
         count: int | None,
         expect: str | None,
         rerun: bool,
         **given: Unpack[SniffOptions],
     ) -> int:
-        depth = depth_of(form, words, brief=brief, explain=explain)
+        depth = depth_of(form, words, brief=brief, explain=explain, number=number)
+        out = open_output(None, color=color)
         named = channels_of(channels, given, words, writes=given.get("save") is not None)
         drawn = rerun or given.get("save") is not None
         check(given, words, drawn=drawn, shown=rerun, why_not=("sniff.needs_rerun", "--rerun"))
         settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "count": count}
+        settings |= {"numbered": number, "coloured": form == "text" and out.coloured}
         settings["masks"] = [channel.mask for channel in named if channel.filters] or None
         settings["incidents"] = depth != "brief"
         if expect is not None:
@@ -77,7 +81,7 @@ def command(words: Words) -> click.Command:
             force = given.get("force", False)
             showing = stack.enter_context(Showing(given, words, shown=rerun, force=force)) if drawn else None
             opened = stack.enter_context(listening(named, given, words, complain, duration_s=duration))
-            return _listen(opened, session, words, given, showing, form)
+            return _listen(opened, session, words, given, showing, out.shown if form == "text" else out.write)
 
     return Command(
         "sniff",
@@ -107,12 +111,15 @@ def _tell(line: str) -> None:
 
 
 def _listen(
-    opened: Listening, session: Any, words: Words, given: ListeningOptions, showing: Showing | None, form: str
+    opened: Listening,
+    session: Any,
+    words: Words,
+    given: ListeningOptions,
+    showing: Showing | None,
+    show: Callable[[bytes], None],
 ) -> int:
     """Show what is received until the end; give the exit code."""
     live = opened.live
-    out = Output()
-    show = out.shown if form == "text" else out.write
     began = time.monotonic()
     stopped = early_end = 0.0
 
@@ -132,7 +139,7 @@ def _listen(
             if time.monotonic() - stopped > _REST_S:
                 live.stop(now=True)
 
-    run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
+    run = Run(session, words, Progress(words, Output(), None), take, given, frameless=True, live=live)
     broken: CanalyzeError | None = None
     early = Interrupt(stop)
     try:

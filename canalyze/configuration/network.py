@@ -129,6 +129,16 @@ def nodes(text: str) -> tuple[int, ...] | None:
     return tuple(found)
 
 
+def no_node(text: str, form: str) -> str | None:
+    """Give the number that stands for a node-ID and is none, such as the 200 of `200=drive.eds`; None if none does.
+
+    form: what was to be read: eds (the node before the sign), cob or sdo (behind it).
+    """
+    before, _, behind = text.partition("=")
+    meant = re.split("[,-]", before.rpartition(":")[2]) if form == "eds" else [behind.partition(".")[0]]
+    return next((one.strip() for one in meant if _INTEGER.fullmatch(one.strip()) and node(one.strip()) is None), None)
+
+
 def can_id(text: str) -> CanId | None:
     """Read an identifier: up to three hexadecimal digits, or eight for the 29-bit format."""
     match = _IDENTIFIER.fullmatch(text)

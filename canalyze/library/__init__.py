@@ -85,8 +85,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     stamps to allow for. What the capture shows overrules the first two.
     bitrate: in bit/s, or `"500k"`.
     filter: which frames are told of, as --filter: `"service=sdo node=5 t=1.0..2.5"`. State comes from every frame.
-    lang: the language of `text`, `message` and of names. English whatever the environment says, since names of
-    signals stand in code.
+    lang: the language of `text` and `message`, and of names in tables of columns; other names are the same in each.
+    English whatever the environment says.
     stamps: what small stamps mean. input_format: what the files are, where their content does not tell.
     merge: files are joined by time, not read one after the other.
     topic, time_source, mcap_map: how MCAP is read, as the options of these names.

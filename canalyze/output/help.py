@@ -29,14 +29,14 @@ _FIRST: Final = (
 """The usual ones, of whichever command: it shows the first of these that it has."""
 _TOPICS: Final = {
     "own": (),
-    "chosen": ("--filter", "--since", "--node", "--bus", "--select"),
+    "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--bus", "--select"),
     "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
     "network": ("--eds", "--cob", "--sdo", "--bitrate"),
     "input": ("--input-format", "--merge", "--topic", "--time-source", "--mcap-map"),
     "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
     "recording": ("--record", "--rotate", "--keep"),
     "timeline": ("--rerun", "--save", "--web", "--bind", "--port"),
-    "output": ("--format", "--output", "--force"),
+    "output": ("--format", "--number", "--color", "--output", "--force"),
     "general": ("--lang", "--config", "--help", "--version"),
 }
 """All others, by what they are about; one that is in none of these is the command's own."""

@@ -159,7 +159,7 @@ const MAY_USE: &[Row] = &[
             "services::sdo::transfer",
         ],
     ),
-    ("filter", &["frame", "services::sdo::transfer"]),
+    ("filter", &["frame", "rules", "finding", "event", "services::sdo::wire", "services::sdo::transfer"]),
     ("masks", &["frame"]),
     (
         "text",

@@ -26,7 +26,7 @@ use self::transfers::Transfers;
 use self::wire::Wire;
 use crate::bus::Bus;
 use crate::diagnosis::Diagnosis;
-use crate::event::{Event, What};
+use crate::event::{Event, ProcessData, Signals, What};
 use crate::filter;
 use crate::finding::{Finding, Severity};
 use crate::finding_context;
@@ -35,6 +35,8 @@ use crate::network::Network;
 use crate::readers::Marker;
 use crate::render::jsonl::Setting;
 use crate::render::text::Lines;
+use crate::services::pdo::mapping::Mapping;
+use crate::services::sdo::wire::Mux;
 use crate::summary::Summary;
 use crate::text::digits::{Spaced, put};
 use crate::text::{Depth, Lang};
@@ -123,7 +125,9 @@ impl Monitor {
             return;
         }
         let (no, t_ns, bus, id, kind) = (frame.no, frame.t_ns, frame.bus, frame.id, frame.kind);
-        let place = Place { frame: no, t_ns, bus, id, kind, service, node: own.as_ref().and_then(|own| own.node) };
+        let node = own.as_ref().and_then(|own| own.node);
+        let (object, mapping) = own.as_ref().map_or((None, None), objects);
+        let place = Place { frame: no, t_ns, bus, id, kind, service, node, object, mapping, code: None };
         self.data.clear();
         if kind == Kind::Remote {
             put!(&mut self.data; "remote request");
@@ -132,8 +136,8 @@ impl Monitor {
         }
         // What is not about this frame says so in a line of its own.
         let severity = worst.iter().filter(|(_, about)| *about).map(|(severity, _)| *severity).max();
-        self.trace.push(place, severity, true, &self.data, words);
-        self.below(events, place);
+        self.trace.push(place.clone(), severity, true, &self.data, words);
+        self.below(events, &place);
     }
 
     /// What belongs to no frame at hand.
@@ -143,7 +147,7 @@ impl Monitor {
         self.follow(setting, &mut events, None);
         for event in &events {
             let place = self.nowhere(event.bus, event.node);
-            self.below(std::slice::from_ref(event), place);
+            self.below(std::slice::from_ref(event), &place);
         }
     }
 
@@ -155,7 +159,7 @@ impl Monitor {
         let mut events = vec![Event { at, about: None, bus, node, transfer: None, what }];
         self.follow(setting, &mut events, None);
         let place = self.nowhere(bus, node);
-        self.below(&events, place);
+        self.below(&events, &place);
     }
 
     /// What the capturing program says of itself.
@@ -226,18 +230,18 @@ impl Monitor {
     }
 
     /// Traces the lines below a frame's own one, or of no frame.
-    fn below(&mut self, events: &[Event], place: Place) {
+    fn below(&mut self, events: &[Event], place: &Place) {
         for event in events.iter().filter(|event| !is_own(&event.what)) {
             self.said.clear();
             self.lines.aside(&mut self.said, event, place.frame);
             let words = self.said.trim_ascii_end();
             let words = words.strip_prefix(b"#").unwrap_or(words).trim_ascii_start();
             if !words.is_empty() {
-                let severity = match &event.what {
-                    What::Finding(finding) => Some(finding.severity()),
-                    _ => None,
-                };
-                self.trace.push(place, severity, false, &[], words);
+                let finding = if let What::Finding(finding) = &event.what { Some(finding) } else { None };
+                let code = finding.map(|finding| finding.code);
+                let object = finding.and_then(|finding| finding.object).or(place.object);
+                let severity = finding.map(|finding| finding.severity());
+                self.trace.push(Place { code, object, ..place.clone() }, severity, false, &[], words);
             }
         }
     }
@@ -245,11 +249,34 @@ impl Monitor {
     /// The place of a line that is about no frame.
     fn nowhere(&self, bus: BusId, node: Option<u8>) -> Place {
         let FrameRef { no, .. } = self.last;
-        Place { frame: no, t_ns: self.clock.now_ns, bus, id: CanId::standard(0), kind: Kind::Error, service: "", node }
+        Place {
+            frame: no,
+            t_ns: self.clock.now_ns,
+            bus,
+            id: CanId::standard(0),
+            kind: Kind::Error,
+            service: "",
+            node,
+            object: None,
+            mapping: None,
+            code: None,
+        }
     }
 
     fn wire(&mut self, bus: BusId, act: impl FnOnce(&mut Wire)) {
         wire(&mut self.wires, bus, act);
+    }
+}
+
+/// The object that a frame's own event is about, and those that are mapped into it.
+fn objects(own: &Event) -> (Option<Mux>, Option<Arc<Mapping>>) {
+    match &own.what {
+        What::Sdo(step) => (step.mux.or(step.command.mux()), None),
+        What::Pdo(ProcessData { content: Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..), .. }) => {
+            (None, Some(Arc::clone(mapping)))
+        }
+        What::Mpdo(data) => (data.mapping.entries.first().map(|one| Mux { index: one.index, sub: one.sub }), None),
+        _ => (None, None),
     }
 }
 

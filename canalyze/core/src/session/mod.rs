@@ -10,6 +10,7 @@ mod decoding;
 mod output;
 mod records;
 mod sink;
+mod subject;
 mod tally;
 
 use std::sync::Arc;
@@ -36,7 +37,7 @@ use crate::readers::mcap::Choice;
 use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Settings};
 use crate::render::columns::{self, Batch};
 use crate::render::jsonl;
-use crate::render::text::Time;
+use crate::render::text::{Look, Time};
 use crate::rules::capture::{Cap006, Cap007};
 use crate::select::Select;
 use crate::text::{Depth, Lang, complaints};
@@ -54,6 +55,10 @@ pub enum Format {
     Jsonl,
     /// JSON lines of SDO transfers only.
     Transfers,
+    /// The same for a table for people: names of objects are in their language.
+    TransfersText,
+    /// CSV of SDO transfers.
+    TransfersCsv,
     /// JSON lines of decoded signals only.
     Signals,
     /// CSV of decoded signals.
@@ -98,6 +103,8 @@ pub struct Options {
     pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
+    /// How lines are marked.
+    pub look: Look,
     /// Which frames are shown.
     pub filter: Filter,
     /// The same in candump's manner, by channel.
@@ -151,6 +158,8 @@ impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let output = Output::new(&options);
+        // Of frames in JSON lines the time is that of the capture.
+        let time = options.time.filter(|_| options.format != Format::Jsonl);
         let Options { lang, stamps, mcap, extract, network, expectations, .. } = options;
         let mut decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
         if let Some(expected) = expectations {
@@ -167,7 +176,7 @@ impl Session {
             fed: 0,
             buses: Buses::default(),
             stream: Stream {
-                capture: Capture::new(lang),
+                capture: Capture::new(lang, time),
                 ahead: Ahead::default(),
                 decoding,
                 output,

@@ -34,6 +34,9 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
 
 /// The bytes behind the command byte: `rest`.
 fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame: &Frame) {
+    // Of a short frame those that it has.
+    let there = usize::from(frame.len.saturating_sub(1)).min(rest.len());
+    let rest = rest.get(..there).unwrap_or(&rest);
     match command {
         Command::InitiateDownload(mux, i) | Command::UploadInitiated(mux, i) => {
             multiplexor(out, lang, mux);
@@ -48,12 +51,12 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
         }
         Command::Segment(Segment { unused, data, .. }) => {
             let carried = (7 - usize::from(unused)).min(usize::from(frame.len.saturating_sub(1)));
-            segment_data(out, lang, &data, carried);
+            segment_data(out, lang, data.get(..there).unwrap_or(&data), carried);
         }
         Command::SegmentRequest { .. }
         | Command::SegmentResponse { .. }
         | Command::StartBlockUpload
-        | Command::BlockEnded => padding(out, lang, &rest),
+        | Command::BlockEnded => padding(out, lang, rest),
         Command::InitiateBlockDownload { mux, size, .. } | Command::BlockUploadInitiated { mux, size, .. } => {
             multiplexor(out, lang, mux);
             match size {
@@ -89,7 +92,7 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
             line!(out; Spaced(&[low, high]), what, Hex::<4>(u64::from(crc)), "h");
             padding(out, lang, rest.get(2..).unwrap_or(&[]));
         }
-        Command::BlockSegment { data, .. } => segment_data(out, lang, &data, 7),
+        Command::BlockSegment { data, .. } => segment_data(out, lang, data.get(..there).unwrap_or(&data), 7),
         Command::Abort(mux, code) => {
             multiplexor(out, lang, mux);
             abort_code(out, lang, code);
@@ -118,7 +121,8 @@ fn initiate(out: &mut Vec<u8>, lang: Lang, i: Initiate, len: u8) {
         padding(out, lang, &i.data);
         return;
     }
-    segment_data(out, lang, &i.data, i.expedited_len(len));
+    let there = usize::from(len.saturating_sub(4)).min(i.data.len());
+    segment_data(out, lang, i.data.get(..there).unwrap_or(&i.data), i.expedited_len(len));
 }
 
 fn data_size(out: &mut Vec<u8>, lang: Lang, size: u32) {
@@ -154,6 +158,9 @@ fn padding(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
 
 /// `64 65  数据 "de"     00 00 00 00 00  未使用(5字节)`
 fn segment_data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8], carried: usize) {
+    if bytes.is_empty() {
+        return;
+    }
     let (data, unused) = bytes.split_at_checked(carried).unwrap_or((bytes, &[]));
     put!(out; "#   ");
     if !data.is_empty() {
