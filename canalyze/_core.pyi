@@ -131,7 +131,8 @@ class Session:
         """Start a capture.
 
         lang: zh | en.
-        format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
+        format: text | jsonl (frame, note, finding, transfer) | events (the same, for a library: with `incidents` what
+        diagnosis has at the end, too) | transfers (JSON lines of transfers only) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
         observed (the lines of transfers as they end; from finish() those of summary, then observed_...) |

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.sax.saxutils import escape
 
-from canalyze.library.event import nanoseconds
 from canalyze.output import printable
+from canalyze.values import nanoseconds
 
 Record = Mapping[str, Any]
 Texts = Mapping[str, str]

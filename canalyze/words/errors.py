@@ -42,6 +42,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "选项 {option} 不能是 {value}，可以是1到127",
         "option {option}: {value} is not a node-ID, 1 to 127",
     ),
+    (
+        "library.extra",
+        "需要 {name}，尚未安装：{line}",
+        "{name} is needed and not installed: {line}",
+    ),
     # What is known of the network.
     (
         "network.no_node",

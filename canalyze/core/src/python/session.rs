@@ -98,6 +98,7 @@ impl Session {
         let formats = [
             ("text", Format::Text),
             ("jsonl", Format::Jsonl),
+            ("events", Format::Events),
             ("transfers", Format::Transfers),
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),

@@ -52,6 +52,8 @@ pub enum Format {
     Text,
     /// JSON lines: frames, notes, findings, transfers.
     Jsonl,
+    /// The same with all of the diagnosis at the end, for libraries.
+    Events,
     /// JSON lines of SDO transfers only.
     Transfers,
     /// JSON lines of decoded signals only.
