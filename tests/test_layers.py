@@ -99,8 +99,9 @@ MAY_USE: dict[str, set[str]] = {
     "library": {
         *READ,
         "dictionary",
-        "values",
+        "output",
         "sinks",
+        "values",
         "configuration.config",
         "configuration.descriptions",
         "expectations",

@@ -89,7 +89,7 @@ class Capture:
     def _repr_html_(self) -> str:
         """Give what a notebook shows: its name, and how much of what was read is in it."""
         read = {**self._lists, "signals": self._signals, "incidents": self._incidents, "events": self._events}
-        rows = [(rows._what, len(rows)) for rows in read.values() if rows is not None]
+        rows = [(name.removeprefix("summary_"), len(rows)) for name, rows in read.items() if rows is not None]
         return html_table(("read", "rows"), rows, self.name)
 
     def __enter__(self) -> Self:

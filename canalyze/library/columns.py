@@ -23,7 +23,7 @@ _COLUMNS: Final[dict[str, str]] = {
     " esi:bool? dir:word? len:uint8=bytes data:binary service:word node:uint8?",
     "transfers": "transfer:uint64 bus:word? node:uint8 direction:word mode:word index:uint16? sub:uint8? object:word?"
     " name:word? type:word? size_indicated:uint32?=bytes size:uint64=bytes data:binary string:string? boolean:bool?"
-    " integer:int64? raw:uint64? value:float64? text:string? status:word abort_code:uint32? abort_by:word?"
+    " integer:int64? raw:uint64? value:float64? text:string status:word abort_code:uint32? abort_by:word?"
     " abort_text:word? first_frame:uint64 last_frame:uint64 first_line:uint64? last_line:uint64? t_ns:int64?"
     " duration_ns:int64? reordered:bool retransmissions:uint32 crc_negotiated:bool? findings:list<string>",
     "states": "t_ns:int64? frame:uint64 bus:word? node:uint8? state:uint8? name:word? source:word command:uint8?",

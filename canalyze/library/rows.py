@@ -157,6 +157,7 @@ class Transfers(Rows[Transfer]):
         "boolean": lambda one: one.value if isinstance(one.value, bool) else None,
         "integer": _whole,
         "value": number,
+        "text": lambda one: one.text or "",
         "abort_code": lambda one: one.abort and one.abort.code,
         "abort_by": lambda one: one.abort and one.abort.by,
         "abort_text": lambda one: one.abort and one.abort.text,

@@ -170,6 +170,9 @@ class Listener(Stream):
     channel and stamp are kept; a message without a stamp gets the time of its receipt. It needs no Notifier: whoever
     has messages calls it with each, `listener(message)`.
 
+    Where the next frames tell what one means, its events wait for them, or for `advance`: at most 0.2 s. Iterating
+    advances by itself; with `on_event` call `advance()` from time to time, which finds silence, too.
+
     Threads: messages, `advance`, `on_error` and `stop` may come from any threads at once: one lock puts them into an
     order. `on_event` is called in the thread that brings the message, one event at a time and in order, while others
     wait: it should be quick, and may call the listener itself. What it raises goes to whoever brought the message.

@@ -13,6 +13,7 @@ from canalyze.library import open as open_
 from canalyze.library.capture import Capture
 from canalyze.library.columns import html_table
 from canalyze.library.rows import one_of
+from canalyze.output import Output
 
 if TYPE_CHECKING:
     from canalyze._core import Rule
@@ -75,7 +76,7 @@ class Summary:
         return html_table(("bus", "node", "name", "state", "frames"), rows, f"{len(nodes)} nodes")
 
 
-class _Text:
+class _Text(Output):
     """Takes what a report would print."""
 
     is_terminal = False
@@ -86,8 +87,6 @@ class _Text:
 
     def write(self, data: bytes) -> None:
         self.data += data
-
-    shown = write
 
 
 def diff(
@@ -129,7 +128,7 @@ def summary(source: "Source | Capture", **options: Unpack[Options]) -> Summary:
 
     capture = _capture(source, options)
     records = [json.loads(line) for line in capture.through("summary")[1].splitlines()]
-    text: Any = _Text()
+    text = _Text()
     show(records, text, Words(capture.lang))
     return Summary(records, text.data.decode("utf-8", "replace"))
 
