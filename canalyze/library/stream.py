@@ -249,7 +249,7 @@ class Listener(Stream):
                 self._feed(b"".join(blocks.gap_block(index) for index, _ in self._channels.values()))
 
     def advance(self, seconds: float | None = None, *, ns: int | None = None, to_ns: int | None = None) -> None:
-        """Let time go on without a frame, so that what should have come is missed: heartbeats, SDO responses.
+        """Let time go on without a frame, so that what should have come is missed, as a heartbeat.
 
         seconds, ns: by how much, from the last frame or call on. to_ns: up to this time, on the clock of the stamps.
         Nothing given: as much as has passed on this host since the last frame, less 0.1 s for frames on their way.
