@@ -145,7 +145,8 @@ class Session:
         """Start a capture.
 
         lang: zh | en.
-        format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
+        format: text | jsonl (frame, note, finding, transfer) | events (the same, for a library: with `incidents` what
+        diagnosis has at the end, too) | transfers (JSON lines of transfers only) |
         transfers-text (the same with names in the language of the session, for a table) |
         transfers-csv (the same as CSV, a line of headings first) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |

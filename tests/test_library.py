@@ -18,7 +18,7 @@ from captures import SAMPLES, run_canalyze
 
 import canalyze
 from canalyze.library import Options
-from canalyze.output.times import nanoseconds
+from canalyze.values import nanoseconds
 
 DRIVE = SAMPLES.parent / "eds/drive.eds"
 NETWORK = SAMPLES / "network/sync-and-pdos.log"
@@ -292,8 +292,8 @@ def test_public_names_are_there() -> None:
 
 
 def test_options_are_those_of_open() -> None:
-    hints = {name: one for name, one in canalyze.open.__annotations__.items() if name not in ("path", "return")}
-    assert list(hints) == list(Options.__annotations__)
+    hints = [name for name in canalyze.open.__annotations__ if name not in ("source", "return")]
+    assert hints == list(Options.__annotations__)
     described = (canalyze.open.__doc__ or "").replace(",", " ").replace(":", " ").split()
     assert all(name in described for name in hints)
 

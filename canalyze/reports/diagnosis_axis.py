@@ -9,7 +9,7 @@ from html import escape
 from typing import Any, Final
 
 from canalyze.output import printable
-from canalyze.output.times import nanoseconds
+from canalyze.values import nanoseconds
 
 Record = Mapping[str, Any]
 Texts = Mapping[str, str]

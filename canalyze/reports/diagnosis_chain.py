@@ -7,9 +7,9 @@ names, which are escaped.
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-from canalyze.output.times import nanoseconds
 from canalyze.reports.diagnosis_axis import LEFT, RIGHT, WIDTH, Axis, Record, Texts, extent, grid, head, text, title
 from canalyze.reports.diagnosis_text import delay
+from canalyze.values import nanoseconds
 from canalyze.words import Words
 
 Key = tuple[str | None, int | None]

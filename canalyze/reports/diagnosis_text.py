@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import pad, width
-from canalyze.output.times import milliseconds, nanoseconds
 from canalyze.reports import wording
+from canalyze.values import milliseconds, nanoseconds
 from canalyze.words import Words
 
 if TYPE_CHECKING:

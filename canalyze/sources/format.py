@@ -15,6 +15,7 @@ from canalyze.sources.file import Source
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from canalyze.sources.memory import Memory
     from canalyze.sources.pythoncan import PythonCanCapture
 
 BRIDGED: Final = {"blf": "blf", "trc": "trc", "mf4": "mf4", "csv": "csv", "db": "sqlite"}
@@ -54,7 +55,7 @@ class _PutBack:
 class Opened:
     """A source, what is in it where it is compressed or of another encoding, and its first bytes."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: "Source | Memory") -> None:
         """Take over the source and read its first bytes."""
         self.name = source.name
         self.regular = source.regular
@@ -209,9 +210,13 @@ def open_capture(name: str, asked: str | None = None, shown: str | None = None) 
 
     asked: the format that the user says it has, or that what is compressed in it has. shown: its name for people.
     """
+    return identified(Source(name, shown), asked)
+
+
+def identified(source: "Source | Memory", asked: str | None = None) -> "Capture | PythonCanCapture":
+    """Find out what a source is, by whatever wrapping; it is closed where that cannot be, which is a SourceError."""
     from canalyze._core import FORMATS
 
-    source = Source(name, shown)
     try:
         opened = Opened(source)
         form = opened.told(asked)

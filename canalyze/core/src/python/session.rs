@@ -100,6 +100,7 @@ impl Session {
         let formats = [
             ("text", Format::Text),
             ("jsonl", Format::Jsonl),
+            ("events", Format::Events),
             ("transfers", Format::Transfers),
             ("transfers-text", Format::TransfersText),
             ("transfers-csv", Format::TransfersCsv),

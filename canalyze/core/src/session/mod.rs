@@ -53,6 +53,8 @@ pub enum Format {
     Text,
     /// JSON lines: frames, notes, findings, transfers.
     Jsonl,
+    /// The same with all of the diagnosis at the end, for libraries.
+    Events,
     /// JSON lines of SDO transfers only.
     Transfers,
     /// The same for a table for people: names of objects are in their language.

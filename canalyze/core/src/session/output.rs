@@ -49,7 +49,8 @@ impl Output {
         let sink: Box<dyn Sink> = match options.format {
             Format::Text => Box::new(Text(Lines::folding(lang, depth, time).looking(options.look))),
             Format::Lines => Box::new(NumberedLines(Lines::new(lang, depth, time))),
-            Format::Jsonl => Box::new(JsonLines),
+            Format::Jsonl => Box::new(JsonLines { diagnosis: false }),
+            Format::Events => Box::new(JsonLines { diagnosis: true }),
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
             Format::Transfers

@@ -205,7 +205,10 @@ impl Sink for NumberedLines {
 
 /// A JSON line for each frame.
 #[derive(Debug)]
-pub(super) struct JsonLines;
+pub(super) struct JsonLines {
+    /// What is known at the end is written with what is for people.
+    pub(super) diagnosis: bool,
+}
 
 impl Sink for JsonLines {
     fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
@@ -227,7 +230,8 @@ impl Sink for JsonLines {
     }
 
     fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
-        jsonl::diagnosis::ends(out, view.jsonl, diagnosis);
+        let write = if self.diagnosis { jsonl::diagnosis::write } else { jsonl::diagnosis::ends };
+        write(out, view.jsonl, diagnosis);
     }
 }
 
