@@ -118,7 +118,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),
         Quantity::Emcy(code) => {
             put!(out; Hex::<4>(u64::from(code)), "h");
-            if let Some(word) = terms::emcy::code(lang, code) {
+            if let Some(word) = terms::emcy::code(lang, crate::profiles::Profile::UNKNOWN, code) {
                 put!(out; " ", word);
             }
         }
