@@ -62,6 +62,12 @@ _LINES: Final = 300
 _BOTTOM: Final = 3
 """Plots of SYNC and load in a row."""
 _HEIGHT: Final = 1000
+_SEEN: Final = 10
+"""Lanes on one page of a node, above its plots."""
+_ALONE: Final = 18
+"""The same where it has no plots."""
+_TOLD: Final = 220
+"""Height of a node's findings and transfers."""
 _LOAD_NS: Final = 300_000_000
 """A load is of 100 ms: two of them are no course of it."""
 _HIDDEN: Final = "…"
@@ -84,11 +90,13 @@ class Plot:
     """Its lines have other names than elsewhere."""
     points: bool = False
     """It has points, which look as everywhere."""
+    span: tuple[float, float] | None = None
+    """The least and the greatest value of its lines, where no others come."""
 
 
 def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
     """Make the first layout of a recording; `live`: it shows the last minute and follows what comes."""
-    views = _Views(contents, words)
+    views = _Views(contents, words, live=live)
     root = views.whole()
     _identify(root, "", "", set())
     bound = rr.TimeRangeBoundary
@@ -121,9 +129,10 @@ def listed(names: Sequence[str], comma: str, columns: int) -> str:
 class _Views:
     """What is in the recording, as views with titles."""
 
-    def __init__(self, contents: Contents, words: Words) -> None:
+    def __init__(self, contents: Contents, words: Words, *, live: bool) -> None:
         self.contents = contents
         self.words = words
+        self.live = live
         self.lines = charts.lines(contents)
         self.lanes: dict[str, list[Lane]] = {}
         """By kind."""
@@ -263,7 +272,7 @@ class _Views:
             name=self.words(title),
             time_view=LINKED,
         )
-        return view, BAR + LANE * min(len(lanes), 12)
+        return view, BAR + LANE * len(lanes)
 
     def syncs(self) -> list[Plot]:
         """Per bus the period of SYNC, and when synchronous PDOs came against the window."""
@@ -312,12 +321,10 @@ class _Views:
         """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
         views: list[Part] = []
         if self.contents.logged:
-            columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
             levels, title = ["ERROR", "WARN", "INFO"], "timeline.log"
             if self.contents.crowded:
                 levels, title = levels[:2], "timeline.faults_log"
-            rows = rrb.TextLogRows(filter_by_log_level=levels)
-            views.append(rrb.TextLogView(origin="/log", name=self.words(title), columns=columns, rows=rows))
+            views.append(self.read(["/log/**"], title, set(self.contents.logged) & set(levels), only=levels))
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
         if self.contents.stories:
@@ -335,20 +342,39 @@ class _Views:
         """Annotated frames."""
         if not self.contents.frames:
             return []
-        # A finding stands with the frame that it is about, also one that was only told later. Without any, all frames
-        # are of one level.
+        # A finding stands with the frame that it is about, also one that was only told later; its code tells it from
+        # frames, which have no level.
         found = self.contents.findings > 0
         view = rrb.TextLogView(
             origin="/",
-            contents=["/frames", "/log/findings"] if found else ["/frames"],
+            contents=["/frames", "/log/findings/**"] if found else ["/frames"],
             name=self.words("timeline.frames"),
-            columns=rrb.TextLogColumns(
-                timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"] if found else ["Body"]
-            ),
+            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["Body"]),
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
-        return [(view, _HEIGHT - TEXT)]
+        parts = [view, *self.transfers(list(self.contents.listed))]
+        return [(rrb.Tabs(*parts, active_tab=0) if len(parts) > 1 else view, _HEIGHT - TEXT)]
+
+    def transfers(self, entities: Sequence[str]) -> list[rrb.View]:
+        """SDO transfers in words."""
+        if not entities:
+            return []
+        levels = set().union(*(self.contents.listed[entity] for entity in entities))
+        return [self.read(list(entities), "timeline.sdo_list", levels)]
+
+    def read(
+        self, entities: list[str], title: str, levels: set[str], *, only: Sequence[str] = ("ERROR", "WARN", "INFO")
+    ) -> rrb.View:
+        """Lines to be read; their level stands before them where there are several."""
+        told = ["LogLevel", "Body"] if len(levels) > 1 else ["Body"]
+        return rrb.TextLogView(
+            origin="/",
+            contents=entities,
+            name=self.words(title),
+            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=told),
+            rows=rrb.TextLogRows(filter_by_log_level=list(only)),
+        )
 
     def clock(self) -> str:
         """The timeline that is shown first."""
@@ -361,15 +387,37 @@ class _Views:
         own, lines = self.of_node((bus, node))
         lanes = [lane for kind in ("incidents", *KINDS, "value") for lane in own if lane.kind == kind]
         plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)] + self.durations((bus, node))
-        parts: list[Sized] = [self.states(lanes)] if lanes else []
-        room = _HEIGHT - sum(height for _, height in parts)
+        read = self.told(bus, node)
+        parts: list[Sized] = self.paged(lanes, alone=not plots)
+        room = _HEIGHT - sum(height for _, height in [*parts, *read])
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
         if len(pages) > 1:
             tabs = [column([_grid(page, room)], f"{number}/{len(pages)}") for number, page in enumerate(pages, 1)]
             parts.append((rrb.Tabs(*tabs, active_tab=0), room))
         elif pages:
             parts.append(_grid(pages[0], room))
+        parts += read
         return column(parts, fit(self.node_name(bus, node), 24)) if parts else None
+
+    def told(self, bus: str, node: int) -> list[Sized]:
+        """Findings and emergencies of a node, and its SDO transfers beside them."""
+        mine = (bus, node)
+        found = list(self.contents.told.get(mine, ()))
+        views = [self.read(found, "timeline.log", {"ERROR", "WARN"})] if found else []
+        views += self.transfers([one for one in self.contents.listed if charts.place(one) == mine])
+        if not views:
+            return []
+        return [(rrb.Horizontal(*views) if len(views) > 1 else views[0], _TOLD)]
+
+    def paged(self, lanes: list[Lane], *, alone: bool) -> list[Sized]:
+        """Lanes on pages of as many as are seen whole."""
+        most = _ALONE if alone else _SEEN
+        pages = [lanes[start : start + most] for start in range(0, len(lanes), most)]
+        if len(pages) < 2:
+            return [self.states(page) for page in pages]
+        states = [self.states(page) for page in pages]
+        tabs = [column([one], f"{number}/{len(pages)}") for number, one in enumerate(states, 1)]
+        return [(rrb.Tabs(*tabs, active_tab=0), max(height for _, height in states) + BAR / 2)]
 
     def node_name(self, bus: str, node: int) -> str:
         """Node 5; with its bus where there are several."""
@@ -389,7 +437,10 @@ class _Views:
             plot = self.contents.plots[line.entity]
             names = lines.setdefault(line.entity, [None] * len(plot.series))
             names[line.index] = f"{name} {plot.pdo}" if named.count(name) > 1 else name
-        return Plot(self.title(chart, of_node), lines, renamed=chart.shared)
+        least = min(line.series.least for line in chart.lines)
+        greatest = max(line.series.greatest for line in chart.lines)
+        span = None if self.live else (least, greatest)
+        return Plot(self.title(chart, of_node), lines, renamed=chart.shared, span=span)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
@@ -412,8 +463,7 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
         columns = 1 if len(plots) <= 4 else 2
     rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
     height = max(room, _PLOT * len(rows))
-    legend = int((height / len(rows) - _AXIS) / _ENTRY)
-    views = [[_series(plot, legend) for plot in row] for row in rows]
+    views = [[_series(plot, height / len(rows)) for plot in row] for row in rows]
     return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 
 
@@ -429,11 +479,12 @@ def _over(signals: list[Plot], others: list[Plot], room: float) -> Sized:
     return column(parts), sum(height for _, height in parts)
 
 
-def _series(plot: Plot, room: int) -> rrb.View:
-    """Make a plot; its legend where it says more than the title and has room for all entries.
+def _series(plot: Plot, height: float) -> rrb.View:
+    """Make a plot of some height; its legend where it says more than the title and has room for all entries.
 
     An override is three chunks of some kilobytes: there is one only where an entity's own style would not do.
     """
+    room = int((height - _AXIS) / _ENTRY)
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
     legend = not plot.points and len(shown) > 1 and len(shown) + (None in every) <= room
@@ -453,12 +504,13 @@ def _series(plot: Plot, room: int) -> rrb.View:
     if legend:
         # With the name of another line the span has no entry of its own.
         overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
+    ends = (0.0, plot.end) if plot.end else charts.labelled(*plot.span, height - _AXIS) if plot.span else None
     return rrb.TimeSeriesView(
         origin="/",
         contents=[*plot.lines, SPAN],
         name=plot.title,
         axis_x=LINKED,
-        axis_y=rrb.ScalarAxis(range=(0, plot.end)) if plot.end else None,
+        axis_y=rrb.ScalarAxis(range=ends) if ends else None,
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         overrides=overrides,
     )

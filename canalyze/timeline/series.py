@@ -175,7 +175,7 @@ def _series(name: str, meta: dict[str, str]) -> Series:
         name = f"{name[:_LONGEST]}… ({meta['object']})"
     # A signal that nobody has named is called by its object: 2000h:01.
     described = not name.startswith(f"{meta['object'][:4]}h")
-    return Series(f"{name} [{unit}]" if unit else name, unit, described)
+    return Series(f"{name} [{unit}]" if unit else name, unit, described, kind=meta.get("kind", ""))
 
 
 def _extend(series: Series, values: Numbers) -> None:

@@ -118,6 +118,12 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("info.unchecked", "没有校验和，内容被改动无法察觉", "without a check sum: changes of it cannot be seen"),
     ("info.line", "第{line}行", "line {line}"),
     ("info.offset", "偏移{offset}", "byte {offset}"),
+    (
+        "info.unfinished",
+        "MCAP没有写完，没有结尾：其他MCAP工具打不开；canalyze convert {name} 新文件.mcap 写出完整的文件",
+        "an MCAP without its end, which other MCAP readers do not open; canalyze convert {name} NEW.mcap writes a "
+        "whole one",
+    ),
     ("info.whole", "没有损坏，没有无法读取的内容", "no damage, nothing that cannot be read"),
     ("damage.cut", "文件在一条记录中间结束", "the file ends in the middle of a record"),
     ("damage.checksum", "校验和不符", "the check sum does not match"),

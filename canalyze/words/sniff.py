@@ -307,6 +307,13 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
         "{name}: cannot be written: {error}; the recording ends, the listening goes on",
     ),
     (
+        "record.unfinished",
+        "{name}：文件已存在，而且没有写完（程序被强行终止），其他MCAP工具打不开；canalyze convert {name} 新文件.mcap 写出完整的"
+        "文件；要覆盖请加 --force",
+        "{name}: exists and has no end, since what wrote it was killed: other MCAP readers do not open it; "
+        "canalyze convert {name} NEW.mcap writes a whole one, --force overwrites it",
+    ),
+    (
         "record.no_file",
         "{name}：不是普通文件；--record 只能写入普通文件",
         "{name}: is not a regular file; --record writes to no other",

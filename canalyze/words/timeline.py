@@ -25,6 +25,7 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("timeline.stories", "问题", "Problems"),
     ("timeline.value", "信号的取值", "Values of signals"),
     ("timeline.sdo", "SDO传输", "SDO transfers"),
+    ("timeline.sdo_list", "SDO列表", "SDO list"),
     # Plots.
     ("timeline.period", "SYNC周期 [µs]", "SYNC period [µs]"),
     ("timeline.delay", "同步PDO的延迟和同步窗口 [µs]", "Synchronous PDOs: delay and window [µs]"),

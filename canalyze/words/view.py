@@ -81,6 +81,16 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     # What is told while it runs.
     ("view.viewer", "查看器", "the viewer"),
     ("view.page", "在浏览器中打开 {url}", "open in a browser: {url}"),
+    (
+        "view.no_font",
+        "系统没有中文字体，查看器用英文显示；安装字体（如 fonts-noto-cjk）后即为中文",
+        "no font here has Chinese: the viewer speaks English",
+    ),
+    (
+        "view.no_font_page",
+        "浏览器中的查看器没有中文字体，用英文显示",
+        "the viewer's page has no Chinese font: it speaks English",
+    ),
     ("view.until", "Ctrl-C结束", "Ctrl-C ends it"),
     (
         "view.exposed",

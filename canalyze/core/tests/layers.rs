@@ -22,7 +22,7 @@ const MAY_USE: &[Row] = &[
     ("cob_id", &["frame"]),
     ("network", &["frame", "dictionary"]),
     ("services::sdo::wire", &[]),
-    ("rules", &["frame", "services::sdo::wire"]),
+    ("rules", &["frame", "profiles", "services::sdo::wire"]),
     ("finding", &["frame", "services::sdo::wire", "rules"]),
     ("services::sdo::transfer", &["frame", "od", "dictionary", "finding"]),
     ("configuration", &["dictionary", "services::sdo::wire", "services::sdo::transfer"]),
@@ -105,6 +105,7 @@ const MAY_USE: &[Row] = &[
     (
         "diagnosis",
         &[
+            "profiles",
             "frame",
             "od",
             "cob_id",
@@ -222,6 +223,7 @@ const MAY_USE: &[Row] = &[
     (
         "expectation",
         &[
+            "profiles",
             "frame",
             "od",
             "drive",

@@ -128,8 +128,8 @@ impl Nodes {
             },
             Message::Emcy { node, code, register, manufacturer, .. } => {
                 let [bit, ..] = manufacturer;
-                let (active, cleared) = self.emergencies.follow(node, code, register, bit, cx.at);
                 let profile = nodes.get(node).map_or(Profile::UNKNOWN, Node::profile);
+                let (active, cleared) = self.emergencies.follow(node, (code, profile), register, bit, cx.at);
                 Message::Emcy { node, code, profile, register, manufacturer, active, cleared }
             }
             other => other,

@@ -1,7 +1,7 @@
 //! CiA 401: modules with digital and analogue inputs and outputs.
 
 use super::Shape::{Array, Var};
-use super::{Emergency, Object};
+use super::{Emergency, Kind, Object};
 use crate::od::DataType::{Boolean, Integer8, Integer16, Integer32, Real32, Unsigned8, Unsigned16, Unsigned32};
 
 pub(super) static OBJECTS: &[Object] = &[
@@ -110,4 +110,11 @@ pub(super) static EMERGENCIES: &[Emergency] = &[
     (0x3220, "内部电压过低", "internal voltage too low"),
     (0x3310, "输出电压过高", "output voltage too high"),
     (0x3320, "输出电压过低", "output voltage too low"),
+];
+
+pub(super) static KINDS: &[Kind] = &[
+    (0x6000, 0x61FF, "digital input"),
+    (0x6200, 0x63FF, "digital output"),
+    (0x6400, 0x6403, "analogue input"),
+    (0x6410, 0x6413, "analogue output"),
 ];

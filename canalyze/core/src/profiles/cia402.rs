@@ -1,7 +1,7 @@
 //! CiA 402 (IEC 61800-7-201): drives, the first of up to eight axes. What the controlword and its like mean is in `drive`.
 
-use super::Object;
 use super::Shape::{Array, Own, Record, Var};
+use super::{Kind, Object};
 use crate::od::DataType::{
     Integer8, Integer16, Integer32, TimeOfDay, Unsigned8, Unsigned16, Unsigned32, VisibleString,
 };
@@ -408,4 +408,28 @@ pub(super) static OBJECTS: &[Object] = &[
     (0x6510, Own, "驱动器数据", "drive data"),
     (0x67FE, Var(Unsigned32), "版本号", "version number"),
     (0x67FF, Var(Unsigned32), "逻辑设备类型", "single device type"),
+];
+
+pub(super) static KINDS: &[Kind] = &[
+    (0x6042, 0x6044, "velocity"),
+    (0x6062, 0x6064, "position"),
+    (0x6069, 0x606C, "velocity"),
+    (0x6071, 0x6072, "torque"),
+    (0x6073, 0x6073, "current"),
+    (0x6074, 0x6074, "torque"),
+    (0x6077, 0x6077, "torque"),
+    (0x6078, 0x6078, "current"),
+    (0x6079, 0x6079, "voltage"),
+    (0x607A, 0x607A, "position"),
+    (0x607F, 0x6082, "velocity"),
+    (0x6083, 0x6085, "acceleration"),
+    (0x60B0, 0x60B0, "position"),
+    (0x60B1, 0x60B1, "velocity"),
+    (0x60B2, 0x60B2, "torque"),
+    (0x60BA, 0x60BD, "position"),
+    (0x60E4, 0x60E4, "position"),
+    (0x60E5, 0x60E5, "velocity"),
+    (0x60F4, 0x60F4, "following error"),
+    (0x60FC, 0x60FC, "position"),
+    (0x60FF, 0x60FF, "velocity"),
 ];

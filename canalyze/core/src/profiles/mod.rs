@@ -19,6 +19,8 @@ use crate::od::{self, DataType};
 type Object = (u16, Shape, &'static str, &'static str);
 /// A sub-index with a name of its own.
 type Part = (u8, DataType, &'static str, &'static str);
+/// First and last object of a kind of quantity.
+type Kind = (u16, u16, &'static str);
 /// An emergency error code. A row whose low byte is 00 stands for the whole high byte, as in CiA 301.
 type Emergency = (u16, &'static str, &'static str);
 
@@ -115,6 +117,19 @@ impl Profile {
             _ => None,
         };
         Some(part.map_or((zh, en), |part| (part.2, part.3)))
+    }
+
+    /// What kind of quantity an object holds, in machine words: signals of one kind share a plot. `None` where it is not
+    /// known.
+    pub fn kind(self, index: u16) -> Option<&'static str> {
+        let (_, _, _, name) = self.object(index)?;
+        let table = match self.0 {
+            0 | 402 => cia402::KINDS,
+            401 => cia401::KINDS,
+            _ => return Some(name),
+        };
+        let index = self.home(index);
+        table.iter().find(|row| (row.0..=row.1).contains(&index)).map(|row| row.2)
     }
 
     /// Whether a number is rather read as bits than as a quantity: control and status words, error codes, the inputs and

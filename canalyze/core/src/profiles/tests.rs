@@ -166,3 +166,29 @@ fn emergencies() {
     assert_eq!(words(402, 0x8130), None, "CiA 301's own");
     assert_eq!(words(0, 0x3210), None);
 }
+
+/// Signals share a plot by these: a position is not a velocity, an input is not an output.
+#[test]
+fn kinds_of_quantities() {
+    let rows = [
+        (402, 0x6064, Some("position")),
+        (402, 0x607A, Some("position")),
+        (402, 0x686C, Some("velocity")),
+        (402, 0x6077, Some("torque")),
+        (402, 0x6041, None),
+        (0, 0x6064, Some("position")),
+        (401, 0x6064, None),
+        (401, 0x6000, Some("digital input")),
+        (401, 0x6300, Some("digital output")),
+        (401, 0x6401, Some("analogue input")),
+        (401, 0x6411, Some("analogue output")),
+        (406, 0x6004, Some("position value")),
+        (408, 0x6041, None),
+    ];
+    for (profile, index, expected) in rows {
+        assert_eq!(Profile(profile).kind(index), expected, "CiA {profile} {index:04X}");
+    }
+    for table in [cia401::KINDS, cia402::KINDS] {
+        assert!(table.windows(2).all(|pair| pair[0].1 < pair[1].0));
+    }
+}

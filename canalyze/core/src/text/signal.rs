@@ -12,6 +12,7 @@
 //! Then it has the standard's name in the chosen language, and words for states, commands and modes. Otherwise it
 //! has the description's name as it is; without one, its index: `6401h:01`. It must not decide what a mapping is.
 
+use crate::profiles::Profile;
 use std::io::Write;
 
 use crate::drive::{self, Object, State};
@@ -270,7 +271,8 @@ pub fn is_drives(mapped: &Mapped) -> bool {
     mapped.profile.may_be_drive() && is_of_profile(mapped)
 }
 
-/// Whether an entry is the object that the device's profile has at its index: it has its size, and no other name.
+/// Whether an entry is the object that the device's profile has at its index: it has its size; and no other name, where
+/// it is not known which profile the device has.
 pub fn is_of_profile(mapped: &Mapped) -> bool {
     let (index, sub) = (mapped.index, mapped.sub);
     if index < 0x6000 {
@@ -286,16 +288,25 @@ pub fn is_of_profile(mapped: &Mapped) -> bool {
     if bits != 8 * size && !(bits == 1 && standard == Some(DataType::Boolean)) {
         return false;
     }
+    mapped.profile != Profile::UNKNOWN || is_called_so(mapped)
+}
+
+/// Whether the description, if there is one, calls an entry as the profile does.
+fn is_called_so(mapped: &Mapped) -> bool {
+    let standard = mapped.profile.name(mapped.index, mapped.sub);
     match mapped.name.as_deref() {
         None | Some("") => true,
-        Some(given) => mapped.profile.name(index, sub).is_some_and(|(_, standard)| same(given, standard)),
+        Some(given) => standard.is_some_and(|(_, standard)| same(given, standard)),
     }
 }
 
 /// The standard's name, where it is certain that the object is the standard's.
 fn standard_name(lang: Lang, mapped: &Mapped) -> Option<&'static str> {
+    let given = mapped.name.as_deref().is_some_and(|given| !given.is_empty());
     let certain = match mapped.index {
         0x1000..=0x1FFF => true,
+        // Whatever a description calls its objects stays; only a drive's are so well known that they are translated.
+        _ if given => is_drives(mapped) && is_called_so(mapped),
         _ => is_of_profile(mapped),
     };
     certain.then(|| terms::object_name(lang, mapped.profile, mapped.index, mapped.sub)).flatten()

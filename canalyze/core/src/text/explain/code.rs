@@ -12,7 +12,7 @@ use crate::diagnosis::kinds::{Impact, KINDS};
 use crate::drive::State;
 use crate::frame::CanId;
 use crate::network::Description;
-use crate::od::DataType;
+use crate::od::{self, DataType};
 use crate::profiles::Profile;
 use crate::rules::{Code, RULES};
 use crate::text::digits::{Hex, put};
@@ -210,14 +210,9 @@ fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: 
     let (Ok(index), Ok(number)) = (u16::try_from(value), u8::try_from(sub.unwrap_or(0))) else { return };
     let of_profiles =
         || Profile::KNOWN.into_iter().filter(|profile| index >= 0x6000 && profile.name(index, number).is_some());
-    let profile = if terms::object_name(lang, Profile::UNKNOWN, index, number).is_some() {
-        Profile::UNKNOWN
-    } else {
-        of_profiles().next().unwrap_or_default()
-    };
-    let name = terms::object_name(lang, profile, index, number);
+    let name = terms::object_name(lang, Profile::UNKNOWN, index, number);
     let own = || devices.iter().filter(|one| described::has(&one.dictionary, index, sub.map(|_| number)));
-    if name.is_none() && own().next().is_none() {
+    if name.is_none() && of_profiles().next().is_none() && own().next().is_none() {
         return;
     }
     put!(out; lang.pick("对象 ", "object "), Hex::<4>(u64::from(index)), "h");
@@ -229,8 +224,8 @@ fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: 
     if name.is_some() {
         term::of_object(out, lang, index);
         // Sub-index 0 of what has others only counts them.
-        let counts = sub.is_none() && profile.data_type(index, 1).is_some();
-        if let Some(data_type) = profile.data_type(index, number).filter(|_| !counts) {
+        let counts = sub.is_none() && od::communication(index, 1).is_some();
+        if let Some(data_type) = od::communication(index, number).filter(|_| !counts) {
             put!(out; "  ", data_type.name(), "\n");
         }
     }
@@ -238,7 +233,10 @@ fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: 
         put!(out; "  ", clause(lang, index), "\n");
     }
     for profile in of_profiles() {
-        let (words, data_type) = (terms::object_name(lang, profile, index, number), profile.data_type(index, number));
+        let of = |sub| profile.data_type(index, sub);
+        let words = terms::object_name(lang, profile, index, number);
+        // Sub-index 0 of what has others only counts them.
+        let data_type = if sub.is_some() { of(number) } else { of(1).or_else(|| of(0)) };
         put!(out; "  CiA ", profile.number(), ": ", words.unwrap_or_default());
         put!(out; if data_type.is_some() { ", " } else { "" }, data_type.map_or("", DataType::name), "\n");
     }
