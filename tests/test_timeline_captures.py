@@ -229,7 +229,9 @@ def _delays(shown: Shown) -> None:
 
 
 def _logs(shown: Shown) -> None:
-    findings = shown.recording.rows("/log/findings", "TextLog:text")
+    every = shown.under("/log/findings/")
+    findings = [row for entity in every for row in shown.recording.rows(entity, "TextLog:text")]
+    findings.sort(key=lambda row: row["frame"])
     shown.on_time(findings)
     at = [(row["frame"], row["value"][0]) for row in findings]
     for one in shown.said.findings:
@@ -406,7 +408,7 @@ def test_a_finding_told_later_stands_with_its_frame(tmp_path: Path, name: str) -
     path = SAMPLES / "rules" / f"{name}.log"
     shown = Shown(tmp_path, path.read_bytes(), described_beside(path), "en")
     there: dict[int, set[str]] = {}
-    for entity in ("/frames", "/log/findings"):
+    for entity in ("/frames", *shown.under("/log/findings/")):
         for row in shown.recording.rows(entity, "TextLog:level"):
             there.setdefault(row["frame"], set()).add(row["value"][0])
     assert shown.said.findings

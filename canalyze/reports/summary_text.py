@@ -4,7 +4,7 @@ It lays out the records that the core hands over (`canalyze/core/src/render/json
 computes nothing but units. A block that has nothing to tell is left out. What a block looks like, its sheet says.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
 from canalyze.output import Output, printable
@@ -63,8 +63,8 @@ def show(records: Iterable[Record], out: Output, words: Words) -> None:
     report(records, _Text(out), words)
 
 
-def report(records: Iterable[Record], sheet: Sheet, words: Words) -> None:
-    """Write the records of one capture."""
+def report(records: Iterable[Record], sheet: Sheet, words: Words, *, stamp: Callable[[str], str] = str) -> None:
+    """Write the records of one capture. stamp: how its first and its last stamp are written."""
     kinds: dict[str, list[Record]] = {}
     for record in records:
         kinds.setdefault(str(record["kind"]).removeprefix("summary_"), []).append(record)
@@ -72,7 +72,7 @@ def report(records: Iterable[Record], sheet: Sheet, words: Words) -> None:
         return
     (capture,) = kinds["capture"]
     nodes = kinds.get("node", [])
-    _Report(sheet, words, capture).all(
+    _Report(sheet, words, capture, stamp).all(
         kinds.get("bus", []),
         [node for node in nodes if node["sent"]],
         [node for node in nodes if not node["sent"]],
@@ -83,8 +83,9 @@ def report(records: Iterable[Record], sheet: Sheet, words: Words) -> None:
 class _Report:
     """The blocks of one capture, on their way to a sheet."""
 
-    def __init__(self, sheet: Sheet, words: Words, capture: Record) -> None:
+    def __init__(self, sheet: Sheet, words: Words, capture: Record, stamp: Callable[[str], str]) -> None:
         self._sheet = sheet
+        self._stamp = stamp
         self._words = words
         self._capture = capture
 
@@ -113,7 +114,7 @@ class _Report:
         frames = words("summary.frames", frames=capture["frames"], files=capture["files"])
         rows = [(words("summary.row_frames"), frames)]
         if capture["seconds"] is not None:
-            facts = {key: capture[key] for key in ("first_t", "last_t", "seconds")}
+            facts = {key: self._stamp(capture[key]) for key in ("first_t", "last_t")} | {"seconds": capture["seconds"]}
             rows.append((words("summary.row_time"), words("summary.time", **facts)))
         quality = words("summary.row_quality")
         for line in self._quality():

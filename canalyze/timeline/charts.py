@@ -132,7 +132,7 @@ def labelled(least: float, greatest: float, height: float) -> tuple[float, float
 
 def axis(peak: float) -> float:
     """Give the end of an axis of percent: there are numbers beside a low load, too."""
-    return next((end for end in (10.0, 20.0, 50.0) if peak <= end), 100.0)
+    return next((end for end in (20.0, 50.0) if peak <= end), 100.0)
 
 
 def _by_node(every: Iterable[Line]) -> dict[tuple[str, int], list[Line]]:

@@ -104,6 +104,8 @@ class Contents:
     """Entities with findings and emergencies of a node, by its bus as paths have it and the node."""
     listed: dict[str, set[str]] = field(default_factory=dict)
     """Entities with SDO transfers in words, and their levels: /sdo_list/can0/node5."""
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """The least and the greatest value of entities that are no PDO's."""
     timed: bool = False
     """Something has a stamp: there is a timeline `time_since_start`; else there is only `frame`."""
     dated: bool = False
@@ -120,6 +122,12 @@ class Contents:
     """There is a summary, at /summary."""
     stories: bool = False
     """There are stories of what went wrong, at /stories."""
+
+    def widen(self, entity: str, least: float, greatest: float) -> None:
+        """Take values of an entity: the least and the greatest of some."""
+        if least <= greatest:
+            before = self.ranges.get(entity, (least, greatest))
+            self.ranges[entity] = min(before[0], least), max(before[1], greatest)
 
     @property
     def brief(self) -> bool:

@@ -7,7 +7,7 @@ Rerun. Must not: read the recording, or know what a state means.
 
 import itertools
 import uuid
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -279,7 +279,8 @@ class _Views:
         found = []
         for bus in sorted(self.contents.sync):
             period = self.titled(self.words("timeline.period"), bus)
-            found.append(Plot(period, {path("sync", bus, "period"): [period]}))
+            entity = path("sync", bus, "period")
+            found.append(Plot(period, {entity: [period]}, span=self.span([entity])))
             before = path("sync", bus, "delay") + "/"
             delays: dict[str, list[str | None]] = {}
             for entity in self.contents.delays:
@@ -291,7 +292,7 @@ class _Views:
                 delays[limit] = [self.words("timeline.window")]
             if delays:
                 title = self.words("timeline.delay" if bus in self.contents.windows else "timeline.delay_only")
-                found.append(Plot(self.titled(title, bus), delays, limit=limit))
+                found.append(Plot(self.titled(title, bus), delays, limit=limit, span=self.span(delays)))
         return found
 
     def loads(self) -> list[Plot]:
@@ -307,7 +308,7 @@ class _Views:
             if lines:
                 peak = max(self.contents.peaks.get(bus, 100.0) for bus in self.contents.load)
                 # A little more than the last number, which would be cut off.
-                found.append(Plot(name, lines, charts.axis(peak) * 1.05 if percent else None))
+                found.append(Plot(name, lines, charts.axis(peak) * 1.05 if percent else None, span=self.span(lines)))
         return found
 
     def durations(self, place: Place | None = None) -> list[Plot]:
@@ -315,7 +316,16 @@ class _Views:
         if place is None and not self.contents.brief:
             return []
         mine = self.timed.get(place, []) if place else list(self.contents.durations)
-        return [Plot(self.words("timeline.durations"), {one: [one] for one in mine}, points=True)] if mine else []
+        lines: dict[str, list[str | None]] = {one: [one] for one in mine}
+        title = self.words("timeline.durations")
+        return [Plot(title, lines, points=True, span=self.span(mine))] if mine else []
+
+    def span(self, entities: Iterable[str]) -> tuple[float, float] | None:
+        """How far the values of some entities go; None where others are to come."""
+        known = [self.contents.ranges[one] for one in entities if one in self.contents.ranges]
+        if self.live or not known:
+            return None
+        return min(least for least, _ in known), max(greatest for _, greatest in known)
 
     def log(self, *, whole: bool = False) -> list[Sized]:
         """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
@@ -324,7 +334,9 @@ class _Views:
             levels, title = ["ERROR", "WARN", "INFO"], "timeline.log"
             if self.contents.crowded:
                 levels, title = levels[:2], "timeline.faults_log"
-            views.append(self.read(["/log/**"], title, set(self.contents.logged) & set(levels), only=levels))
+            views.append(
+                self.read(["$origin/**"], title, set(self.contents.logged) & set(levels), only=levels, origin="/log")
+            )
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
         if self.contents.stories:
@@ -364,12 +376,18 @@ class _Views:
         return [self.read(list(entities), "timeline.sdo_list", levels)]
 
     def read(
-        self, entities: list[str], title: str, levels: set[str], *, only: Sequence[str] = ("ERROR", "WARN", "INFO")
+        self,
+        entities: list[str],
+        title: str,
+        levels: set[str],
+        *,
+        only: Sequence[str] = ("ERROR", "WARN", "INFO"),
+        origin: str = "/",
     ) -> rrb.View:
         """Lines to be read; their level stands before them where there are several."""
         told = ["LogLevel", "Body"] if len(levels) > 1 else ["Body"]
         return rrb.TextLogView(
-            origin="/",
+            origin=origin,
             contents=entities,
             name=self.words(title),
             columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=told),
@@ -410,8 +428,9 @@ class _Views:
         return [(rrb.Horizontal(*views) if len(views) > 1 else views[0], _TOLD)]
 
     def paged(self, lanes: list[Lane], *, alone: bool) -> list[Sized]:
-        """Lanes on pages of as many as are seen whole."""
+        """Lanes on pages of as many as are seen whole, single bits behind what they are bits of."""
         most = _ALONE if alone else _SEEN
+        lanes = sorted(lanes, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())
         pages = [lanes[start : start + most] for start in range(0, len(lanes), most)]
         if len(pages) < 2:
             return [self.states(page) for page in pages]

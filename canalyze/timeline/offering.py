@@ -94,6 +94,7 @@ def _outline(contents: Contents, *, live: bool) -> tuple[object, ...]:
     """
     return (
         tuple((plot.entity, tuple(one.varies for one in plot.series)) for plot in contents.plots.values()),
+        () if live else tuple(contents.ranges.items()),
         () if live else tuple((one.least, one.greatest) for plot in contents.plots.values() for one in plot.series),
         tuple(contents.told),
         tuple((entity, len(levels) > 1) for entity, levels in contents.listed.items()),

@@ -95,5 +95,6 @@ class TransferWriter:
             self._stream.always(entity, style)
             contents.durations[entity] = None
         contents.transfers += len(some)
+        contents.widen(entity, float(took.min()) / _MS, float(took.max()) / _MS)
         contents.transferring_ns += float(took.sum())
         self._stream.scalars(entity, rows[some], values)

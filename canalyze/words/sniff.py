@@ -308,8 +308,8 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "record.unfinished",
-        "{name}：文件已存在，而且没有写完（程序被强行终止），其他MCAP工具打不开；canalyze convert {name} 新文件.mcap 写出完整的"
-        "文件；要覆盖请加 --force",
+        "{name}：文件已存在，而且没有写完（程序被强行终止），其他MCAP工具打不开；canalyze convert {name} 新文件.mcap "
+        "写出完整的文件；要覆盖请加 --force",
         "{name}: exists and has no end, since what wrote it was killed: other MCAP readers do not open it; "
         "canalyze convert {name} NEW.mcap writes a whole one, --force overwrites it",
     ),
