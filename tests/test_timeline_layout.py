@@ -54,6 +54,12 @@ def of(view: rrb.View) -> set[str]:
     return set(view.contents)
 
 
+def listed_in(view: rrb.View) -> list[Any]:
+    """The same in their order."""
+    assert isinstance(view.contents, list)
+    return list(view.contents)
+
+
 def names(part: rrb.Container | rrb.View) -> list[str]:
     return [str(view.name) for view in views(part)]
 
@@ -511,7 +517,7 @@ def test_no_lane_of_a_node_is_cut_off() -> None:
     lanes(contents, *(f"{one}.{bit}" for one in whole for bit in range(8)), *whole)
     pages = [view for view in views(tabs(contents)[1]) if isinstance(view, rrb.StateTimelineView)]
     assert all(len(of(view)) <= 10 for view in pages)
-    shown_lanes = [lane for view in pages for lane in view.contents]
+    shown_lanes = [str(lane) for view in pages for lane in listed_in(view)]
     assert set(shown_lanes) == {one.entity for one in contents.lanes.values() if one.rows}
     bits = [lane.rpartition(".")[2].isdecimal() for lane in shown_lanes]
     assert bits == sorted(bits)

@@ -9,7 +9,7 @@ import itertools
 import uuid
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import rerun as rr
@@ -385,7 +385,7 @@ class _Views:
         origin: str = "/",
     ) -> rrb.View:
         """Lines to be read; their level stands before them where there are several."""
-        told = ["LogLevel", "Body"] if len(levels) > 1 else ["Body"]
+        told: list[Literal["LogLevel", "Body"]] = ["LogLevel", "Body"] if len(levels) > 1 else ["Body"]
         return rrb.TextLogView(
             origin=origin,
             contents=entities,
