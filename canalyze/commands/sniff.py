@@ -73,7 +73,7 @@ def command(words: Words) -> click.Command:
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
         # What is printed and what is drawn come from one session, in one language.
-        drawing = drawn_in(words, web=given.get("web", False)) if rerun else words
+        drawing = drawn_in(words, _tell, web=given.get("web", False)) if rerun else words
         session = open_session(drawing, given, tables=TABLES if drawn else None, **settings)
         with ExitStack() as stack:
             force = given.get("force", False)

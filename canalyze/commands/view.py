@@ -68,7 +68,7 @@ def command(words: Words) -> click.Command:
         if _suffix(names[0]) == SUFFIX:
             _check_options(words)
             return _show(_timeline(names[0]), given, words)
-        drawn = words if save is not None else drawn_in(words, web=given.get("web", False))
+        drawn = words if save is not None else drawn_in(words, _tell, web=given.get("web", False))
         session = open_session(drawn, given, format="summary", tables=TABLES, stamps=stamps, filter=expression)
         if save is not None:
             return _save(session, names, save, given, words, force=force)
@@ -96,6 +96,10 @@ def command(words: Words) -> click.Command:
             click.Option(["--force"], is_flag=True, help=words("opt.force")),
         ],
     )
+
+
+def _tell(line: str) -> None:
+    complain(f"canalyze: {line}")
 
 
 def _suffix(name: str) -> str:

@@ -18,7 +18,6 @@ from canalyze.configuration.config import Config
 from canalyze.configuration.network import Known
 from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, known_of
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.output import complain
 from canalyze.output.writing import in_place
 from canalyze.timeline.fonts import has_chinese
 from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
@@ -111,11 +110,11 @@ def open_viewer(given: ViewingOptions, path: str | None = None) -> Viewer:
     return Viewer(path=path, bind=given.get("bind") or LOCAL, port=given.get("port"), web=given.get("web", False))
 
 
-def drawn_in(words: Words, *, web: bool) -> Words:
-    """Give the words of a timeline that is shown: English, and a line that says so, where no font here has Chinese."""
+def drawn_in(words: Words, tell: Callable[[str], None], *, web: bool) -> Words:
+    """Give the words of a timeline that is shown: English where no font here has Chinese; `tell` gets the line about it."""
     if words.lang != "zh" or has_chinese(web=web):
         return words
-    complain(f"canalyze: {words('view.no_font_page' if web else 'view.no_font')}")
+    tell(words("view.no_font_page" if web else "view.no_font"))
     return Words("en")
 
 
