@@ -111,7 +111,7 @@ def open_viewer(given: ViewingOptions, path: str | None = None) -> Viewer:
 
 
 def drawn_in(words: Words, tell: Callable[[str], None], *, web: bool) -> Words:
-    """Give the words of a timeline that is shown: English where no font here has Chinese; `tell` gets the line about it."""
+    """Give the words of a timeline that is shown: English where no font has Chinese; `tell` gets the line about it."""
     if words.lang != "zh" or has_chinese(web=web):
         return words
     tell(words("view.no_font_page" if web else "view.no_font"))

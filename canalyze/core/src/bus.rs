@@ -6,7 +6,6 @@
 
 mod unconfirmed;
 
-use crate::profiles::Profile;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -28,6 +27,7 @@ use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
+use crate::profiles::Profile;
 use crate::roles::Roles;
 use crate::services;
 use crate::services::error_frame;

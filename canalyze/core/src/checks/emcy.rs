@@ -5,7 +5,6 @@
 //! into the first manufacturer byte (CANopenNode's error bit) repeats it in the reset: where that fits one error that
 //! stands, it is the one. It must not know what a device profile adds to the codes.
 
-use crate::profiles::Profile;
 use std::collections::VecDeque;
 
 use crate::configuration::Provenance;
@@ -15,6 +14,7 @@ use crate::finding::{Finding, Severity, Verdict};
 use crate::frame::FrameRef;
 use crate::message::{ERRORS, Errors};
 use crate::node::{Node, PerNode};
+use crate::profiles::Profile;
 use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009, Emc010};
 
 /// Bit of the error register that is reserved.

@@ -3,11 +3,11 @@
 //! A kind says which Rust type a check hands over, and which quantity that is; the quantity says how it is printed and
 //! what it is in JSON.
 
-use crate::profiles::Profile;
 use std::sync::Arc;
 
 use super::Words;
 use crate::frame::CanId;
+use crate::profiles::Profile;
 use crate::services::sdo::wire::{self, Mux};
 
 /// Something measured or expected. Its kind says how it is printed and what it is in JSON.

@@ -12,11 +12,11 @@
 //! Then it has the standard's name in the chosen language, and words for states, commands and modes. Otherwise it
 //! has the description's name as it is; without one, its index: `6401h:01`. It must not decide what a mapping is.
 
-use crate::profiles::Profile;
 use std::io::Write;
 
 use crate::drive::{self, Object, State};
 use crate::od::{self, DataType};
+use crate::profiles::Profile;
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, Written, number};
 use crate::services::sdo::wire::Mux;
 use crate::text::digits::{Hex, hex, put};

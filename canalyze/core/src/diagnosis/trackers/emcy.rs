@@ -3,7 +3,6 @@
 //! Which errors stand is known to the bus (`checks/emcy`); here they are put together to what a person calls one trouble.
 //! Must not: read a byte of an emergency that the message has not.
 
-use crate::profiles::Profile;
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
@@ -14,6 +13,7 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::{Finding, Quantity};
 use crate::message::Errors;
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 

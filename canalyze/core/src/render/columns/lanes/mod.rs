@@ -22,8 +22,6 @@ mod tests;
 mod transfers;
 mod values;
 
-use crate::dictionary::Described;
-use crate::profiles::Profile;
 use std::collections::BTreeMap;
 
 use arrow_array::types::{Int64Type, UInt64Type};
@@ -35,11 +33,13 @@ use self::values::Values;
 use super::Seen;
 use super::column::{Batch, Numbers, Table, Words, columns};
 use super::cycle_numbers::CycleNumbers;
+use crate::dictionary::Described;
 use crate::drive::{self, Object};
 use crate::event::{Event, Note, ProcessData, What};
 use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{BusId, Frame};
 use crate::message::Message;
+use crate::profiles::Profile;
 use crate::render::jsonl::Setting;
 use crate::render::selection::Selection;
 use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};

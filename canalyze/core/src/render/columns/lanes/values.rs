@@ -2,7 +2,6 @@
 //!
 //! PDOs whose lanes do not change cost a comparison of the payload under a mask. Must not: decide what a mapping is.
 
-use crate::profiles::Profile;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
@@ -11,6 +10,7 @@ use crate::drive::{self, Object};
 use crate::event::{ProcessData, Signals};
 use crate::frame::{BusId, Frame};
 use crate::od::{self, DataType};
+use crate::profiles::Profile;
 use crate::render::selection::{Chosen, Selection, Whose};
 use crate::services::pdo::mapping::{Mapped, Mapping};
 use crate::text::signal;
