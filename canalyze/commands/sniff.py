@@ -30,7 +30,7 @@ from canalyze.running.listening import (
     seconds,
 )
 from canalyze.running.run import Interrupt, Run
-from canalyze.running.viewing import Showing, ViewingOptions, check, viewing_options
+from canalyze.running.viewing import Showing, ViewingOptions, check, drawn_in, viewing_options
 from canalyze.timeline import TABLES
 from canalyze.words import Words
 
@@ -76,12 +76,14 @@ def command(words: Words) -> click.Command:
         settings["incidents"] = depth != "brief"
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
-        session = open_session(words, given, tables=TABLES if drawn else None, **settings)
+        # What is printed and what is drawn come from one session, in one language.
+        drawing = drawn_in(words, _tell, web=given.get("web", False)) if rerun else words
+        session = open_session(drawing, given, tables=TABLES if drawn else None, **settings)
         with ExitStack() as stack:
             force = given.get("force", False)
-            showing = stack.enter_context(Showing(given, words, shown=rerun, force=force)) if drawn else None
+            showing = stack.enter_context(Showing(given, drawing, shown=rerun, force=force)) if drawn else None
             opened = stack.enter_context(listening(named, given, words, complain, duration_s=duration))
-            return _listen(opened, session, words, given, showing, out.shown if form == "text" else out.write)
+            return _listen(opened, session, drawing, given, showing, out.shown if form == "text" else out.write)
 
     return Command(
         "sniff",

@@ -135,6 +135,8 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
         )
         yield words("info.then").join([fact, *lost])
     yield from _more(record["damage"], record["damages"], words)
+    if record["format"] == "mcap" and any(damage["kind"] == "cut" for damage in record["damage"]):
+        yield words("info.unfinished", name=record["file"])
     wrong = ("unreadable", "clamped_stamps", "gaps", "left_out", "error_markers", "damages")
     if not any(record[key] for key in wrong):
         yield words("info.whole")

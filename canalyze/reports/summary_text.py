@@ -4,7 +4,7 @@ It lays out the records that the core hands over (`canalyze/core/src/render/json
 computes nothing but units. A block that has nothing to tell is left out. What a block looks like, its sheet says.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
 from canalyze.finding import SEVERITIES
@@ -65,8 +65,19 @@ def show(records: Iterable[Record], out: Output, words: Words, *, moments: bool 
     report(records, _Text(out, severities), words, moments=moments)
 
 
-def report(records: Iterable[Record], sheet: Sheet, words: Words, *, moments: bool = True) -> None:
-    """Write the records of one capture. moments: times are those of the capture; else they are shown as they are."""
+def report(
+    records: Iterable[Record],
+    sheet: Sheet,
+    words: Words,
+    *,
+    moments: bool = True,
+    stamp: Callable[[str], str] = str,
+) -> None:
+    """Write the records of one capture.
+
+    moments: times are those of the capture; else they are shown as they are. stamp: how its first and its last stamp
+    are written.
+    """
     kinds: dict[str, list[Record]] = {}
     for record in records:
         kinds.setdefault(str(record["kind"]).removeprefix("summary_"), []).append(record)
@@ -74,7 +85,7 @@ def report(records: Iterable[Record], sheet: Sheet, words: Words, *, moments: bo
         return
     (capture,) = kinds["capture"]
     nodes = kinds.get("node", [])
-    _Report(sheet, words, capture, moments=moments).all(
+    _Report(sheet, words, capture, moments=moments, stamp=stamp).all(
         kinds.get("bus", []),
         [node for node in nodes if node["sent"]],
         [node for node in nodes if not node["sent"]],
@@ -85,9 +96,12 @@ def report(records: Iterable[Record], sheet: Sheet, words: Words, *, moments: bo
 class _Report:
     """The blocks of one capture, on their way to a sheet."""
 
-    def __init__(self, sheet: Sheet, words: Words, capture: Record, *, moments: bool) -> None:
+    def __init__(
+        self, sheet: Sheet, words: Words, capture: Record, *, moments: bool, stamp: Callable[[str], str]
+    ) -> None:
         self._sheet = sheet
         self._moments = moments
+        self._stamp = stamp
         self._words = words
         self._capture = capture
 
@@ -116,9 +130,9 @@ class _Report:
         frames = words("summary.frames", frames=capture["frames"], files=capture["files"])
         rows = [(words("summary.row_frames"), frames)]
         if capture["seconds"] is not None:
-            facts = {key: capture[key] for key in ("first_t", "last_t", "seconds")}
+            facts = {key: capture[key] and self._stamp(capture[key]) for key in ("first_t", "last_t")}
             key = "summary.time" if capture["first_t"] is not None else "summary.duration"
-            rows.append((words("summary.row_time"), words(key, **facts)))
+            rows.append((words("summary.row_time"), words(key, **facts, seconds=capture["seconds"])))
         quality = words("summary.row_quality")
         for line in self._quality():
             rows.append((quality, line))

@@ -16,7 +16,7 @@ use crate::checks::{Checks, Fit, PdoName, Renewed};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
 use crate::context::Context;
-use crate::dictionary::Object;
+use crate::dictionary::{Described, Object};
 use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
 use crate::evidence::When;
@@ -27,6 +27,7 @@ use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
+use crate::profiles::Profile;
 use crate::roles::Roles;
 use crate::services;
 use crate::services::error_frame;
@@ -147,7 +148,7 @@ impl Bus {
     }
 
     /// The SDO transfers that run, by server, with what is known of their objects.
-    pub fn running(&self) -> impl Iterator<Item = (&Transfer, Option<Arc<Object>>)> {
+    pub fn running(&self) -> impl Iterator<Item = (&Transfer, Described)> {
         self.channels.values().filter_map(|channel| channel.running())
     }
 
@@ -247,6 +248,8 @@ impl Bus {
             channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
             channel
         });
+        let profile = self.nodes.get(node).map_or(Profile::UNKNOWN, Node::profile);
+        channel.follows(profile);
         let before = cx.events.len();
         channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
         channel.step(side, frame, next.as_ref(), cx);
@@ -277,7 +280,7 @@ impl Bus {
                         self.checks.requested(node, mux, bytes, cx);
                     }
                     self.doubt_object(node, mux, cx);
-                    let bytes = if i.expedited { expedited(Some(mux), &i, frame.len) } else { &[] };
+                    let bytes = if i.expedited { expedited(Some(mux), profile, &i, frame.len) } else { &[] };
                     self.request(node, mux, bytes, unanswered, cx);
                 }
                 Some(What::Sdo(Step { side: Side::Server, command: Command::Abort(mux, _), .. })) => {
@@ -418,7 +421,7 @@ impl Bus {
             cx.push(None, message.node(), What::Message(message));
             return self.checks.due(frame, cx);
         }
-        let message = self.checks.nodes.complete(services::decode(role, frame), cx);
+        let message = self.checks.nodes.complete(services::decode(role, frame), &self.nodes, cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {

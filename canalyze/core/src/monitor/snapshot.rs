@@ -221,7 +221,7 @@ impl View<'_> {
             jsonl::name(out, self.setting.buses.name(transfer.bus));
             put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
             put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-            jsonl::sdo::object(out, self.setting.lang, transfer.mux, described.as_deref());
+            jsonl::sdo::object(out, self.setting.lang, transfer.mux, &described);
             put!(out; ",\"size\":");
             jsonl::number_or_null(out, transfer.data.size_indicated.map(u64::from));
             put!(out; ",\"bytes\":", transfer.data.size, ",\"since_ns\":");
@@ -238,8 +238,8 @@ impl View<'_> {
 }
 
 fn emergency(out: &mut Vec<u8>, lang: Lang, emergency: Option<Emergency>) {
-    let Some(Emergency { code, t_ns, active }) = emergency else { return put!(out; "null") };
-    let text = terms::emcy::code(lang, code).unwrap_or("");
+    let Some(Emergency { code, profile, t_ns, active }) = emergency else { return put!(out; "null") };
+    let text = terms::emcy::code(lang, profile, code).unwrap_or("");
     put!(out; "{\"code\":\"", Hex::<4>(u64::from(code)), "\",\"text\":\"", text, "\",\"t_ns\":");
     jsonl::signed_or_null(out, t_ns);
     put!(out; ",\"active\":", active, "}");

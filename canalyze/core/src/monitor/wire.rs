@@ -8,6 +8,7 @@ use crate::finding::Severity;
 use crate::frame::{Frame, Kind};
 use crate::message::Message;
 use crate::node::PerNode;
+use crate::profiles::Profile;
 use crate::services::error_frame;
 
 /// Time in ns that the load looks back.
@@ -68,6 +69,8 @@ impl ErrorState {
 pub(super) struct Emergency {
     /// The last error code that was reported and not taken back; where all are, the last of them.
     pub(super) code: u16,
+    /// By which it has its meaning.
+    pub(super) profile: Profile,
     /// When it was reported, in ns.
     pub(super) t_ns: Option<i64>,
     /// Errors that stand, it among them; 0: none does.
@@ -100,14 +103,14 @@ impl Live {
                 self.taken_back();
             }
             Message::Heartbeat { .. } => self.beat_ns = t_ns,
-            Message::Emcy { code, active, .. } => {
+            Message::Emcy { code, profile, active, .. } => {
                 let latest = if code > RESET { Some(code) } else { active.iter().last() };
                 let Some(code_now) = latest else { return self.taken_back() };
                 let before = self.emergency.filter(|before| code <= RESET && before.code == code_now);
                 let t_ns = before.map_or(t_ns, |before| before.t_ns);
                 // A list that is full no longer has the latest one.
                 let count = active.iter().count();
-                self.emergency = Some(Emergency { code: code_now, t_ns, active: count.max(1) });
+                self.emergency = Some(Emergency { code: code_now, profile, t_ns, active: count.max(1) });
             }
             _ => {}
         }

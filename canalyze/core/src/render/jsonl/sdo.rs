@@ -3,7 +3,7 @@
 //! Keys are only ever added, never renamed. It must not decide anything.
 
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
-use crate::dictionary::Object;
+use crate::dictionary::Described;
 use crate::event::{Place, Step};
 use crate::frame::Frame;
 use crate::od::{self, DataType, Value};
@@ -144,8 +144,8 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer, na
     name_or_null(out, setting.buses.name(transfer.bus));
     put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
     put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-    let data_type = data_type(transfer);
-    object(out, names, transfer.mux, transfer.described.as_deref());
+    let data_type = transfer.data_type();
+    object(out, names, transfer.mux, &transfer.described);
     put!(out; ",\"type\":");
     name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
     put!(out; ",\"size_indicated\":");
@@ -197,17 +197,8 @@ fn holes(out: &mut Vec<u8>, holes: &[Hole]) {
     }
 }
 
-/// The type of a transfer's object, where it is known.
-pub(crate) fn data_type(transfer: &Transfer) -> Option<DataType> {
-    let mux = transfer.mux?;
-    match &transfer.described {
-        Some(object) => object.data_type(),
-        None => od::data_type(mux.index, mux.sub),
-    }
-}
-
 /// Appends the keys `index`, `sub` and `name` of an object, null where it is not known.
-pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described: Option<&Object>) {
+pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described: &Described) {
     let mut name = Vec::new();
     match mux {
         Some(mux) => {

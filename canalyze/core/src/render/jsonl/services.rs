@@ -61,9 +61,9 @@ pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
             object.hex::<1>("reserved", u64::from(reserved));
             date(&mut object, ms, days);
         }
-        Message::Emcy { code, register, manufacturer, active, cleared, .. } => {
+        Message::Emcy { code, profile, register, manufacturer, active, cleared, .. } => {
             object.hex::<4>("code", u64::from(code));
-            object.optional("name", terms::emcy::code(NAMES, code));
+            object.optional("name", terms::emcy::code(NAMES, profile, code));
             object.hex::<2>("register", u64::from(register));
             object.list("register_bits", (0..8u8).filter(|bit| register & 1 << bit != 0), |out, bit| bit.put(out));
             object.bytes("manufacturer", &manufacturer);

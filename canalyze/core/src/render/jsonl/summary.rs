@@ -224,7 +224,7 @@ fn node(
     put!(out; "],\"emcys\":", node.emcys, ",\"emcy\":[");
     for (place, Counted { code, count, first, last }) in node.emcy_codes.iter().enumerate() {
         put!(out; if place > 0 { ",{\"code\":\"" } else { "{\"code\":\"" }, Hex::<4>(u64::from(*code)), "\",\"text\":");
-        text_or_null(out, emcy::code(setting.lang, *code));
+        text_or_null(out, emcy::code(setting.lang, node.profile, *code));
         counted(out, *count, *first, *last);
     }
     put!(out; "]}\n");

@@ -6,6 +6,7 @@ use super::{cob_id, line, parameter};
 use crate::cob_id::Role;
 use crate::event::Step;
 use crate::frame::Frame;
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Mode, Status, Transfer};
 use crate::services::sdo::wire::{Command, Initiate, Mux, Segment, Side};
 use crate::text::digits::{Hex, Spaced, put};
@@ -23,7 +24,7 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
     if frame.len > 0 {
         command_byte(out, lang, command, step);
     }
-    fields(out, lang, step.command, rest, frame);
+    fields(out, lang, step.described.profile, step.command, rest, frame);
     if frame.len != 8 {
         line!(out; lang.pick("长度(字节)=", "length (bytes)="), frame.len, lang.pick(", 应为8", ", shall be 8"));
     }
@@ -33,20 +34,20 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
 }
 
 /// The bytes behind the command byte: `rest`.
-fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame: &Frame) {
+fn fields(out: &mut Vec<u8>, lang: Lang, profile: Profile, command: Command, rest: [u8; 7], frame: &Frame) {
     // Of a short frame those that it has.
     let there = usize::from(frame.len.saturating_sub(1)).min(rest.len());
     let rest = rest.get(..there).unwrap_or(&rest);
     match command {
         Command::InitiateDownload(mux, i) | Command::UploadInitiated(mux, i) => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             initiate(out, lang, i, frame.len);
             if i.expedited {
                 parameter::bits(out, lang, mux, i.data.get(..i.expedited_len(frame.len)).unwrap_or_default());
             }
         }
         Command::InitiateUpload(mux) | Command::DownloadInitiated(mux) => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             padding(out, lang, rest.get(3..).unwrap_or(&[]));
         }
         Command::Segment(Segment { unused, data, .. }) => {
@@ -58,19 +59,19 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
         | Command::StartBlockUpload
         | Command::BlockEnded => padding(out, lang, rest),
         Command::InitiateBlockDownload { mux, size, .. } | Command::BlockUploadInitiated { mux, size, .. } => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             match size {
                 Some(size) => data_size(out, lang, size),
                 None => padding(out, lang, rest.get(3..).unwrap_or(&[])),
             }
         }
         Command::BlockDownloadInitiated { mux, blksize, .. } => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             block_size(out, lang, blksize);
             padding(out, lang, rest.get(4..).unwrap_or(&[]));
         }
         Command::InitiateBlockUpload { mux, blksize, threshold, .. } => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             block_size(out, lang, blksize);
             put!(out; "#   ", Hex::<2>(u64::from(threshold)));
             say!(out, lang;
@@ -94,7 +95,7 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
         }
         Command::BlockSegment { data, .. } => segment_data(out, lang, data.get(..there).unwrap_or(&data), 7),
         Command::Abort(mux, code) => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             abort_code(out, lang, code);
         }
         Command::Unknown(_) | Command::Undetermined(_) => super::data(out, lang, &rest),
@@ -102,10 +103,10 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
     }
 }
 
-fn multiplexor(out: &mut Vec<u8>, lang: Lang, mux: Mux) {
+fn multiplexor(out: &mut Vec<u8>, lang: Lang, profile: Profile, mux: Mux) {
     let [low, high] = mux.index.to_le_bytes();
     put!(out; "#   ", Spaced(&[low, high]), lang.pick("  索引 ", "  index "), Hex::<4>(u64::from(mux.index)), "h");
-    if let Some(name) = terms::object_name(lang, mux.index, 0) {
+    if let Some(name) = terms::object_name(lang, profile, mux.index, 0) {
         put!(out; " ", name);
     }
     put!(out; lang.pick(" (小端格式: 低字节在前)\n", " (little-endian: low byte first)\n"));
