@@ -139,6 +139,34 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.trace_back", "注释（已停住，End 回到最新）", "annotation (standing; End follows)"),
     ("monitor.node", "节点{node}", "node {node}"),
     ("monitor.of_node", "{node} {name}", "{node} {name}"),
+    ("monitor.ago", "{age}前", "{age} ago"),
+    ("monitor.unknown", "未知", "unknown"),
+    ("monitor.bus_down", "已断开", "down"),
+    ("monitor_severity.warning", "（警告和错误）", "(warnings and errors)"),
+    ("monitor_severity.error", "（仅错误）", "(errors only)"),
+    # Pages above the rooms.
+    ("monitor_known.identity", "标识", "Identity"),
+    ("monitor_known.pdos", "PDO映射", "PDO mapping"),
+    (
+        "monitor_unknown.identity",
+        "标识：尚未读取（1000h、1008h、1018h）",
+        "Identity: not read yet (1000h, 1008h, 1018h)",
+    ),
+    (
+        "monitor_unknown.pdos",
+        "PDO映射：未知（用 --eds 给出描述文件）",
+        "PDO mapping: not known (give a description with --eds)",
+    ),
+    ("monitor_from.observed", "来自报文", "seen on the bus"),
+    ("monitor_from.option", "来自选项", "by option"),
+    ("monitor_from.dcf", "来自DCF", "by DCF"),
+    ("monitor_from.eds", "来自EDS", "by EDS"),
+    ("monitor.transmission", "传输类型 {type}", "transmission type {type}"),
+    ("monitor.pdo_off", "无效", "not valid"),
+    ("monitor.mapped", "{object} {name}（{bits}位）", "{object} {name} ({bits} bits)"),
+    ("monitor.page_frames", "Enter：只看它的帧；其他键：返回", "Enter: its frames only; any other key: back"),
+    ("monitor.page_frame", "Enter：转到那一帧；其他键：返回", "Enter: go to its frame; any other key: back"),
+    ("monitor.page_back", "任意键返回", "any key: back"),
     ("monitor.runs", "进行中", "running"),
     ("monitor_silent.heartbeat", "无心跳", "no heartbeat"),
     ("monitor_silent.guarding", "保护无应答", "no guarding answer"),
@@ -198,15 +226,17 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ),
     (
         "monitor.help_pick",
-        "发现、传输：转到它的帧；问题：转到第一帧证据；节点、对象：只看它的帧",
-        "of a finding or transfer: go to its frame; of a problem: to its first evidence; of a node or object: see its "
-        "frames only",
+        "节点：标识和PDO映射；发现：规则的解释（再按 Enter 转到它的帧）；帧：逐字段解释；"
+        "传输、问题：转到它的帧；对象：只看它的帧",
+        "of a node: identity and PDO mapping; of a finding: its rule (Enter again: its frames); of a frame: field by "
+        "field; of a transfer or problem: go to its frame; of an object: see its frames only",
     ),
     (
         "monitor.help_pause",
         "画面停住；总线的接收和记录照常进行，重放则暂停",
         "the screen stands; reading and recording a bus go on, a replay stands too",
     ),
+    ("monitor.help_severity", "发现：全部、警告和错误、仅错误", "findings: all, warnings and errors, errors only"),
     ("monitor.help_filter", "筛选帧；空行取消筛选", "filter the frames; an empty line takes the filter away"),
     ("monitor.help_search", "在帧中查找文字，不分大小写", "look for a text in the frames, in any case"),
     ("monitor.help_next", "下一处（较新）", "next place (newer)"),
@@ -222,10 +252,11 @@ ROWS: Final[tuple[tuple[str, str, str], ...]] = (
     ("monitor.help_quit", "退出（Ctrl-C 也可以）", "quit (so does Ctrl-C)"),
     (
         "monitor.help_looks",
-        "数据中加亮的字节在最近1秒内变化过。心跳：距上次的时间/周期；该来而没来的写“无心跳”。"
+        "数据中加亮的字节在最近1秒内变化过；变暗并写“…前”的已停止发送。心跳：距上次的时间/周期；该来而没来的写“无心跳”；接口断开后状态为“未知”。"
         "EMCY：“曾有”的已消除。发现：✖ 错误，▲ 警告，i 信息。问题：带“?”的还可能改变。",
-        "Bytes in bold changed within the last second. Heartbeat: age of the last one / period; 'no heartbeat' where "
-        "one is overdue. EMCY: 'was' one that no longer stands. Findings: ✖ errors, ▲ warnings, i infos. "
+        "Bytes in bold changed within the last second; what is dim and says '… ago' has stopped. Heartbeat: age of "
+        "the last one / period; 'no heartbeat' where one is overdue; 'unknown' since the interface was down. "
+        "EMCY: 'was' one that no longer stands. Findings: ✖ errors, ▲ warnings, i infos. "
         "Problems: what has '?' may still change.",
     ),
 )

@@ -6,6 +6,11 @@ Rows (key, zh, en), as the folder's `__init__` has it; nothing else.
 from typing import Final
 
 ROWS: Final[tuple[tuple[str, str, str], ...]] = (
+    ("sniff.listens", "正在监听 {channels}；按 Ctrl-C 结束", "listening to {channels}; Ctrl-C ends it"),
+    ("sniff.rated", "{name}（{rate} kbit/s）", "{name} ({rate} kbit/s)"),
+    ("sniff.frames", "帧数", "frames"),
+    ("sniff.errors", "错误", "errors"),
+    ("sniff.warnings", "警告", "warnings"),
     ("sniff.short", "监听总线，逐帧注释，可同时记录", "Listen to a bus, annotate each frame, record it"),
     ("sniff.usage", "[选项] 通道...", "[OPTIONS] CHANNEL..."),
     (
