@@ -240,7 +240,8 @@ class Session:
         buses: name, frames, frames_per_s, bits_per_s, bit_rate (of the network) and load_percent or null,
         error_frames, dropped, state (of the listening controller: null error-warning error-passive bus-off).
         nodes: bus, node, name (of its description, else by 1008h), state (hex, null: unknown) and state_text, frames,
-        sent (by itself), frames_per_s, heartbeat_age_ns (since boot-up, heartbeat or answer to guarding),
+        sent (by itself), frames_per_s, unknown (the bus was away since the state was seen: it may be any),
+        heartbeat_age_ns (since boot-up, heartbeat or answer to guarding),
         heartbeat_period_ns (by 1017h or its heartbeats), silent (heartbeat or guarding: by which it should have been
         heard since and was not; else null), guarded, emcy (null, or the last error code, of those that stand if any
         do: code text t_ns, and active: how many stand, 0: none), boot_ups, drive (null, or its state), findings
@@ -264,6 +265,14 @@ class Session:
         are as they would be if it were over now. incidents_more: those without a row. incident of a node: null, or
         the first that concerns it and is not over: id word provisional.
         """
+    def page(self, bus: str, node: int) -> str:
+        """Give what is known of a node beyond its row, as JSON (format `monitor`).
+
+        `identity` is a list of `index`, `sub`, `name`, `text` of objects that were read of it; `pdos` one of `pdo`,
+        `id`, `valid`, `type`, `from` (whence the mapping is known) and `objects`, each with `index`, `sub`, `name`,
+        `bits`.
+        """
+
     def trace(
         self, filter: str = "", search: str = "", frame: int | None = None, rows: int = 50, back: bool = True
     ) -> list[tuple[int, str, int | None, str, str, str, str]]:
@@ -297,6 +306,12 @@ class Session:
         status: "" while the transfer runs, else ok | aborted | incomplete | failed once. File names are safe: letters,
         digits, . _ - only.
         """
+    def nodes(self) -> str:
+        """Give what each node was seen to do, as a JSON list.
+
+        Of `bus`, `node`, `state_text`, `silent` ("heartbeat", "guarding" or ""), `frames`, `errors`, `warnings`.
+        """
+
     def tally(self) -> str:
         """What was seen so far, at any time: a JSON object.
 

@@ -101,6 +101,7 @@ class Still:
     over = False
     failure = None
     badge = "live"
+    away: frozenset[str] = frozenset()
     recording = ""
 
     def __init__(self, **parts: Any) -> None:
@@ -112,6 +113,9 @@ class Still:
 
     def snapshot(self) -> dict[str, Any]:
         return self._snapshot
+
+    def page(self, *_: Any) -> dict[str, Any]:
+        return {"identity": [], "pdos": []}
 
     def trace(self, *_: Any) -> list[Any]:
         return []

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import pty
 import re
 import resource
 import signal
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import can
@@ -108,6 +110,30 @@ def test_a_session_in_colours_with_numbers(tmp_path: Path) -> None:
     numbers = [int(found[1]) for found in re.finditer(r"^ *([0-9]+):  \(", plain, re.MULTILINE)]
     assert numbers == list(range(1, len((tmp_path / "bus.log").read_text().splitlines()) + 1))
     assert "\x1b" not in sniffed("session", "bus", cwd=tmp_path).out
+
+
+@pytest.mark.parametrize(
+    ("lang", "listens", "heading"),
+    [("en", "listening to bus; Ctrl-C", "node  frames"), ("zh", "正在监听 bus；", "节点  帧数")],
+)
+@pytest.mark.parametrize("form", ["text", "jsonl"])
+def test_on_a_terminal_it_says_that_it_listens_and_ends_with_its_nodes(
+    tmp_path: Path, lang: str, listens: str, heading: str, form: str
+) -> None:
+    ours, theirs = pty.openpty()
+    with process("session", "bus", "--format", form, cwd=tmp_path, lang=lang, stdout=theirs, stderr=theirs) as running:
+        os.close(theirs)
+        shown = b""
+        with suppress(OSError):  # at the end there is no one at the other side
+            while piece := os.read(ours, 65536):
+                shown += piece
+        assert running.wait(DEADLINE_S) == 0
+    os.close(ours)
+    said = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()).replace("\r", "")
+    assert said.count(listens) == 1
+    assert said.count(f"\n{heading}") == (form == "text"), said[-2000:]
+    if form == "text":
+        assert len(re.findall(rf"\n +{NODE} +\d+ +(?:Operational|操作) +0 +0\n", said)) == 1
 
 
 def test_a_session_as_json_lines(tmp_path: Path) -> None:

@@ -7,8 +7,9 @@ expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 
 import json
 import signal
+import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, Unpack
@@ -20,6 +21,7 @@ from canalyze.configuration.options import ANY_PATH, Spelled, depth_of, listing_
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import Output, Progress, complain, open_output
 from canalyze.output.help import Command
+from canalyze.reports.table import EMPTY, Column, Row, Table
 from canalyze.running.listening import (
     Listening,
     ListeningOptions,
@@ -28,6 +30,7 @@ from canalyze.running.listening import (
     listening_options,
     positive,
     seconds,
+    set_rates,
 )
 from canalyze.running.run import Interrupt, Run
 from canalyze.running.viewing import Showing, ViewingOptions, check, drawn_in, viewing_options
@@ -83,7 +86,7 @@ def command(words: Words) -> click.Command:
             force = given.get("force", False)
             showing = stack.enter_context(Showing(given, drawing, shown=rerun, force=force)) if drawn else None
             opened = stack.enter_context(listening(named, given, words, complain, duration_s=duration))
-            return _listen(opened, session, drawing, given, showing, out.shown if form == "text" else out.write)
+            return _listen(opened, session, drawing, given, showing, out, text=form == "text")
 
     return Command(
         "sniff",
@@ -118,9 +121,12 @@ def _listen(
     words: Words,
     given: ListeningOptions,
     showing: Showing | None,
-    show: Callable[[bytes], None],
+    out: Output,
+    *,
+    text: bool,
 ) -> int:
     """Show what is received until the end; give the exit code."""
+    show = out.shown if text else out.write
     live = opened.live
     began = time.monotonic()
     stopped = early_end = 0.0
@@ -141,7 +147,9 @@ def _listen(
             if time.monotonic() - stopped > _REST_S:
                 live.stop(now=True)
 
-    run = Run(session, words, Progress(words, Output(), None), take, given, frameless=True, live=live)
+    run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
+    if sys.stderr.isatty():
+        _tell(_listens(live.names, given, words))
     broken: CanalyzeError | None = None
     early = Interrupt(stop)
     try:
@@ -162,6 +170,8 @@ def _listen(
     tally = json.loads(session.tally())
     written = opened.recordings.written
     seen = [] if broken else [*_seen(tally, took, live.unshown, bool(written), words), *_held(tally, words)]
+    if text and not broken and out.is_terminal and (nodes := json.loads(session.nodes())):
+        _show_nodes(nodes, words, out, several=len(tally["buses"]) > 1)
     for line in [*seen, *(one.in_words(words) for one in written)]:
         complain(f"canalyze: {line}")
     if showing is not None:
@@ -184,6 +194,29 @@ def _stay(showing: Showing) -> None:
         with Interrupt() as interrupt:
             _tell(told)
             interrupt.during(showing.wait)
+
+
+def _listens(names: Sequence[str], given: ListeningOptions, words: Words) -> str:
+    """Say what is listened to, and how that is ended."""
+    rates = set_rates(names, given)
+    rated = [
+        name if rate is None else words("sniff.rated", name=name, rate=f"{rate / 1000:g}")
+        for name, rate in zip(names, rates, strict=True)
+    ]
+    return words("sniff.listens", channels=words("listen.comma").join(rated))
+
+
+def _show_nodes(nodes: Sequence[Mapping[str, Any]], words: Words, out: Output, *, several: bool) -> None:
+    """Show below the listing what each node was seen to do; the column of the bus only where there are several."""
+    keys = ["col.node", "sniff.frames", "col.node_state", "sniff.errors", "sniff.warnings"]
+    columns = [Column(words(key), right=key != "col.node_state") for key in keys]
+    table = Table([Column(words("col.bus")), *columns] if several else columns, out, live=False)
+    for place, node in enumerate(nodes):
+        state = words.of("monitor_silent", node["silent"]) if node["silent"] else node["state_text"] or EMPTY
+        cells = [node["node"], node["frames"], state, node["errors"], node["warnings"]]
+        table.add([Row([str(one) for one in ([node["bus"], *cells] if several else cells)], place)])
+    out.text("\n")
+    table.close()
 
 
 def _held(tally: Mapping[str, Any], words: Words) -> Iterator[str]:

@@ -114,6 +114,11 @@ impl Bus {
         self.checks.nodes.heartbeat_period(node)
     }
 
+    /// The state that a node has said or was told last, as a heartbeat has it.
+    pub fn state(&self, node: u8) -> Option<u8> {
+        self.checks.nodes.state(node)
+    }
+
     /// By which kind of error control a node should have been heard by `now_ns` and was not: what it last said of its
     /// state may hold no more.
     pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
@@ -462,7 +467,11 @@ impl Bus {
             return;
         }
         let before = cx.events.len();
-        self.channels.values_mut().for_each(|channel| channel.rest(now_ns, cx));
+        self.look_for_scan();
+        for ((node, id), channel) in &mut self.channels {
+            channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());
+            channel.rest(now_ns, cx);
+        }
         self.due_ns = self.channels.values().filter_map(|channel| channel.due()).min();
         for place in before..cx.events.len() {
             if let Some(What::Transfer(transfer)) = cx.events.get(place).map(|event| &event.what) {
@@ -640,17 +649,19 @@ impl Bus {
         }
     }
 
+    /// Who asks for all node-IDs does not expect that all answer.
+    fn look_for_scan(&mut self) {
+        if self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED {
+            self.channels.values_mut().for_each(|channel| channel.scanned(channel.is_probed()));
+        }
+    }
+
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let sdo = self.channels.values().map(|channel| (channel.is_sdo(), channel.frames()));
         self.checks.conclude(sdo, cx);
-        // Who asks for all node-IDs does not expect that all answer.
-        let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
-        let mut one_sided = Vec::new();
-        for channel in self.channels.values_mut() {
-            channel.scanned(scanned && channel.is_probed());
-            one_sided.extend(channel.one_sided());
-        }
+        self.look_for_scan();
+        let one_sided: Vec<_> = self.channels.values().filter_map(|channel| channel.one_sided()).collect();
         checks::one_sided::conclude(&one_sided, cx);
         for ((node, id), channel) in &mut self.channels {
             channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());

@@ -8,6 +8,7 @@ mod clock;
 mod findings;
 mod incidents;
 mod objects;
+mod page;
 mod recent;
 mod snapshot;
 #[cfg(test)]
@@ -21,6 +22,7 @@ use std::sync::Arc;
 use self::clock::Clock;
 use self::findings::Findings;
 use self::objects::Objects;
+use self::page::Identity;
 use self::trace::{Place, Trace};
 use self::transfers::Transfers;
 use self::wire::Wire;
@@ -64,6 +66,7 @@ pub struct Monitor {
     objects: Objects,
     transfers: Transfers,
     findings: Findings,
+    identity: Identity,
     trace: Trace,
     lines: Lines,
     last: FrameRef,
@@ -82,6 +85,7 @@ impl Monitor {
             objects: Objects::default(),
             transfers: Transfers::default(),
             findings: Findings::default(),
+            identity: Identity::default(),
             trace: Trace::default(),
             lines: Lines::new(lang, Depth::Default, None),
             last: FrameRef::default(),
@@ -173,9 +177,12 @@ impl Monitor {
     }
 
     /// A bus is away for a while, and may have had frames meanwhile.
-    pub fn gap(&mut self, bus: BusId) {
+    pub fn gap(&mut self, bus: BusId, away: bool) {
         self.summary.gap(bus);
         self.objects.lost(bus);
+        if away {
+            self.wire(bus, Wire::leave);
+        }
     }
 
     /// A file with frames is over; so many of its lines or records cannot be read.
@@ -191,6 +198,11 @@ impl Monitor {
     /// All that a view shows but the trace, as one JSON object: its keys stand at the head of `snapshot.rs`.
     pub fn snapshot(&self, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
         snapshot::snapshot(self, setting, known)
+    }
+
+    /// What is known of one node, as one JSON object: its keys stand at the head of `page.rs`.
+    pub fn page(&self, setting: Setting<'_>, known: &[Bus], (bus, node): (BusId, u8)) -> Vec<u8> {
+        self.identity.page(setting, known.get(usize::from(bus.0)), (bus, node))
     }
 
     /// Lines of the trace, oldest first.
@@ -210,6 +222,7 @@ impl Monitor {
         events.retain(|event| match &event.what {
             What::Transfer(transfer) => {
                 self.transfers.take(setting, transfer);
+                self.identity.take(setting, transfer);
                 true
             }
             What::Finding(finding) => {

@@ -87,16 +87,19 @@ pub(super) struct Live {
     pub(super) emergency: Option<Emergency>,
     /// By severity.
     pub(super) findings: [u64; 3],
+    /// The bus was away since its state was seen last: what it is now, nobody knows.
+    pub(super) unknown: bool,
 }
 
 impl Default for Live {
     fn default() -> Self {
-        Self { rate: Recent::new(RATE_NS), beat_ns: None, emergency: None, findings: [0; 3] }
+        Self { rate: Recent::new(RATE_NS), beat_ns: None, emergency: None, findings: [0; 3], unknown: false }
     }
 }
 
 impl Live {
     fn message(&mut self, message: &Message, t_ns: Option<i64>) {
+        self.unknown &= !matches!(message, Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Nmt { .. });
         match *message {
             Message::BootUp { .. } => {
                 self.beat_ns = t_ns;
@@ -165,6 +168,12 @@ impl Wire {
         if let What::Message(message) = &event.what {
             live.message(message, frame.t_ns);
         }
+    }
+
+    /// The bus is away: its nodes may do anything meanwhile, and its controller may be restarted.
+    pub(super) fn leave(&mut self) {
+        self.state = None;
+        self.nodes.iter_mut().for_each(|(_, live)| live.unknown = true);
     }
 
     /// A finding about one of its nodes.

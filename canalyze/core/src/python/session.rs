@@ -224,6 +224,10 @@ impl Session {
         String::from_utf8_lossy(&self.run(py, |core| core.snapshot())).into_owned()
     }
 
+    fn page(&self, py: Python<'_>, bus: &str, node: u8) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.page(bus.as_bytes(), node))).into_owned()
+    }
+
     #[pyo3(signature = (filter = "", search = "", frame = None, rows = 50, back = true))]
     fn trace(
         &self,
@@ -267,6 +271,10 @@ impl Session {
         let lost = |(loss, count): (String, u64)| Ok((choose("loss", &loss, Loss::NAMES)?, count));
         let further = further.into_iter().map(lost).collect::<PyResult<Vec<_>>>()?;
         Ok(self.run(py, |core| core.losses(name.as_bytes(), &further)))
+    }
+
+    fn nodes(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.nodes())).into_owned()
     }
 
     fn tally(&self, py: Python<'_>) -> String {

@@ -109,7 +109,7 @@ rules! {
     }
 
     /// Heartbeats come with another period, and nothing has changed it.
-    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.16" [ErrorControl, Nmt] {
+    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.20" [ErrorControl, Nmt] {
         message "心跳周期改变" "heartbeat period changed";
         meaning
             "心跳以另一个周期均匀出现, 而记录中没有能解释它的1017h写入或复位。"

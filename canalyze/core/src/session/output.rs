@@ -166,8 +166,8 @@ impl Output {
     }
 
     /// A bus is away for a while.
-    pub(super) fn gap(&mut self, bus: BusId) {
-        self.each(|sink| sink.gap(bus));
+    pub(super) fn gap(&mut self, bus: BusId, away: bool) {
+        self.each(|sink| sink.gap(bus, away));
     }
 
     /// The next file begins, in a format of this name. `first`: of those that are open together.

@@ -67,7 +67,7 @@ pub(super) trait Sink: Debug + Send + Sync {
     fn marker(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _marker: &Marker) {}
 
     /// A bus is away for a while.
-    fn gap(&mut self, _bus: BusId) {}
+    fn gap(&mut self, _bus: BusId, _away: bool) {}
 
     /// It is `now_ns` on the clock of the frames.
     fn advance(&mut self, _view: View<'_>, _now_ns: i64) {}
@@ -356,8 +356,8 @@ impl Sink for Monitor {
         Monitor::marker(self, marker);
     }
 
-    fn gap(&mut self, bus: BusId) {
-        Monitor::gap(self, bus);
+    fn gap(&mut self, bus: BusId, away: bool) {
+        Monitor::gap(self, bus, away);
     }
 
     fn advance(&mut self, _view: View<'_>, now_ns: i64) {
@@ -400,7 +400,7 @@ impl Sink for Columns {
         Columns::finding(self, view.jsonl, finding);
     }
 
-    fn gap(&mut self, bus: BusId) {
+    fn gap(&mut self, bus: BusId, _away: bool) {
         Columns::gap(self, bus);
     }
 

@@ -628,7 +628,7 @@ impl Channel {
             self.complete(Status::Incomplete, cx);
         }
         self.find_refused(cx);
-        self.report_distrust(cx);
+        self.report_distrust(cx.at.t_ns, cx);
         if self.is_sdo() == Some(true) {
             self.list_withheld(cx);
         }
