@@ -12,8 +12,10 @@
 use std::collections::BTreeMap;
 
 use crate::bus::Bus;
+use crate::dictionary::Described;
 use crate::frame::BusId;
-use crate::node::{Content, Pdo};
+use crate::node::{Content, Node, Pdo};
+use crate::profiles::Profile;
 use crate::render::jsonl::{self, Setting};
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
@@ -40,7 +42,8 @@ impl Identity {
             return;
         }
         let mut out = b"{".to_vec();
-        object(&mut out, setting, mux, transfer.described.as_deref().map(|described| described.name.as_ref()));
+        let name = transfer.described.object.as_deref().map(|object| object.name.as_ref());
+        object(&mut out, setting, transfer.described.profile, mux, name);
         put!(&mut out; ",\"text\":");
         jsonl::quoted(&mut out, |text| transferred::transferred(text, setting.lang, transfer));
         put!(&mut out; "}");
@@ -55,10 +58,12 @@ impl Identity {
             out.extend_from_slice(one);
         }
         put!(&mut out; "],\"pdos\":[");
-        let pdos = bus.and_then(|bus| bus.node(node)).map(|node| node.pdos()).unwrap_or_default();
+        let node = bus.and_then(|bus| bus.node(node));
+        let profile = node.map_or(Profile::UNKNOWN, Node::profile);
+        let pdos = node.map(|node| node.pdos()).unwrap_or_default();
         for (place, pdo) in pdos.iter().enumerate() {
             put!(&mut out; if place > 0 { "," } else { "" });
-            self::pdo(&mut out, setting, pdo);
+            self::pdo(&mut out, setting, profile, pdo);
         }
         put!(&mut out; "]}");
         out
@@ -70,7 +75,7 @@ fn is_identity(mux: Mux) -> bool {
     matches!((mux.index, mux.sub), (0x1000 | 0x1008..=0x100A, 0) | (0x1018, 1..=4))
 }
 
-fn pdo(out: &mut Vec<u8>, setting: Setting<'_>, pdo: &Pdo) {
+fn pdo(out: &mut Vec<u8>, setting: Setting<'_>, profile: Profile, pdo: &Pdo) {
     let (cob, _) = pdo.cob;
     put!(out; "{\"pdo\":\"", if pdo.transmit { "TPDO" } else { "RPDO" }, pdo.number, "\",\"id\":\"");
     match cob.id.is_extended() {
@@ -89,17 +94,17 @@ fn pdo(out: &mut Vec<u8>, setting: Setting<'_>, pdo: &Pdo) {
     put!(out; ",\"objects\":[");
     for (place, one) in mapping.into_iter().flat_map(|mapping| &mapping.entries).enumerate() {
         put!(out; if place > 0 { ",{" } else { "{" });
-        object(out, setting, Mux { index: one.index, sub: one.sub }, one.name.as_deref());
+        object(out, setting, profile, Mux { index: one.index, sub: one.sub }, one.name.as_deref());
         put!(out; ",\"bits\":", one.bits, "}");
     }
     put!(out; "]}");
 }
 
 /// Appends an object with its name: the device's own, else the standard's.
-fn object(out: &mut Vec<u8>, setting: Setting<'_>, mux: Mux, name: Option<&str>) {
+fn object(out: &mut Vec<u8>, setting: Setting<'_>, profile: Profile, mux: Mux, name: Option<&str>) {
     let Some(name) = name else {
         let mut standard = Vec::new();
-        jsonl::sdo::object(&mut standard, setting.lang, Some(mux), None);
+        jsonl::sdo::object(&mut standard, setting.lang, Some(mux), &Described { object: None, profile });
         return out.extend_from_slice(standard.get(1..).unwrap_or(&[]));
     };
     put!(out; "\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub, ",\"name\":");

@@ -21,7 +21,7 @@
 //! | `data` | the bytes, the first 65536 of them |
 
 use super::csv::{bare, cell};
-use super::jsonl::sdo::{data_type, json_value, side};
+use super::jsonl::sdo::{json_value, side};
 use super::jsonl::{NAMES, Setting, seconds};
 use crate::od::{self, DataType, Value};
 use crate::services::sdo::transfer::{Status, Transfer};
@@ -45,13 +45,13 @@ pub fn row(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     if let Some(mux) = transfer.mux {
         put!(out; Hex::<4>(u64::from(mux.index)), ":", Hex::<2>(u64::from(mux.sub)));
         let mut name = Vec::new();
-        value::name(&mut name, NAMES, mux, transfer.described.as_deref());
+        value::name(&mut name, NAMES, mux, &transfer.described);
         put!(out; ",");
         cell(out, name.trim_ascii_start());
     } else {
         put!(out; ",");
     }
-    let data_type = data_type(transfer);
+    let data_type = transfer.data_type();
     put!(out; ",", data_type.map_or("", DataType::name), ",");
     if transfer.outcome.status == Status::Ok {
         match od::decode(data_type, kept) {
