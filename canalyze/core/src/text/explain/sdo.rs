@@ -98,7 +98,7 @@ fn fields(out: &mut Vec<u8>, lang: Lang, profile: Profile, command: Command, res
             multiplexor(out, lang, profile, mux);
             abort_code(out, lang, code);
         }
-        Command::Unknown(_) | Command::Undetermined(_) => super::data(out, lang, &rest),
+        Command::Unknown(_) | Command::Undetermined(_) => super::data(out, lang, rest),
         Command::Truncated(_) => super::data(out, lang, frame.payload().get(1..).unwrap_or(&[])),
     }
 }
