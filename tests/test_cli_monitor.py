@@ -18,14 +18,14 @@ CAPTURE = SAMPLES / "network" / "sync-and-pdos.log"
 @pytest.mark.parametrize(
     ("args", "zh", "en"),
     [
-        ((), "没有给出通道或文件", "no channel and no file given"),
-        (("-",), "不读标准输入", "does not read standard input"),
-        ((str(CAPTURE), "can0"), "只能监视通道", "channels only, or files only"),
+        ((), "未给出通道或文件", "no channel or file given"),
+        (("-",), "不能读标准输入", "cannot read standard input"),
+        ((str(CAPTURE), "can0"), "只给出通道", "channels only or files only"),
         ((str(CAPTURE),), "只能在终端上运行", "needs a terminal"),
-        (("--speed", "fast", str(CAPTURE)), "可以是大于0的数", "is not a speed"),
-        (("--speed", "0", str(CAPTURE)), "可以是大于0的数", "is not a speed"),
-        (("--speed", "2", "can0"), "--speed 只用于重放文件", "--speed is only for files"),
-        (("--record", "x.log", str(CAPTURE)), "--record 只用于通道", "--record is only for channels"),
+        (("--speed", "fast", str(CAPTURE)), "应为大于0的数", "expected a speed"),
+        (("--speed", "0", str(CAPTURE)), "应为大于0的数", "expected a speed"),
+        (("--speed", "2", "can0"), "--speed 只能用于重放文件", "--speed works only when replaying files"),
+        (("--record", "x.log", str(CAPTURE)), "--record 只能用于通道", "--record works only with channels"),
     ],
 )
 def test_refusals_are_one_line(canalyze: Runner, args: tuple[str, ...], zh: str, en: str) -> None:

@@ -108,7 +108,7 @@ def test_no_transfer_is_said(canalyze: Runner, tmp_path: Path) -> None:
 def test_extract(canalyze: Runner, notes: str, tmp_path: Path) -> None:
     done = canalyze("--lang", "en", "sdo", notes, "--extract", "out/deep")
     assert done.code == 0
-    assert "files written to out/deep: 1" in done.err
+    assert "1 file written to out/deep" in done.err
     (file,) = (tmp_path / "out/deep").iterdir()
     assert file.read_bytes() == b"Zephyr RTOS/CANopenNode"
 

@@ -74,9 +74,9 @@ def test_a_device_without_end_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "notes.log").write_text(NOTES)
     for arguments in (["--config", "/dev/zero", "info"], ["check", "--expect", "/dev/zero"]):
         code, _, err = bounded(tmp_path, *arguments, "notes.log")
-        assert (code, err) == (2, "canalyze: /dev/zero: more than 2 MiB; not read\n")
+        assert (code, err) == (2, "canalyze: /dev/zero: larger than 2 MiB, not read\n")
     code, _, err = bounded(tmp_path, "check", "--baseline", "/dev/zero", "notes.log")
-    assert (code, err) == (2, "canalyze: /dev/zero: more than 2 MiB; not read\n")
+    assert (code, err) == (2, "canalyze: /dev/zero: larger than 2 MiB, not read\n")
 
 
 def test_a_hostile_file_beside_one_capture_of_several_is_about_that_one(tmp_path: Path) -> None:
@@ -84,7 +84,7 @@ def test_a_hostile_file_beside_one_capture_of_several_is_about_that_one(tmp_path
         (tmp_path / f"{name}.log").write_text(NOTES)
     (tmp_path / "b.expect.toml").write_bytes(b"a = " + b"[" * 5000)
     code, out, err = bounded(tmp_path, "check", "a.log", "b.log", "c.log")
-    assert (code, err) == (2, "canalyze: b.expect.toml:1: nested more than 32 deep; not read\n")
+    assert (code, err) == (2, "canalyze: b.expect.toml:1: nested more than 32 levels, not read\n")
     assert out.count(": not checked") == 1
 
 
@@ -163,10 +163,13 @@ HOSTILE_JSON = {
     "deep": (b'{"canalyze_baseline": 1, "findings": ' + b"[" * 500_000, ": no baseline"),
     "objects": (b'{"a":' * 300_000, ": no baseline"),
     "large": (b" " * (MOST + 1), ": more than 2 MiB; not read"),
-    "entries": (b'{"canalyze_baseline": 1, "findings": [' + b"{},\n" * 400_000 + b"{}]}", ":1: code of an entry"),
+    "entries": (
+        b'{"canalyze_baseline": 1, "findings": [' + b"{},\n" * 400_000 + b"{}]}",
+        ":1: invalid code in a baseline entry",
+    ),
     "last": (
         b'{"canalyze_baseline": 1, "findings": [' + b",\n".join(KINDS) + b',\n{"code": 1}]}',
-        f":{len(KINDS) + 1}: code of an entry",
+        f":{len(KINDS) + 1}: invalid code in a baseline entry",
     ),
     "key": (b'{"canalyze_baseline": 1, "findings": [{"' + b"k" * 100_000 + b'": 1}]}', ":1: "),
 }

@@ -184,7 +184,7 @@ def test_stamps_out_of_range_are_told(canalyze: Runner, tmp_path: Path) -> None:
     assert "超出可表示的范围" in canalyze("info", "far.log").err
     (row,) = map(json.loads, canalyze("info", "--format", "jsonl", "far.log").out.splitlines())
     assert float(row["seconds"]) >= 0 and row["clamped_stamps"] == 1
-    assert "quality  stamps out of range: 1" in canalyze("--lang", "en", "info", "far.log").out
+    assert "quality  1 timestamp out of range" in canalyze("--lang", "en", "info", "far.log").out
 
 
 @pytest.mark.parametrize("stamp", ["9223372035.999999", "0000000000.000000", "1700000000.000000"])

@@ -144,7 +144,7 @@ def test_enter_goes_to_the_first_evidence_and_the_row_is_told_in_full() -> None:
         await pilot.press("7", "down", "down")
         await settle(app, pilot)
         said = " ".join(" ".join(text(app).splitlines()[-4:-1]).split())
-        assert "502 ms after certain because of 3 check first:" in said
+        assert "502 ms later certain caused by 3 check first:" in said
         for frame, key in ((REPORTED, "enter"), (LOST, "up")):
             await pilot.press("7")
             await pilot.press(*([key, "enter"] if key != "enter" else [key]))
@@ -202,6 +202,6 @@ def test_a_bus_without_problems_says_so() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
         await pilot.press("7")
         await settle(app, pilot)
-        assert "no problem found" in text(app) and "✖" not in text(app)
+        assert "no problems" in text(app) and "✖" not in text(app)
 
     on_screen(Still(), "en", (80, 24), act)

@@ -4,8 +4,6 @@ The core and python-canopen are imported only where something is known, and wher
 """
 
 import os
-import shlex
-from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -23,11 +21,16 @@ Carrier = tuple[str | None, int]
 
 
 def network(
-    filed: Known, given: Known, words: Words | None, say: Callable[[str], None] = complain
+    filed: Known,
+    given: Known,
+    words: Words | None,
+    say: Callable[[str], None] = complain,
+    read: "dict[str, Dictionary] | None" = None,
 ) -> "_core.Network | None":
     """Give what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
 
-    words: what is odd about a description is said in them, a line each to `say`; None: it was said before. SourceError
+    words: what is odd about a description is said in them, a line each to `say`; None: it was said before. read: has
+    descriptions that are no files, by their names, and gets those that are read. SourceError
     and ConfigError for a description that cannot be used; ValueError is the core's.
     """
     known = filed.overruled(given)
@@ -35,7 +38,7 @@ def network(
         return None
     from canalyze import _core
 
-    read: dict[str, Dictionary] = {}
+    read = {} if read is None else read
     carried = carriers(filed, given, read) if known.descriptions else {}
     tables = {}
     if carried:
@@ -97,6 +100,9 @@ def _say(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str
     if found.form == "dcf" and found.node is not None and others:
         shown = ", ".join(map(str, others))
         say(f"canalyze: {words('network.other_node', name=found.file, own=found.node, nodes=shown)}")
+    import shlex
+    from collections import Counter
+
     effects: Counter[str] = Counter()
     for defect in found.defects:
         if defect.code == "more":  # stands for many that are not listed

@@ -5,7 +5,6 @@ text says so in words. COB-IDs are written in hexadecimal, node-IDs in decimal o
 """
 
 import re
-from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
 NODES: Final = range(1, 128)
@@ -34,8 +33,7 @@ class CanId(NamedTuple):
     extended: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Description:
+class Description(NamedTuple):
     """A file that describes a device, and who carries it."""
 
     bus: str | None
@@ -45,8 +43,7 @@ class Description:
     file: str
 
 
-@dataclass(frozen=True, slots=True)
-class Cob:
+class Cob(NamedTuple):
     """Which PDO an identifier carries."""
 
     bus: str | None
@@ -63,8 +60,7 @@ class Cob:
         return same_pdo or (self.can_id == other.can_id and self.direction == other.direction == "tpdo")
 
 
-@dataclass(frozen=True, slots=True)
-class SdoChannel:
+class SdoChannel(NamedTuple):
     """The two identifiers of an SDO channel and the node-ID of its server."""
 
     bus: str | None
@@ -80,8 +76,7 @@ class SdoChannel:
         return bool(shared) and _covers(self.bus, other.bus)
 
 
-@dataclass(frozen=True, slots=True)
-class Known:
+class Known(NamedTuple):
     """All that was said in one place: on the command line, or in canalyze.toml."""
 
     descriptions: tuple[Description, ...] = ()
@@ -132,6 +127,16 @@ def nodes(text: str) -> tuple[int, ...] | None:
             return None
         found.update(dict.fromkeys(range(low, high + 1)))
     return tuple(found)
+
+
+def no_node(text: str, form: str) -> str | None:
+    """Give the number that stands for a node-ID and is none, such as the 200 of `200=drive.eds`; None if none does.
+
+    form: what was to be read: eds (the node before the sign), cob or sdo (behind it).
+    """
+    before, _, behind = text.partition("=")
+    meant = re.split("[,-]", before.rpartition(":")[2]) if form == "eds" else [behind.partition(".")[0]]
+    return next((one.strip() for one in meant if _INTEGER.fullmatch(one.strip()) and node(one.strip()) is None), None)
 
 
 def can_id(text: str) -> CanId | None:

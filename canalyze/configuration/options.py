@@ -58,7 +58,10 @@ class Spelled(click.ParamType[Any]):
         if found is not None:
             return found
         option = param.opts[-1] if param else ""
-        raise click.UsageError(self._words(f"usage.{self._form}", option=option, value=value or '""'), ctx)
+        form = self._form
+        if form in ("eds", "cob", "sdo") and (no_node := network.no_node(value, form)) is not None:
+            form, value = "node", no_node
+        raise click.UsageError(self._words(f"usage.{form}", option=option, value=value or '""'), ctx)
 
 
 class NetworkOptions(TypedDict, total=False):
@@ -186,22 +189,38 @@ def format_option(words: Words, command: str, forms: tuple[str, ...] = ("text", 
 
 
 def listing_options(words: Words) -> list[click.Parameter]:
-    """Give the options of an annotated listing: --brief, --explain, --format and -t."""
+    """Give the options of an annotated listing: --brief, --explain, --format, -t, --number and --color."""
     return [
         click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
         click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
         format_option(words, "decode"),
-        click.Option(["-t", "time"], type=OneOf(("a", "d", "z", "A", "n"), words), help=words("decode.time")),
+        time_option(words, "decode.time", deltas=True),
+        click.Option(["-n", "--number"], is_flag=True, help=words("opt.number")),
+        color_option(words),
     ]
 
 
-def depth_of(form: str, words: Words, *, brief: bool, explain: bool) -> str:
+def time_option(words: Words, help_key: str = "opt.time", *, deltas: bool = False) -> click.Option:
+    """Give -t. deltas: one line follows another, so that there is a time between them."""
+    forms = ("a", "d", "z", "A", "n") if deltas else ("a", "z", "A", "n")
+    return click.Option(["-t", "time"], type=OneOf(forms, words), help=words(help_key))
+
+
+def color_option(words: Words) -> click.Option:
+    """Give --color, for a command whose text may stand out by colours."""
+    return click.Option(
+        ["--color"], type=OneOf(("auto", "always", "never"), words), default="auto", help=words("opt.color")
+    )
+
+
+def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: bool = False) -> str:
     """Give how much a line of a listing says, as the core calls it; what does not go together is a usage error."""
     context = click.get_current_context()
     if brief and explain:
         raise click.UsageError(words("usage.exclusive", one="--brief", other="--explain"), context)
-    if form != "text" and (brief or explain):
-        raise click.UsageError(words("usage.text_only", option="--brief" if brief else "--explain"), context)
+    wanted = {"--brief": brief, "--explain": explain, "--number": number}
+    for option in (option for option, given in wanted.items() if given and form != "text"):
+        raise click.UsageError(words("usage.text_only", option=option), context)
     return "brief" if brief else "explain" if explain else "default"
 
 

@@ -9,15 +9,16 @@ import os
 import re
 import stat
 import sys
-from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
-from canalyze._core import may_hold_command
+from canalyze._core import COLOURS, PLAIN, may_hold_command
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
-from canalyze.output.layout import width
 from canalyze.output.writing import AS_IT_IS, Part, write_all
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 _STDOUT: Final = 1
 _COMMAND: Final = re.compile(
@@ -108,6 +109,8 @@ class Output:
     """People read it as it comes."""
     is_quiet: bool
     """Nothing of it reaches a terminal: progress may be shown meanwhile."""
+    coloured = False
+    """What stands out may do so by colour (see `open_output`)."""
 
     def __init__(self) -> None:
         """Look at what standard output is."""
@@ -155,6 +158,8 @@ class FileOutput(Output):
 
     def __init__(self, name: str, *, force: bool) -> None:
         """Make the part of the file; OutputError if `name` exists or cannot be written."""
+        from pathlib import Path
+
         self.name: str = name
         self.is_terminal = False
         self.is_quiet = True
@@ -204,6 +209,8 @@ class FileOutput(Output):
 
     def _shown(self, part: Part) -> str:
         """Give the name of the part as the user would write it."""
+        from pathlib import Path
+
         beside = Path(self.name).with_name(part.path.name)
         return str(beside if beside.exists() else part.path)
 
@@ -228,7 +235,12 @@ class FileOutput(Output):
         return self._shown(self._part)
 
 
-def _is_device(path: Path) -> bool:
+def dyed(text: str, colour: str, *, out: Output) -> str:
+    """Give a text in a colour of the core's table, where the output has colours."""
+    return f"{COLOURS[colour]}{text}{PLAIN}" if out.coloured else text
+
+
+def _is_device(path: "Path") -> bool:
     """Tell whether a file is something that renaming would replace, such as /dev/null or a FIFO."""
     try:
         mode = path.stat().st_mode
@@ -239,9 +251,21 @@ def _is_device(path: Path) -> bool:
     return not stat.S_ISREG(mode)
 
 
-def open_output(name: str | None, *, force: bool) -> Output:
-    """Give standard output, or the file of that name ('-' is standard output)."""
-    return Output() if name is None or name == "-" else FileOutput(name, force=force)
+def open_output(name: str | None, *, force: bool = False, color: str = "auto") -> Output:
+    """Give standard output, or the file of that name ('-' is standard output). color: what --color says."""
+    out = Output() if name is None or name == "-" else FileOutput(name, force=force)
+    out.coloured = color == "always" or (color == "auto" and _coloured(out))
+    return out
+
+
+def _coloured(out: Output) -> bool:
+    """Tell by the environment whether colours are wanted: NO_COLOR goes first, then FORCE_COLOR, then the terminal."""
+    found = os.environ.get
+    if found("NO_COLOR"):
+        return False
+    if any(found(name, "0") not in ("", "0") for name in ("FORCE_COLOR", "CLICOLOR_FORCE")):
+        return out.name is None
+    return out.is_terminal and found("TERM") != "dumb" and found("CLICOLOR") != "0"
 
 
 def told(code: int, out: Output, words: Words, *, stream: bool, some: bool = True) -> int:
@@ -264,6 +288,8 @@ def told(code: int, out: Output, words: Words, *, stream: bool, some: bool = Tru
 
 def _in_columns(text: str, columns: int) -> str:
     """Cut a text that a terminal would break: the rest of a broken line could not be taken away again."""
+    from canalyze.output.layout import width
+
     while text and width(text) > columns:
         text = text[:-1]
     return text

@@ -4,17 +4,42 @@ click's own pages are English and measure text in characters; these speak the la
 `layout`. Sentences stand in `words`; nothing here knows a command.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Final
 
 import click
 
 from canalyze.configuration.options import CoreUsageError, common_options
-from canalyze.output.layout import pad, width, wrap
+from canalyze.output.layout import definitions, width, wrap
 from canalyze.words import Words
 
 _MARGIN: Final = 2
+_FEW: Final = 8
+"""So many options need no headings."""
+_TERM: Final = 24
+"""Columns of an option, at most, beside which its explanation stands."""
+_USUAL: Final = 5
+"""Options that stand first."""
+_FIRST: Final = (
+    *("-n", "--all", "--html", "--record", "--extract", "--to", "--fail-on", "--baseline", "--junit", "--explain"),
+    *("--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "-o", "--save", "--format"),
+    *("--merge", "--force"),
+)
+"""The usual ones, of whichever command: it shows the first of these that it has."""
+_TOPICS: Final = {
+    "own": (),
+    "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--bus", "--select"),
+    "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
+    "network": ("--eds", "--cob", "--sdo", "--bitrate"),
+    "input": ("--input-format", "--merge", "--topic", "--time-source", "--mcap-map"),
+    "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
+    "recording": ("--record", "--rotate", "--keep"),
+    "timeline": ("--rerun", "--save", "--web", "--bind", "--port"),
+    "output": ("--format", "--number", "--color", "--output", "--force"),
+    "general": ("--lang", "--config", "--help", "--version"),
+}
+"""All others, by what they are about; one that is in none of these is the command's own."""
 
 
 class Command(click.Command):
@@ -51,23 +76,48 @@ def located(ctx: click.Context) -> Iterator[None]:
         raise
 
 
-def page(command: click.Command, ctx: click.Context, words: Words) -> str:
-    """Lay out the help of a command; its words are found by its name."""
+def page(
+    command: click.Command, ctx: click.Context, words: Words, topics: Mapping[str, Sequence[str]] | None = None
+) -> str:
+    """Lay out the help of a command; its words are found by its name. topics: its commands, where it is a group."""
     import shutil
 
     name = command.name or ""
     columns = max(40, min(shutil.get_terminal_size().columns, 100))
-    lines = [words("help.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
-    lines += [" " * _MARGIN + line for line in wrap(words(f"{name}.help"), columns - _MARGIN)]
+    lines = [words("page.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
+    for paragraph in words(f"{name}.help").splitlines():
+        lines += [" " * _MARGIN + line for line in wrap(paragraph, columns - _MARGIN)]
+    sections = [
+        (words(f"page.{topic}"), [(other, words(f"{other}.short")) for other in names])
+        for topic, names in (topics or {}).items()
+    ]
+    left = max((width(name) for _, rows in sections for name, _ in rows), default=0)
+    for heading, rows in sections:
+        lines += ["", heading, *definitions(rows, left=left, columns=columns)]
+    sections = [
+        (words(f"page.{topic}"), [_record(option, ctx) for option in options])
+        for topic, options in _grouped([one for one in command.params if isinstance(one, click.Option)]).items()
+    ]
+    left = min(max(width(name) for _, rows in sections for name, _ in rows), _TERM)
+    for heading, rows in sections:
+        lines += ["", heading, *definitions(rows, left=left, columns=columns)]
+    lines += ["", words("page.examples"), *_verbatim(words(f"{name}.examples"))]
     if isinstance(command, click.Group):
-        rows = [(other, words(f"{other}.short")) for other in command.list_commands(ctx)]
-        lines += ["", words("help.commands"), *_definitions(rows, columns)]
-    rows = [_record(option, ctx) for option in command.params if isinstance(option, click.Option)]
-    lines += ["", words("help.options"), *_definitions(rows, columns)]
-    lines += ["", words("help.examples"), *_verbatim(words(f"{name}.examples"))]
-    if isinstance(command, click.Group):
-        lines += ["", words("help.completion"), *_verbatim(words(f"{name}.completion"))]
+        lines += ["", words("page.completion"), *_verbatim(words(f"{name}.completion"))]
     return "\n".join(lines)
+
+
+def _grouped(options: list[click.Option]) -> dict[str, list[click.Option]]:
+    """Give the options under the headings that help shows, in their order."""
+    if len(options) <= _FEW:
+        return {"options": options}
+    named = {name: option for option in options for name in option.opts}
+    found = {"usual": list(dict.fromkeys(named[name] for name in _FIRST if name in named))[:_USUAL]}
+    found |= {topic: [] for topic in _TOPICS}
+    for option in options:
+        if option not in found["usual"]:
+            found[next((topic for topic, names in _TOPICS.items() if option.opts[-1] in names), "own")].append(option)
+    return {topic: chosen for topic, chosen in found.items() if chosen}
 
 
 def _record(option: click.Option, ctx: click.Context) -> tuple[str, str]:
@@ -75,21 +125,6 @@ def _record(option: click.Option, ctx: click.Context) -> tuple[str, str]:
     if not option.is_flag:
         names += f" {option.make_metavar(ctx)}"
     return names, option.help or ""
-
-
-def _definitions(rows: list[tuple[str, str]], columns: int) -> list[str]:
-    """Lay out terms with their explanations, side by side; a long term stands alone above."""
-    left = min(max(width(term) for term, _ in rows), 24)
-    indent = " " * (_MARGIN + left + 2)
-    lines = []
-    for term, text in rows:
-        wrapped = wrap(text, columns - len(indent))
-        if width(term) > left:
-            lines.append(" " * _MARGIN + term)
-        else:
-            lines.append(" " * _MARGIN + pad(term, left) + "  " + wrapped.pop(0))
-        lines += [indent + line for line in wrapped]
-    return lines
 
 
 def _verbatim(text: str) -> list[str]:

@@ -1,10 +1,10 @@
-"""Text on a terminal: the columns that it takes, filled up to a width, broken into lines.
+"""Text on a terminal: the columns that it takes, filled up to a width, broken into lines, beside its term.
 
 A Chinese character takes two columns, and a line does not begin with its punctuation. Must not: know what is said.
 """
 
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 _OPENING: Final = "（“‘《"
@@ -33,6 +33,43 @@ def wrap(text: str, columns: int) -> list[str]:
             lines.append("")
         lines[-1] += piece
     lines[-1] = lines[-1].rstrip()
+    return lines
+
+
+def folded(text: str, columns: int) -> list[str]:
+    """Break a text into lines as `wrap` does, and inside of what has no blank."""
+    lines = []
+    for line in wrap(text, columns):
+        piece = ""
+        room = columns
+        for char in line:
+            if width(char) > room:
+                lines.append(piece)
+                piece, room = "", columns
+            piece += char
+            room -= width(char)
+        lines.append(piece)
+    return lines
+
+
+def definitions(
+    rows: Sequence[tuple[str, str]], *, left: int | None = None, columns: int | None = None, margin: int = 2
+) -> list[str]:
+    """Lay out terms with their texts beside; a term wider than `left` stands alone above.
+
+    columns: where lines are broken; None: nowhere.
+    """
+    if left is None:
+        left = max((width(term) for term, _ in rows), default=0)
+    indent = " " * (margin + left + 2)
+    lines = []
+    for term, text in rows:
+        first, *rest = [text] if columns is None else wrap(text, columns - len(indent))
+        if width(term) > left:
+            lines += [" " * margin + term, indent + first]
+        else:
+            lines.append((" " * margin + pad(term, left) + "  " + first).rstrip())
+        lines += [indent + line for line in rest]
     return lines
 
 

@@ -7,12 +7,13 @@ word an error; what cannot be is an OSError.
 """
 
 import os
-import secrets
 import stat
 import sys
 from contextlib import suppress
-from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
 """Where the system would else translate line ends."""
@@ -26,7 +27,7 @@ _LONGEST: Final = 200
 class Part:
     """A file on its way."""
 
-    def __init__(self, final: Path, *, replace: bool) -> None:
+    def __init__(self, final: "Path", *, replace: bool) -> None:
         """Make the part of `final`. replace: a file of that name gives way, and leaves its mode and its owner."""
         self.final = final
         self.replace = replace
@@ -35,7 +36,7 @@ class Part:
         mode = 0o666 if before is None else stat.S_IMODE(before.st_mode) & 0o777 | stat.S_IWUSR
         self.path, self.fd = _made(final, mode)
 
-    def _before(self, final: Path) -> os.stat_result | None:
+    def _before(self, final: "Path") -> os.stat_result | None:
         """Give what is known of the file that gives way; None where there is none."""
         with suppress(FileNotFoundError):
             before = final.lstat() if self.replace else None
@@ -57,7 +58,7 @@ class Part:
             return self.path.lstat().st_size == 0
         return True
 
-    def complete(self, final: Path | None = None) -> None:
+    def complete(self, final: "Path | None" = None) -> None:
         """Give it its name, or another one; FileExistsError where a file has that, and is not to be replaced."""
         final = final or self.final
         if before := self._before(final):
@@ -84,12 +85,12 @@ class Part:
         self.path.unlink(missing_ok=True)
 
 
-def _made(final: Path, mode: int) -> tuple[Path, int]:
+def _made(final: "Path", mode: int) -> "tuple[Path, int]":
     """Make a file that nobody has, beside another; give its name and its descriptor."""
     begin = os.fsdecode(os.fsencode(final.name)[:_LONGEST])
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | AS_IT_IS
     for left in reversed(range(_TRIES)):
-        path = final.with_name(f"{begin}.{secrets.token_hex(4)}.part")
+        path = final.with_name(f"{begin}.{os.urandom(4).hex()}.part")
         try:
             return path, os.open(path, flags, mode)
         except FileExistsError:

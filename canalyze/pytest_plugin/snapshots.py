@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import pytest
 
-from canalyze.library import shown_as
+from canalyze.library.plan import shown_as
 from canalyze.output.writing import Part
 from canalyze.words import Words
 

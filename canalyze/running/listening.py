@@ -106,6 +106,14 @@ def listening_options(words: Words) -> list[click.Parameter]:
     ]
 
 
+def set_rates(names: Sequence[str], given: ListeningOptions) -> list[int | None]:
+    """Give the bit rate of each channel, in bit/s: as was said, else as the system has it; None where nobody knows."""
+    if rate := given.get("bitrate"):
+        return [rate] * len(names)
+    own = given.get("interface") in (None, OWN)
+    return [netdevices.bit_rate(name) if own else None for name in names]
+
+
 def positive(text: str) -> int | None:
     """Read a number above 0."""
     return int(text) or None if text.isdecimal() and len(text) < 19 else None

@@ -5,7 +5,6 @@ place. It must not write, print or know a signal: what becomes of a result, of a
 read, and of a wish to end, says who reads.
 """
 
-import json
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
@@ -213,6 +212,8 @@ class Reading:
             return SourceError("source.empty", name=capture.name)
         if self._frameless and capture.format != "candump":
             return None
+        import json
+
         if capture.format == "mcap":
             topics = json.loads(self._session.contents())["topics"]
             topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last

@@ -28,6 +28,8 @@ FORMS: Final = ("candump", "asc", "mcap", "pcapng")
 
 _LOOK_S: Final = 1.0
 """How often it is looked whether a file is still there."""
+_MCAP: Final = b"\x89MCAP0\r\n"
+"""How an MCAP begins and ends."""
 _LOSSES: Final = 20
 """Most lines of losses that are kept of one recording."""
 
@@ -111,6 +113,17 @@ def _size(size: int) -> str:
     return f"{size} B"
 
 
+def _is_unfinished(name: str) -> bool:
+    """Tell whether a file is an MCAP without its end, as a process leaves it that is killed."""
+    try:
+        with Path(name).open("rb") as file:
+            begin = file.read(len(_MCAP))
+            file.seek(-len(_MCAP), os.SEEK_END)
+            return begin == _MCAP and file.read() != _MCAP
+    except OSError:
+        return False
+
+
 class Recording:
     """One recording: a file, or a row of them where there is a limit."""
 
@@ -168,7 +181,8 @@ class Recording:
         except FileExistsError as error:
             if Path(name).is_dir():
                 raise OutputError("output.write", name=name, error=IsADirectoryError(errno.EISDIR, "")) from error
-            raise OutputError("output.exists", name=name) from error
+            key = "record.unfinished" if self._form == "mcap" and _is_unfinished(name) else "output.exists"
+            raise OutputError(key, name=name) from error
         except (OSError, ValueError) as error:
             raise OutputError("output.write", name=name, error=error) from error
         self._name, self._size = name, 0

@@ -19,6 +19,7 @@ from canalyze.configuration.network import Known
 from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, known_of
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output.writing import in_place
+from canalyze.timeline.fonts import has_chinese
 from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
 from canalyze.words import Words
 
@@ -107,6 +108,14 @@ def configuration(given: CaptureOptions) -> list[str]:
 def open_viewer(given: ViewingOptions, path: str | None = None) -> Viewer:
     """Start a viewer as the options say; CanalyzeError where that cannot be."""
     return Viewer(path=path, bind=given.get("bind") or LOCAL, port=given.get("port"), web=given.get("web", False))
+
+
+def drawn_in(words: Words, tell: Callable[[str], None], *, web: bool) -> Words:
+    """Give the words of a timeline that is shown: English where no font has Chinese; `tell` gets the line about it."""
+    if words.lang != "zh" or has_chinese(web=web):
+        return words
+    tell(words("view.no_font_page" if web else "view.no_font"))
+    return Words("en")
 
 
 def opened(viewer: Viewer, given: ViewingOptions, words: Words) -> list[str]:

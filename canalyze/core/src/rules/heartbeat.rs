@@ -109,7 +109,7 @@ rules! {
     }
 
     /// Heartbeats come with another period, and nothing has changed it.
-    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.16" [ErrorControl, Nmt] {
+    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.20" [ErrorControl, Nmt] {
         message "心跳周期改变" "heartbeat period changed";
         meaning
             "心跳改以另一周期均匀发送, 而记录中没有对1017h的写入或复位可以解释。"

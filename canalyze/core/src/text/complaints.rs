@@ -27,19 +27,57 @@ pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> 
     let of_text = matches!(place, Place::Line(_));
     line(lang, file, place, |out| {
         say!(out, lang; zh: "无法读取: "; en: "cannot be read: ");
-        match reason {
-            Unreadable::NoFrame => say!(out, lang; zh: "不是CAN帧"; en: "not a CAN frame"),
-            Unreadable::Identifier => say!(out, lang; zh: "CAN标识符超出范围"; en: "CAN identifier out of range"),
-            Unreadable::Length => say!(out, lang; zh: "长度无效"; en: "invalid length"),
-            Unreadable::Data => {
-                say!(out, lang; zh: "数据字节与长度不符"; en: "data bytes do not match the length");
-            }
-            Unreadable::Cut if of_text => say!(out, lang; zh: "该行被截断"; en: "line is truncated"),
-            Unreadable::Cut => say!(out, lang; zh: "该记录被截断"; en: "record is truncated"),
-            Unreadable::CanXl => say!(out, lang; zh: "不支持CAN XL帧"; en: "CAN XL frames are not supported"),
-            Unreadable::Bus => say!(out, lang; zh: "总线过多"; en: "too many buses"),
-        }
+        why(out, lang, reason, of_text);
     })
+}
+
+/// A line that is meant as a frame, and why it is none.
+pub fn no_frame(lang: Lang, text: &[u8], reason: Unreadable) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, text);
+    put!(&mut out; ": ");
+    let digits = text.iter().rposition(|byte| *byte == b'#').and_then(|mark| text.get(mark + 1..));
+    let digits = digits.map(|digits| digits.iter().filter(|byte| byte.is_ascii_hexdigit()).count());
+    let reason = if disagrees(text) { Unreadable::Data } else { reason };
+    match (reason, digits) {
+        (Unreadable::Data, Some(digits)) if digits % 2 == 1 => {
+            say!(&mut out, lang; zh: "十六进制数字的个数为奇数"; en: "odd number of hexadecimal digits");
+        }
+        (Unreadable::Length, Some(_)) if memchr::memmem::find(text, b"##").is_some() => {
+            say!(&mut out, lang; zh: "数据多于64字节"; en: "more than 64 bytes of data");
+        }
+        (Unreadable::Length, Some(digits)) if digits > 16 => say!(&mut out, lang;
+            zh: "数据多于8字节 (CAN FD帧写作 ID##标志位数据, 至多64字节)";
+            en: "more than 8 bytes of data (CAN FD is written with ## and a digit of flags, up to 64 bytes)"),
+        _ => why(&mut out, lang, reason, true),
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// Whether candump's console form has another number of bytes than it says: `60A [4] 40 08`.
+fn disagrees(text: &[u8]) -> bool {
+    let brackets = |byte: &u8| matches!(byte, b'[' | b']');
+    let mut parts = text.split(brackets).skip(1);
+    let (Some(said), Some(bytes)) = (parts.next(), parts.next()) else { return false };
+    let said = std::str::from_utf8(said).ok().and_then(|said| said.trim().parse::<usize>().ok());
+    let there = bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
+    said.is_some_and(|said| said != there)
+}
+
+/// Why a line or a record cannot be read.
+fn why(out: &mut Vec<u8>, lang: Lang, reason: Unreadable, of_text: bool) {
+    match reason {
+        Unreadable::NoFrame => say!(out, lang; zh: "不是CAN帧"; en: "not a CAN frame"),
+        Unreadable::Identifier => say!(out, lang; zh: "CAN标识符超出范围"; en: "CAN identifier out of range"),
+        Unreadable::Length => say!(out, lang; zh: "长度无效"; en: "invalid length"),
+        Unreadable::Data => {
+            say!(out, lang; zh: "数据字节与长度不符"; en: "data bytes do not match the length");
+        }
+        Unreadable::Cut if of_text => say!(out, lang; zh: "该行被截断"; en: "line is truncated"),
+        Unreadable::Cut => say!(out, lang; zh: "该记录被截断"; en: "record is truncated"),
+        Unreadable::CanXl => say!(out, lang; zh: "不支持CAN XL帧"; en: "CAN XL frames are not supported"),
+        Unreadable::Bus => say!(out, lang; zh: "总线过多"; en: "too many buses"),
+    }
 }
 
 /// All lines, or records by their offsets, of a file that cannot be read, as ranges; the list may be cut. `first` is
@@ -227,13 +265,20 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     let (key, value) = match mistake {
         Mistake::Key(word) => {
             let example = "'service=sdo,emcy node=5'";
+            let keys = "service= node= id= bus= t= frame= object= code= severity= text=";
             return match lang {
                 Lang::Zh => {
-                    format!("过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= frame= 之一, 例如 {example}")
+                    format!("过滤条件“{word}”无法识别: 应为 {keys} 之一, 例如 {example}")
                 }
                 Lang::En => {
-                    format!("filter '{word}' is unknown: use service= node= id= bus= t= or frame=, as in {example}")
+                    format!("filter '{word}' is unknown: use one of {keys}, as in {example}")
                 }
+            };
+        }
+        Mistake::Node(value) => {
+            return match lang {
+                Lang::Zh => format!("过滤条件 node={value}: 节点ID应为1到127"),
+                Lang::En => format!("filter node={value}: a node-ID is 1 to 127"),
             };
         }
         Mistake::Value(key, value) => (key, value),
@@ -241,7 +286,18 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     let services = SERVICES.join(" ");
     let allowed = match key.as_str() {
         "service" => services.as_str(),
-        "node" => lang.pick("十进制节点ID或范围, 如 5 或 1-9", "a decimal node-ID or range, such as 5 or 1-9"),
+        "node" => lang.pick("节点ID或范围, 如 5、0x0A 或 1-9", "a node-ID or range, such as 5, 0x0A or 1-9"),
+        "object" => lang.pick(
+            "十六进制对象或范围, 如 6040、6040h:00 或 1A00-1BFF",
+            "a hexadecimal object or range, such as 6040, 6040h:00 or 1A00-1BFF",
+        ),
+        "code" => lang.pick(
+            "规则代码或其开头, 如 SDO002 或 SDO (见 canalyze rules)",
+            "the code of a rule or its beginning, such as SDO002 or SDO (see canalyze rules)",
+        ),
+        "severity" => "error warning info",
+        "text" => lang
+            .pick("注释中的文字, 含空格时加双引号", "words of the annotation, in double quotes where they have blanks"),
         "id" => lang.pick(
             "十六进制CAN标识符或范围, 如 185 或 180-1FF",
             "a hexadecimal CAN identifier or range, such as 185 or 180-1FF",
@@ -259,6 +315,21 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_wrong_with_a_frame() {
+        for (text, reason, said) in [
+            ("60A#40081", Unreadable::Data, "60A#40081: odd number of hexadecimal digits"),
+            ("60A#4008 1", Unreadable::Length, "60A#4008 1: invalid length"),
+            ("60A [2] 40", Unreadable::Data, "60A [2] 40: the data bytes do not match the length"),
+            ("60A [1] 40 08", Unreadable::Length, "60A [1] 40 08: the data bytes do not match the length"),
+            ("60A##000", Unreadable::Length, "60A##000: more than 64 bytes of data"),
+        ] {
+            assert_eq!(no_frame(Lang::En, text.as_bytes(), reason), said);
+        }
+        let long = no_frame(Lang::Zh, b"60A#400810000000000000", Unreadable::Length);
+        assert!(long.starts_with("60A#400810000000000000: 数据多于8字节"), "{long}");
+    }
 
     #[test]
     fn binary_files_have_records() {

@@ -7,10 +7,12 @@ use super::object::pdo_of;
 use super::value::{self, Size};
 use super::{Lang, escape, findings, say, terms};
 use crate::diagnosis::incident::{Incident, Status as Standing};
+use crate::dictionary::Described;
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::diff::digest::{Action, Kind, Service, TransferDigest};
 use crate::diff::stories::{Differs, lasted_ns};
 use crate::frame::{CanId, FrameRef};
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Mode, Status};
 use crate::services::sdo::wire::{Mux, Side as Sender};
 
@@ -176,7 +178,7 @@ fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &TransferDigest) {
     });
     if let Some(mux) = moved.mux {
         put!(out; " ", mux);
-        value::name(out, lang, mux, moved.described.as_deref());
+        value::name(out, lang, mux, &moved.described);
         pdo_of(out, mux);
     }
 }
@@ -216,7 +218,7 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
                 put!(out; if place > 0 { ", " } else { "" });
                 let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
                 put!(out; mux);
-                value::name(out, lang, mux, None);
+                value::name(out, lang, mux, &Described::default());
                 put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
             }
         }
@@ -268,7 +270,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
         }),
         Action::Emcy(code, register) => {
             put!(out; Hex::<4>(u64::from(*code)), "h");
-            if let Some(word) = terms::emcy::code(lang, *code) {
+            if let Some(word) = terms::emcy::code(lang, Profile::UNKNOWN, *code) {
                 put!(out; " ", word);
             }
             put!(out; lang.pick(", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
@@ -295,7 +297,7 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest
         Status::Ok => {
             let whole = moved.kept.len() as u64 == moved.size;
             match moved.mux {
-                Some(mux) if whole => value::of_object(out, lang, mux, moved.described.as_deref(), &moved.kept),
+                Some(mux) if whole => value::of_object(out, lang, mux, &moved.described, &moved.kept),
                 _ => value::value(out, lang, None, &moved.kept, moved.size),
             }
             if !whole {

@@ -8,6 +8,7 @@ use super::value::Size;
 use super::{Lang, terms};
 use crate::message::Errors;
 use crate::od::{self, Value};
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use terms::{Row, find};
 
@@ -77,10 +78,10 @@ pub fn word(out: &mut Vec<u8>, lang: Lang, word: Word) {
 }
 
 /// Appends the errors of a node: `8130h 寿命保护错误或心跳错误 + 3210h 直流母线过压`.
-pub fn errors(out: &mut Vec<u8>, lang: Lang, errors: Errors) {
+pub fn errors(out: &mut Vec<u8>, lang: Lang, profile: Profile, errors: Errors) {
     for (place, code) in errors.iter().enumerate() {
         put!(out; if place > 0 { " + " } else { "" }, Hex::<4>(u64::from(code)), "h");
-        if let Some(name) = terms::emcy::code(lang, code) {
+        if let Some(name) = terms::emcy::code(lang, profile, code) {
             put!(out; " ", name);
         }
     }
@@ -110,8 +111,7 @@ pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool
 
 /// The value, cut where it is long; of other bytes than a few their number.
 fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
-    let standard = transfer.mux.and_then(|mux| od::data_type(mux.index, mux.sub));
-    let data_type = transfer.described.as_ref().map_or(standard, |object| object.data_type());
+    let data_type = transfer.data_type();
     if transfer.data.size > BYTES as u64 && matches!(od::decode(data_type, &transfer.data.kept), Value::Bytes(_)) {
         return put!(out; Size(lang, transfer.data.size));
     }

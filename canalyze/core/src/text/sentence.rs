@@ -116,9 +116,9 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         }
         Quantity::Abort(code) => sdo::abort(out, lang, code),
         Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),
-        Quantity::Emcy(code) => {
+        Quantity::Emcy(code, profile) => {
             put!(out; Hex::<4>(u64::from(code)), "h");
-            if let Some(word) = terms::emcy::code(lang, code) {
+            if let Some(word) = terms::emcy::code(lang, profile, code) {
                 put!(out; " ", word);
             }
         }

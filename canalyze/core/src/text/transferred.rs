@@ -15,13 +15,11 @@ const NAMED: usize = 3;
 pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let whole = transfer.data.kept.len() as u64 == transfer.data.size;
     match (transfer.outcome.status, transfer.mux) {
-        (Status::Ok, Some(mux)) if whole => {
-            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.kept)
-        }
+        (Status::Ok, Some(mux)) if whole => of_object(out, lang, mux, &transfer.described, &transfer.data.kept),
         (Status::Ok, _) => value(out, lang, None, &transfer.data.kept, transfer.data.size),
         (status, Some(mux)) if !transfer.data.requested.is_empty() => {
             put!(out; lang.pick("请求写入 ", "requested "));
-            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.requested);
+            of_object(out, lang, mux, &transfer.described, &transfer.data.requested);
             if status != Status::Aborted {
                 put!(out; lang.pick(", 未确认", ", not confirmed"));
             }

@@ -12,7 +12,8 @@ use crate::diagnosis::kinds::{Impact, KINDS};
 use crate::drive::State;
 use crate::frame::CanId;
 use crate::network::Description;
-use crate::od;
+use crate::od::{self, DataType};
+use crate::profiles::Profile;
 use crate::rules::{Code, RULES};
 use crate::text::digits::{Hex, put};
 use crate::text::explain::{described, term};
@@ -154,10 +155,15 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
 
 fn emcy(out: &mut Vec<u8>, lang: Lang, value: u32) {
     let Ok(code) = u16::try_from(value) else { return };
-    let Some(words) = terms::emcy::code(lang, code) else { return };
+    let Some(words) = terms::emcy::code(lang, Profile::UNKNOWN, code) else { return };
     let hex = Hex::<4>(u64::from(code));
     say!(out, lang; zh: "EMCY错误码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
     put!(out; "\n  CiA 301 7.2.7.1\n");
+    for profile in Profile::KNOWN {
+        if let Some((zh, en)) = profile.emergency(code) {
+            put!(out; "  CiA ", profile.number(), ": ", lang.pick(zh, en), "\n");
+        }
+    }
 }
 
 fn register(out: &mut Vec<u8>, lang: Lang, value: u32) {
@@ -202,9 +208,11 @@ fn state(out: &mut Vec<u8>, lang: Lang, value: u32) {
 
 fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: &[Description]) {
     let (Ok(index), Ok(number)) = (u16::try_from(value), u8::try_from(sub.unwrap_or(0))) else { return };
-    let name = terms::objects::object_name(lang, index, number);
+    let of_profiles =
+        || Profile::KNOWN.into_iter().filter(|profile| index >= 0x6000 && profile.name(index, number).is_some());
+    let name = terms::object_name(lang, Profile::UNKNOWN, index, number);
     let own = || devices.iter().filter(|one| described::has(&one.dictionary, index, sub.map(|_| number)));
-    if name.is_none() && own().next().is_none() {
+    if name.is_none() && of_profiles().next().is_none() && own().next().is_none() {
         return;
     }
     put!(out; lang.pick("对象 ", "object "), Hex::<4>(u64::from(index)), "h");
@@ -216,12 +224,22 @@ fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: 
     if name.is_some() {
         term::of_object(out, lang, index);
         // Sub-index 0 of what has others only counts them.
-        let counts = sub.is_none() && od::data_type(index, 1).is_some();
-        if let Some(data_type) = od::data_type(index, number).filter(|_| !counts) {
+        let counts = sub.is_none() && od::communication(index, 1).is_some();
+        if let Some(data_type) = od::communication(index, number).filter(|_| !counts) {
             put!(out; "  ", data_type.name(), "\n");
         }
     }
-    put!(out; "  ", clause(lang, index), "\n");
+    if of_profiles().next().is_none() {
+        put!(out; "  ", clause(lang, index), "\n");
+    }
+    for profile in of_profiles() {
+        let of = |sub| profile.data_type(index, sub);
+        let words = terms::object_name(lang, profile, index, number);
+        // Sub-index 0 of what has others only counts them.
+        let data_type = if sub.is_some() { of(number) } else { of(1).or_else(|| of(0)) };
+        put!(out; "  CiA ", profile.number(), ": ", words.unwrap_or_default());
+        put!(out; if data_type.is_some() { ", " } else { "" }, data_type.map_or("", DataType::name), "\n");
+    }
 }
 
 /// Where an object is defined.
@@ -230,7 +248,7 @@ fn clause(lang: Lang, index: u16) -> &'static str {
     row.map_or_else(
         || match index {
             0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "manufacturer-specific area: see the device manual"),
-            _ => lang.pick("设备规范 (驱动器: CiA 402)", "device profile (drives: CiA 402)"),
+            _ => lang.pick("设备子协议 (CiA 4xx)", "device profile (CiA 4xx)"),
         },
         |row| row.2,
     )

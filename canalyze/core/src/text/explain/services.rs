@@ -4,6 +4,7 @@ use super::{cob_id, data, line, node_id, reserved};
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::Message;
+use crate::profiles::Profile;
 use crate::services::pdo::{Multiplexed, communication_parameter, mapping_parameter};
 use crate::services::{error_frame, usdo};
 use crate::text::digits::{Bin, Hex, Nibbles, Spaced, put};
@@ -38,7 +39,9 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
         }
         Message::Time { ms, days, reserved } => time_of_day(out, lang, ms, days, reserved, payload),
-        Message::Emcy { code, register, manufacturer, .. } => emcy(out, lang, code, register, &manufacturer),
+        Message::Emcy { code, profile, register, manufacturer, .. } => {
+            emcy(out, lang, (code, profile), register, &manufacturer)
+        }
         Message::Pdo { transmit, number, .. } => {
             parameters(out, lang, transmit, number);
             data(out, lang, payload);
@@ -140,10 +143,10 @@ fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, 
         en: "h (little-endian)  since 1984-01-01: ", days, " days = ", Date(days), "\n");
 }
 
-fn emcy(out: &mut Vec<u8>, lang: Lang, code: u16, register: u8, manufacturer: &[u8; 5]) {
+fn emcy(out: &mut Vec<u8>, lang: Lang, (code, profile): (u16, Profile), register: u8, manufacturer: &[u8; 5]) {
     put!(out; "#   ", Spaced(&code.to_le_bytes()), lang.pick("  错误码 ", "  error code "), Hex::<4>(u64::from(code)));
     put!(out; lang.pick("h (小端格式): ", "h (little-endian): "));
-    put!(out; terms::emcy::code(lang, code).unwrap_or(lang.pick("未知", "unknown")), "\n");
+    put!(out; terms::emcy::code(lang, profile, code).unwrap_or(lang.pick("未知", "unknown")), "\n");
     put!(out; "#   ", Hex::<2>(u64::from(register)), " = ", Nibbles(register));
     put!(out; lang.pick("  错误寄存器(1001h)", "  error register (1001h)"));
     let mut between = "  ";

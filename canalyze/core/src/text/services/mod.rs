@@ -54,10 +54,10 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
             }
         }
         Message::GuardingRequest { node } => nmt::guarding_request(out, lang, full, node, frame.len),
-        Message::Emcy { node, code, register, manufacturer, cleared, .. } => {
+        Message::Emcy { node, code, profile, register, manufacturer, cleared, .. } => {
             put!(out; Named(lang, Role::Emcy(node)));
             if full {
-                emcy::content(out, lang, code, register, &manufacturer);
+                emcy::content(out, lang, (code, profile), register, &manufacturer);
                 emcy::cleared(out, lang, cleared);
             }
         }

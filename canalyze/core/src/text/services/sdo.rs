@@ -214,15 +214,15 @@ fn shows_result(step: &Step) -> bool {
 
 fn named(out: &mut Vec<u8>, lang: Lang, mux: Mux, step: &Step) {
     put!(out; mux);
-    value::name(out, lang, mux, step.described.as_deref());
+    value::name(out, lang, mux, &step.described);
 }
 
 /// Behind the object of an expedited transfer its value, of a segmented one its size.
 fn initiated(out: &mut Vec<u8>, lang: Lang, mux: Mux, initiate: Initiate, step: &Step, len: u8) {
     if initiate.expedited {
-        let bytes = expedited(Some(mux), &initiate, len);
+        let bytes = expedited(Some(mux), step.described.profile, &initiate, len);
         put!(out; " = ");
-        value::of_object(out, lang, mux, step.described.as_deref(), bytes);
+        value::of_object(out, lang, mux, &step.described, bytes);
     } else {
         let size = Announced(lang, initiate.size());
         say!(out, lang; zh: ", 分段传输, 长度", size; en: ", segmented, ", size);
