@@ -514,7 +514,7 @@ def test_a_node_that_is_in_some_captures_is_no_mistake(canalyze: Runner, set_of_
     every = (str(RULES / "PDO012.clean.log"), "captures/clean.log")
     assert canalyze("check", "--eds", f"5={eds}", *every).err == ""
     assert canalyze("check", "--eds", f"6={eds}", "--lang", "en", *every).complaints == [
-        f"{eds}: the capture has no frame of node 6"
+        f"{eds}: no frames of node 6 in the capture"
     ]
 
 

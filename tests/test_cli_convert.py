@@ -121,21 +121,21 @@ def _rounded(frame: Frame) -> Frame:
 
 Ease = Callable[[Frame], Frame | None]
 EASED: dict[str, Ease] = {
-    "the direction is not kept": lambda frame: frame._replace(dir=None),
-    "the direction is not known": lambda frame: frame._replace(dir=frame.dir or "rx"),
-    "the name of the bus": lambda frame: frame._replace(bus=""),
-    "the last digits of the stamp": _rounded,
-    "no stamp that could": lambda frame: frame._replace(t=None),
-    "the stamp steps back": lambda frame: frame._replace(t=None),
+    "direction not kept": lambda frame: frame._replace(dir=None),
+    "direction unknown": lambda frame: frame._replace(dir=frame.dir or "rx"),
+    "bus name not kept": lambda frame: frame._replace(bus=""),
+    "last digits of the timestamp": _rounded,
+    "no usable timestamp": lambda frame: frame._replace(t=None),
+    "timestamp goes back": lambda frame: frame._replace(t=None),
     "bit rate switch or error state": lambda frame: frame._replace(flags=None),
     "in the classic frame format": lambda frame: frame._replace(fd=frame.len > 8, flags=None) if frame.fd else frame,
-    "CAN FD frames?: left out": lambda frame: None if frame.fd else frame,
-    "the raw DLC": lambda frame: frame._replace(raw=None),
-    "the requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
+    "CAN FD frames?: not supported": lambda frame: None if frame.fd else frame,
+    "raw DLC": lambda frame: frame._replace(raw=None),
+    "requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
     "class and details": lambda frame: frame._replace(id="", ext=False, len=0, data="") if frame.err else frame,
-    "error frames?: left out": lambda frame: None if frame.err else frame,
-    "that the capturing program lost": lambda frame: frame,
-    "the date is not known": lambda frame: frame,
+    "error frames?: not supported": lambda frame: None if frame.err else frame,
+    "marker of lost frames": lambda frame: frame,
+    "date unknown": lambda frame: frame,
 }
 """What is taken from a frame before it is compared, where the loss was said."""
 

@@ -259,7 +259,7 @@ def test_options_without_a_description_load_no_library(canalyze: Runner, capture
 
 def test_a_node_that_is_not_there_is_said(canalyze: Runner, capture: str) -> None:
     done = canalyze("--lang", "en", "decode", "--eds", f"5,30-32={DRIVE}", capture)
-    assert (done.code, done.complaints) == (0, [f"{DRIVE}: the capture has no frame of nodes 30-32"])
+    assert (done.code, done.complaints) == (0, [f"{DRIVE}: no frames of nodes 30-32 in the capture"])
     done = canalyze("decode", "--eds", f"can9:5={DRIVE}", capture)
     assert done.complaints == [f"{DRIVE}: 记录中没有节点5的帧"]
 

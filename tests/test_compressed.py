@@ -240,7 +240,7 @@ def test_all_of_a_member_is_doubtful_whose_check_sum_fails(
     assert doubtful == lines if form == "gzip" or lines == 40 else doubtful > lines * 0.8
     assert (record["damages"], record["checked"]) == (1, True)
     assert (damage["kind"], damage["offset"], damage["frames"]) == ("doubtful", len(sound) * before, doubtful)
-    said = f"all that was unpacked from here on, {doubtful} frames, may be wrong"
+    said = f"everything decompressed from here on ({doubtful} frames) may be wrong"
     for command in (["decode"], ["summary"], ["check"], ["convert", "--to", "candump"]):
         done = canalyze("--lang", "en", *command, "bad", *(["-"] if command[0] == "convert" else []))
         (line,) = done.complaints

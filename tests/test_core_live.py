@@ -39,8 +39,8 @@ def test_blocks_become_lines_and_time_tells_what_is_missing() -> None:
     assert session.feed(block(5, 0, START_NS + 1_100_000_000)) == b""
     ticks = b"".join(block(5, 0, START_NS + no * 100_000_000) for no in range(11, 90))
     assert (
-        session.feed(ticks)
-        == b"#   HBT002 error: frame 10 node 5: no heartbeat for 400ms after it, the limit is 330ms\n"
+        session.feed(ticks) == b"#   HBT002 error: frame 10 node 5: no heartbeat for 400 ms since then "
+        b"(limit 330 ms: 3 periods plus tolerance)\n"
     )
     session.end(interrupted=True)
     session.finish()

@@ -164,7 +164,7 @@ def test_a_response_is_missing_in_segments() -> None:
     assert placed(row) == set(DATA) - set(DATA[7:14])
     (row,) = moved(log([*frames[:7], *frames[8:20]]))
     assert row["holes"] == [{"offset": 7, "length": None}, {"offset": row["size"], "length": None}]
-    assert row["text"].endswith("[missing: an unknown number in between, the end]")
+    assert row["text"].endswith("[missing: unknown number of bytes in between, end]")
 
 
 def test_files_of_extract(canalyze: Runner, tmp_path: Path) -> None:

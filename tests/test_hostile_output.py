@@ -176,7 +176,7 @@ def test_captures_that_differ_are_told_to_who_reads(canalyze: Runner, tmp_path: 
 def test_stamps_out_of_range_are_told(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "far.log").write_text("(1.0) can0 123#11\n(99999999999999999999.0) can0 123#22\n(2.0) can0 123#33\n")
     said = (
-        "far.log: 1 stamps are out of the range that can be shown, 1677-09-21 to 2262-04-11, and were taken as its end"
+        "far.log: 1 timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit"
     )
     for line in (["info"], ["check"], ["decode"], ["summary"], ["convert", "--to", "candump"]):
         done = canalyze("--lang", "en", *line, "far.log", *(["-"] if line[0] == "convert" else []))

@@ -175,7 +175,7 @@ def test_files_named_out_of_order_are_worth_a_word(canalyze: Runner, tmp_path: P
         (tmp_path / f"{number}").write_text("".join(f"({t}.000000) can0 701#05\n" for t in stamps))
     done = canalyze("--lang", "en", "decode", "0", "1", "3", "2")
     assert (done.code, len(done.complaints)) == (0, 1)
-    assert done.err.startswith("2: its first stamp is 19.000 s before the last one of 3;") and "--merge" in done.err
+    assert done.err.startswith("2: first timestamp is 19.000 s before the last one of 3;") and "--merge" in done.err
     assert canalyze("decode", "--merge", "3", "2", "1", "0") == canalyze("decode", "0", "1", "2", "3")
 
 

@@ -64,12 +64,12 @@ def test_tab_goes_round_the_rooms_that_are_seen() -> None:
 def test_cursor_shows_the_whole_row_and_escape_takes_it_away() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
         await press(app, pilot, "3")
-        assert "(default mapping of the EDS)" not in text(app)
+        assert "(EDS default mapping)" not in text(app)
         shown = await press(app, pilot, "down", "down", "down", "j")
         assert "186" in shown.splitlines()[-3] + shown.splitlines()[-2]
-        assert "(default mapping of the EDS)" in shown
+        assert "(EDS default mapping)" in shown
         assert "185  5 TPDO1" in await press(app, pilot, "k")
-        assert "(default mapping of the EDS)" not in await press(app, pilot, "escape")
+        assert "(EDS default mapping)" not in await press(app, pilot, "escape")
 
     run(act)
 
@@ -463,7 +463,7 @@ def test_the_last_emergency_is_shown_after_it_is_over() -> None:
     run(act, SAMPLES / "services.log", size=(160, 40))
 
 
-@pytest.mark.parametrize(("lang", "said"), [("zh", "预操作 (启动报文)"), ("en", "Pre-operational (boot-up)")])
+@pytest.mark.parametrize(("lang", "said"), [("zh", "启动(Boot-up)"), ("en", "Pre-operational (boot-up)")])
 def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, said: str, tmp_path: Path) -> None:
     from canalyze.monitor import nodes
 

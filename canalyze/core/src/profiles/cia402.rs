@@ -129,7 +129,7 @@ pub(super) static OBJECTS: &[Object] = &[
         "vl frequency motor min max",
     ),
     (0x605A, Var(Integer16), "快速停止选项代码", "quick stop option code"),
-    (0x605B, Var(Integer16), "关机选项代码", "shutdown option code"),
+    (0x605B, Var(Integer16), "关闭(Shutdown)选项代码", "shutdown option code"),
     (0x605C, Var(Integer16), "禁止运行选项代码", "disable operation option code"),
     (0x605D, Var(Integer16), "暂停选项代码", "halt option code"),
     (0x605E, Var(Integer16), "故障响应选项代码", "fault reaction option code"),

@@ -39,13 +39,13 @@ pub enum Word {
 }
 
 static WORDS: &[Row<Word>] = &[
-    (Word::Commanded, "命令", "commanded"),
-    (Word::Reset, "初始化 (命令)", "Initialisation (commanded)"),
+    (Word::Commanded, "已命令", "commanded"),
+    (Word::Reset, "初始化 (已命令)", "Initialisation (commanded)"),
     (Word::HeartbeatLost, "心跳丢失", "heartbeat lost"),
-    (Word::GuardingLost, "节点守护无应答", "guarding unanswered"),
+    (Word::GuardingLost, "节点保护无应答", "guarding unanswered"),
     (Word::Gap, "未知 (记录缺口)", "unknown (gap in the capture)"),
     (Word::Silence, "未知 (总线静默)", "unknown (silent bus)"),
-    (Word::All, "未知 (命令所有节点)", "unknown (all nodes commanded)"),
+    (Word::All, "未知 (已命令所有节点)", "unknown (all nodes commanded)"),
     (Word::Sends, "未知 (启动后发送PDO)", "unknown (sends PDOs after its boot-up)"),
 ];
 
@@ -58,7 +58,7 @@ static OUTCOMES: &[Row<&str>] = &[
     ("write", "写", "write"),
 ];
 
-/// Appends the name of an NMT state (00, 04, 05, 7F), and what there is to say of it: `操作 (命令)`. Another state is
+/// Appends the name of an NMT state (00, 04, 05, 7F), and what there is to say of it: `操作状态 (已命令)`. Another state is
 /// its number.
 pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, how: Option<Word>) {
     match terms::nmt::state(lang, state) {
@@ -139,9 +139,9 @@ mod tests {
     #[test]
     fn states() {
         for (code, how, zh, en) in [
-            (0x05, None, "操作", "Operational"),
-            (0x7F, Some(Word::Commanded), "预操作 (命令)", "Pre-operational (commanded)"),
-            (0x00, None, "预操作 (启动报文)", "Pre-operational (boot-up)"),
+            (0x05, None, "操作状态", "Operational"),
+            (0x7F, Some(Word::Commanded), "预操作状态 (已命令)", "Pre-operational (commanded)"),
+            (0x00, None, "启动(Boot-up)", "Pre-operational (boot-up)"),
             (0x2A, None, "2Ah", "2Ah"),
         ] {
             for (lang, expected) in [(Lang::Zh, zh), (Lang::En, en)] {

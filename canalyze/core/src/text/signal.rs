@@ -443,7 +443,7 @@ mod tests {
         both(&mapped(0x6041_0010), 0x0298, "状态字=0298h 故障 (警告)", "statusword=0298h fault (warning)");
         both(&mapped(0x6041_0010), 0x0022, "状态字=0022h 未定义的状态", "statusword=0022h undefined state");
         both(&mapped(0x6040_0010), 0x000F, "控制字=000Fh 使能运行", "controlword=000Fh enable operation");
-        both(&mapped(0x6040_0010), 0x0106, "控制字=0106h 关机 (暂停)", "controlword=0106h shutdown (halt)");
+        both(&mapped(0x6040_0010), 0x0106, "控制字=0106h 关闭(Shutdown) (暂停)", "controlword=0106h shutdown (halt)");
         both(&mapped(0x6040_0010), 7, "控制字=0007h 接通/禁止运行", "controlword=0007h switch on / disable operation");
         both(&mapped(0x6040_0010), 0x80, "控制字=0080h 故障复位", "controlword=0080h fault reset");
         both(
@@ -455,7 +455,7 @@ mod tests {
         both(
             &mapped(0x6061_0008),
             0xFF,
-            "操作模式显示=-1 厂商定义的模式",
+            "操作模式显示=-1 制造商定义的模式",
             "modes of operation display=-1 manufacturer-specific mode",
         );
         both(

@@ -129,17 +129,17 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
     let Some(row) = KINDS.iter().find(|row| row.name.eq_ignore_ascii_case(text)) else { return false };
     put!(out; row.name, ": ", lang.of(row.words), "\n  ");
     let impact = match row.impact {
-        Impact::A => ("有东西停了下来", "something has stopped"),
-        Impact::B => ("有东西没有启动", "something does not start"),
-        Impact::C => ("有东西工作得不好", "something works worse than it should"),
-        Impact::D => ("总线上的报文有误", "something is wrong on the wire"),
-        Impact::E => ("值得知道", "worth knowing"),
+        Impact::A => ("设备或功能停止", "something stopped"),
+        Impact::B => ("设备或功能未能启动", "something does not start"),
+        Impact::C => ("工作性能下降", "degraded operation"),
+        Impact::D => ("总线上的报文有误", "wrong frames on the bus"),
+        Impact::E => ("供参考", "for information"),
     };
     put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
     if let Some(known) = super::incident::of(row.kind) {
         let (cause, ends) = (lang.pick(known.cause.0, known.cause.1), lang.pick(known.ends.0, known.ends.1));
         put!(out; lang.pick("  常见原因: ", "  Usual cause: "), cause, "\n");
-        put!(out; lang.pick("  由此结束: ", "  Ends by: "), ends, "\n");
+        put!(out; lang.pick("  恢复条件: ", "  Resolved when: "), ends, "\n");
         let codes = || diagnosis::shown_by(row.kind).chain(known.codes.iter().copied());
         for (place, code) in codes().enumerate() {
             put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
@@ -157,7 +157,7 @@ fn emcy(out: &mut Vec<u8>, lang: Lang, value: u32) {
     let Ok(code) = u16::try_from(value) else { return };
     let Some(words) = terms::emcy::code(lang, Profile::UNKNOWN, code) else { return };
     let hex = Hex::<4>(u64::from(code));
-    say!(out, lang; zh: "EMCY错误代码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
+    say!(out, lang; zh: "EMCY错误码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
     put!(out; "\n  CiA 301 7.2.7.1\n");
     for profile in Profile::KNOWN {
         if let Some((zh, en)) = profile.emergency(code) {
@@ -219,7 +219,7 @@ fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: 
     if sub.is_some() {
         put!(out; ":", Hex::<2>(u64::from(number)));
     }
-    put!(out; ": ", name.unwrap_or(lang.pick("制造商或设备子协议的对象", "of the maker or of a device profile")), "\n");
+    put!(out; ": ", name.unwrap_or(lang.pick("制造商或设备规范的对象", "manufacturer-specific or of a device profile")), "\n");
     own().for_each(|one| described::object(out, lang, one, index, sub.map(|_| number)));
     if name.is_some() {
         term::of_object(out, lang, index);
@@ -247,7 +247,7 @@ fn clause(lang: Lang, index: u16) -> &'static str {
     let row = CLAUSES.iter().find(|row| (row.0..=row.1).contains(&index));
     row.map_or_else(
         || match index {
-            0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "the maker's area: see the manual of the device"),
+            0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "manufacturer-specific area: see the device manual"),
             _ => lang.pick("设备子协议 (CiA 4xx)", "device profile (CiA 4xx)"),
         },
         |row| row.2,

@@ -26,7 +26,7 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
     }
     fields(out, lang, step.described.profile, step.command, rest, frame);
     if frame.len != 8 {
-        line!(out; lang.pick("长度(字节)=", "length (bytes)="), frame.len, lang.pick(", 应为8", ", shall be 8"));
+        line!(out; lang.pick("长度(字节)=", "length (bytes)="), frame.len, lang.pick(", 应为8", ", expected 8"));
     }
     if let Some(transfer) = &step.result {
         joined(out, lang, transfer);
@@ -153,7 +153,7 @@ fn padding(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
     line!(out; Spaced(bytes), if zero {
         lang.pick("  填充字节, 保留", "  padding, reserved")
     } else {
-        lang.pick("  保留, 应为0", "  reserved, shall be 0")
+        lang.pick("  保留, 应为0", "  reserved, expected 0")
     });
 }
 

@@ -33,7 +33,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             put!(out; "#   ", Hex::<2>(u64::from(counter)));
             say!(out, lang;
                 zh: "  同步计数器 (1019h不为0时才有) = ", counter, "\n";
-                en: "  synchronous counter (only where 1019h is not 0) = ", counter, "\n");
+                en: "  synchronous counter (only if 1019h is not 0) = ", counter, "\n");
         }
         Message::Sync { counter: None } => {
             line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
@@ -135,7 +135,7 @@ fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, 
     put!(out; "#   ", Spaced(payload.get(..4).unwrap_or_default()), " = ", Hex::<8>(word));
     put!(out; lang.pick("h (小端格式)  位31-28: ", "h (little-endian)  bits 31-28: "), Bin::<4>(u64::from(reserved)));
     say!(out, lang;
-        zh: "b 保留 | 位27-0: 午夜起", ms, "ms = ", Clock(ms), "\n";
+        zh: "b 保留 | 位27-0: 午夜起", ms, " ms = ", Clock(ms), "\n";
         en: "b reserved | bits 27-0: since midnight ", ms, " ms = ", Clock(ms), "\n");
     put!(out; "#   ", Spaced(&days.to_le_bytes()), " = ", Hex::<4>(u64::from(days)));
     say!(out, lang;
@@ -158,7 +158,7 @@ fn emcy(out: &mut Vec<u8>, lang: Lang, (code, profile): (u16, Profile), register
         put!(out; lang.pick("  无错误", "  no error"));
     }
     put!(out; "\n");
-    line!(out; Spaced(manufacturer), lang.pick("  厂商字节", "  manufacturer bytes"));
+    line!(out; Spaced(manufacturer), lang.pick("  制造商数据", "  manufacturer data"));
 }
 
 fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
@@ -179,7 +179,7 @@ pub(super) fn parameters(out: &mut Vec<u8>, lang: Lang, transmit: bool, number: 
     put!(out; Hex::<4>(u64::from(communication_parameter(transmit, number))));
     put!(out; lang.pick("h, 映射参数 ", "h, mapping parameter "));
     put!(out; Hex::<4>(u64::from(mapping_parameter(transmit, number))));
-    put!(out; lang.pick("h: 数据的含义由映射决定\n", "h: the mapping says what the data mean\n"));
+    put!(out; lang.pick("h: 数据的含义由映射决定\n", "h: the mapping defines the data\n"));
 }
 
 fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed) {

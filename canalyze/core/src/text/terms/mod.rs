@@ -94,7 +94,7 @@ pub(crate) mod tests {
     #[test]
     fn words_of_the_notes() {
         let states: Vec<_> = nmt::STATES.iter().map(|row| row.1).collect();
-        assert_eq!(states, ["预操作 (启动报文)", "停止", "操作", "预操作"]);
+        assert_eq!(states, ["启动(Boot-up)", "停止状态", "操作状态", "预操作状态"]);
         let parts: Vec<_> = lss::PARTS.iter().map(|row| row.1).collect();
         assert_eq!(parts, ["制造商ID", "产品码", "修订号", "序列号"]);
         let objects = [

@@ -44,7 +44,7 @@ static OBJECTS: &[Object] = &[
     (0x100D, 0x100D, "寿命因子", "life time factor"),
     (0x1010, 0x1010, "存储参数", "store parameters"),
     (0x1011, 0x1011, "恢复默认参数", "restore default parameters"),
-    (0x1012, 0x1012, "时间戳COB-ID", "COB-ID time stamp object"),
+    (0x1012, 0x1012, "时间报文COB-ID", "COB-ID time stamp object"),
     (0x1013, 0x1013, "高分辨率时间戳", "high resolution time stamp"),
     (0x1014, 0x1014, "紧急报文COB-ID", "COB-ID EMCY"),
     (0x1015, 0x1015, "紧急报文抑制时间", "inhibit time EMCY"),

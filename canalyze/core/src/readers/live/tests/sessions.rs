@@ -250,7 +250,10 @@ fn a_heartbeat_that_stops_on_a_silent_bus_is_told_by_time_alone() {
     out.clear();
     session.feed(&ticks(2_200, 60_000), &mut out);
     let text = String::from_utf8(out).unwrap();
-    assert_eq!(text, "#   HBT002 error: frame 20 node 5: no heartbeat for 360ms after it, the limit is 330ms\n");
+    assert_eq!(
+        text,
+        "#   HBT002 error: frame 20 node 5: no heartbeat for 360 ms since then (limit 330 ms: 3 periods plus tolerance)\n"
+    );
 }
 
 #[test]
