@@ -154,7 +154,7 @@ def test_one_bad_file_does_not_stop_the_others(canalyze: Runner, tmp_path: Path)
     (tmp_path / "bad.eds").write_text("can0  60A   [8]  40 08 10 00 00 00 00 00\n")
     done = canalyze("--lang", "en", "eds", "bad.eds", "missing.eds", DRIVE)
     assert (done.code, len(done.complaints)) == (2, 2)
-    assert "bad.eds: there is no CANopen object in it" in done.err
+    assert "bad.eds: no CANopen objects" in done.err
     assert "missing.eds: cannot open: no such file or directory" in done.err
     assert done.lines[0] == f"{DRIVE}: EDS, UTF-8"
 

@@ -72,7 +72,7 @@ FIRST = {
     "sniff": ["--record", "--explain", "--eds", "--filter", "--bitrate"],
     "monitor": ["--record", "--speed", "--eds", "--filter", "--bitrate"],
     "view": ["--eds", "--filter", "--bitrate", "--save", "--merge"],
-    "sdo": ["--extract", "--eds", "--filter", "-o, --output", "--format"],
+    "sdo": ["--extract", "--eds", "--filter", "-t", "-o, --output"],
     "check": ["--fail-on", "--baseline", "--junit", "--eds", "--filter"],
     "convert": ["--to", "--eds", "--filter", "--merge", "--force"],
 }
@@ -95,7 +95,7 @@ def test_options_stand_under_their_topic(canalyze: Runner) -> None:
     found = sections(canalyze("decode", "--help", "--lang", "en").out)
     assert found["Network description"] == ["--cob", "--sdo"]
     assert found["Time"] == ["--stamps", "--sync-period", "--sync-window", "--jitter"]
-    assert found["Output"] == ["--format", "--force"]
+    assert found["Output"] == ["--format", "-n, --number", "--color", "--force"]
     assert found["More options"] == ["--brief", "--incidents"]
 
 

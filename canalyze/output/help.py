@@ -23,7 +23,7 @@ _USUAL: Final = 5
 """Options that stand first."""
 _FIRST: Final = (
     *("-n", "--all", "--html", "--record", "--extract", "--to", "--fail-on", "--baseline", "--junit", "--explain"),
-    *("--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "-o", "--save", "--format"),
+    *("--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output", "--save", "--format"),
     *("--merge", "--force"),
 )
 """The usual ones, of whichever command: it shows the first of these that it has."""
@@ -111,7 +111,7 @@ def _grouped(options: list[click.Option]) -> dict[str, list[click.Option]]:
     """Give the options under the headings that help shows, in their order."""
     if len(options) <= _FEW:
         return {"options": options}
-    named = {name: option for option in options for name in option.opts}
+    named = {option.opts[-1]: option for option in options}
     found = {"usual": list(dict.fromkeys(named[name] for name in _FIRST if name in named))[:_USUAL]}
     found |= {topic: [] for topic in _TOPICS}
     for option in options:

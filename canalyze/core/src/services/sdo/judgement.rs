@@ -407,7 +407,8 @@ impl Channel {
 
     /// When a server that does not answer is reported, in ns, though no frame comes.
     pub(super) fn overdue_ns(&self) -> Option<i64> {
-        let in_vain = || self.proof.first.filter(|_| self.asks_in_vain());
+        // A client that gives up and asks again is still looking for its server.
+        let in_vain = || Some(self.proof.last).filter(|_| self.asks_in_vain());
         let from = self.awaited().map(|pending| pending.at).or_else(in_vain)?;
         Some(from.t_ns?.saturating_add(SILENT_NS))
     }
