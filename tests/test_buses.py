@@ -381,8 +381,8 @@ LISTENING = (
     "sources/live.py",
     "sources/socketcan.py",
     "commands/sniff.py",
-    "listening.py",
-    "recording.py",
+    "running/listening.py",
+    "running/recording.py",
 )
 
 

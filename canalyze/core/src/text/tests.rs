@@ -443,7 +443,7 @@ fn the_rest() {
     explain::cob_id(&mut out, Lang::Zh, Role::SdoRequest(10), &data(0x60A, &[]));
     assert_eq!(
         String::from_utf8(out).unwrap(),
-        "#   COB-ID 60Ah = 600h + 节点ID 0Ah (10): SDO请求, 客户端 -> 服务器\n"
+        "#   COB-ID 60Ah = 600h + 节点ID 0Ah (10): SDO请求, 主站(客户端) -> 从站(服务器)\n"
     );
 }
 

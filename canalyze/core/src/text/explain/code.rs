@@ -311,7 +311,7 @@ mod tests {
             assert!(code(&mut zh, Lang::Zh, row.name, &[]) && code(&mut en, Lang::En, row.name, &[]), "{}", row.name);
             let (zh, en) = (String::from_utf8_lossy(&zh), String::from_utf8_lossy(&en));
             for (said, parts) in
-                [(&zh, ["影响", "常见原因: ", "由此结束: "]), (&en, ["impact ", "Usual cause: ", "Ends by: "])]
+                [(&zh, ["影响", "常见原因: ", "恢复条件: "]), (&en, ["impact ", "Usual cause: ", "Resolved when: "])]
             {
                 assert!(parts.iter().all(|part| said.contains(part)), "{said}");
             }

@@ -115,7 +115,7 @@ pub(crate) mod tests {
         for (index, sub, word) in objects {
             assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, index, sub), Some(word));
         }
-        assert_eq!(abort_code(Lang::Zh, 0x0503_0000), Some("触发位(toggle)未交替"));
+        assert_eq!(abort_code(Lang::Zh, 0x0503_0000), Some("toggle位未交替"));
         assert_eq!(abort_code(Lang::Zh, 0x0602_0000), Some("对象字典中不存在该对象"));
         assert_eq!(abort_code(Lang::Zh, 0), None);
     }

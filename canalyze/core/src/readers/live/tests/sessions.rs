@@ -400,7 +400,7 @@ fn dropped_frames_are_told_and_counted() {
     assert!(text.contains("DROPCOUNT: dropped 4 CAN frames on 'can1' socket (total drops 7)"), "{text}");
     assert_eq!(
         session.take_complaints(),
-        ["can1: CAP002 3 frames lost (3 in total)", "can1: CAP002 4 frames lost (7 in total)"]
+        ["can1: CAP002 3 frames lost (total 3)", "can1: CAP002 4 frames lost (total 7)"]
     );
     let tally: Value = serde_json::from_slice(&session.tally()).unwrap();
     assert_eq!(tally["buses"][1]["dropped"], 7);
