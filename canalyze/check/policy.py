@@ -19,8 +19,8 @@ from canalyze.check.verdict import Counted, Examined, Verdict
 from canalyze.finding import SEVERITIES, Severity
 from canalyze.incident import Incident
 
-Threshold = Severity | Literal["never"]
-THRESHOLDS: Final[tuple[Threshold, ...]] = (*reversed(SEVERITIES), "never")
+Threshold = Literal["error", "warning", "info", "never"]
+THRESHOLDS: Final[tuple[Threshold, ...]] = get_args(Threshold)
 """Values of --fail-on."""
 Standing = Literal["stands", "over", "never"]
 STANDINGS: Final[tuple[Standing, ...]] = get_args(Standing)
@@ -30,8 +30,8 @@ _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
     "over": ("stands", "unknown", "over"),
     "never": (),
 }
-Ruling = Severity | Literal["ignore"]
-RULINGS: Final[tuple[Ruling, ...]] = ("ignore", *SEVERITIES)
+Ruling = Literal["ignore", "info", "warning", "error"]
+RULINGS: Final[tuple[Ruling, ...]] = get_args(Ruling)
 """What an override may make of a finding."""
 
 _CODE: Final = re.compile(r"[A-Z]{1,3}|[A-Z]{3}[0-9]{1,3}")

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import click
 
-from canalyze.configuration.options import (
+from canalyze.errors import ReaderGone
+from canalyze.help import Command
+from canalyze.options import (
     ANY_PATH,
     CaptureOptions,
     Spelled,
@@ -21,10 +23,8 @@ from canalyze.configuration.options import (
     output_options,
     reading_options,
 )
-from canalyze.errors import ReaderGone
 from canalyze.output import Progress, open_output, told
-from canalyze.output.help import Command
-from canalyze.running.run import Run
+from canalyze.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
 

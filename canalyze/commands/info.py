@@ -5,7 +5,9 @@ from typing import Any, Unpack
 
 import click
 
-from canalyze.configuration.options import (
+from canalyze import jsonl
+from canalyze.help import Command
+from canalyze.options import (
     ANY_PATH,
     CaptureOptions,
     OneOf,
@@ -15,9 +17,8 @@ from canalyze.configuration.options import (
     output_options,
     topic_options,
 )
-from canalyze.output import Progress, jsonl, open_output, told
-from canalyze.output.help import Command
-from canalyze.running.run import Run
+from canalyze.output import Progress, open_output, told
+from canalyze.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 

@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from canalyze.configuration import bounded, network
-from canalyze.configuration.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
+from canalyze import bounded, network
+from canalyze.compression import COMPRESSIONS
 from canalyze.errors import ConfigError
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 
 if TYPE_CHECKING:
     from canalyze._core import Expectations

@@ -9,8 +9,9 @@ import zlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from canalyze import jsonl
 from canalyze.library.event import Transfer
-from canalyze.output import hexadecimal, jsonl
+from canalyze.output import hexadecimal
 
 if TYPE_CHECKING:
     from canalyze.library.capture import Capture

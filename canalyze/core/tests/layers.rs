@@ -16,17 +16,16 @@ const MAY_USE: &[Row] = &[
     ("select", &[]),
     ("span", &[]),
     ("od", &[]),
-    ("profiles", &["od"]),
-    ("dictionary", &["od", "profiles"]),
+    ("dictionary", &["od"]),
     ("drive", &["od"]),
     ("cob_id", &["frame"]),
     ("network", &["frame", "dictionary"]),
     ("services::sdo::wire", &[]),
-    ("rules", &["frame", "profiles", "services::sdo::wire"]),
+    ("rules", &["frame", "services::sdo::wire"]),
     ("finding", &["frame", "services::sdo::wire", "rules"]),
-    ("services::sdo::transfer", &["frame", "od", "dictionary", "finding"]),
+    ("services::sdo::transfer", &["frame", "dictionary", "finding"]),
     ("configuration", &["dictionary", "services::sdo::wire", "services::sdo::transfer"]),
-    ("message", &["cob_id", "profiles", "services::lss", "services::pdo"]),
+    ("message", &["cob_id", "services::lss", "services::pdo"]),
     (
         "event",
         &[
@@ -45,7 +44,6 @@ const MAY_USE: &[Row] = &[
     (
         "services",
         &[
-            "profiles",
             "frame",
             "calendar",
             "dictionary",
@@ -59,12 +57,11 @@ const MAY_USE: &[Row] = &[
             "context",
         ],
     ),
-    ("node", &["frame", "od", "profiles", "configuration", "services::pdo"]),
+    ("node", &["frame", "od", "drive", "configuration", "services::pdo"]),
     ("roles", &["frame", "cob_id", "configuration", "network", "node", "services::pdo"]),
     (
         "checks",
         &[
-            "profiles",
             "frame",
             "od",
             "cob_id",
@@ -85,7 +82,6 @@ const MAY_USE: &[Row] = &[
     (
         "bus",
         &[
-            "profiles",
             "frame",
             "dictionary",
             "drive",
@@ -105,7 +101,6 @@ const MAY_USE: &[Row] = &[
     (
         "diagnosis",
         &[
-            "profiles",
             "frame",
             "od",
             "cob_id",
@@ -136,7 +131,6 @@ const MAY_USE: &[Row] = &[
     (
         "summary",
         &[
-            "profiles",
             "frame",
             "span",
             "cob_id",
@@ -165,12 +159,11 @@ const MAY_USE: &[Row] = &[
             "services::sdo::transfer",
         ],
     ),
-    ("filter", &["frame", "rules", "finding", "event", "services::sdo::wire", "services::sdo::transfer"]),
+    ("filter", &["frame", "services::sdo::transfer"]),
     ("masks", &["frame"]),
     (
         "text",
         &[
-            "profiles",
             "drive",
             "diagnosis",
             "frame",
@@ -195,7 +188,6 @@ const MAY_USE: &[Row] = &[
     (
         "render",
         &[
-            "profiles",
             "select",
             "drive",
             "expectation",
@@ -223,7 +215,6 @@ const MAY_USE: &[Row] = &[
     (
         "expectation",
         &[
-            "profiles",
             "frame",
             "od",
             "drive",
@@ -241,7 +232,6 @@ const MAY_USE: &[Row] = &[
     (
         "monitor",
         &[
-            "profiles",
             "frame",
             "message",
             "finding",
@@ -473,8 +463,8 @@ fn words_for_people_stand_in_text_and_rules() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // What people write in a listing is read, whatever their language.
         let read = module == "readers::listing";
-        // A kind of incident and an object of a profile are declared with their words, as a rule is.
-        let declared = ["rules", "profiles", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
+        // A kind of incident is declared with its words, as a rule is.
+        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
             .iter()
             .any(|room| belongs(&module, room));
         let words = belongs(&module, "text") || declared || is_test(&module) || read;

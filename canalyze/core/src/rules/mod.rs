@@ -43,9 +43,6 @@ pub enum Severity {
     Error,
 }
 
-/// Every severity, the least first.
-pub const SEVERITIES: &[Severity] = &[Severity::Info, Severity::Warning, Severity::Error];
-
 impl Severity {
     /// The word in machine output.
     pub fn name(self) -> &'static str {

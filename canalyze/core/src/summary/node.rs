@@ -6,7 +6,6 @@ use super::spread::{Ranked, Spread};
 use crate::event::{Place, Step};
 use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
-use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Mux, Side};
 
@@ -95,8 +94,6 @@ pub struct Node {
     pub heartbeat: Spread,
     /// Node guarding was seen.
     pub guarded: bool,
-    /// Its device profile, where an EMCY came with it.
-    pub profile: Profile,
     /// EMCYs.
     pub emcys: u64,
     /// By error code, with the error register of the last.
@@ -153,8 +150,7 @@ impl Node {
                 }
             }
             Message::GuardingRequest { .. } => self.guarded = true,
-            Message::Emcy { code, profile, .. } => {
-                self.profile = profile;
+            Message::Emcy { code, .. } => {
                 self.emcys += 1;
                 count(&mut self.emcy_codes, code, at);
             }

@@ -13,7 +13,6 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::{Finding, Quantity};
 use crate::message::Errors;
-use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -54,7 +53,6 @@ fn kind(code: u16) -> Kind {
 pub(in crate::diagnosis) struct Emergency {
     pub(in crate::diagnosis) node: u8,
     pub(in crate::diagnosis) code: u16,
-    pub(in crate::diagnosis) profile: Profile,
     pub(in crate::diagnosis) register: u8,
     pub(in crate::diagnosis) manufacturer: [u8; 5],
     pub(in crate::diagnosis) active: Errors,
@@ -90,7 +88,7 @@ impl Emergencies {
     }
 
     fn raised(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
-        let Emergency { node, code, profile, register, .. } = emergency;
+        let Emergency { node, code, register, .. } = emergency;
         let at = scene.at;
         let kind = kind(code);
         let open = self.open.entry(node).or_default();
@@ -99,7 +97,7 @@ impl Emergencies {
         };
         if let Some(place) = open.iter().find(|place| known(place, scene)).copied() {
             if let Some(one) = scene.ledger.get_mut(place) {
-                one.step(at, Role::Sign, Saying::Raised { code: (code, profile), register }, None);
+                one.step(at, Role::Sign, Saying::Raised { code, register }, None);
                 one.repeats.count += 1;
             }
             return;
@@ -132,14 +130,14 @@ impl Emergencies {
             }
         };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Sign, Saying::Raised { code: (code, profile), register }, None);
+            one.step(at, Role::Sign, Saying::Raised { code, register }, None);
             one.clue.codes.push(code);
             one.clue.communication |= register & COMMUNICATION != 0;
             if !one.clue.reported.contains(&code) {
                 one.clue.reported.push(code);
             }
             if !one.has("code") {
-                one.fact("code", Quantity::Emcy(code, profile));
+                one.fact("code", Quantity::Emcy(code));
                 one.fact("register", Quantity::Hex2(register));
             }
         }
@@ -199,7 +197,7 @@ impl Emergencies {
     }
 
     fn taken_back(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
-        let Emergency { node, profile, register, active, .. } = emergency;
+        let Emergency { node, register, active, .. } = emergency;
         let at = scene.at;
         let Some(open) = self.open.get_mut(&node) else { return };
         open.retain(|place| {
@@ -208,7 +206,7 @@ impl Emergencies {
             one.clue.codes.retain(|code| register != 0 && active.iter().any(|known| known == *code));
             if one.clue.codes.is_empty() {
                 let said = match one.clue.reported.as_slice() {
-                    [code] => Saying::TakenBack { code: (*code, profile) },
+                    [code] => Saying::TakenBack { code: *code },
                     _ => Saying::AllTakenBack,
                 };
                 one.step(at, Role::Recovery, said, None);

@@ -7,7 +7,6 @@ use super::rows::{At, Pen};
 use crate::drive::State;
 use crate::frame::FrameRef;
 use crate::message::Errors;
-use crate::profiles::Profile;
 use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::text::lane::{self, Word};
 use crate::text::terms;
@@ -101,8 +100,8 @@ pub(super) struct Node {
     toggles: bool,
     /// Frames without toggle bit.
     plain: u8,
-    /// By its device type.
-    pub(super) profile: Profile,
+    /// Its device type is not that of a drive.
+    pub(super) is_other: bool,
     axes: Vec<Axis>,
     /// What was told before this frame holds no more.
     restarted: u64,
@@ -287,10 +286,8 @@ impl Node {
         }
         if self.errors != before || !self.failing {
             self.failing = true;
-            let (profile, errors) = (self.profile, self.errors);
-            pen.says(&self.name("emcy", prefix), at, Some("active"), |out, lang| {
-                lane::errors(out, lang, profile, errors)
-            });
+            let errors = self.errors;
+            pen.says(&self.name("emcy", prefix), at, Some("active"), |out, lang| lane::errors(out, lang, errors));
         }
     }
 
