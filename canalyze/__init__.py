@@ -6,54 +6,128 @@ imported when it is first asked for, so that the command can answer Ctrl-C from 
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from canalyze._core import Batch, Table
+    from canalyze._core import Batch
     from canalyze.errors import CanalyzeError, ConfigError, CoreError, OutputError, ReaderGone, SourceError
     from canalyze.finding import Finding, Line
-    from canalyze.incident import Cause, Incident, Moment, Step
+    from canalyze.incident import Cause, Incident, IncidentChange, Moment, Step
     from canalyze.library import Options, open
     from canalyze.library.capture import Capture
+    from canalyze.library.columns import Column, Table, column_tables, columns
     from canalyze.library.event import Abort, Event, Frame, Hole, Note, Transfer
     from canalyze.library.incident import Incidents
     from canalyze.library.node import Aborts, Emcy, Node, Nodes, Spread, StateChange
-    from canalyze.library.rows import Findings, Transfers
+    from canalyze.library.rows import Events, Findings, Frames, Transfers
     from canalyze.library.series import Series, Signal, Signals
+    from canalyze.library.stream import Bus, Listener, live
+    from canalyze.library.whole import Diff, Summary, convert, diff, rules, summary
+    from canalyze.values import ObjectRef
 
 __version__ = "0.1.0"
 _FROM = {
-    "_core": ("Batch", "Table"),
+    "_core": ("Batch",),
+    "errors": (
+        "CanalyzeError",
+        "ConfigError",
+        "CoreError",
+        "OutputError",
+        "ReaderGone",
+        "SourceError",
+    ),
+    "finding": (
+        "Finding",
+        "Line",
+    ),
+    "incident": (
+        "Cause",
+        "Incident",
+        "IncidentChange",
+        "Moment",
+        "Step",
+    ),
+    "library": (
+        "Options",
+        "open",
+    ),
     "library.capture": ("Capture",),
-    "errors": ("CanalyzeError", "ConfigError", "CoreError", "OutputError", "ReaderGone", "SourceError"),
-    "library.event": ("Abort", "Event", "Frame", "Hole", "Note", "Transfer"),
-    "finding": ("Finding", "Line"),
-    "library": ("Options", "open"),
-    "incident": ("Cause", "Incident", "Moment", "Step"),
+    "library.columns": (
+        "Column",
+        "Table",
+        "column_tables",
+        "columns",
+    ),
+    "library.event": (
+        "Abort",
+        "Event",
+        "Frame",
+        "Hole",
+        "Note",
+        "Transfer",
+    ),
     "library.incident": ("Incidents",),
-    "library.node": ("Aborts", "Emcy", "Node", "Nodes", "Spread", "StateChange"),
-    "library.rows": ("Findings", "Transfers"),
-    "library.series": ("Series", "Signal", "Signals"),
+    "library.node": (
+        "Aborts",
+        "Emcy",
+        "Node",
+        "Nodes",
+        "Spread",
+        "StateChange",
+    ),
+    "library.rows": (
+        "Events",
+        "Findings",
+        "Frames",
+        "Transfers",
+    ),
+    "library.series": (
+        "Series",
+        "Signal",
+        "Signals",
+    ),
+    "library.stream": (
+        "Bus",
+        "Listener",
+        "live",
+    ),
+    "library.whole": (
+        "Diff",
+        "Summary",
+        "convert",
+        "diff",
+        "rules",
+        "summary",
+    ),
+    "values": ("ObjectRef",),
 }
 __all__ = [
     "Abort",
     "Aborts",
     "Batch",
+    "Bus",
     "CanalyzeError",
     "Capture",
     "Cause",
+    "Column",
     "ConfigError",
     "CoreError",
+    "Diff",
     "Emcy",
     "Event",
+    "Events",
     "Finding",
     "Findings",
     "Frame",
+    "Frames",
     "Hole",
     "Incident",
+    "IncidentChange",
     "Incidents",
     "Line",
+    "Listener",
     "Moment",
     "Node",
     "Nodes",
     "Note",
+    "ObjectRef",
     "Options",
     "OutputError",
     "ReaderGone",
@@ -64,11 +138,19 @@ __all__ = [
     "Spread",
     "StateChange",
     "Step",
+    "Summary",
     "Table",
     "Transfer",
     "Transfers",
     "__version__",
+    "column_tables",
+    "columns",
+    "convert",
+    "diff",
+    "live",
     "open",
+    "rules",
+    "summary",
 ]
 
 

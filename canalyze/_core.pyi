@@ -11,6 +11,18 @@ __version__: str
 FORMATS: list[str]
 """Names of the formats that the core reads: those of --input-format."""
 
+SERVICES: list[str]
+"""Services that a frame can belong to, as filters, JSON and tables name them."""
+
+SEVERITIES: list[str]
+"""Severities of findings, from harmless to bad."""
+
+COLOURS: dict[str, str]
+"""What begins each colour of a terminal, by severity, service and what else stands out."""
+
+PLAIN: str
+"""What ends a colour."""
+
 WRITERS: list[str]
 """Names of the formats that the core writes: those of `convert --to`."""
 
@@ -127,11 +139,16 @@ class Session:
         incidents: bool = False,
         masks: Sequence[str] = (),
         count: int | None = None,
+        coloured: bool = False,
+        numbered: bool = False,
     ) -> None:
         """Start a capture.
 
         lang: zh | en.
-        format: text | jsonl (frame, note, finding, transfer) | transfers (JSON lines of transfers only) |
+        format: text | jsonl (frame, note, finding, transfer) | events (the same, for a library: with `incidents` what
+        diagnosis has at the end, too) | transfers (JSON lines of transfers only) |
+        transfers-text (the same with names in the language of the session, for a table) |
+        transfers-csv (the same as CSV, a line of headings first) |
         signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
         summary (JSON lines, one object a record, all of them from finish()) |
         observed (the lines of transfers as they end; from finish() those of summary, then observed_...) |
@@ -145,7 +162,7 @@ class Session:
         convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
         depth: brief | default | explain (text only).
         stamps: auto | absolute | zero | delta.
-        time: None (as they came) or one of a d z A n.
+        time: None (as they came) or one of a d z A n; in jsonl each t is that of the capture whatever it is.
         filter: the expression of --filter.
         network: what is known of the network before its capture is read.
         select: the globs of --select; signals, signals-csv and tables only.
@@ -161,6 +178,7 @@ class Session:
         expectations: what the capture is held against; what does not hold is a finding like others.
         masks: channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are
         shown; of channels that are not named, or have no filters, all are.
+        coloured, numbered: text in the colours of a terminal, and behind the numbers of frames.
         count: frames that are shown at most: the capture ends behind the last of them, see done.
         ValueError (one line, in the session's language) for a value that is none of these or a filter, map or mask
         that cannot be read.
@@ -222,7 +240,8 @@ class Session:
         buses: name, frames, frames_per_s, bits_per_s, bit_rate (of the network) and load_percent or null,
         error_frames, dropped, state (of the listening controller: null error-warning error-passive bus-off).
         nodes: bus, node, name (of its description, else by 1008h), state (hex, null: unknown) and state_text, frames,
-        sent (by itself), frames_per_s, heartbeat_age_ns (since boot-up, heartbeat or answer to guarding),
+        sent (by itself), frames_per_s, unknown (the bus was away since the state was seen: it may be any),
+        heartbeat_age_ns (since boot-up, heartbeat or answer to guarding),
         heartbeat_period_ns (by 1017h or its heartbeats), silent (heartbeat or guarding: by which it should have been
         heard since and was not; else null), guarded, emcy (null, or the last error code, of those that stand if any
         do: code text t_ns, and active: how many stand, 0: none), boot_ups, drive (null, or its state), findings
@@ -246,6 +265,14 @@ class Session:
         are as they would be if it were over now. incidents_more: those without a row. incident of a node: null, or
         the first that concerns it and is not over: id word provisional.
         """
+    def page(self, bus: str, node: int) -> str:
+        """Give what is known of a node beyond its row, as JSON (format `monitor`).
+
+        `identity` is a list of `index`, `sub`, `name`, `text` of objects that were read of it; `pdos` one of `pdo`,
+        `id`, `valid`, `type`, `from` (whence the mapping is known) and `objects`, each with `index`, `sub`, `name`,
+        `bits`.
+        """
+
     def trace(
         self, filter: str = "", search: str = "", frame: int | None = None, rows: int = 50, back: bool = True
     ) -> list[tuple[int, str, int | None, str, str, str, str]]:
@@ -279,6 +306,12 @@ class Session:
         status: "" while the transfer runs, else ok | aborted | incomplete | failed once. File names are safe: letters,
         digits, . _ - only.
         """
+    def nodes(self) -> str:
+        """Give what each node was seen to do, as a JSON list.
+
+        Of `bus`, `node`, `state_text`, `silent` ("heartbeat", "guarding" or ""), `frames`, `errors`, `warnings`.
+        """
+
     def tally(self) -> str:
         """What was seen so far, at any time: a JSON object.
 
@@ -409,7 +442,8 @@ def explain(line: str, lang: str = "zh", network: Network | None = None) -> str 
     """One frame (candump log or console form, or cansend's ID#DATA) field by field; or what a code is.
 
     A code is that of a rule, a kind of incident, an abort code, `8130h`, `1016h:01`, `182`, one with a word before it
-    (`emcy 8130`, `register 11`, `statusword 0218`), or a term of CANopen (`inhibit time`). None for anything else.
+    (`emcy 8130`, `register 11`, `statusword 0218`), or a term of CANopen (`inhibit time`). None for anything else;
+    ValueError, in words, for a line that is meant as a frame and cannot be read.
     network: descriptions of devices; one of node 0 is of a node that is not known.
     """
 

@@ -18,33 +18,23 @@ from typing import Final
 import click
 
 from canalyze import __version__
-from canalyze.config import Config, settle, spoken
+from canalyze.configuration.config import Config, settle, spoken
+from canalyze.configuration.options import common_options
 from canalyze.errors import CanalyzeError, ConfigError, CoreError, ReaderGone
-from canalyze.help import located, page, usage_line
-from canalyze.options import common_options
 from canalyze.output import Output, complain, shows_chinese
+from canalyze.output.help import located, page, usage_line
 from canalyze.words import Words
 
-COMMANDS: Final = (
-    "diagnose",
-    "decode",
-    "sniff",
-    "monitor",
-    "view",
-    "explain",
-    "sdo",
-    "signals",
-    "summary",
-    "check",
-    "expect",
-    "diff",
-    "convert",
-    "info",
-    "eds",
-    "rules",
-    "examples",
-)
-"""In the order of help; each stands in `commands/` under its name."""
+TOPICS: Final = {
+    "look": ("diagnose", "decode", "summary", "sdo", "signals", "view", "explain"),
+    "live": ("sniff", "monitor"),
+    "judge": ("check", "expect", "diff", "rules"),
+    "files": ("info", "convert", "eds", "examples", "help"),
+}
+"""The commands as help groups them; each stands in `commands/` under its name."""
+COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)
+_MACHINE: Final = ("signals", "convert")
+"""Commands whose output is no text for people, unless asked."""
 
 _SETTLED_FIRST: Final = ("--lang", "--config")
 
@@ -98,7 +88,7 @@ class Group(click.Group):
 
     def get_help(self, ctx: click.Context) -> str:
         """Give the page."""
-        return page(self, ctx, self._words)
+        return page(self, ctx, self._words, TOPICS)
 
 
 def _show_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -132,6 +122,8 @@ def _run(args: list[str]) -> int:
             return 2
         config = settle(lang, options.get("--config"))
         words = _words(config)
+        if not config.chosen and _reads_no_chinese(args):
+            complain(words("output.hint"))
     except ConfigError as error:
         if not _completes() and not (_explains(args) and error.key != "config.lang_option"):
             complain(f"canalyze: {error.in_words(_words(spoken(lang), notice=False))}")
@@ -163,7 +155,7 @@ def _run(args: list[str]) -> int:
 
 def complain_page(group: click.Group, words: Words) -> None:
     """Without any command: the help, on standard error."""
-    for line in page(group, click.Context(group, info_name="canalyze"), words).splitlines():
+    for line in page(group, click.Context(group, info_name="canalyze"), words, TOPICS).splitlines():
         complain(line)
 
 
@@ -190,6 +182,21 @@ def _command(args: list[str]) -> str:
 def _explains(args: list[str]) -> bool:
     """Tell whether help or the version is asked for: nothing about a configuration may stand in its way."""
     return not {"-h", "--help", "--version"}.isdisjoint(args[: args.index("--")] if "--" in args else args)
+
+
+def _reads_no_chinese(args: list[str]) -> bool:
+    """Tell whether somebody may sit there who cannot read what comes: only then is it said how to get English."""
+    out, err = (stream is not None and stream.isatty() for stream in (sys.stdout, sys.stderr))
+    if not out or not err or not shows_chinese() or _completes() or "--version" in args:
+        return False
+    spoken = (os.environ.get(name) for name in ("LC_ALL", "LC_MESSAGES", "LANG"))
+    if next(filter(None, spoken), "").lower().startswith("zh"):
+        return False
+    if (_commanded(args) or [""])[0] in _MACHINE:
+        return False
+    forms = [after for arg, after in zip(args, [*args[1:], ""], strict=True) if arg == "--format"]
+    forms += [arg.partition("=")[2] for arg in args if arg.startswith("--format=")]
+    return set(forms) <= {"text"}
 
 
 def _words(config: Config, *, notice: bool = True) -> Words:

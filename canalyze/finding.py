@@ -5,11 +5,13 @@ It is read from the core's JSON lines and never made here: what a finding is, th
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
+
+from canalyze.values import ObjectRef, Timed, object_ref
 
 Severity = Literal["info", "warning", "error"]
-SEVERITIES: Final[tuple[Severity, ...]] = ("info", "warning", "error")
-"""From harmless to bad."""
+SEVERITIES: Final[tuple[Severity, ...]] = get_args(Severity)
+"""From harmless to bad: those of the core."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +25,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(Timed):
     """Something that an engineer should know, at a frame."""
 
     code: str
@@ -83,9 +85,9 @@ class Finding:
         return self.line if self.about_frame == self.frame else self.cause_line
 
     @property
-    def object(self) -> str | None:
+    def object(self) -> ObjectRef | None:
         """The object as the standard writes it, 1017h:00; None where none is concerned."""
-        return None if self.index is None else f"{self.index}h:{self.sub or 0:02X}"
+        return object_ref(self.index, self.sub)
 
     @property
     def expectation(self) -> str | None:

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, get_args
 
+from canalyze.values import Timed
+
 Status = Literal["stands", "unknown", "over", "harmless"]
 """How an incident stands at the end: not over, not known, over, or explained by a command or by the recording."""
 Impact = Literal["A", "B", "C", "D", "E"]
@@ -17,7 +19,7 @@ STATUSES: Final[tuple[Status, ...]] = get_args(Status)
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class Moment(Timed):
     """A frame and its time."""
 
     frame: int
@@ -38,7 +40,7 @@ class Cause:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class Step(Timed):
     """A fact of an incident at a frame."""
 
     frame: int
@@ -103,21 +105,20 @@ class Incident:
 def incident(row: Mapping[str, Any]) -> Incident:
     """Read a record of the core."""
     subject, cause, end = row["subject"], row["cause"], row["end"]
-    nodes = subject.get("nodes") or ([subject["node"]] if "node" in subject else [])
     return Incident(
         id=row["id"],
         kind=row["incident"],
         bus=subject["bus"],
         node=subject.get("node"),
-        nodes=tuple(nodes),
+        nodes=_nodes(subject),
         axis=subject.get("axis"),
         pdo=subject.get("pdo"),
         status=row["status"],
         impact=row["impact"],
         grade=row["grade"],
-        begin=Moment(row["begin"]["frame"], row["begin"]["t"]),
-        noticed=Moment(row["noticed"]["frame"], row["noticed"]["t"]),
-        end=None if end is None else Moment(end["frame"], end["t"]),
+        begin=_moment(row["begin"]),
+        noticed=_moment(row["noticed"]),
+        end=None if end is None else _moment(end),
         cause=None if cause is None else Cause(**cause),
         effects=tuple(row["effects"]),
         steps=tuple(Step(**step) for step in row["steps"]),
@@ -128,3 +129,51 @@ def incident(row: Mapping[str, Any]) -> Incident:
         count=row["repeats"]["count"],
         is_root=row["root"],
     )
+
+
+@dataclass(frozen=True, slots=True)
+class IncidentChange:
+    """What has become known of an incident while a bus is listened to; it may still change."""
+
+    phase: Literal["opened", "linked", "ended"]
+    """It begins to show, its cause is known or another, or it is over."""
+    id: int
+    """The number of the incident."""
+    kind: str
+    """What it is, as `node-silent`."""
+    bus: str | None
+    nodes: tuple[int, ...]
+    """All nodes concerned."""
+    status: Status
+    begin: Moment
+    noticed: Moment
+    end: Moment | None
+    cause: Cause | None
+    message: str
+    """What it says, in one line."""
+
+
+def incident_change(row: Mapping[str, Any]) -> IncidentChange:
+    """Read a record of the core that came before the end."""
+    subject, cause, end = row["subject"], row["cause"], row["end"]
+    return IncidentChange(
+        row["phase"],
+        row["id"],
+        row["incident"],
+        subject["bus"],
+        _nodes(subject),
+        row["status"],
+        _moment(row["begin"]),
+        _moment(row["noticed"]),
+        None if end is None else _moment(end),
+        None if cause is None else Cause(**cause),
+        row["message"],
+    )
+
+
+def _nodes(subject: Mapping[str, Any]) -> tuple[int, ...]:
+    return tuple(subject.get("nodes") or ([subject["node"]] if "node" in subject else []))
+
+
+def _moment(row: Mapping[str, Any]) -> Moment:
+    return Moment(row["frame"], row["t"])

@@ -62,9 +62,13 @@ class Done:
 
 
 def environment(**more: str) -> dict[str, str]:
-    """Give this environment without what would choose a language, and with `more`."""
+    """Give this environment without what would choose a language, of somebody who reads Chinese, and with `more`."""
     ours = {"CANALYZE_LANG", "NO_COLOR", "LC_ALL", "PYTHONIOENCODING", "PYTHONUTF8", "COLUMNS", "TERM"}
-    return {name: value for name, value in os.environ.items() if name not in ours} | {"TERM": "xterm"} | more
+    return (
+        {name: value for name, value in os.environ.items() if name not in ours}
+        | {"TERM": "xterm", "LC_MESSAGES": "zh_CN.UTF-8"}
+        | more
+    )
 
 
 def command(*args: str) -> list[str]:

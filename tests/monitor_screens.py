@@ -18,7 +18,7 @@ from canalyze import _core
 from canalyze.monitor.app import Monitor
 from canalyze.monitor.keys import VIEWS
 from canalyze.monitor.watch import Watch
-from canalyze.reading import Reading
+from canalyze.running.reading import Reading
 from canalyze.sources.format import open_capture
 from canalyze.sources.replay import Replay
 from canalyze.words import Words

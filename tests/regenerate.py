@@ -1,18 +1,24 @@
 """Writes the expected output beside the samples anew.
 
     python tests/regenerate.py [NAME...]
+    python tests/regenerate.py pages [PAGE...]
 
-Without names all samples. Read the difference (`git diff samples`) before it is kept: a golden file is only as right
-as the eye that passed it. `zephyr-sdo.brief.zh.txt` is never written: it is the listing that the program reproduces.
+Without names all samples, and what the pages for users show; `pages` are these alone. Read the difference (`git diff`)
+before it is kept: a golden file is only as right as the eye that passed it. `zephyr-sdo.brief.zh.txt` is never written:
+it is the listing that the program reproduces.
 
 What it must not do: judge; test_golden.py compares, the other tests know what is true.
 """
 
 from __future__ import annotations
 
+import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import generated_pages
+import page_examples
 from captures import SAMPLES, described_beside, expected_beside, run_canalyze, session_output
 from monitor_screens import golden as screen_golden
 from monitor_screens import goldens as screen_goldens
@@ -100,8 +106,11 @@ def output(capture: Path, arguments: dict[str, str]) -> bytes:
 
 
 def main() -> None:
-    """Every golden file of the samples named on the command line, these in other formats, and the screens."""
+    """Every golden file of the samples named on the command line, these in other formats, the screens, and pages."""
     names = set(sys.argv[1:])
+    if "pages" in names:
+        pages(names - {"pages"})
+        return
     for capture in samples():
         if names and capture.stem not in names:
             continue
@@ -114,6 +123,18 @@ def main() -> None:
     for capture, size, lang in screen_goldens():
         if not names or capture.stem in names:
             keep(screen_golden(capture, size, lang), screens(capture, size, lang).encode())
+    if not names:
+        pages(set())
+
+
+def pages(names: set[str]) -> None:
+    """The pages that are made of the core's tables, and the listings on all others, or on those of these names."""
+    for path in generated_pages.write():
+        print(path.relative_to(SAMPLES.parent))
+    chosen = [page for page in page_examples.PAGES if not names or page.stem in names]
+    with ThreadPoolExecutor(os.cpu_count()) as side_by_side:  # each waits for the commands that it shows
+        for page, new in zip(chosen, side_by_side.map(page_examples.rewritten, chosen), strict=True):
+            keep(page, new.encode())
 
 
 def keep(file: Path, new: bytes) -> None:

@@ -34,14 +34,14 @@ def test_frames_of_further_buses_are_passed_over_and_counted(canalyze: Runner, t
     done = canalyze("convert", "--to", "candump", "--lang", "en", "many.log", "-")
     assert done.out.splitlines() == text[:MOST]
     assert "6 lines cannot be read: 65-70\n" in done.err
-    assert f"many.log: more than {MOST} buses; what is on further ones was passed over, frames: 6\n" in done.err
+    assert f"many.log: more than {MOST} buses; 6 frames on the others skipped\n" in done.err
     info = json.loads(canalyze("info", "--format", "jsonl", "many.log").out.splitlines()[0])
     assert (info["frames"], len(info["buses"])) == (MOST, MOST)
     assert info["unreadable"] == {"count": 6, "first_line": 65, "first_offset": None, "further_buses": 6}
     assert "too many buses" in canalyze("info", "--lang", "en", "many.log").out
     checked = canalyze("check", "--lang", "en", "many.log")
     assert checked.code == 1
-    assert "6 lines cannot be read, 6 of them since there are too many buses" in checked.out
+    assert "6 lines cannot be read, 6 of them on buses beyond the limit" in checked.out
 
 
 def test_as_many_as_are_kept_apart_say_nothing(canalyze: Runner, tmp_path: Path) -> None:
@@ -165,5 +165,5 @@ def test_a_file_of_further_buses_alone_is_no_file_without_frames(
     log(tmp_path / "b.log", range(MOST, 70))
     done = canalyze("decode", *options, "--lang", "en", "--format", "jsonl", "a.log", "b.log")
     assert (done.code, len(frames(done))) == (0, MOST)
-    assert f"b.log: more than {MOST} buses; what is on further ones was passed over, frames: 6\n" in done.err
+    assert f"b.log: more than {MOST} buses; 6 frames on the others skipped\n" in done.err
     assert "no CAN frame" not in done.err

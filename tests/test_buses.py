@@ -360,7 +360,7 @@ def test_what_python_can_logs_is_a_remark(source: PythonCan, capfd: pytest.Captu
 
     for _ in range(3):
         logging.getLogger("can.some").warning("something is %s", "odd")
-    assert [str(remark) for remark in source.remarks()] == [f"{CHANNEL}: python-can says: something is odd"]
+    assert [str(remark) for remark in source.remarks()] == [f"{CHANNEL}: python-can: something is odd"]
     assert capfd.readouterr().err == ""
 
 
@@ -381,8 +381,8 @@ LISTENING = (
     "sources/live.py",
     "sources/socketcan.py",
     "commands/sniff.py",
-    "listening.py",
-    "recording.py",
+    "running/listening.py",
+    "running/recording.py",
 )
 
 

@@ -87,11 +87,11 @@ def test_known_problems_pass_and_new_ones_fail(canalyze: Runner, tmp_path: Path)
     }
     done = canalyze(*BASE, "lost.log")
     assert (done.code, done.err) == (0, "")
-    assert "errors: 1, in the baseline: 1, frames: 60" in done.out
-    assert "(the baseline allows 1)" in done.out
+    assert "60 frames: clean, 1 error, 1 in baseline" in done.out
+    assert "(baseline allows 1)" in done.out
     (tmp_path / "six.log").write_bytes(lost(20).replace(b" 705#", b" 707#"))
     done = canalyze(*BASE, "lost.log", "six.log")
-    assert done.code == 1 and "six.log: problems: 1" in done.out
+    assert done.code == 1 and "1 problem" in done.out
     lines = lost(40).splitlines(keepends=True)
     lines.insert(20, b"(1700000000.951000) can0 085#1023030000000000\n")
     (tmp_path / "other.log").write_bytes(b"".join(lines))
@@ -115,7 +115,7 @@ def test_each_report_says_what_is_known(canalyze: Runner, tmp_path: Path) -> Non
 def test_problems_that_are_gone_leave_the_baseline(canalyze: Runner, tmp_path: Path) -> None:
     canalyze(*BASE, "--update-baseline", "lost.log")
     done = canalyze(*BASE, "well.log")
-    said = "canalyze: known.json: no longer occurs: node-silent can0, node 5; --update-baseline takes it out"
+    said = "canalyze: known.json: no longer occurs: node-silent can0, node 5; --update-baseline removes it"
     assert (done.code, done.complaints) == (0, [said])
     assert canalyze("check", "--fail-on", "never", "--baseline", "known.json", "well.log").err == "", "not asked for"
 
@@ -123,12 +123,24 @@ def test_problems_that_are_gone_leave_the_baseline(canalyze: Runner, tmp_path: P
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        ('{"kind": "Node", "bus": null, "subject": null, "object": null, "count": 1}', "kind of an entry"),
-        ('{"kind": "bus-off", "bus": null, "subject": 5, "object": null, "count": 1}', "subject of an entry"),
-        ('{"kind": "bus-off", "bus": null, "subject": null, "object": "1", "count": 1}', "object of an entry"),
-        ('{"kind": "bus-off", "bus": null, "subject": null, "object": null, "count": 0}', "count of an entry"),
-        ('{"kind": "bus-off", "node": 5, "count": 1}', "node of an entry"),
-        ("5", "{} of an entry"),
+        (
+            '{"kind": "Node", "bus": null, "subject": null, "object": null, "count": 1}',
+            "invalid kind in a baseline entry",
+        ),
+        (
+            '{"kind": "bus-off", "bus": null, "subject": 5, "object": null, "count": 1}',
+            "invalid subject in a baseline entry",
+        ),
+        (
+            '{"kind": "bus-off", "bus": null, "subject": null, "object": "1", "count": 1}',
+            "invalid object in a baseline entry",
+        ),
+        (
+            '{"kind": "bus-off", "bus": null, "subject": null, "object": null, "count": 0}',
+            "invalid count in a baseline entry",
+        ),
+        ('{"kind": "bus-off", "node": 5, "count": 1}', "invalid node in a baseline entry"),
+        ("5", "invalid {} in a baseline entry"),
     ],
 )
 @pytest.mark.parametrize("lang", ["zh", "en"])

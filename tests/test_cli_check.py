@@ -18,6 +18,7 @@ from conftest import Runner, command, environment
 from processes import wait_until_idle
 from test_cli_terminal import on_terminal
 
+from canalyze._core import COLOURS
 from canalyze.words import LANGUAGES, Words
 
 RULES = SAMPLES / "rules"
@@ -68,7 +69,7 @@ def test_the_report_is_the_golden_one(tmp_path: Path, lang: str) -> None:
 def test_a_clean_capture_is_one_line(canalyze: Runner, set_of_captures: Path) -> None:
     done = canalyze("check", "--lang", "en", "captures/clean.log")
     assert (done.code, done.err) == (0, "")
-    assert done.lines == ["captures/clean.log: clean, frames: 8", "total: files: 1, frames: 8, nothing fails"]
+    assert done.lines == ["captures/clean.log, 8 frames: clean", "1 file, 8 frames: no failing findings"]
 
 
 def test_findings_of_one_kind_are_one_entry(canalyze: Runner, tmp_path: Path) -> None:
@@ -135,7 +136,7 @@ def test_github(canalyze: Runner, set_of_captures: Path) -> None:
 
 def test_colours_are_for_terminals(set_of_captures: Path, tmp_path: Path) -> None:
     code, shown = on_terminal(tmp_path, "check", "captures/toggle.log")
-    assert code == 1 and b"\x1b[31m" in shown
+    assert code == 1 and COLOURS["error"].encode() in shown
     for name, value in (("NO_COLOR", "1"), ("TERM", "dumb")):
         code, shown = on_terminal(tmp_path, "check", "captures/toggle.log", only_err=False, **{name: value})
         assert code == 1 and b"\x1b" not in shown
@@ -206,8 +207,8 @@ def test_overrides_of_the_configuration(canalyze: Runner, set_of_captures: Path,
         [{"reason": "drives depend on it", "count": 1}],
     ]
     done = canalyze("check", "--lang", "en", *both)
-    assert "findings overridden: 1, old server" in done.lines
-    assert "captures/toggle.log: clean, ignored: 1, frames: 8" in done.lines
+    assert "1 finding overridden: old server" in done.lines
+    assert "captures/toggle.log, 8 frames: clean, 1 ignored" in done.lines
     absolute = [str(set_of_captures / "toggle.log")]
     assert jsonl(canalyze, *absolute, code=0)
 
@@ -251,18 +252,18 @@ def test_baseline_round_trip(canalyze: Runner, set_of_captures: Path, tmp_path: 
     assert (missing.code, len(missing.complaints)) == (2, 1) and "--update-baseline" in missing.err
     done = canalyze("check", "--lang", "en", "--baseline", "known.json", "--update-baseline", *every)
     assert done.code == 0
-    assert done.complaints == ["canalyze: known.json: baseline written, entries: 2"]
+    assert done.complaints == ["canalyze: known.json: baseline written, 2 entries"]
     written = (tmp_path / "known.json").read_text()
     assert [json.loads(line.rstrip(","))["code"] for line in written.splitlines()[1:-1]] == ["SDO001", "SYN003"]
     again = canalyze("check", "--lang", "en", "--baseline", "known.json", *every)
     assert (again.code, again.err) == (0, "")
-    assert "captures/toggle.log: clean, in the baseline: 1, frames: 8" in again.lines
+    assert "captures/toggle.log, 8 frames: clean, 1 in baseline" in again.lines
     canalyze("check", "--baseline", "known.json", "--update-baseline", *every)
     assert (tmp_path / "known.json").read_text() == written
     less = canalyze("check", "--lang", "en", "--baseline", "known.json", "captures/clean.log", "captures/sync.log")
     assert less.code == 0
     assert less.complaints == [
-        "canalyze: known.json: no longer occurs: SDO001 can0, node 10, 1008:00; --update-baseline takes it out"
+        "canalyze: known.json: no longer occurs: SDO001 can0, node 10, 1008:00; --update-baseline removes it"
     ]
     canalyze("check", "--baseline", "known.json", "--update-baseline", "captures/clean.log")
     assert json.loads((tmp_path / "known.json").read_text()) == {"canalyze_baseline": 1, "findings": []}
@@ -277,8 +278,8 @@ def test_more_than_the_baseline_fails(canalyze: Runner, set_of_captures: Path, t
     assert canalyze(*args, "two.log").code == 0
     done = canalyze(*args, "two.log", "three.log")
     assert done.code == 1
-    assert any(line.startswith("two.log: clean, ") for line in done.lines)
-    assert any(line.startswith("    3 times, baseline ") for line in done.lines)
+    assert any(line.startswith("two.log, ") and ": clean, " in line for line in done.lines)
+    assert any(line.startswith("    3 times (baseline: 2)") or line.startswith("    3 times") for line in done.lines)
 
 
 def test_fewer_than_the_baseline_is_said(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
@@ -290,7 +291,7 @@ def test_fewer_than_the_baseline_is_said(canalyze: Runner, set_of_captures: Path
     done = canalyze(*args, "two.log")
     assert done.code == 0
     (said,) = done.complaints
-    assert "times in a capture, baseline 3:" in said
+    assert "per capture, baseline 3:" in said
     assert not canalyze(*args, "two.log", "three.log").complaints
     assert canalyze(*args, "--update-baseline", "two.log").code == 0
     assert not canalyze(*args, "two.log").complaints
@@ -327,7 +328,7 @@ def test_each_expectation_is_a_finding_of_its_own(canalyze: Runner, tmp_path: Pa
     assert len({row["partialFingerprints"]["findingKind/v1"] for row in results}) == len(results) == 2
     text = canalyze("check", "--lang", "en", str(capture))
     assert all(text.out.count(f"(expected by {label})") == 1 for label in labels)
-    assert f"\nexpectations: {file} (files: 1)\ntotal:" in text.out
+    assert f"\nexpectations: {file} (for 1 capture)\n1 file, " in text.out
     commands = canalyze("check", "--format", "github", str(capture), env={"GITHUB_ACTIONS": "true"})
     assert sum(line.startswith("::error") for line in commands.lines) == 2
 
@@ -345,7 +346,7 @@ def test_a_baseline_does_not_tell_expectations_apart(canalyze: Runner, tmp_path:
     file.write_text(EXPECTED.format(first=500, second=600))
     done = canalyze(*known)
     assert done.code == 1
-    assert done.out.count("2 times, baseline 1") == 2
+    assert done.out.count("2 times, 1 in baseline") == 2
     assert canalyze(*known[:-1], "--update-baseline", str(capture)).code == 0
     assert [row["count"] for row in json.loads(baseline.read_text())["findings"]] == [2]
     assert canalyze(*known).code == 0
@@ -356,8 +357,9 @@ def test_many_failing_captures_are_summed_up(canalyze: Runner, tmp_path: Path) -
         source = "SYN003" if number % 3 else "SDO001"
         (tmp_path / f"{number:02}.log").write_bytes((RULES / f"{source}.log").read_bytes())
     done = canalyze("check", "--lang", "en", *(str(tmp_path / f"{number:02}.log") for number in range(12)))
-    assert [line.partition(":")[0] for line in done.lines[-3:]] == ["SYN003 sync-period", "SDO001 toggle-bit", "total"]
-    assert [line.rpartition("files: ")[2] for line in done.lines[-3:]] == ["8)", "4)", "12)"]
+    heads = ["SYN003 sync-period", "SDO001 toggle-bit", "12 files, 112 frames"]
+    assert [line.partition(":")[0] for line in done.lines[-3:]] == heads
+    assert [line.rpartition("(in ")[2] for line in done.lines[-3:]] == ["8 files)", "4 files)", "12 files)"]
 
 
 def test_the_baseline_of_the_configuration(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
@@ -412,17 +414,17 @@ def test_quoted_globs(canalyze: Runner, set_of_captures: Path) -> None:
 def test_a_pattern_that_nothing_fits_is_an_error(canalyze: Runner, set_of_captures: Path) -> None:
     done = canalyze("check", "--lang", "en", "captures/*.asc", "captures/toggle.log")
     assert done.code == 2
-    assert done.complaints == ["canalyze: captures/*.asc: no file fits"]
+    assert done.complaints == ["canalyze: captures/*.asc: no matching files"]
     assert "SDO001" in done.out
     alone = canalyze("check", "--lang", "en", "captures/*.asc")
     assert alone.code == 2
-    assert alone.lines[-1] == "total: files: 1, frames: 0, files not fully checked: 1"  # not "nothing fails"
+    assert alone.lines[-1] == "1 file, 0 frames: 1 file not fully checked"  # not "no failing findings"
 
 
 def test_a_directory_says_what_to_write(canalyze: Runner, set_of_captures: Path) -> None:
     done = canalyze("check", "--lang", "en", "captures")
     assert done.code == 2
-    assert done.complaints == ["canalyze: captures: is a directory; say which files in it, such as 'captures/**/*.log'"]
+    assert done.complaints == ["canalyze: captures: is a directory; name the files in it, such as 'captures/**/*.log'"]
 
 
 def test_a_load_is_told_with_as_many_digits_as_exceed_the_limit(canalyze: Runner, set_of_captures: Path) -> None:
@@ -445,7 +447,7 @@ def test_expectations_that_could_not_be_judged_are_shown(canalyze: Runner, set_o
     )
     done = canalyze("check", "--lang", "en", "captures/clean.log")
     assert (done.code, done.err) == (0, "")
-    assert done.lines[0] == "captures/clean.log: clean, infos: 2, frames: 8"
+    assert done.lines[0] == "captures/clean.log, 8 frames: clean, 2 notes"
     places = sorted(line.rpartition("/")[2] for line in done.lines[1:3])
     assert places == ["clean.expect.toml:1)", "clean.expect.toml:3)"]
     assert all("EXP015" in line and "bit rate" in line for line in done.lines[1:3])
@@ -460,7 +462,7 @@ def test_what_cannot_be_read_hides_nothing(canalyze: Runner, set_of_captures: Pa
     assert done.code == 2
     assert [line.split(": ")[1] for line in done.complaints] == [args[0], args[2], args[3]]
     assert "SDO001" in done.out and "SYN003" in done.out
-    assert done.lines[-1].endswith("files not fully checked: 3")
+    assert done.lines[-1].endswith("3 files not fully checked")
     found = jsonl(canalyze, *args, code=2)
     assert [row["error"] is None for row in ends(found)] == [False, True, False, False, True]
 
@@ -488,7 +490,7 @@ def test_standard_input(canalyze: Runner, set_of_captures: Path) -> None:
     for args in ((), ("-",)):
         done = canalyze("check", "--lang", "en", *args, stdin=text)
         assert done.code == 1
-        assert done.lines[0] == "stdin: errors: 1, frames: 8"
+        assert done.lines[0] == "stdin, 8 frames: 1 error"
     done = canalyze("check", "--format", "jsonl", "captures/sync.log", "-", "captures/clean.log", stdin=text)
     assert [row["file"] for row in map(json.loads, done.lines) if row["kind"] == "check"] == [
         "captures/sync.log",
@@ -512,7 +514,7 @@ def test_a_node_that_is_in_some_captures_is_no_mistake(canalyze: Runner, set_of_
     every = (str(RULES / "PDO012.clean.log"), "captures/clean.log")
     assert canalyze("check", "--eds", f"5={eds}", *every).err == ""
     assert canalyze("check", "--eds", f"6={eds}", "--lang", "en", *every).complaints == [
-        f"{eds}: the capture has no frame of node 6"
+        f"{eds}: no frames of node 6 in the capture"
     ]
 
 
@@ -561,8 +563,8 @@ def test_a_process_that_dies_is_an_error_of_its_capture(
         [command()[0], "-c", code, *args], cwd=tmp_path, env=environment(), capture_output=True, check=False, timeout=60
     )
     assert done.returncode == 2
-    assert b"SDO001" in done.stdout and b"captures/clean.log: clean" in done.stdout
-    assert b"captures/sync.log: the process that worked on it has died (SIGKILL)" in done.stderr
+    assert b"SDO001" in done.stdout and b"captures/clean.log, 8 frames: clean" in done.stdout
+    assert b"captures/sync.log: its worker process died (SIGKILL)" in done.stderr
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -589,8 +591,8 @@ def test_the_end_can_be_wished(
         out, err = process.communicate(timeout=60)
     assert process.returncode == 128 + number
     assert b"Traceback" not in err
-    assert b"the check was broken off, files not read to their end: 1" in err
-    assert filed or (b"captures/clean.log: clean" if other else b"SDO001") in out
+    assert b"interrupted: 1 file not read to the end" in err
+    assert filed or (b"captures/clean.log, 8 frames: clean" if other else b"SDO001") in out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["captures", "live"]
 
 
@@ -622,7 +624,7 @@ def test_sessions_of_real_stacks_are_clean(canalyze: Runner) -> None:
     # What devices report themselves is true, and no fault of the verdicts.
     done = canalyze("check", "--lang", "en", "--ignore", "EMC007,EMC008", *map(str, names))
     assert (done.code, done.err) == (0, ""), done.out
-    assert done.lines[-1].endswith("nothing fails")
+    assert done.lines[-1].endswith("no failing findings")
 
 
 def test_every_sample_as_a_user_would(canalyze: Runner) -> None:

@@ -22,7 +22,7 @@ from test_cli_terminal import on_terminal
 
 from canalyze._core import WRITERS, Session
 from canalyze.output import Output, Progress
-from canalyze.run import Run
+from canalyze.running.run import Run
 from canalyze.sinks.target import RECORDS, Target, forms, open_target, suffixes, target
 from canalyze.sources import apart
 from canalyze.words import Words
@@ -121,21 +121,21 @@ def _rounded(frame: Frame) -> Frame:
 
 Ease = Callable[[Frame], Frame | None]
 EASED: dict[str, Ease] = {
-    "the direction is not kept": lambda frame: frame._replace(dir=None),
-    "the direction is not known": lambda frame: frame._replace(dir=frame.dir or "rx"),
-    "the name of the bus": lambda frame: frame._replace(bus=""),
-    "the last digits of the stamp": _rounded,
-    "no stamp that could": lambda frame: frame._replace(t=None),
-    "the stamp steps back": lambda frame: frame._replace(t=None),
+    "direction not kept": lambda frame: frame._replace(dir=None),
+    "direction unknown": lambda frame: frame._replace(dir=frame.dir or "rx"),
+    "bus name not kept": lambda frame: frame._replace(bus=""),
+    "last digits of the timestamp": _rounded,
+    "no usable timestamp": lambda frame: frame._replace(t=None),
+    "timestamp goes back": lambda frame: frame._replace(t=None),
     "bit rate switch or error state": lambda frame: frame._replace(flags=None),
     "in the classic frame format": lambda frame: frame._replace(fd=frame.len > 8, flags=None) if frame.fd else frame,
-    "CAN FD frames?: left out": lambda frame: None if frame.fd else frame,
-    "the raw DLC": lambda frame: frame._replace(raw=None),
-    "the requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
+    "CAN FD frames?: not supported": lambda frame: None if frame.fd else frame,
+    "raw DLC": lambda frame: frame._replace(raw=None),
+    "requested length": lambda frame: frame._replace(len=0) if frame.rtr else frame,
     "class and details": lambda frame: frame._replace(id="", ext=False, len=0, data="") if frame.err else frame,
-    "error frames?: left out": lambda frame: None if frame.err else frame,
-    "that the capturing program lost": lambda frame: frame,
-    "the date is not known": lambda frame: frame,
+    "error frames?: not supported": lambda frame: None if frame.err else frame,
+    "marker of lost frames": lambda frame: frame,
+    "date unknown": lambda frame: frame,
 }
 """What is taken from a frame before it is compared, where the loss was said."""
 
@@ -285,7 +285,8 @@ def test_input_and_output_have_to_be_named(canalyze: Runner, args: list[str]) ->
     done = canalyze("--lang", "en", "convert", *args, stdin=NOTES.encode())
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
     assert (
-        "name the inputs, then the output" in done.err and f"canalyze convert {(*args, 'capture.asc')[0]} " in done.err
+        "give inputs first, then the output" in done.err
+        and f"canalyze convert {(*args, 'capture.asc')[0]} " in done.err
     )
 
 
@@ -293,7 +294,7 @@ def test_input_and_output_have_to_be_named(canalyze: Runner, args: list[str]) ->
 def test_a_directory_is_called_one(canalyze: Runner, notes: str, tmp_path: Path, options: list[str]) -> None:
     (tmp_path / "out").mkdir()
     done = canalyze("--lang", "en", "convert", notes, "out", *options)
-    assert (done.code, done.err) == (2, "canalyze: out: cannot be written: is a directory\n")
+    assert (done.code, done.err) == (2, "canalyze: out: cannot write: is a directory\n")
     assert list((tmp_path / "out").iterdir()) == []
 
 
@@ -301,7 +302,7 @@ def test_a_directory_is_called_one(canalyze: Runner, notes: str, tmp_path: Path,
 @pytest.mark.parametrize("form", forms())
 def test_a_full_device_is_said_in_the_words_of_the_run(canalyze: Runner, notes: str, form: str) -> None:
     done = canalyze("convert", notes, "/dev/full", "--to", form)
-    assert (done.code, done.complaints[-1]) == (2, "canalyze: /dev/full：不能写入：磁盘已满")
+    assert (done.code, done.complaints[-1]) == (2, "canalyze: /dev/full：无法写入：磁盘已满")
 
 
 def test_existing_file(canalyze: Runner, notes: str, tmp_path: Path) -> None:
@@ -333,7 +334,7 @@ def test_the_input_itself(canalyze: Runner, notes: str, tmp_path: Path, how: str
         run = canalyze("convert", notes, out.name)
         code, err = run.code, run.err
     assert (code, err.count("\n")) == (2, 1)
-    assert "输入文件本身" in err
+    assert "输出就是输入文件" in err
     assert path.read_text() == NOTES
     assert canalyze("convert", "--force", notes, out.name).code == 0
     assert out.read_text().startswith("(0000000000.000000) can1 60A#4008100000000000\n")
@@ -436,7 +437,7 @@ def test_an_interrupted_pipe_keeps_what_was_read(tmp_path: Path, number: signal.
     process.send_signal(number)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 128 + number
-    assert err == b"canalyze: out.txt: interrupted, holds the 10 frames read by then\n"
+    assert err == b"canalyze: out.txt: interrupted; holds the 10 frames read so far\n"
     assert (tmp_path / "out.txt").read_text() == "".join(f"  {line}\n" for line in NOTES.splitlines())
 
 
@@ -448,7 +449,7 @@ def test_an_interrupted_file_stays_a_part(canalyze: Runner, tmp_path: Path) -> N
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     (part,) = tmp_path.glob("out.log.xz.*.part")
-    said = f"canalyze: out.log.xz: interrupted; what was read by then is in {part.name}"
+    said = f"canalyze: out.log.xz: interrupted; what was read so far is in {part.name}"
     assert err.decode().splitlines()[-1] == said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["long.log", part.name]
     assert 0 < json.loads(canalyze("info", "--format", "jsonl", part.name).out)["frames"] < 2_000_000

@@ -113,10 +113,10 @@ def test_nothing_readable_is_one_line(canalyze: Runner, tmp_path: Path, name: st
 @pytest.mark.parametrize(
     ("name", "zh", "en"),
     [
-        ("nowhere.log", "没有这个文件或目录", "no such file or directory"),
+        ("nowhere.log", "文件或目录不存在", "no such file or directory"),
         (".", "是目录", "is a directory"),
         ("notes.log/x", "不是目录", "not a directory"),
-        ("a\x1b[31m\nb", "没有这个文件或目录", "no such file or directory"),
+        ("a\x1b[31m\nb", "文件或目录不存在", "no such file or directory"),
     ],
 )
 def test_what_cannot_be_opened_is_one_line(canalyze: Runner, notes: str, name: str, zh: str, en: str) -> None:

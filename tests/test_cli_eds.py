@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from conftest import Runner, environment
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 
 OWN = Path(__file__).parent.parent / "eds"
 DRIVE = str(OWN / "drive.eds")
@@ -65,7 +65,7 @@ def test_text_in_english(canalyze: Runner) -> None:
         "  supported bit rates  10 20 50 125 250 500 1000 kbit/s",
         "1014h     COB-ID EMCY                         UNSIGNED32      rw      85h ($NODEID+80h)",
         "6000h-9FFFh  device profile       38       42",
-        "RPDO1  205h ($NODEID+200h)  valid       255 event-driven, at once (device profile)",
+        "RPDO1  205h ($NODEID+200h)  valid       255 event-driven, immediate (device profile)",
         "TPDO3  385h ($NODEID+380h)  valid  no   1 synchronous, every SYNC",
         "       16-47  6064h:00  INTEGER32   Position actual value",
         "No defects",
@@ -85,7 +85,7 @@ def test_text_in_chinese_is_aligned(canalyze: Runner) -> None:
         assert width(row[: row.index(" 事件") if "事件" in row else row.index(" 同步")]) > 0
     assert "$NODEID+180h" in rows[4] and "事件驱动(设备规范定义)" in rows[4]
     assert "1 同步循环, 每个SYNC" in rows[6]
-    assert done.lines[-1] == "没有缺陷"
+    assert done.lines[-1] == "无缺陷"
     for english in ("vendor", "valid", "signal", "defects"):
         assert english not in done.out
 
@@ -154,8 +154,8 @@ def test_one_bad_file_does_not_stop_the_others(canalyze: Runner, tmp_path: Path)
     (tmp_path / "bad.eds").write_text("can0  60A   [8]  40 08 10 00 00 00 00 00\n")
     done = canalyze("--lang", "en", "eds", "bad.eds", "missing.eds", DRIVE)
     assert (done.code, len(done.complaints)) == (2, 2)
-    assert "bad.eds: there is no CANopen object in it" in done.err
-    assert "missing.eds: cannot be opened: no such file or directory" in done.err
+    assert "bad.eds: no CANopen objects" in done.err
+    assert "missing.eds: cannot open: no such file or directory" in done.err
     assert done.lines[0] == f"{DRIVE}: EDS, UTF-8"
 
 

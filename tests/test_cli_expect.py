@@ -267,7 +267,7 @@ def test_a_mistake_beside_one_capture_does_not_hide_the_others(canalyze: Runner,
     done = canalyze("check", "--lang", "en", "one.log", "two.log")
     assert done.code == 2
     assert "one.expect.toml:2: key sdo.node: 500 is not a node-ID" in done.err
-    assert "two.log: clean" in done.out
+    assert "two.log, 252 frames: clean" in done.out
 
 
 def test_a_mistake_in_the_named_file_is_said_once(canalyze: Runner, tmp_path: Path) -> None:

@@ -32,7 +32,8 @@ def test_help_in_english(canalyze: Runner, name: str, place: str) -> None:
     done = canalyze(*args)
     assert (done.code, done.err) == (0, "")
     assert done.out.startswith(f"Usage: canalyze {name} ")
-    assert "Examples" in done.lines and "Options" in done.lines
+    assert "Examples" in done.lines
+    assert ("Options" in done.lines) != ("Usual options" in done.lines)
     assert not CHINESE.search(done.out)
 
 
@@ -54,6 +55,62 @@ def test_help_lists_every_command(canalyze: Runner) -> None:
     assert "_CANALYZE_COMPLETE=bash_source" in done.out
 
 
+def sections(text: str) -> dict[str, list[str]]:
+    """Give what stands under each heading of a page, by the first word of each line that has one."""
+    found: dict[str, list[str]] = {}
+    for line in text.splitlines():
+        if line and not line.startswith(" "):
+            found[line] = rows = []
+        elif match := re.match(r"  (-\w, --[\w-]+|\S+)", line):
+            rows.append(match[1])
+    return found
+
+
+FIRST = {
+    "decode": ["--explain", "--eds", "--filter", "-t", "-o, --output"],
+    "diagnose": ["-n", "--all", "--html", "--fail-on", "--eds"],
+    "sniff": ["--record", "--explain", "--eds", "--filter", "--bitrate"],
+    "monitor": ["--record", "--speed", "--eds", "--filter", "--bitrate"],
+    "view": ["--eds", "--filter", "--bitrate", "--save", "--merge"],
+    "sdo": ["--extract", "--eds", "--filter", "-t", "-o, --output"],
+    "check": ["--fail-on", "--baseline", "--junit", "--eds", "--filter"],
+    "convert": ["--to", "--eds", "--filter", "--merge", "--force"],
+}
+
+
+@pytest.mark.parametrize(("name", "usual"), FIRST.items())
+def test_usual_options_stand_first(canalyze: Runner, name: str, usual: list[str]) -> None:
+    found = sections(canalyze(name, "--help", "--lang", "en").out)
+    headings = [heading for heading in found if heading != "Examples" and not heading.startswith("Usage")]
+    assert headings[0] == "Usual options" and headings[-1] == "General"
+    assert found["Usual options"] == usual
+    assert {"--lang", "--config", "-h, --help"} <= set(found["General"])
+    options = [option for heading in headings for option in found[heading]]
+    assert len(options) == len(set(options)) and all(found[heading] for heading in headings)
+    chinese = sections(canalyze(name, "--help").out)
+    assert [rows for heading, rows in chinese.items() if heading in ("常用选项", "通用")] == [usual, found["General"]]
+
+
+def test_options_stand_under_their_topic(canalyze: Runner) -> None:
+    found = sections(canalyze("decode", "--help", "--lang", "en").out)
+    assert found["Network description"] == ["--cob", "--sdo"]
+    assert found["Time"] == ["--stamps", "--sync-period", "--sync-window", "--jitter"]
+    assert found["Output"] == ["--format", "-n, --number", "--color", "--force"]
+    assert found["More options"] == ["--brief", "--incidents"]
+
+
+def test_few_options_have_one_heading(canalyze: Runner) -> None:
+    found = sections(canalyze("rules", "--help", "--lang", "en").out)
+    assert found["Options"] == ["--format", "--lang", "--config", "-h, --help"] and "General" not in found
+
+
+def test_commands_are_grouped(canalyze: Runner) -> None:
+    found = sections(canalyze("--help", "--lang", "en").out)
+    assert list(found)[1:5] == ["Look at a capture", "Live", "Judge", "Files"]
+    assert found["Live"] == ["sniff", "monitor"]
+    assert {"查看记录", "实时监听", "检查和比较", "文件"} <= set(sections(canalyze("--help").out))
+
+
 def test_no_command_is_wrong_usage(canalyze: Runner) -> None:
     done = canalyze()
     assert (done.code, done.out) == (2, "")
@@ -71,20 +128,24 @@ def test_version(canalyze: Runner) -> None:
 @pytest.mark.parametrize(
     ("args", "zh", "en"),
     [
-        (["deocde"], "没有命令 deocde，是 decode 吗", "no such command: deocde, did you mean decode"),
+        (["deocde"], "没有命令 deocde（是否要用 decode？）", "no such command: deocde (did you mean decode?)"),
         (["xyzzy"], "没有命令 xyzzy", "no such command: xyzzy"),
-        (["decode", "--breif"], "没有选项 --breif，是 --brief 吗", "no such option: --breif, did you mean --brief"),
+        (
+            ["decode", "--breif"],
+            "没有选项 --breif（是否要用 --brief？）",
+            "no such option: --breif (did you mean --brief?)",
+        ),
         (["decode", "--nope"], "没有选项 --nope；", "no such option: --nope; see"),
-        (["decode", "--stamp"], "没有选项 --stamp，是 --stamps 吗", "--stamp, did you mean --stamps;"),
-        (["decode", "--Explain"], "没有选项 --Explain，是 --explain 吗", "did you mean --explain;"),
+        (["decode", "--stamp"], "没有选项 --stamp（是否要用 --stamps？）", "--stamp (did you mean --stamps?);"),
+        (["decode", "--Explain"], "没有选项 --Explain（是否要用 --explain？）", "(did you mean --explain?);"),
         (["rules", "--filter"], "没有选项 --filter；", "no such option: --filter; see"),
         (["decode", "-Z"], "没有选项 -Z", "no such option: -Z"),
         (["decode", "-o"], "选项 -o 需要一个值", "option -o needs a value"),
         (["decode", "--brief=1"], "选项 --brief 不带值", "option --brief takes no value"),
-        (["decode", "--format", "xml"], "--format 不能是 xml", "--format: xml is not one of text, jsonl"),
-        (["decode", "-t", "q", "f"], "-t 不能是 q", "-t: q is not one of a, d, z, A, n"),
-        (["decode", "--brief", "--explain", "f"], "不能同时使用", "exclude each other"),
-        (["decode", "--brief", "--format", "jsonl", "f"], "只用于", "only for --format text"),
+        (["decode", "--format", "xml"], "--format xml：应为", "--format xml: expected one of text, jsonl"),
+        (["decode", "-t", "q", "f"], "-t q：应为", "-t q: expected one of a, d, z, A, n"),
+        (["decode", "--brief", "--explain", "f"], "不能同时使用", "cannot be used together"),
+        (["decode", "--brief", "--format", "jsonl", "f"], "只能用于", "only with --format text"),
         (["decode", "f", "--config"], "用法见 canalyze decode --help", "see canalyze decode --help"),
         (["decode", "--config"], "--config 需要一个值", "--config needs a value; see canalyze decode --help"),
         (["--config"], "用法见 canalyze --help", "see canalyze --help"),

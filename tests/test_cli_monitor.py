@@ -18,14 +18,14 @@ CAPTURE = SAMPLES / "network" / "sync-and-pdos.log"
 @pytest.mark.parametrize(
     ("args", "zh", "en"),
     [
-        ((), "没有给出通道或文件", "no channel and no file given"),
-        (("-",), "不读标准输入", "does not read standard input"),
-        ((str(CAPTURE), "can0"), "只能监视通道", "channels only, or files only"),
+        ((), "未给出通道或文件", "no channel or file given"),
+        (("-",), "不能读标准输入", "cannot read standard input"),
+        ((str(CAPTURE), "can0"), "只给出通道", "channels only or files only"),
         ((str(CAPTURE),), "只能在终端上运行", "needs a terminal"),
-        (("--speed", "fast", str(CAPTURE)), "可以是大于0的数", "is not a speed"),
-        (("--speed", "0", str(CAPTURE)), "可以是大于0的数", "is not a speed"),
-        (("--speed", "2", "can0"), "--speed 只用于重放文件", "--speed is only for files"),
-        (("--record", "x.log", str(CAPTURE)), "--record 只用于通道", "--record is only for channels"),
+        (("--speed", "fast", str(CAPTURE)), "应为大于0的数", "expected a speed"),
+        (("--speed", "0", str(CAPTURE)), "应为大于0的数", "expected a speed"),
+        (("--speed", "2", "can0"), "--speed 只能用于重放文件", "--speed works only when replaying files"),
+        (("--record", "x.log", str(CAPTURE)), "--record 只能用于通道", "--record works only with channels"),
     ],
 )
 def test_refusals_are_one_line(canalyze: Runner, args: tuple[str, ...], zh: str, en: str) -> None:
@@ -80,7 +80,7 @@ def test_help_comes_without_the_extra(tmp_path: Path) -> None:
 @pytest.mark.parametrize("key", [b"q", b"\x03"])
 def test_run_on_a_terminal(tmp_path: Path, key: bytes) -> None:
     terminal = Terminal(tmp_path, str(CAPTURE), "--speed", "max")
-    assert terminal.until(drawn(b"OVER"))
+    assert terminal.until(drawn(b"ENDED"))
     terminal.type(key)
     assert terminal.end() == (0, "")
 
@@ -97,7 +97,7 @@ def test_no_color_is_kept(tmp_path: Path) -> None:
     colour = re.compile(rb"\x1b\[[0-9;]*\b(?:3[0-7]|4[0-7]|9[0-7]|38|48)[;m]")
     for env, expected in (({}, True), ({"NO_COLOR": "1"}, False)):
         terminal = Terminal(tmp_path, str(CAPTURE), "--speed", "max", **env)
-        assert terminal.until(drawn(b"OVER"))
+        assert terminal.until(drawn(b"ENDED"))
         terminal.type(b"q")
         terminal.end()
         assert bool(colour.search(terminal.shown)) == expected
@@ -121,7 +121,7 @@ def test_names_of_devices_cannot_drive_the_terminal(tmp_path: Path) -> None:
         b"(1.001000) can0 705#05\n"
     )
     terminal = Terminal(tmp_path, "name.log", "--speed", "max")
-    assert terminal.until(drawn(b"OVER"))
+    assert terminal.until(drawn(b"ENDED"))
     terminal.type(b"q")
     terminal.end()
     assert b"\x1b]0;xB" not in terminal.shown
@@ -129,7 +129,7 @@ def test_names_of_devices_cannot_drive_the_terminal(tmp_path: Path) -> None:
 
 def test_it_can_be_stopped_and_goes_on_with_the_whole_screen(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path, str(CAPTURE), "--speed", "max")
-    assert terminal.until(drawn(b"OVER"))
+    assert terminal.until(drawn(b"ENDED"))
     terminal.type(b"\x1a")
     stopped = os.WSTOPPED | os.WNOWAIT | os.WNOHANG
     assert terminal.until(lambda _: os.waitid(os.P_PID, terminal.process.pid, stopped) is not None)

@@ -17,7 +17,7 @@ from captures import SAMPLES, Row, session_output
 from conftest import Runner
 from test_cli_terminal import on_terminal
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 
 STACKS = sorted((SAMPLES / "stacks").glob("*.log"))
 STATES = {"00": "boot-up", "04": "stopped", "05": "operational", "7F": "pre-operational"}
@@ -270,8 +270,8 @@ def test_quality_is_said(canalyze: Runner, tmp_path: Path, lang: str) -> None:
     done = canalyze("summary", "--lang", lang, "bad.log")
     said = done.out.split("\n\n")[0]
     wanted = {
-        "zh": ["报告 1 次，共 3 帧", "无法读取的行：1", "时间戳倒退：1 次，最多 1010.0 ms"],
-        "en": ["3 frames, in 1 reports", "cannot be read: 1", "one before: 1, by 1010.0 ms"],
+        "zh": ["报告1次，共3帧", "1行无法读取", "时间戳倒退：1次，最多 1010.0 ms"],
+        "en": ["3 frames dropped, in 1 report", "1 unreadable line", "going back: 1 time, by up to 1010.0 ms"],
     }
     for part in wanted[lang]:
         assert part in said
@@ -332,7 +332,7 @@ def test_nodes_that_are_only_addressed_share_a_line(canalyze: Runner, tmp_path: 
     frames = [(float(node), f"{0x600 + node:03X}#4000100000000000") for node in range(1, 128)]
     (tmp_path / "scan.log").write_bytes(log([*frames, (200, "589#4F00100005000000")]))
     done = canalyze("summary", "--lang", "en", "scan.log")
-    assert "can0: addressed, nothing came from them: 1-8,10-127" in done.lines
+    assert "can0: addressed but never seen sending: 1-8,10-127" in done.lines
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells the peak of a process")

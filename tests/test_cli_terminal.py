@@ -15,8 +15,8 @@ from conftest import NOTES, command, environment
 from canalyze import output
 from canalyze.commands.sdo import COLUMNS
 from canalyze.commands.sdo import columns as sdo_columns
-from canalyze.layout import width
 from canalyze.output import Output
+from canalyze.output.layout import width
 from canalyze.reports.table import Row, Table
 from canalyze.words import Words
 
@@ -64,6 +64,56 @@ def test_terminal_without_chinese_gets_english(tmp_path: Path, env: dict[str, st
     assert code == 0
     assert "--lang" in notice
     assert usage.startswith("Usage:")
+
+
+HINT = "English: canalyze --lang en, or CANALYZE_LANG=en"
+
+
+@pytest.mark.parametrize("locale", ["en_US.UTF-8", "C.UTF-8", "de_DE.UTF-8", ""])
+@pytest.mark.parametrize("args", [["--help"], ["decode", "notes.log"], ["notes.log"], ["deocde"]])
+def test_who_may_not_read_chinese_is_told_of_english_once(tmp_path: Path, args: list[str], locale: str) -> None:
+    (tmp_path / "notes.log").write_text(NOTES)
+    _, shown = on_terminal(tmp_path, *args, LC_MESSAGES=locale)
+    first, *others = shown.decode().splitlines()
+    assert first == HINT
+    assert HINT not in others and re.search("[\u4e00-\u9fff]", "".join(others))
+
+
+@pytest.mark.parametrize(
+    ("args", "env"),
+    [
+        ([], {"LC_MESSAGES": "zh_TW.UTF-8"}),
+        ([], {"LC_MESSAGES": "", "LANG": "zh_CN.UTF-8", "PYTHONIOENCODING": "utf-8"}),
+        ([], {"LC_MESSAGES": "en_US.UTF-8", "CANALYZE_LANG": "zh"}),
+        ([], {"LC_MESSAGES": "en_US.UTF-8", "PYTHONIOENCODING": "latin-1"}),
+        (["--lang", "zh"], {"LC_MESSAGES": "en_US.UTF-8"}),
+        (["--lang", "en"], {"LC_MESSAGES": "en_US.UTF-8"}),
+        (["--format", "jsonl"], {"LC_MESSAGES": "en_US.UTF-8"}),
+        (["--format=jsonl"], {"LC_MESSAGES": "en_US.UTF-8"}),
+    ],
+)
+def test_who_has_chosen_is_told_nothing_of_english(tmp_path: Path, args: list[str], env: dict[str, str]) -> None:
+    (tmp_path / "notes.log").write_text(NOTES)
+    code, shown = on_terminal(tmp_path, "decode", "notes.log", *args, only_err=False, **env)
+    assert code == 0 and shown
+    assert HINT not in shown.decode("utf-8", "replace")
+
+
+def test_configured_language_is_a_choice(tmp_path: Path) -> None:
+    (tmp_path / "canalyze.toml").write_text('lang = "zh"\n')
+    _, shown = on_terminal(tmp_path, "rules", LC_MESSAGES="en_US.UTF-8")
+    assert HINT not in shown.decode()
+
+
+def test_version_and_pipes_have_no_hint(tmp_path: Path) -> None:
+    _, shown = on_terminal(tmp_path, "--version", LC_MESSAGES="en_US.UTF-8")
+    assert HINT.encode() not in shown
+    _, shown = on_terminal(tmp_path, "deocde", only_err=True, LC_MESSAGES="en_US.UTF-8")
+    assert shown and HINT.encode() not in shown
+    done = subprocess.run(
+        command("rules"), capture_output=True, check=True, cwd=tmp_path, env=environment(LC_MESSAGES="en_US.UTF-8")
+    )
+    assert done.stdout and not done.stderr
 
 
 def test_chosen_language_stands(tmp_path: Path) -> None:

@@ -106,7 +106,7 @@ def test_a_pipe_becomes_a_file(canalyze: Runner, tmp_path: Path) -> None:
 def test_a_file_that_exists_stays(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "out.rrd").write_text("mine")
     done = canalyze("view", "--lang", "en", "--save", "out.rrd", str(CAPTURE))
-    assert (done.code, done.err) == (2, "canalyze: out.rrd: exists; --force overwrites it\n")
+    assert (done.code, done.err) == (2, "canalyze: out.rrd: file exists; use --force to overwrite\n")
     assert (tmp_path / "out.rrd").read_text() == "mine"
     assert canalyze("view", "--save", "out.rrd", "--force", str(CAPTURE)).code == 0
     verified(tmp_path / "out.rrd")
@@ -137,7 +137,7 @@ def test_an_interrupted_one_stays_a_part(tmp_path: Path) -> None:
             time.sleep(1)  # what is read has yet to be taken, and nothing tells
             assert end(running) == 130
         assert (
-            running.stderr is not None and b"interrupted; what was read by then is in out.rrd." in running.stderr.read()
+            running.stderr is not None and b"interrupted; what was read so far is in out.rrd." in running.stderr.read()
         )
     (part,) = tmp_path.glob("out.rrd.*.part")
     assert sorted(path.name for path in tmp_path.iterdir()) == [part.name, "pipe", "tmp"]
@@ -146,7 +146,11 @@ def test_an_interrupted_one_stays_a_part(tmp_path: Path) -> None:
 # Words.
 
 USAGE: list[tuple[list[str], str, str]] = [
-    (["view", "--save", "x.rrd", "--web", "f"], "--web 和 --save 不能同时使用", "--web and --save exclude each other"),
+    (
+        ["view", "--save", "x.rrd", "--web", "f"],
+        "--web 和 --save 不能同时使用",
+        "--web and --save cannot be used together",
+    ),
     (["view", "--save", "x.txt", "f"], "x.txt 要以 .rrd 结尾", "x.txt has to end in .rrd"),
     (["view", "--save", "-", "f"], "- 要以 .rrd 结尾", "- has to end in .rrd"),
     (["view", "--bind", "plant", "f"], "plant，应为IP地址", "plant is no IP address"),
@@ -157,10 +161,10 @@ USAGE: list[tuple[list[str], str, str]] = [
         "option --filter does nothing to a timeline",
     ),
     (["view", "--web", "--bind", "198.51.100.1", "f"], "用 --bind 给出本机的地址", "on 198.51.100.1: "),
-    (["sniff", "bus", "-i", "virtual", "--web"], "--web 要与 --rerun 一起用", "--web goes with --rerun"),
-    (["sniff", "bus", "-i", "virtual", "--port", "9999"], "--port 要与", "--port goes with --rerun"),
+    (["sniff", "bus", "-i", "virtual", "--web"], "--web 需要 --rerun", "--web needs --rerun"),
+    (["sniff", "bus", "-i", "virtual", "--port", "9999"], "--port 需要", "--port needs --rerun"),
     (["sniff", "bus", "-i", "virtual", "--save", "x.log"], "x.log 要以 .rrd 结尾", "x.log has to end in .rrd"),
-    (["sniff", "bus", "-i", "virtual", "--rerun", "--force"], "--force 要与 --record", "--force goes with --record"),
+    (["sniff", "bus", "-i", "virtual", "--rerun", "--force"], "--force 需要 --record", "--force needs --record"),
 ]
 
 
@@ -172,7 +176,7 @@ def test_wrong_usage(capfd: pytest.CaptureFixture[str], args: list[str], zh: str
 
 
 def test_what_is_no_capture_of_what_this_command_writes(capfd: pytest.CaptureFixture[str]) -> None:
-    ready = (2, "canalyze: a.rrd: is a timeline already; canalyze view a.rrd opens it, by itself\n")
+    ready = (2, "canalyze: a.rrd: already a timeline; open it alone: canalyze view a.rrd\n")
     assert here(capfd, "view", "--lang", "en", "--save", "b.rrd", "a.rrd") == ready
     assert here(capfd, "view", "--lang", "en", "--web", "a.log", "a.rrd") == ready
     code, said = here(capfd, "view", "--lang", "en", "--web", "a.rbl")
@@ -186,7 +190,7 @@ def test_a_disk_that_is_full(
     usage = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=100_000))
     monkeypatch.chdir(tmp_path)
-    said = "canalyze: out.rrd: cannot be written: no space left\n"
+    said = "canalyze: out.rrd: cannot write: no space left on device\n"
     assert here(capfd, "view", "--lang", "en", "--save", "out.rrd", str(CAPTURE)) == (2, said)
     assert not list(tmp_path.iterdir())
 
@@ -203,7 +207,7 @@ def test_no_other_command_loads_rerun() -> None:
 @pytest.mark.parametrize("args", [["view", str(CAPTURE)], ["sniff", "bus", "-i", "virtual", "--rerun"]])
 def test_without_a_display(canalyze: Runner, args: list[str]) -> None:
     done = canalyze(*args, env={"DISPLAY": "", "WAYLAND_DISPLAY": "", "CANALYZE_LANG": "en"})
-    said = "there is no display for a window; --web shows it in a browser, --save FILE.rrd writes it to a file"
+    said = "no display for a window; use --web for a browser, or --save FILE.rrd for a file"
     assert (done.code, done.out, done.err) == (2, "", f"canalyze: {said}\n")
 
 
@@ -215,7 +219,7 @@ def test_without_rerun(canalyze: Runner, tmp_path: Path, args: list[str]) -> Non
     (tmp_path / "lacks" / "rerun.py").write_text("raise ImportError('not here')\n")
     env = {"PYTHONPATH": str(tmp_path / "lacks"), "CANALYZE_LANG": "en"}
     done = canalyze(*args, "--save", "x.rrd", env=env)
-    said = "a timeline needs Rerun, which is not installed: pip install 'canalyze[rerun]'"
+    said = "timelines need Rerun; install it: pip install 'canalyze[rerun]'"
     assert (done.code, done.out, done.err) == (2, "", f"canalyze: {said}\n")
     assert not (tmp_path / "x.rrd").exists()
 
@@ -225,14 +229,14 @@ def test_a_display_that_is_not_there(canalyze: Runner, tmp_path: Path) -> None:
     env = {"DISPLAY": ":987", "WAYLAND_DISPLAY": "", "CANALYZE_LANG": "en", "TMPDIR": str(tmp_path / "tmp")}
     done = canalyze("view", str(CAPTURE), env=env)
     assert (done.code, done.out) == (2, "")
-    assert len(done.complaints) == 1 and done.err.startswith("canalyze: the viewer ended by itself (it says: ")
+    assert len(done.complaints) == 1 and done.err.startswith("canalyze: the viewer exited (")
     assert not list((tmp_path / "tmp").iterdir())
 
 
 def test_what_is_no_timeline(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "x.rrd").write_text("hello")
     done = canalyze("view", "--web", "--lang", "en", "x.rrd")
-    assert (done.code, done.err) == (2, "canalyze: x.rrd: is no file of Rerun's\n")
+    assert (done.code, done.err) == (2, "canalyze: x.rrd: not a Rerun file\n")
 
 
 # Viewers.
@@ -280,7 +284,7 @@ def test_another_address_only_where_it_was_asked_for(tmp_path: Path, bind: str) 
         if bind == "0.0.0.0":
             os.kill(viewer, signal.SIGKILL)
             assert running.wait(DEADLINE_S) == 2
-            told(running, "the viewer ended by itself")
+            told(running, "the viewer exited")
         else:
             assert end(running, signal.SIGTERM) == 143
         assert not _alive(viewer)
@@ -444,7 +448,7 @@ def test_a_live_file_that_exists_stays(tmp_path: Path) -> None:
     (tmp_path / "out.rrd").write_text("mine")
     with sniffing("session", "bus", "--save", "out.rrd", cwd=tmp_path) as running:
         _, err = running.communicate(timeout=60)
-    assert (running.returncode, err.decode()) == (2, "canalyze: out.rrd: exists; --force overwrites it\n")
+    assert (running.returncode, err.decode()) == (2, "canalyze: out.rrd: file exists; use --force to overwrite\n")
     with sniffing("stopped", "bus", "--save", "out.rrd", "--force", "--duration", "1", cwd=tmp_path) as running:
         running.communicate(timeout=60)
     assert running.returncode == 0
@@ -464,7 +468,7 @@ def test_whatever_the_viewer_does_the_listening_goes_on(tmp_path: Path, what: si
             os.kill(viewer, what)
             before = len(shown)
             if what == signal.SIGKILL:
-                assert "listening goes on" in told(running, "the viewer ended by itself")
+                assert "listening continues" in told(running, "the viewer exited")
             soon(lambda: len(shown) > before + 200, "frames after that")
             running.send_signal(signal.SIGINT)
             if what == signal.SIGSTOP:

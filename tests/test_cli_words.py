@@ -1,20 +1,38 @@
-"""Python's words are complete in both languages."""
+"""Python's words are complete in both languages, and written as `canalyze/words` says."""
 
 import re
 import string
+from collections.abc import Iterator
 
 import pytest
 from captures import TESTS
 
-from canalyze.words import LANGUAGES, ROWS, Words
+from canalyze.words import FOLDER, LANGUAGES, Words, sentences
 
 PACKAGE = TESTS.parent / "canalyze"
 CHINESE = re.compile("[\u4e00-\u9fff]")
+TOPICS = sorted(path.stem for path in FOLDER.glob("*.txt"))
 
 
-def test_keys_are_unique() -> None:
-    keys = [key for key, _, _ in ROWS]
-    assert sorted(keys) == sorted(set(keys))
+def rows() -> Iterator[tuple[str, str, str]]:
+    """Every key with its Chinese and its English; nothing where a language has none."""
+    for topic in TOPICS:
+        zh, en = (sentences(topic, lang) for lang in LANGUAGES)
+        for key in zh | en:
+            yield key, zh.get(key, ""), en.get(key, "")
+
+
+ROWS = list(rows())
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_topic_is_well_formed(topic: str) -> None:
+    """A line that means nothing, or a key a second time or in another topic's file, would be lost without a word."""
+    text = (FOLDER / f"{topic}.txt").read_text(encoding="utf-8")
+    assert not [line for line in text.splitlines() if not re.fullmatch(r"|# .+|\[.+\]|(zh|en|both):( .*\S)?", line)]
+    keys = re.findall(r"^\[(.+)\]$", text, re.MULTILINE)
+    assert len(set(keys)) == len(keys) and set(keys) == {key for key, _, _ in ROWS if key in keys}
+    assert all(re.fullmatch(rf"{topic}(_\w+)?\..+", key) for key in keys)
 
 
 @pytest.mark.parametrize(("key", "zh", "en"), ROWS, ids=[row[0] for row in ROWS])
@@ -25,14 +43,19 @@ def test_row_is_complete(key: str, zh: str, en: str) -> None:
     assert not CHINESE.search(en), "the English column holds Chinese"
 
 
+def test_only_the_topic_asked_for_is_read() -> None:
+    sentences.cache_clear()
+    assert Words("en")("usage.or") == " or "
+    assert sentences.cache_info().currsize == 1
+
+
 PAGES = {"short", "usage", "help", "format", "examples", "completion"}
 """What every command has; the keys are made of its name."""
 SAID_BY_THE_CORE = {
     *("bus_state", "damage", "info", "merge", "mode", "severity", "status"),
     *(
         "example",
-        "incident_many",
-        "incident_one",
+        "incident_count",
         "incident_grade",
         "incident_heading",
         "incident_impact",

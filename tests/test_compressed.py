@@ -182,7 +182,7 @@ def test_lines_of_a_compressed_pipe_come_at_once() -> None:
 
 def test_one_compression_only(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "twice.gz").write_bytes(gzip.compress(lzma.compress(NOTES.encode())))
-    for lang, said in (("zh", "只解一层"), ("en", "xz compressed inside gzip")):
+    for lang, said in (("zh", "只支持一层"), ("en", "xz compressed inside gzip")):
         done = canalyze("--lang", lang, "decode", "twice.gz")
         assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
         assert said in done.err
@@ -240,7 +240,7 @@ def test_all_of_a_member_is_doubtful_whose_check_sum_fails(
     assert doubtful == lines if form == "gzip" or lines == 40 else doubtful > lines * 0.8
     assert (record["damages"], record["checked"]) == (1, True)
     assert (damage["kind"], damage["offset"], damage["frames"]) == ("doubtful", len(sound) * before, doubtful)
-    said = f"all that was unpacked from here on, {doubtful} frames, may be wrong"
+    said = f"everything decompressed from here on ({doubtful} frames) may be wrong"
     for command in (["decode"], ["summary"], ["check"], ["convert", "--to", "candump"]):
         done = canalyze("--lang", "en", *command, "bad", *(["-"] if command[0] == "convert" else []))
         (line,) = done.complaints
@@ -283,7 +283,7 @@ def test_a_file_without_a_check_sum_says_so(canalyze: Runner, tmp_path: Path) ->
     for name, (data, checked) in files.items():
         (tmp_path / name).write_bytes(data)
         assert json.loads(canalyze("info", "--format", "jsonl", name).out)["checked"] is checked, name
-        said = "without a check sum" in canalyze("--lang", "en", "info", name).out
+        said = "no checksum" in canalyze("--lang", "en", "info", name).out
         assert said == (checked is False), name
 
 

@@ -130,7 +130,7 @@ def test_a_last_line_without_end_is_told_alike(
     _, summary, _ = said("summary")
     assert ("CAP001" in summary) is not whole
     code, _, told = said("check")
-    assert (code, told.count("cut off")) == ((0, 0) if whole else (1, 1))
+    assert (code, told.count("truncated")) == ((0, 0) if whole else (1, 1))
 
 
 @pytest.mark.parametrize(

@@ -149,7 +149,7 @@ def test_what_a_file_computes_is_not_read(canalyze: Runner, tmp_path: Path, sche
         connection.commit()
     done = canalyze(command, "--lang", "en", "a.db")
     assert done.code == 2
-    said = "a.db: messages in it is no table but a view, or has computed columns; such a database is not read"
+    said = "a.db: not read, its messages is a view or has computed columns"
     assert said in done.out + done.err
     assert "Traceback" not in done.err
 

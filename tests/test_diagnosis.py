@@ -158,7 +158,7 @@ def test_incidents_are_told_as_they_begin_and_end() -> None:
     told = [line for line in out.splitlines() if line.startswith(("# ✖", "# ✔"))]
     assert len(told) == 2
     assert told[0].startswith("# ✖ problem 1: node 5: silent since")
-    assert told[1].startswith("# ✔ over 1: node 5: silent for")
+    assert told[1].startswith("# ✔ resolved 1: node 5: silent for")
     session = _core.Session(lang="en", format="jsonl", incidents=True)
     session.begin("a.log", True, "candump", 0)
     out = b"".join([session.feed(text, 0), session.end(False, 0), session.finish()]).decode()

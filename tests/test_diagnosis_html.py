@@ -21,10 +21,10 @@ from conftest import Runner, command, environment
 from diagnoses import diagnosed
 from test_diagnosis import lost
 
-from canalyze.library.event import nanoseconds
 from canalyze.reports.diagnosis_axis import axis_of, shortened
 from canalyze.reports.diagnosis_html import MOST, Told, page
 from canalyze.reports.diagnosis_lanes import PLOTS, Beside, Lane, Plot
+from canalyze.values import nanoseconds
 
 HOSTILE = '</script><script>alert(1)</script>"><img src=x onerror=alert(1)>'
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

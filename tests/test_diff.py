@@ -263,7 +263,7 @@ def test_where_nothing_says_what_fits_it_is_said() -> None:
     beats = [CanFrame("can0", 0x000, b"\1\5", 1_000_000 + 50_000 * beat) for beat in range(12)]
     said = compared(console_text(beats), console_text(beats[:7]))
     assert not said.differences and not said.closing["placed"]
-    assert "do not say where" in said.text
+    assert "relative position is unknown" in said.text
 
 
 def test_the_same_transfers_in_another_order_are_not_the_same() -> None:

@@ -55,7 +55,7 @@ def test_a_problem_of_one_capture_only() -> None:
     assert said.incidents[0]["b"]["status"] == "stands"
     assert LOST[said.incidents[0]["b"]["frame"] - 1].can_id == 0x705
     assert told(compared(log_text(LOST), log_text(WELL))) == [("node-silent", 5, [], True, False)]
-    assert said.text.startswith("problems that differ: 1\n  only in B:\n    node 5: ")
+    assert said.text.startswith("differing problems: 1\n  only in B:\n    node 5: ")
 
 
 def test_what_both_have_is_no_difference() -> None:
@@ -70,7 +70,7 @@ def test_how_it_stands_and_how_long_it_lasted() -> None:
 
     said = compared(log_text(BACK), log_text(LOST))
     assert told(said) == [("node-silent", 5, ["status"], True, True)]
-    assert "in both, and different:" in said.text and "status A over, B stands" in said.text
+    assert "in both but different:" in said.text and "status A resolved, B not resolved" in said.text
     assert told(compared(errors(BRIEFLY), errors(LONGER))) == [("device-error", 5, ["duration"], True, True)]
     both = compared(errors(BRIEFLY), errors(LONGER)).incidents[0]
     assert (both["a"]["duration_ns"], both["b"]["duration_ns"]) == (600_000_000, 2_000_000_000)
@@ -124,7 +124,7 @@ def test_captures_that_do_not_begin_together() -> None:
 def test_it_is_a_difference_in_both_languages(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "a.log").write_bytes(log_text(BACK))
     (tmp_path / "b.log").write_bytes(log_text(LOST))
-    for lang, words in (("en", "problems that differ: 1"), ("zh", "问题的差异: 1")):
+    for lang, words in (("en", "differing problems: 1"), ("zh", "问题的差异: 1")):
         done = canalyze("diff", "--lang", lang, "a.log", "b.log")
         assert done.code == 1 and done.lines[0] == words
     rows = [json.loads(line) for line in canalyze("diff", "--format", "jsonl", "a.log", "b.log").lines]

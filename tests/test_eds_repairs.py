@@ -11,7 +11,7 @@ from canalyze.dictionary import load as load_file
 from canalyze.dictionary import read
 from canalyze.dictionary.model import EFFECTS, Dictionary
 from canalyze.errors import SourceError
-from canalyze.words import LANGUAGES, ROWS, Words
+from canalyze.words import LANGUAGES, Words, sentences
 
 
 def test_missing_keys() -> None:
@@ -378,6 +378,6 @@ def test_xdd() -> None:
 
 
 def test_every_defect_has_words() -> None:
-    keys = {row[0] for row in ROWS}
+    keys = sentences("defect", "en").keys() | sentences("effect", "en").keys()
     for code, effect in EFFECTS.items():
         assert {f"defect.{code}", f"effect.{effect}"} <= keys

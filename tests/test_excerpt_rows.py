@@ -133,7 +133,9 @@ def test_a_damaged_file_is_not_called_whole(canalyze: Runner, tmp_path: Path) ->
     whole = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 227) + 3 * record
     for data, damages in ((whole, 0), (whole[:-3], 1)):
         (tmp_path / "a.pcap").write_bytes(data)
-        assert ("no loss reported" in canalyze("summary", "--lang", "en", "a.pcap").out) is (damages == 0)
+        assert ("no dropped or out-of-order frames" in canalyze("summary", "--lang", "en", "a.pcap").out) is (
+            damages == 0
+        )
         assert json.loads(canalyze("summary", "--format", "jsonl", "a.pcap").lines[0])["damages"] == damages
 
 
@@ -153,7 +155,7 @@ def test_a_jump_of_the_numbers_is_a_gap(canalyze: Runner, tmp_path: Path, form: 
     rows = listing(ROWS[form], session())
     name = write(tmp_path / "a.txt", [*rows[:12], *rows[12 + missing :]])
     assert info(canalyze, name)["left_out"] == {"places": 1, "uncounted": 0, "rows": missing}
-    for lang, good in (("en", "no loss reported"), ("zh", "未见丢帧记录")):
+    for lang, good in (("en", "no dropped or out-of-order frames"), ("zh", "未见丢帧")):
         report = canalyze("summary", "--lang", lang, name)
         assert good not in report.out
         assert f"CAP008 row 12 is followed by row {13 + missing}" in report.err or lang == "zh"
@@ -181,9 +183,9 @@ def test_a_mark_is_a_gap_and_the_numbers_tell_how_many(canalyze: Runner, tmp_pat
         name = write(tmp_path / "a.txt", [*rows[:12], mark, *listing(ROWS[form], session()[18:])])
         record = info(canalyze, name)
         assert (record["left_out"], record["unreadable"]) == (left_out, None), mark
-        assert "no loss reported" not in canalyze("summary", "--lang", "en", name).out
+        assert "no dropped or out-of-order frames" not in canalyze("summary", "--lang", "en", name).out
         whole = write(tmp_path / "b.txt", rows)
-        assert "no loss reported" in canalyze("summary", "--lang", "en", whole).out
+        assert "no dropped or out-of-order frames" in canalyze("summary", "--lang", "en", whole).out
 
 
 @pytest.mark.parametrize("form", ROWS)

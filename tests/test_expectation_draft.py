@@ -189,7 +189,7 @@ def test_periods(tmp_path: Path) -> None:
     assert [(e["select"], e["period_ns"], e["tolerance_ns"]) for e in found["signal"]] == [
         ("5.TPDO3.*", 500_000, 250_000)
     ]
-    assert "seen 999.100 .. 1001.300 ms, intervals: 100" in text
+    assert "seen 999.100 .. 1001.300 ms (100 intervals)" in text
     assert "# Nodes without a heartbeat period here: 1 (" in text and "# PDOs without a period here: 2 (" in text
 
 

@@ -164,7 +164,7 @@ def test_a_response_is_missing_in_segments() -> None:
     assert placed(row) == set(DATA) - set(DATA[7:14])
     (row,) = moved(log([*frames[:7], *frames[8:20]]))
     assert row["holes"] == [{"offset": 7, "length": None}, {"offset": row["size"], "length": None}]
-    assert row["text"].endswith("[missing: an unknown number in between, the end]")
+    assert row["text"].endswith("[missing: unknown number of bytes in between, end]")
 
 
 def test_files_of_extract(canalyze: Runner, tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_a_hole_in_a_file(canalyze: Runner, tmp_path: Path) -> None:
     frames = [frame for frame in transfer("block download") if frame.data[:2] != b"\x02\x08"]
     (tmp_path / "hole.log").write_bytes(log(frames))
     said = canalyze("sdo", "--lang", "en", "hole.log", "--extract", "out")
-    assert "of which with missing bytes, listed in .holes.json beside each: 1" in said.err
+    assert "1 of them with missing bytes, listed in .holes.json beside the file" in said.err
     assert (tmp_path / "out/00002_can0_node10_2000h_01.bin.incomplete").read_bytes() == DATA[:7] + bytes(7) + DATA[14:]
     beside = json.loads((tmp_path / "out/00002_can0_node10_2000h_01.bin.incomplete.holes.json").read_text())
     assert beside["holes"] == [{"offset": 7, "length": 7}]

@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 from conftest import NOTES, command, environment
 
-from canalyze.bounded import MOST
 from canalyze.check.globs import LONGEST, Glob
+from canalyze.configuration.bounded import MOST
+from canalyze.configuration.toml import File, parsed
 from canalyze.dictionary import read
 from canalyze.dictionary.ini import parse
 from canalyze.errors import ConfigError
-from canalyze.toml import File, parsed
 
 MEMORY = 1 << 30
 """Bytes of address space; Python, the core and python-canopen take a third."""
@@ -40,19 +40,19 @@ def bounded(directory: Path, *arguments: str) -> tuple[int, str, str]:
 
 
 HOSTILE_TOML = {
-    "brackets": (b"x = 1\na = " + b"[" * 5000, ":2: nested more than 32 deep; not read"),
-    "tables": (b"a = " + b"{a = " * 5000, ":1: nested more than 32 deep; not read"),
-    "dotted": (b"# a\n" + b".".join([b"a"] * 50_000) + b" = 1\n", ":2: nested more than 32 deep; not read"),
-    "dotted and quoted": (b" . ".join([b'"a"'] * 50_000) + b" = 1\n", ":1: nested more than 32 deep; not read"),
-    "heading": (b"[" + b".".join([b"a"] * 50_000) + b"]\n", ":1: nested more than 32 deep; not read"),
-    "digits": (b"\n\nx = " + b"9" * 5000 + b"\n", ":3: a number or a key of more than 128 characters; not read"),
-    "hexadecimal": (b"x = 0x" + b"f" * 5000, ":1: a number or a key of more than 128 characters; not read"),
-    "float": (b"x = " + b"9" * 400 + b".5", ":1: a number or a key of more than 128 characters; not read"),
-    "large": (b"#" * (MOST + 1), ": more than 2 MiB; not read"),
+    "brackets": (b"x = 1\na = " + b"[" * 5000, ":2: nested more than 32 levels, not read"),
+    "tables": (b"a = " + b"{a = " * 5000, ":1: nested more than 32 levels, not read"),
+    "dotted": (b"# a\n" + b".".join([b"a"] * 50_000) + b" = 1\n", ":2: nested more than 32 levels, not read"),
+    "dotted and quoted": (b" . ".join([b'"a"'] * 50_000) + b" = 1\n", ":1: nested more than 32 levels, not read"),
+    "heading": (b"[" + b".".join([b"a"] * 50_000) + b"]\n", ":1: nested more than 32 levels, not read"),
+    "digits": (b"\n\nx = " + b"9" * 5000 + b"\n", ":3: a number or key longer than 128 characters, not read"),
+    "hexadecimal": (b"x = 0x" + b"f" * 5000, ":1: a number or key longer than 128 characters, not read"),
+    "float": (b"x = " + b"9" * 400 + b".5", ":1: a number or key longer than 128 characters, not read"),
+    "large": (b"#" * (MOST + 1), ": larger than 2 MiB, not read"),
     "open string": (b'x = """' + b'\\"""' * 300_000, "not valid TOML"),
     "quotes": (b'"' * MOST, "not valid TOML"),
     "returns": (b"\r" * MOST, "not valid TOML"),
-    "binary": (bytes(range(256)) * 20, ":2: not text in UTF-8"),
+    "binary": (bytes(range(256)) * 20, ":2: not UTF-8 text"),
     "key": (b'"' + b"k" * 100_000 + b'" = 1\n', "unknown key"),
 }
 
@@ -74,9 +74,9 @@ def test_a_device_without_end_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "notes.log").write_text(NOTES)
     for arguments in (["--config", "/dev/zero", "info"], ["check", "--expect", "/dev/zero"]):
         code, _, err = bounded(tmp_path, *arguments, "notes.log")
-        assert (code, err) == (2, "canalyze: /dev/zero: more than 2 MiB; not read\n")
+        assert (code, err) == (2, "canalyze: /dev/zero: larger than 2 MiB, not read\n")
     code, _, err = bounded(tmp_path, "check", "--baseline", "/dev/zero", "notes.log")
-    assert (code, err) == (2, "canalyze: /dev/zero: more than 2 MiB; not read\n")
+    assert (code, err) == (2, "canalyze: /dev/zero: larger than 2 MiB, not read\n")
 
 
 def test_a_hostile_file_beside_one_capture_of_several_is_about_that_one(tmp_path: Path) -> None:
@@ -84,7 +84,7 @@ def test_a_hostile_file_beside_one_capture_of_several_is_about_that_one(tmp_path
         (tmp_path / f"{name}.log").write_text(NOTES)
     (tmp_path / "b.expect.toml").write_bytes(b"a = " + b"[" * 5000)
     code, out, err = bounded(tmp_path, "check", "a.log", "b.log", "c.log")
-    assert (code, err) == (2, "canalyze: b.expect.toml:1: nested more than 32 deep; not read\n")
+    assert (code, err) == (2, "canalyze: b.expect.toml:1: nested more than 32 levels, not read\n")
     assert out.count(": not checked") == 1
 
 
@@ -117,7 +117,7 @@ def test_the_bounds_of_nesting(depth: int, fine: bool) -> None:
         if fine:
             assert parsed(Path("x"), content)
         else:
-            with pytest.raises(ConfigError, match="32 deep"):
+            with pytest.raises(ConfigError, match="32 levels"):
                 parsed(Path("x"), content)
 
 
@@ -159,14 +159,17 @@ def test_many_expectations_are_read(tmp_path: Path) -> None:
 KINDS = [b'{"code": "SDO%03d", "node": %d, "count": 1}' % (code, node) for code in range(150) for node in range(1, 128)]
 HOSTILE_JSON = {
     "digits": (b'{"canalyze_baseline": 1, "findings": [\n{"code": "SDO001", "count": ' + b"9" * 5000 + b"}]}", ":2: "),
-    "version": (b'{"canalyze_baseline": ' + b"9" * 5000 + b', "findings": []}', "a baseline of version"),
-    "deep": (b'{"canalyze_baseline": 1, "findings": ' + b"[" * 500_000, ": no baseline"),
-    "objects": (b'{"a":' * 300_000, ": no baseline"),
-    "large": (b" " * (MOST + 1), ": more than 2 MiB; not read"),
-    "entries": (b'{"canalyze_baseline": 1, "findings": [' + b"{},\n" * 400_000 + b"{}]}", ":1: code of an entry"),
+    "version": (b'{"canalyze_baseline": ' + b"9" * 5000 + b', "findings": []}', "baseline version "),
+    "deep": (b'{"canalyze_baseline": 1, "findings": ' + b"[" * 500_000, ": not a baseline"),
+    "objects": (b'{"a":' * 300_000, ": not a baseline"),
+    "large": (b" " * (MOST + 1), ": larger than 2 MiB, not read"),
+    "entries": (
+        b'{"canalyze_baseline": 1, "findings": [' + b"{},\n" * 400_000 + b"{}]}",
+        ":1: invalid code in a baseline entry",
+    ),
     "last": (
         b'{"canalyze_baseline": 1, "findings": [' + b",\n".join(KINDS) + b',\n{"code": 1}]}',
-        f":{len(KINDS) + 1}: code of an entry",
+        f":{len(KINDS) + 1}: invalid code in a baseline entry",
     ),
     "key": (b'{"canalyze_baseline": 1, "findings": [{"' + b"k" * 100_000 + b'": 1}]}', ":1: "),
 }

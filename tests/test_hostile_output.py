@@ -9,9 +9,8 @@ import pytest
 from conftest import NOTES, Runner, command, environment
 from test_hostile_files import XDD
 
-from canalyze import jsonl
 from canalyze._core import Session
-from canalyze.output import commandless, printable
+from canalyze.output import commandless, jsonl, printable
 from canalyze.sources import packed
 
 EVIL = "\x7f\x85\x9b\u200b\u202e\u2028\u2066\ufeff"
@@ -177,7 +176,7 @@ def test_captures_that_differ_are_told_to_who_reads(canalyze: Runner, tmp_path: 
 def test_stamps_out_of_range_are_told(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "far.log").write_text("(1.0) can0 123#11\n(99999999999999999999.0) can0 123#22\n(2.0) can0 123#33\n")
     said = (
-        "far.log: 1 stamps are out of the range that can be shown, 1677-09-21 to 2262-04-11, and were taken as its end"
+        "far.log: 1 timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit"
     )
     for line in (["info"], ["check"], ["decode"], ["summary"], ["convert", "--to", "candump"]):
         done = canalyze("--lang", "en", *line, "far.log", *(["-"] if line[0] == "convert" else []))
@@ -185,7 +184,7 @@ def test_stamps_out_of_range_are_told(canalyze: Runner, tmp_path: Path) -> None:
     assert "超出可表示的范围" in canalyze("info", "far.log").err
     (row,) = map(json.loads, canalyze("info", "--format", "jsonl", "far.log").out.splitlines())
     assert float(row["seconds"]) >= 0 and row["clamped_stamps"] == 1
-    assert "quality  stamps out of range: 1" in canalyze("--lang", "en", "info", "far.log").out
+    assert "quality  1 timestamp out of range" in canalyze("--lang", "en", "info", "far.log").out
 
 
 @pytest.mark.parametrize("stamp", ["9223372035.999999", "0000000000.000000", "1700000000.000000"])

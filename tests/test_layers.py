@@ -13,65 +13,123 @@ from captures import TESTS
 
 PACKAGE = TESTS.parent / "canalyze"
 SAID = {"errors", "words"}
-READ = {*SAID, "_core", "compression", "sources"}
+READ = {*SAID, "_core", "sources.compression", "sources"}
 MAY_USE: dict[str, set[str]] = {
     "words": set(),
-    "layout": set(),
+    "configuration": set(),
+    "running": set(),
+    "output.layout": set(),
     "examples": set(),
-    "finding": set(),
-    "incident": set(),
-    "compression": set(),
-    "network": set(),
+    "values": set(),
+    "finding": {"values"},
+    "incident": {"values"},
+    "sources.compression": set(),
+    "pages": set(),
+    "configuration.network": set(),
     "errors": {"words"},
-    "jsonl": set(),
-    "bounded": {"errors"},
-    "toml": {"bounded", "errors", "network"},
-    "writing": set(),
-    "output": {*SAID, "_core", "layout", "writing"},
+    "output.jsonl": set(),
+    "configuration.bounded": {"errors"},
+    "configuration.toml": {"configuration.bounded", "errors", "configuration.network"},
+    "output.writing": set(),
+    "output": {*SAID, "_core", "output.layout", "output.writing"},
     "sources": READ,
     "sinks": {*READ, "output"},
-    "reading": READ,
-    "dictionary": {*READ, "network"},
-    "descriptions": {*SAID, "_core", "dictionary", "network", "output"},
-    "config": {*SAID, "bounded", "check.globs", "check.policy", "network", "toml"},
-    "expectations": {*SAID, "_core", "bounded", "compression", "layout", "network", "output", "toml"},
-    "recording": {*READ, "sinks", "writing"},
-    "listening": {*READ, "config", "network", "options", "recording"},
-    "viewing": {*SAID, "_core", "config", "network", "options", "timeline", "writing"},
-    "run": {*READ, "options", "output", "reading"},
-    "options": {*READ, "config", "descriptions", "network", "output", "run"},
-    "help": {*SAID, "layout", "options"},
+    "running.reading": READ,
+    "dictionary": {*READ, "configuration.network"},
+    "configuration.descriptions": {*SAID, "_core", "dictionary", "configuration.network", "output"},
+    "configuration.config": {*SAID, "check.policy", "configuration.filed", "configuration.network"},
+    "configuration.filed": {
+        *SAID,
+        "configuration.bounded",
+        "check.globs",
+        "check.policy",
+        "configuration.config",
+        "configuration.network",
+        "configuration.toml",
+    },
+    "expectations": {
+        *SAID,
+        "_core",
+        "configuration.bounded",
+        "sources.compression",
+        "output.layout",
+        "configuration.network",
+        "output",
+        "configuration.toml",
+    },
+    "running.recording": {*READ, "sinks", "output.writing"},
+    "running.listening": {
+        *READ,
+        "configuration.config",
+        "configuration.network",
+        "configuration.options",
+        "running.recording",
+    },
+    "running.viewing": {
+        *SAID,
+        "_core",
+        "configuration.config",
+        "configuration.network",
+        "configuration.options",
+        "timeline",
+        "output.writing",
+    },
+    "running.run": {*READ, "configuration.options", "output", "running.reading"},
+    "configuration.options": {
+        *READ,
+        "configuration.config",
+        "configuration.descriptions",
+        "configuration.network",
+        "output",
+        "running.run",
+    },
+    "output.help": {*SAID, "output.layout", "configuration.options"},
     "check.verdict": {"finding", "incident"},
-    "check.baseline": {*SAID, "bounded", "finding", "incident", "jsonl"},
+    "check.baseline": {*SAID, "configuration.bounded", "finding", "incident", "output.jsonl"},
     "check.globs": set(),
     "check.policy": {"check.baseline", "check.globs", "check.verdict", "finding", "incident"},
-    "check": {*READ, "check", "descriptions", "expectations", "finding", "incident", "network", "options", "run"},
-    "library": {
+    "check": {
         *READ,
-        "config",
-        "descriptions",
+        "check",
+        "configuration.descriptions",
         "expectations",
         "finding",
         "incident",
-        "network",
-        "reading",
+        "configuration.network",
+        "configuration.options",
+        "running.run",
+    },
+    "library": {
+        *READ,
+        "dictionary",
+        "output",
+        "sinks",
+        "values",
+        "configuration.config",
+        "configuration.descriptions",
+        "expectations",
+        "finding",
+        "incident",
+        "configuration.network",
+        "running.reading",
         "reports",
     },
     "reports": {
         *READ,
+        "values",
         "check.verdict",
         "dictionary",
         "finding",
         "incident",
-        "jsonl",
-        "layout",
+        "output.jsonl",
+        "output.layout",
         "library",
         "output",
-        "writing",
+        "output.writing",
     },
-    "timeline": {*SAID, "_core", "layout", "output", "reports", "writing"},
-    "monitor": {*READ, "layout", "output", "reading"},
-    "pytest_plugin": {*SAID, "finding", "incident", "library", "output", "writing"},
+    "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
+    "monitor": {*READ, "output.layout", "output", "running.reading"},
+    "pytest_plugin": {*SAID, "finding", "incident", "library", "output", "output.writing"},
 }
 """A part, or a file of one, and what it may use; its own folder always but where a file of it has a row.
 
@@ -113,12 +171,12 @@ def test_a_file_uses_what_it_may(path: Path) -> None:
     assert not used, f"{name} uses {', '.join(sorted(used))}"
 
 
-OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy"}
-"""What only the extra for timelines brings."""
+OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy", "pandas", "polars"}
+"""What only extras bring."""
 HEAVY = "import sys, canalyze.cli, canalyze.commands.view, canalyze.commands.sniff; print(*sys.modules, sep='\\n')"
 
 
-def test_timelines_alone_need_the_optional_part() -> None:
+def test_timelines_and_tables_alone_need_the_optional_part() -> None:
     """And only while one is made: the commands start without it."""
     users = set()
     for path in FILES:
@@ -127,7 +185,7 @@ def test_timelines_alone_need_the_optional_part() -> None:
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             if OPTIONAL & {name.split(".")[0] for name in names}:
                 users.add(path.relative_to(PACKAGE).parts[0])
-    assert users == {"timeline"}
+    assert users == {"timeline", "library"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
 

@@ -245,10 +245,52 @@ def test_others_are_received_while_one_is_lost() -> None:
     lost = live.LinkLost("can1", SourceError("live.unplugged", channel="can1"))
     bus = Made(lost, frames(0, 4), names=("can0", "can1"), endless=True)
     bus.back = False
-    with Live([bus], reconnect=True) as one:
+    with Live([bus]) as one:
         out = read_until(one, lambda out: (live.RECORDS, 0, 4) in out)
-        assert one.waiting
-    assert (live.GAP, 1, 0) in out
+        assert one.away == {"can1"} and not one.waiting, "can0 is there"
+        assert [str(remark).count("waiting for can1") for remark in one.remarks()] == [1]
+        bus.back = True
+        deadline = time.monotonic() + DEADLINE_S
+        while one.away and time.monotonic() < deadline:
+            assert one.read()
+        assert [str(remark) for remark in one.remarks()] == ["can1: receiving again"]
+    assert (live.GAP, 1, 0) in out and one.failure is None
+
+
+def test_it_ends_when_the_last_of_several_goes() -> None:
+    gone = [live.LinkLost(name, SourceError("live.unplugged", channel=name)) for name in ("can0", "can1")]
+    bus = Made(gone[0], frames(1, 4), gone[1], names=("can0", "can1"), endless=True)
+    bus.back = False
+    out = b""
+    with Live([bus]) as one, pytest.raises(SourceError, match=r"can1: the interface is gone.*--reconnect"):
+        while True:
+            out += one.read()
+    assert (live.RECORDS, 1, 4) in kinds(out), "what came between is given"
+
+
+def test_it_ends_when_the_last_of_several_sources_goes() -> None:
+    def later() -> bytes:
+        time.sleep(0.5)
+        return frames(1, 3)
+
+    first = Made(live.LinkLost("can0", SourceError("live.unplugged", channel="can0")), endless=True)
+    first.back = False
+    lost = live.LinkLost("can1", SourceError("live.unplugged", channel="can1"))
+    second = Made(later, lost, names=("can1",), first=1, endless=True)
+    out = b""
+    with Live([first, second]) as one, pytest.raises(SourceError, match=r"can1: the interface is gone.*--reconnect"):
+        while True:
+            out += one.read()
+    assert (live.RECORDS, 1, 3) in kinds(out) and first.closed
+
+
+def test_a_source_that_ends_leaves_no_one_waiting_alone() -> None:
+    first = Made(live.LinkLost("can0", SourceError("live.unplugged", channel="can0")), endless=True)
+    first.back = False
+    second = Made(live.Ended(), names=("can1",), first=1)
+    with Live([first, second]) as one, pytest.raises(SourceError, match="can0: the interface is gone"):
+        while one.read():
+            pass
 
 
 def test_a_source_that_is_lost_holds_no_other_back() -> None:

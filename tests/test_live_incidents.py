@@ -31,7 +31,7 @@ OTHERWISE = {"s20-recorder-stall", "CAP007", "HBT005", "CAP002", "CAP008"}
 """Captures in which that is told otherwise live. Who listens knows that nothing came, and says so at once; a file may
 have been written by a recorder that stood still, which only what comes after the silence shows. Where frames were
 dropped, live has a frame before it, a file has not; and only a text has lines that were left out."""
-LINE = re.compile(r"# (✖|↳|✔) (?:problem |over |问题|已恢复 ?)(\d+): (.+)")
+LINE = re.compile(r"# (✖|↳|✔) (?:problem |resolved |问题|已恢复 ?)(\d+): (.+)")
 
 
 def ended_as(rows: list[Row]) -> list[tuple[object, ...]]:
@@ -129,7 +129,7 @@ def test_lines_for_people_tell_the_same_in_both_languages(path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("lang", "sure", "likely"),
-    [("en", "because of 3 (", "likely because of"), ("zh", "起因是问题3 (", "起因很可能是问题")],
+    [("en", "caused by 3 (", "probably caused by"), ("zh", "起因是问题3 (", "起因很可能是问题")],
 )
 def test_a_certain_cause_is_told_at_once(lang: str, sure: str, likely: str) -> None:
     out = live_output(PROBLEMS.read_bytes(), lang=lang, output_format="text").decode()
@@ -155,7 +155,7 @@ def beside(lang: str) -> str:
 @pytest.mark.parametrize(
     ("lang", "first", "then"),
     [
-        ("en", "# ↳ problem 1: likely because of 3? (no SYNC ", "# ↳ problem 1: likely because of 3 (no SYNC "),
+        ("en", "# ↳ problem 1: probably caused by 3? (no SYNC ", "# ↳ problem 1: probably caused by 3 (no SYNC "),
         ("zh", "# ↳ 问题1: 起因很可能是问题3? (", "# ↳ 问题1: 起因很可能是问题3 ("),
     ],
 )

@@ -347,5 +347,5 @@ def test_many_damages_are_named_up_to_a_number(canalyze: Runner, tmp_path: Path)
     (tmp_path / "many.mcap").write_bytes(whole(schema(1), channel(1, 1, b"/can"), *chunks))
     done = canalyze("--lang", "en", "decode", "many.mcap")
     assert len([line for line in done.complaints if "CAP004" in line]) == 5
-    assert done.complaints[-1] == "many.mcap: 100 damaged places in all"
+    assert done.complaints[-1] == "many.mcap: 100 damaged places in total"
     assert json.loads(canalyze("info", "--format", "jsonl", "many.mcap").out)["damages"] == 100

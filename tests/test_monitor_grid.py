@@ -101,6 +101,7 @@ class Still:
     over = False
     failure = None
     badge = "live"
+    away: frozenset[str] = frozenset()
     recording = ""
 
     def __init__(self, **parts: Any) -> None:
@@ -112,6 +113,9 @@ class Still:
 
     def snapshot(self) -> dict[str, Any]:
         return self._snapshot
+
+    def page(self, *_: Any) -> dict[str, Any]:
+        return {"identity": [], "pdos": []}
 
     def trace(self, *_: Any) -> list[Any]:
         return []
@@ -146,7 +150,7 @@ def test_running_transfer_shows_how_far_it_is(size: int | None, said: str) -> No
     on_screen(watch, "en", (100, 24), act)
 
 
-@pytest.mark.parametrize(("lang", "said"), [("en", (" REC ", " REC FAILED ")), ("zh", (" 记录中 ", " 记录失败 "))])
+@pytest.mark.parametrize(("lang", "said"), [("en", (" REC ", " REC FAILED ")), ("zh", (" 录制中 ", " 录制失败 "))])
 def test_it_is_seen_whether_what_is_received_is_recorded(lang: str, said: tuple[str, str]) -> None:
     class Recorded(Still):
         recording = "records"
@@ -163,10 +167,10 @@ def test_it_is_seen_whether_what_is_received_is_recorded(lang: str, said: tuple[
 
 def test_empty_rooms_say_what_is_not_there_yet() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
-        assert text(app).count("no frame yet") == 2 and "no node seen yet" in text(app)
+        assert text(app).count("no frames yet") == 2 and "no nodes yet" in text(app)
         app.trace.choose("node=5")
         await settle(app, pilot)
-        assert "no frame that fits" in text(app)
+        assert "no matching frames" in text(app)
 
     on_screen(Still(), "en", (80, 24), act)
 

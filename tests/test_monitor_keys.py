@@ -64,12 +64,12 @@ def test_tab_goes_round_the_rooms_that_are_seen() -> None:
 def test_cursor_shows_the_whole_row_and_escape_takes_it_away() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
         await press(app, pilot, "3")
-        assert "(default mapping of the EDS)" not in text(app)
+        assert "(EDS default mapping)" not in text(app)
         shown = await press(app, pilot, "down", "down", "down", "j")
         assert "186" in shown.splitlines()[-3] + shown.splitlines()[-2]
-        assert "(default mapping of the EDS)" in shown
+        assert "(EDS default mapping)" in shown
         assert "185  5 TPDO1" in await press(app, pilot, "k")
-        assert "(default mapping of the EDS)" not in await press(app, pilot, "escape")
+        assert "(EDS default mapping)" not in await press(app, pilot, "escape")
 
     run(act)
 
@@ -158,7 +158,7 @@ def test_first_filter_is_that_of_the_command_line() -> None:
 def test_search_goes_from_place_to_place() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
         await press(app, pilot, "6")
-        shown = await press(app, pilot, "slash", *"NMT", "space", "enter", "enter")
+        shown = await press(app, pilot, "slash", *"NMT", "space", "enter")
         assert "search NMT" in shown
         first = app.trace.current
         assert first is not None and "NMT" in first.whole
@@ -166,10 +166,10 @@ def test_search_goes_from_place_to_place() -> None:
         await press(app, pilot, "N")
         second = app.trace.current
         assert second is not None and "NMT" in second.whole and second.key[0] < first.key[0]
-        assert "no further 'NMT" in await press(app, pilot, "N")
+        assert "no more 'NMT" in await press(app, pilot, "N")
         await press(app, pilot, "n")
         assert app.trace.current == first
-        assert "is not found" in await press(app, pilot, "escape", "slash", "ctrl+u", *"nowhere", "enter")
+        assert "not found" in await press(app, pilot, "escape", "slash", "ctrl+u", *"nowhere", "enter")
         await press(app, pilot, "escape", "escape", "escape")
         assert not app.trace.search
 
@@ -189,6 +189,7 @@ def test_finding_leads_to_its_frame() -> None:
         await press(app, pilot, "5", "down")
         row = app.grids["findings"].current
         assert row is not None and isinstance(row.leads, int)
+        assert "CiA 301" in await press(app, pilot, "enter"), "what the rule says"
         shown = await press(app, pilot, "enter")
         assert app.focused is app.trace and "annotation" in shown
         assert app.trace.current is not None and app.trace.current.key[0] == row.leads
@@ -198,8 +199,8 @@ def test_finding_leads_to_its_frame() -> None:
 
 def test_finding_whose_frame_does_not_fit_the_filter_takes_it_away() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
-        shown = await press(app, pilot, "5", "down", "enter")
-        assert "filter, which was removed" in shown and not app.trace.filter
+        shown = await press(app, pilot, "5", "down", "enter", "enter")
+        assert "filter, which was cleared" in shown and not app.trace.filter
 
     run(act, FAULTY, expression="id=123")
 
@@ -215,7 +216,8 @@ def test_transfer_leads_to_its_first_frame() -> None:
 @pytest.mark.parametrize(("view", "condition"), [("2", "node=5"), ("3", "id=000")])
 def test_node_and_object_show_their_frames_only(view: str, condition: str) -> None:
     async def act(app: Monitor, pilot: Any) -> None:
-        assert f"filter {condition}" in await press(app, pilot, view, "down", "enter")
+        keys = ["enter", "enter"] if view == "2" else ["enter"]
+        assert f"filter {condition}" in await press(app, pilot, view, "down", *keys)
         assert app.trace.filter == condition and app.focused is app.trace
 
     run(act)
@@ -379,13 +381,78 @@ def test_a_node_that_is_lost_is_seen_first(lang: str, silent: str) -> None:
     run(act, SAMPLES / "rules" / "HBT002.log", lang)
 
 
-def test_states_are_dim_while_the_bus_is_away() -> None:
+def test_states_are_unknown_while_the_bus_is_away() -> None:
     from canalyze.monitor import nodes
 
     watch = replayed(FAULTY, "en")
     snapshot, words = watch.snapshot(), Words("en")
-    here, away = (nodes.rows(snapshot, words, buses=False, away=away)[0].cells[2] for away in (False, True))
-    assert here == (("Pre-operational", "warning"),) and away == (("Pre-operational", "dim"),)
+    bus = frozenset([snapshot["nodes"][0]["bus"]])
+    here, away, other = (
+        nodes.rows(snapshot, words, buses=False, away=away)[0] for away in (frozenset[str](), bus, frozenset(["can7"]))
+    )
+    assert here.cells[2] == other.cells[2] == (("Pre-operational", "warning"),)
+    assert away.cells[2] == (("unknown", "warning"),) and "last state: Pre-operational" in away.whole
+
+
+def test_objects_that_have_stopped_are_dim_and_show_their_age() -> None:
+    from canalyze.monitor import objects
+
+    snapshot, words = replayed(FAULTY, "en").snapshot(), Words("en")
+    one = snapshot["objects"][0] | {"period_ns": 100_000_000, "jitter_ns": 1_000_000, "severity": None}
+
+    def row(age_ns: int, **more: Any) -> Any:
+        shown = snapshot | {"objects": [one | {"last_ns": 5_000_000_000} | more], "now_ns": 5_000_000_000 + age_ns}
+        return objects.rows(shown, words, buses=False, width=140)[0]
+
+    fresh, old = row(300_000_000), row(2_500_000_000)
+    assert fresh.cells[3] == (("100ms", ""),) and fresh.cells[0][0][1] == "strong"
+    assert old.cells[3] == (("2.50s ago", "warning"),) and "2.50s ago" in old.whole
+    assert {look for content in (old.cells[0], old.cells[1], old.cells[6], old.cells[7]) for _, look in content} == {
+        "dim"
+    }
+    assert row(2_500_000_000, jitter_ns=60_000_000).cells[3] == (("100ms", ""),), "it never came evenly"
+    assert row(2_500_000_000, period_ns=None, jitter_ns=None).cells[3] == (("-", ""),)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+def test_findings_by_severity(lang: str) -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "5")
+        grid = app.grids["findings"]
+        looks = [{row.cells[2][0][1] for row in grid.rows}]
+        for _ in range(3):
+            await press(app, pilot, "s")
+            looks.append({row.cells[2][0][1] for row in grid.rows})
+        everything = {"info", "warning", "error"}
+        assert looks == [everything, {"warning", "error"}, {"error"}, everything]
+        assert (Words(lang).of("monitor_severity", "error") in text(app)) is False
+        assert Words(lang).of("monitor_severity", "warning") in await press(app, pilot, "s")
+
+    run(act, SAMPLES / "problems.log", lang)
+
+
+def test_a_frame_is_explained_field_by_field() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        shown = await press(app, pilot, "6", "home", "enter")
+        assert "COB-ID" in shown and "bits 7-5" in shown
+        shown = await press(app, pilot, "x")
+        assert "bits 7-5" not in shown and app.focused is app.trace, "any key goes back"
+
+    run(act, FAULTY)
+
+
+def test_a_node_shows_what_it_is_and_its_pdos() -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        await press(app, pilot, "2", "home")
+        for row in app.grids["nodes"].rows:
+            app.grids["nodes"].cursor = row.key
+            shown = await press(app, pilot, "enter")
+            if row.key[1] == 5:
+                break
+            await press(app, pilot, "x")
+        assert "PDO mapping" in shown and "6041h:00" in shown and "16 bits" in shown, shown
+
+    run(act, SAMPLES / "network" / "sync-and-pdos.log", size=(140, 40))
 
 
 def test_the_last_emergency_is_shown_after_it_is_over() -> None:
@@ -396,7 +463,7 @@ def test_the_last_emergency_is_shown_after_it_is_over() -> None:
     run(act, SAMPLES / "services.log", size=(160, 40))
 
 
-@pytest.mark.parametrize(("lang", "said"), [("zh", "预操作 (启动报文)"), ("en", "Pre-operational (boot-up)")])
+@pytest.mark.parametrize(("lang", "said"), [("zh", "启动(Boot-up)"), ("en", "Pre-operational (boot-up)")])
 def test_a_node_that_has_only_booted_is_not_said_to_be_initialising(lang: str, said: str, tmp_path: Path) -> None:
     from canalyze.monitor import nodes
 

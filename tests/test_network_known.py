@@ -7,15 +7,16 @@ from typing import Any
 
 import pytest
 
-from canalyze import _core, network
-from canalyze.config import Config, read
-from canalyze.descriptions import network as told
+from canalyze import _core
+from canalyze.configuration import network
+from canalyze.configuration.config import Config, read
+from canalyze.configuration.descriptions import network as told
+from canalyze.configuration.network import Known
 from canalyze.dictionary import load
 from canalyze.dictionary import read as read_description
 from canalyze.dictionary.model import Dictionary
 from canalyze.dictionary.rows import flat, rows
 from canalyze.errors import ConfigError, SourceError
-from canalyze.network import Known
 from canalyze.words import Words
 
 OWN = Path(__file__).parent.parent / "eds"
@@ -223,14 +224,14 @@ def test_node_of_a_dcf(recorded: None, tmp_path: Path, capfd: pytest.CaptureFixt
     dcf.write_text(DCF)
     assert carried(tell(on(str(dcf)))) == [(None, 5, "five.dcf")]
     assert carried(tell(on(str(dcf)), on(f"5={OWN / 'io.eds'}"))) == [(None, 5, "io.eds")]
-    assert "the DCF of" not in capfd.readouterr().err
+    assert "DCF of" not in capfd.readouterr().err
     assert carried(tell(on(f"5-7={dcf}"))) == [(None, node, "five.dcf") for node in (5, 6, 7)]
-    (line,) = [line for line in capfd.readouterr().err.splitlines() if "the DCF of" in line]
-    assert line.startswith(f"canalyze: {dcf}: the DCF of node 5, used for 6, 7;")
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if "DCF of" in line]
+    assert line.startswith(f"canalyze: {dcf}: DCF of node 5, used for 6, 7;")
 
 
 def test_description_without_a_node(recorded: None) -> None:
-    with pytest.raises(SourceError, match=r"drive\.eds: names no node-ID; give one, as --eds 5="):
+    with pytest.raises(SourceError, match=r"drive\.eds: no node-ID; give one, as --eds 5="):
         tell(on(str(OWN / "drive.eds")))
 
 
@@ -261,8 +262,8 @@ def test_defects_are_one_line_a_file(recorded: None, tmp_path: Path, capfd: pyte
     odd.write_text("[1017]\nParameterName=a\nObjectType=7\nDataType=6\nAccessType=read\nDefaultValue=x\n" * 3)
     tell(on(f"1-9={odd}", f"20={OWN / 'drive.eds'}"))
     (line,) = capfd.readouterr().err.splitlines()
-    assert line.startswith(f"canalyze: {odd}: defects repaired: ")
-    assert line.endswith(f"not used: 1; canalyze eds '{odd}' shows them")
+    assert line.startswith(f"canalyze: {odd}: ")
+    assert line.endswith(f"1 not used; see canalyze eds '{odd}'")
 
 
 def test_defects_beyond_those_kept_are_counted(
@@ -271,7 +272,7 @@ def test_defects_beyond_those_kept_are_counted(
     odd = tmp_path / "odd.eds"
     odd.write_text("[1017]\nParameterName=a\nObjectType=7\nDataType=6\nAccessType=rw\n" + "no equals\n" * 1500)
     tell(on(f"1={odd}"))
-    assert "not used: 1500;" in capfd.readouterr().err
+    assert "1500 not used;" in capfd.readouterr().err
 
 
 TOML = """\
@@ -333,35 +334,35 @@ def test_canalyze_toml(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "where", "said"),
     [
-        ("[[eds]]\nnode = 5\n", ":1", "eds.file is missing"),
-        ("[[eds]]\nnode = 0\nfile = 'a'\n", ":2", "eds.node: 0 is not a node-ID, 1 to 127, nor several"),
+        ("[[eds]]\nnode = 5\n", ":1", "missing key eds.file"),
+        ("[[eds]]\nnode = 0\nfile = 'a'\n", ":2", "eds.node: 0 is not a node-ID, 1 to 127, or several"),
         ("[[eds]]\nfile = 'a'\nnode = [1, 'x']\n", ":3", "eds.node"),
         ("[[eds]]\nfile = 'a'\nnode = []\n", ":3", "eds.node"),
         ("[[eds]]\nfile = 'a'\nnode = true\n", ":3", "eds.node: true"),
         ("[[eds]]\nfile = 'a'\nnode = '4-1'\n", ":3", 'eds.node: "4-1"'),
-        ("[[eds]]\nfile = 5\n", ":2", "eds.file: 5 is not a text"),
+        ("[[eds]]\nfile = 5\n", ":2", "eds.file: 5 is not a non-empty text"),
         ("[[eds]]\nfile = 'a'\nbus = ''\n", ":3", "eds.bus"),
         (
             "[[eds]]\nfile = 'a'\n\n[[eds]]\nfile = 'b'\nnod = 5\n",
             ":6",
-            "unknown key eds.nod, did you mean node; allowed: file, node, bus",
+            "unknown key eds.nod (did you mean node?); allowed: file, node, bus",
         ),
-        ("eds = 'a.eds'\n", ":1", "eds has to be a table, [[eds]]"),
+        ("eds = 'a.eds'\n", ":1", "eds must be a table, [[eds]]"),
         ("eds = [{ file = 'a', node = 200 }]\n", ":1", "eds.node: 200"),
         ("[eds]\nfile = 'a'\n", ":1", "[[eds]]"),
-        ("[[cob]]\nid = 0x1A5\nnode = 5\npdo = 'TPDO1'\n", ":2", "cob.id: 421 is not a CAN-ID in hexadecimal"),
+        ("[[cob]]\nid = 0x1A5\nnode = 5\npdo = 'TPDO1'\n", ":2", "cob.id: 421 is not a hexadecimal CAN-ID"),
         ("[[cob]]\nid = '1A5'\nnode = '5'\npdo = 'TPDO1'\n", ":3", 'cob.node: "5"'),
         ("[[cob]]\nid = '1A5'\nnode = 5\npdo = 'PDO1'\n", ":4", "cob.pdo"),
-        ("[[cob]]\nid = '1A5'\nnode = 5\n", ":1", "cob.pdo is missing"),
+        ("[[cob]]\nid = '1A5'\nnode = 5\n", ":1", "missing key cob.pdo"),
         ("[[sdo]]\nclient = '640'\nserver = '640'\nnode = 5\n", ":3", "the other ID of the same channel"),
-        ("[[sdo]]\nclient = '640'\nnode = 5\n", ":1", "sdo.server is missing"),
+        ("[[sdo]]\nclient = '640'\nnode = 5\n", ":1", "missing key sdo.server"),
         ("# one\n[sync] # two\nperiod_us = 0\n", ":3", "sync.period_us: 0"),
         ("[sync]\nwindow_us = '1ms'\n", ":2", "sync.window_us"),
         ("[sync]\nwindow_us = nan\n", ":2", "sync.window_us"),
         (
             "[sync]\nwindow = 1\n",
             ":2",
-            "unknown key sync.window, did you mean window_us; allowed: period_us, window_us",
+            "unknown key sync.window (did you mean window_us?); allowed: period_us, window_us",
         ),
         ("sync = 1000\n", ":1", "[sync]"),
         ("sync.period_us = -1\n", ":1", "sync.period_us"),
@@ -370,9 +371,9 @@ def test_canalyze_toml(tmp_path: Path) -> None:
         (
             "lang = 'en'\njiter_us = 1\n",
             ":2",
-            "unknown key jiter_us, did you mean jitter_us; allowed: lang, jitter_us, bitrate, [sync], [check], [[eds]]",
+            "unknown key jiter_us (did you mean jitter_us?); allowed: lang, jitter_us, bitrate, [sync], [check]",
         ),
-        ("[[ed]]\nfile = 'a'\n", ":1", "unknown key ed, did you mean [[eds]];"),
+        ("[[ed]]\nfile = 'a'\n", ":1", "unknown key ed (did you mean [[eds]]?);"),
     ],
 )
 def test_what_cannot_be_in_canalyze_toml(tmp_path: Path, text: str, where: str, said: str) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from canalyze import network
-from canalyze.network import CanId, Cob, Description, Known, SdoChannel
+from canalyze.configuration import network
+from canalyze.configuration.network import CanId, Cob, Description, Known, SdoChannel
 
 DESCRIPTIONS = {
     "5=drive.eds": Description(None, (5,), "drive.eds"),

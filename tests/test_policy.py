@@ -12,7 +12,7 @@ from canalyze.check import baseline, policy
 from canalyze.check.baseline import Kind
 from canalyze.check.policy import Override, Policy, judge, named
 from canalyze.check.verdict import Counted, Examined
-from canalyze.config import read
+from canalyze.configuration.config import read
 from canalyze.errors import ConfigError
 from canalyze.finding import Finding, Severity
 
@@ -210,17 +210,17 @@ HEAD = '{"canalyze_baseline": 1, "findings": [\n'
     [
         ("", ":1:1", "not valid JSON"),
         (f"{HEAD}{ENTRY},\n<<<<<<< HEAD\n]}}", ":3:1", "not valid JSON"),
-        ("[]", "", "no baseline"),
-        ('{"findings": []}', "", "no baseline"),
+        ("[]", "", "not a baseline"),
+        ('{"findings": []}', "", "not a baseline"),
         ('{"canalyze_baseline": 2, "findings": []}', "", "version 2"),
-        (f"{HEAD}{ENTRY},\n{ENTRY}]}}", ":3", "already"),
+        (f"{HEAD}{ENTRY},\n{ENTRY}]}}", ":3", "duplicate entry"),
         (f"{HEAD}{ENTRY},\n5]}}", ":3", "5"),
-        (HEAD + ENTRY.replace('"SDO001"', '"sdo"') + "]}", ":2", 'code of an entry of the baseline: "sdo"'),
-        (HEAD + ENTRY.replace("5", "128") + "]}", ":2", "node of an entry of the baseline: 128"),
-        (HEAD + ENTRY.replace("5", "true") + "]}", ":2", "node of an entry of the baseline: true"),
-        (HEAD + ENTRY.replace('"count": 1', '"count": 0') + "]}", ":2", "count of an entry of the baseline: 0"),
-        (HEAD + ENTRY.replace('"object": null', '"object": "1017"') + "]}", ":2", "object of an entry"),
-        (HEAD + ENTRY.replace('"bus"', '"buss"') + "]}", ":2", "buss of an entry"),
+        (HEAD + ENTRY.replace('"SDO001"', '"sdo"') + "]}", ":2", 'invalid code in a baseline entry: "sdo"'),
+        (HEAD + ENTRY.replace("5", "128") + "]}", ":2", "invalid node in a baseline entry: 128"),
+        (HEAD + ENTRY.replace("5", "true") + "]}", ":2", "invalid node in a baseline entry: true"),
+        (HEAD + ENTRY.replace('"count": 1', '"count": 0') + "]}", ":2", "invalid count in a baseline entry: 0"),
+        (HEAD + ENTRY.replace('"object": null', '"object": "1017"') + "]}", ":2", "invalid object in a baseline entry"),
+        (HEAD + ENTRY.replace('"bus"', '"buss"') + "]}", ":2", "invalid buss in a baseline entry"),
     ],
 )
 def test_broken_baseline_is_one_line(tmp_path: Path, text: str, where: str, said: str) -> None:
@@ -303,18 +303,18 @@ def test_check_of_canalyze_toml(tmp_path: Path) -> None:
         (
             "[check]\nfailon = 'error'\n",
             ":2",
-            "unknown key check.failon, did you mean fail_on; allowed: fail_on, incidents, select, ignore, baseline",
+            "unknown key check.failon (did you mean fail_on?); allowed: fail_on, incidents, select, ignore, baseline",
         ),
         ("check = 1\n", ":1", "[check]"),
         ("[check]\noverride = 1\n", "", "[[check.override]]"),
-        ("[[check.override]]\ncodes = ['SDO']\nseverity = 'info'\n", ":1", "key check.override.reason is missing"),
+        ("[[check.override]]\ncodes = ['SDO']\nseverity = 'info'\n", ":1", "missing key check.override.reason"),
         ("[[check.override]]\nreason = 'x'\nseverity = 'off'\ncodes = 'SDO'\n", ":3", '"off" is not one of "ignore"'),
         ("[[check.override]]\nnodes = [5, '200']\n", ":2", "such as [5, "),
         ("[[check.override]]\nfiles = []\n", ":2", "check.override.files"),
         (
             "[[check.override]]\ncode = 'SDO'\n",
             ":2",
-            "unknown key check.override.code, did you mean codes; allowed: codes, severity",
+            "unknown key check.override.code (did you mean codes?); allowed: codes, severity",
         ),
     ],
 )

@@ -1,4 +1,4 @@
-"""Recordings of what is seen: every format, rotation, what happens to one that cannot be written. No bus is needed."""
+"""Recordings of what is seen: every format, rotation, what happens to one that cannot write. No bus is needed."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import Any
 import can
 import pytest
 
-from canalyze import recording
 from canalyze._core import Session
 from canalyze.errors import OutputError
-from canalyze.recording import Limit, Recording, Recordings, limit, open_recordings
+from canalyze.running import recording
+from canalyze.running.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
 from canalyze.sources.packed import Packer
 from canalyze.words import Words
@@ -71,7 +71,7 @@ def plain(found: list[str]) -> list[str]:
 def test_a_folder_is_not_said_to_be_overwritten(tmp_path: Path) -> None:
     (tmp_path / "bus.log").mkdir()
     for force in (False, True):
-        with pytest.raises(OutputError, match=r"bus\.log: cannot be written: is a directory"):
+        with pytest.raises(OutputError, match=r"bus\.log: cannot write: is a directory"):
             Recording(str(tmp_path / "bus.log"), EN, force=force)
 
 
@@ -244,7 +244,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path, force: bool) -> None
     os.mkfifo(tmp_path / "pipe.log")
     (tmp_path / "null.log").symlink_to(os.devnull)
     for name in ("pipe.log", "null.log"):
-        with pytest.raises(OutputError, match="is not a regular file"):
+        with pytest.raises(OutputError, match="not a regular file"):
             Recording(str(tmp_path / name), EN, force=force)
 
 
@@ -283,7 +283,7 @@ def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: st
         patch.setattr(os, "write", full_after(150))
         broken.take(blocks(400, 400) + blocks(800, 400))
     (remark,) = both.remarks()
-    for lang, said in (("zh", "磁盘已满"), ("en", "no space left; the recording ends, the listening goes on")):
+    for lang, said in (("zh", "磁盘已满"), ("en", "no space left on device; recording stopped, listening continues")):
         assert said in remark.in_words(Words(lang))
     both.take(blocks(400, 100))
     both.close()
@@ -304,7 +304,7 @@ def test_a_file_that_is_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     folder.rmdir()
     one.take(blocks(10, 10))
     (remark,) = one.remarks()
-    assert "no longer there" in str(remark)
+    assert "the file is gone" in str(remark)
     assert one.written.failure
 
 

@@ -11,7 +11,7 @@ from captures import SAMPLES, CanFrame, log_text, run_canalyze, spaced
 
 from canalyze import _core
 from canalyze.errors import SourceError
-from canalyze.reading import Reading
+from canalyze.running.reading import Reading
 from canalyze.sources.format import open_capture
 from canalyze.sources.live import RECORDS, RELEASE_ALL, UNTIL, heads
 from canalyze.sources.replay import FASTEST, RATE, SLOWEST, Replay

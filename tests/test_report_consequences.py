@@ -52,7 +52,7 @@ def test_text_folds_them_under_their_cause() -> None:
             written.append(text.rstrip("\n"))
 
     check_text.show([judged()], Lines.__new__(Lines), EN)
-    assert written[0] == "a.log: errors: 1, consequences: 4, frames: 0"
+    assert written[0] == "a.log, 0 frames: 1 error, 4 consequences"
     assert written[4] == f"    {SAID}" and "SYN008" not in "".join(written[:4])
 
 
@@ -89,4 +89,4 @@ def test_sarif_has_them_as_properties_of_their_cause() -> None:
 
 def test_chinese() -> None:
     (annotation, of_gap) = github.lines([judged()], Words("zh"))
-    assert annotation.endswith("3条后果：PDO004、SYN008 (2)") and of_gap == "a.log: 第2帧：1条后果：PDO004"
+    assert annotation.endswith("3个后果：PDO004、SYN008 (2)") and of_gap == "a.log: 第2帧：1个后果：PDO004"

@@ -79,7 +79,7 @@ def test_a_finding_is_an_annotation() -> None:
     assert command.properties == {"file": "samples/boot.log", "line": "8", "title": "SDO001 toggle-bit"}
     assert command.data.split("\n") == [
         "node 10 1008h:00: toggle=0 from the server, 1 was due (frame 7, line 8, "
-        "known by frame 8, 1700000000.003200 s, 3 times)",
+        "shown by frame 8, 1700000000.003200 s, 3 times)",
         f"> {FINDING.lines[0].text}",
         f"  {FINDING.lines[1].text}",
     ]

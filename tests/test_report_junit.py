@@ -71,7 +71,7 @@ def test_a_failing_kind_is_a_test_case() -> None:
     (failure,) = case.result
     said = (
         "node 10 1008h:00: toggle=0 from the server, 1 was due "
-        "(frame 7, line 8, known by frame 8, 1700000000.003200 s, 12 times)"
+        "(frame 7, line 8, shown by frame 8, 1700000000.003200 s, 12 times)"
     )
     assert failure.type == "error" and failure.message == said
     assert failure.text.strip().splitlines() == [
@@ -87,8 +87,8 @@ def test_a_clean_capture_passes_under_the_same_name_every_time() -> None:
     below = one(replace(FINDING, severity="info"))
     clean, noted = cases(junit.document([Verdict("a.log"), Verdict("b.log", others=(below,))], EN))
     assert clean.is_passed and noted.is_passed
-    assert (clean.classname, clean.name) == ("a_log", "no findings that fail the check")
-    assert (noted.classname, noted.name) == ("b_log", "no findings that fail the check")
+    assert (clean.classname, clean.name) == ("a_log", "no failing findings")
+    assert (noted.classname, noted.name) == ("b_log", "no failing findings")
 
 
 def test_what_does_not_count_is_told_beside() -> None:
@@ -104,14 +104,14 @@ def test_what_the_baseline_allows_is_skipped() -> None:
     (clean, skipped) = cases(junit.document([Verdict("a.log", others=(one(count=2, known=3),))], EN))
     assert clean.is_passed and skipped.is_skipped
     assert skipped.name == "SDO001 toggle-bit can0 node 10 1008h:00"
-    assert skipped.result[0].message.endswith("2 times, the baseline allows 3)")
+    assert skipped.result[0].message.endswith("2 times, baseline allows 3)")
 
 
 def test_an_unreadable_capture_is_an_error_and_hides_nothing() -> None:
     verdicts = [Verdict("gone.log", error="gone.log: no such file"), Verdict("b.log", (one(BINARY),), error="cut off")]
     gone, cut, found = cases(junit.document(verdicts, EN))
     assert [type(case.result[0]) for case in (gone, cut, found)] == [Error, Error, Failure]
-    assert gone.name == cut.name == "can be read"
+    assert gone.name == cut.name == "readable"
     assert gone.result[0].message == "gone.log: no such file"
     assert found.result[0].text.strip().startswith("b.log: error SDO001")
 
@@ -145,4 +145,4 @@ def test_the_same_verdicts_give_the_same_bytes() -> None:
 def test_chinese_stays_chinese() -> None:
     (case,) = cases(junit.document([Verdict("a.log", (one(),))], Words("zh")))
     assert case.name == "SDO001 toggle-bit can0 节点10 1008h:00"
-    assert "（第7帧，第8行，由第8帧得知，1700000000.003200 s）" in case.result[0].message
+    assert "（第7帧，第8行，依据第8帧，1700000000.003200 s）" in case.result[0].message

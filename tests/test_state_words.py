@@ -19,7 +19,7 @@ from canalyze import _core
 BOOTED = b"(1700000000.000000) can0 705#00\n"
 
 
-@pytest.mark.parametrize(("lang", "word"), [("zh", "预操作 (启动报文)"), ("en", "Pre-operational (boot-up)")])
+@pytest.mark.parametrize(("lang", "word"), [("zh", "启动(Boot-up)"), ("en", "Pre-operational (boot-up)")])
 def test_after_the_boot_up(lang: str, word: str, canalyze: Runner, tmp_path: Path) -> None:
     (row,) = session_output([BOOTED], output_format="jsonl", lang=lang).splitlines()
     assert json.loads(row)["heartbeat"]["name"] == word
@@ -48,7 +48,7 @@ def test_after_the_boot_up(lang: str, word: str, canalyze: Runner, tmp_path: Pat
     assert word.encode() in data[0]
 
 
-@pytest.mark.parametrize(("lang", "word"), [("zh", "初始化 (命令)"), ("en", "Initialisation (commanded)")])
+@pytest.mark.parametrize(("lang", "word"), [("zh", "初始化 (已命令)"), ("en", "Initialisation (commanded)")])
 def test_after_a_reset(lang: str, word: str) -> None:
     """Until it boots again."""
     session = _core.Session(lang=lang, format="columns", tables=["lanes"])

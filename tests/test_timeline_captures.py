@@ -228,8 +228,14 @@ def _delays(shown: Shown) -> None:
     assert found == {key: pytest.approx(value) for key, value in expected.items()}
 
 
+def _told(shown: Shown, below: str) -> list[dict[str, Any]]:
+    """Lines of all nodes, in the order of their frames."""
+    rows = [row for entity in shown.under(below) for row in shown.recording.rows(entity, "TextLog:text")]
+    return sorted(rows, key=lambda row: row["frame"])
+
+
 def _logs(shown: Shown) -> None:
-    findings = shown.recording.rows("/log/findings", "TextLog:text")
+    findings = _told(shown, "/log/findings")
     shown.on_time(findings)
     at = [(row["frame"], row["value"][0]) for row in findings]
     for one in shown.said.findings:
@@ -238,7 +244,7 @@ def _logs(shown: Shown) -> None:
         place = (one["frame"], text) if one["frame"] is not None else next(row for row in at if row[1] == text)
         at.remove(place)
     assert not at
-    emergencies = shown.recording.rows("/log/emcy", "TextLog:text")
+    emergencies = _told(shown, "/log/emcy")
     shown.on_time(emergencies)
     expected = [(row["frame"], row["emcy"]["code"]) for row in shown.said.frames if row.get("emcy")]
     assert [row["frame"] for row in emergencies] == [frame for frame, _ in expected]
@@ -406,7 +412,7 @@ def test_a_finding_told_later_stands_with_its_frame(tmp_path: Path, name: str) -
     path = SAMPLES / "rules" / f"{name}.log"
     shown = Shown(tmp_path, path.read_bytes(), described_beside(path), "en")
     there: dict[int, set[str]] = {}
-    for entity in ("/frames", "/log/findings"):
+    for entity in ("/frames", *shown.under("/log/findings")):
         for row in shown.recording.rows(entity, "TextLog:level"):
             there.setdefault(row["frame"], set()).add(row["value"][0])
     assert shown.said.findings

@@ -5,6 +5,7 @@ What it must not do: look at pictures, which `test_timeline_render.py` does.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,9 @@ import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 from timeline_contents import EVERY, drive, hundreds, lanes, network, plot, series, stamped
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 from canalyze.timeline import charts
-from canalyze.timeline.contents import Contents
+from canalyze.timeline.contents import Contents, Series
 from canalyze.timeline.layout import CLOCK, PAGE, ROOM, SPAN, TITLE, WIDE, fit, layout, listed
 from canalyze.words import LANGUAGES, Words
 
@@ -51,6 +52,12 @@ def of(view: rrb.View) -> set[str]:
     """The entities that a view names, one by one."""
     assert isinstance(view.contents, list)
     return set(view.contents)
+
+
+def listed_in(view: rrb.View) -> list[Any]:
+    """The same in their order."""
+    assert isinstance(view.contents, list)
+    return list(view.contents)
 
 
 def names(part: rrb.Container | rrb.View) -> list[str]:
@@ -84,7 +91,7 @@ def entities(contents: Contents) -> set[str]:
     for bus in contents.windows:
         found.add("/".join(["/sync", *filter(None, [bus]), "window"]))
     found |= {"/".join(["/load", *filter(None, [bus])]) for bus in contents.load}
-    found |= {"/log/findings"} if contents.findings else set()
+    found |= {"/log/findings/**"} if contents.findings else set()
     there = {"/frames": contents.frames, "/summary": contents.summary, "/log": contents.logged}
     return found | {entity for entity, some in there.items() if some}
 
@@ -153,7 +160,7 @@ def test_the_overview_of_a_drive() -> None:
         "SYNC period [µs]",
         "Synchronous PDOs: delay and window [µs]",
         "Frames per second",
-        "SDO transfers: duration [ms] (red: failed)",
+        "SDO transfer duration [ms] (red: failed)",
         "Findings and EMCY",
         "Summary",
         "Frames",
@@ -188,9 +195,9 @@ def test_lanes_of_signals_where_there_is_room() -> None:
         "Drive states",
         "EMCY: active errors",
         "SDO transfers",
-        "Values of signals",
+        "Signal values",
     ]
-    values = next(view for view in views(overview) if view.name == "Values of signals")
+    values = next(view for view in views(overview) if view.name == "Signal values")
     assert {entity for entity in bits if entity.endswith("s")} <= of(values) <= set(bits)
 
 
@@ -200,13 +207,13 @@ def test_many_nodes_share_plots_and_a_tab() -> None:
     kinds = ["NMT states", "Drive states", "EMCY: active errors", "SDO transfers"]
     assert names(overview)[:8] == [
         *kinds,
-        "Velocity of 30 nodes [rpm]",
-        "Torque of 30 nodes [%]",
-        "Position of 30 nodes",
-        "Temperature of 30 nodes [°C]",
+        "Velocity (30 nodes) [rpm]",
+        "Torque (30 nodes) [%]",
+        "Position (30 nodes)",
+        "Temperature (30 nodes) [°C]",
     ]
     assert [part.name for part in nodes.contents] == [f"Node {node}" for node in range(1, 31)]
-    velocity = next(view for view in views(overview) if view.name == "Velocity of 30 nodes [rpm]")
+    velocity = next(view for view in views(overview) if view.name == "Velocity (30 nodes) [rpm]")
     assert shown(velocity, contents)["/pdo/can0/node7/TPDO1"] == ["Node 7"]
 
 
@@ -225,7 +232,7 @@ def test_pages_as_long_as_there_is_room(monkeypatch: pytest.MonkeyPatch) -> None
     _, nodes = tabs(contents)
     count = len(list(nodes.contents))
     assert 20 < count < 60
-    assert nodes.name == f"Nodes (the first {count} of 60)"
+    assert nodes.name == f"Nodes (first {count} of 60)"
     assert 110 < len(list(views(nodes))) <= 128
     # Not for each node anew.
     assert len(asked) <= 3 * (len(contents.lanes) + len(contents.plots))
@@ -268,7 +275,7 @@ def test_what_has_failed_is_in_sight() -> None:
 
 def test_a_finding_stands_with_its_frame() -> None:
     """Also one that is told of an earlier frame, which is listed already."""
-    for findings, there in ((1, {"/frames", "/log/findings"}), (0, {"/frames"})):
+    for findings, there in ((1, {"/frames", "/log/findings/**"}), (0, {"/frames"})):
         contents = drive()
         contents.findings = findings
         (frames,) = (view for view in views(tabs(contents)[0]) if view.name == "Frames")
@@ -276,7 +283,7 @@ def test_a_finding_stands_with_its_frame() -> None:
 
 
 def test_short_transfers_are_points() -> None:
-    title = "SDO transfers: duration [ms] (red: failed)"
+    title = "SDO transfer duration [ms] (red: failed)"
     contents = drive()
     for took, seen in ((10**6, True), (10**7, False)):
         contents.transferring_ns = contents.transfers * took
@@ -302,7 +309,7 @@ def test_lanes_stand_once_where_they_are_many() -> None:
 
 def test_a_low_load_has_an_axis_of_its_own() -> None:
     contents = network(3)
-    for peak, end in ((3.0, 10.5), (10.1, 21.0), (42.0, 52.5), (51.0, 105.0)):
+    for peak, end in ((3.0, 21.0), (20.1, 52.5), (42.0, 52.5), (51.0, 105.0)):
         contents.peaks["can0"] = peak
         load = next(view for view in views(tabs(contents)[0]) if view.name == "Bus load [%]")
         (axis,) = (
@@ -424,3 +431,93 @@ def test_what_a_reader_finds(timed: bool, timeline: str, live: bool, tmp_path: P
     ]
     assert timelines == [[timeline]]
     assert any(path == "/view/5c0dca6a-e63f-9cf7-f657-2602590474cc/TimeAxis" for path, _ in found)
+
+
+@pytest.mark.parametrize(
+    ("least", "greatest"),
+    [(0, 6000), (-70000, 50000), (-900, 900), (8190, 8290), (0.0021, 0.0024), (0, 1), (99, 101), (-1e9, 3), (5, 9.99)],
+)
+@pytest.mark.parametrize("height", [50.0, 90.0, 140.0, 600.0])
+def test_three_numbers_stand_beside_an_axis(least: float, greatest: float, height: float) -> None:
+    """At multiples of a power of ten that are far enough apart; all values are in sight."""
+    ends = charts.labelled(least, greatest, height) or (least, greatest)
+    assert ends[0] <= least and greatest <= ends[1]
+    steps = [10.0**power for power in range(-6, 12)]
+    room = [step for step in steps if (ends[1] - ends[0]) / step * 14 <= max(height, 3.6 * 14)]
+    counts = [math.floor(ends[1] / step + 1e-9) - math.ceil(ends[0] / step - 1e-9) + 1 for step in room]
+    assert max(counts) >= 3, (ends, counts)
+
+
+def test_a_constant_has_the_axis_that_the_viewer_gives_it() -> None:
+    assert charts.labelled(5, 5, 100) is None
+    assert charts.labelled(float("inf"), float("-inf"), 100) is None
+
+
+def test_while_it_grows_no_axis_is_fixed() -> None:
+    contents = drive()
+    plots = [view for view in views(layout(contents, Words("en"), live=True).root_container) if _has_range(view)]
+    assert [str(view.name) for view in plots] == []
+    assert any(_has_range(view) for part in tabs(contents) for view in views(part))
+
+
+def _has_range(view: rrb.View) -> bool:
+    axis = view.properties.get("ScalarAxis") if isinstance(view, rrb.TimeSeriesView) else None
+    return axis is not None and any("range" in str(one.component_descriptor()) for one in axis.as_component_batches())
+
+
+def test_signals_share_a_plot_by_unit_and_kind() -> None:
+    contents = stamped()
+    one = [
+        Series("Target position", "", True, 0, 1000, kind="position"),
+        Series("Position", "", True, 0, 2000, kind="position"),
+        Series("Input", "", True, 0, 1500, kind="analogue input"),
+        Series("Speed [rpm]", "rpm", True, 0, 1500, kind="velocity"),
+        Series("Limit [rpm]", "rpm", True, 0, 1500, kind="other"),
+    ]
+    plot(contents, 5, "TPDO1", one)
+    found = [{line.title for line in chart.lines} for chart in charts.of_node(charts.lines(contents))]
+    assert sorted(found, key=sorted) == [{"Input"}, {"Limit"}, {"Position", "Target position"}, {"Speed"}]
+
+
+def test_findings_and_transfers_stand_beside_their_node() -> None:
+    contents = network(2)
+    contents.told[("can0", 1)] = {"/log/findings/can0/node1": None, "/log/emcy/can0/node1": None}
+    contents.listed = {"/sdo_list/can0/node1": {"INFO", "ERROR"}, "/sdo_list/can0/node2": {"INFO"}}
+    overview, first, second = tabs(contents)
+    logs = [view for view in views(first) if isinstance(view, rrb.TextLogView)]
+    assert [of(view) for view in logs] == [set(contents.told[("can0", 1)]), {"/sdo_list/can0/node1"}]
+    assert [of(view) for view in views(second) if isinstance(view, rrb.TextLogView)] == [{"/sdo_list/can0/node2"}]
+    assert {"/sdo_list/can0/node1", "/sdo_list/can0/node2"} in [
+        of(view) for view in views(overview) if isinstance(view.contents, list)
+    ]
+
+
+def test_a_level_is_told_where_there_are_several() -> None:
+    contents = network(1)
+    contents.listed = {"/sdo_list/can0/node1": {"INFO"}}
+    for levels, logged in (({"INFO"}, {"WARN": 3}), ({"INFO", "ERROR"}, {"WARN": 3, "ERROR": 1})):
+        contents.listed["/sdo_list/can0/node1"], contents.logged = levels, logged
+        texts = [view for view in views(tabs(contents)[0]) if isinstance(view, rrb.TextLogView)]
+        shows = {str(view.name): _level_shown(view) for view in texts}
+        several = len(levels) > 1
+        assert shows == {"SDO list": several, "Findings and EMCY": several, "Frames": False}
+
+
+def _level_shown(view: rrb.View) -> bool:
+    """Kind 2 is that of a level."""
+    columns = view.properties["TextLogColumns"].as_component_batches()
+    (kinds,) = (one.as_arrow_array().to_pylist() for one in columns if "text_log" in str(one.component_descriptor()))
+    return 2 in [one["kind"] for one in kinds]
+
+
+def test_no_lane_of_a_node_is_cut_off() -> None:
+    """Many stand on pages, single bits behind what they are bits of."""
+    contents = drive()
+    whole = [f"/value/node5/TPDO{number}/Statusword" for number in range(1, 9)]
+    lanes(contents, *(f"{one}.{bit}" for one in whole for bit in range(8)), *whole)
+    pages = [view for view in views(tabs(contents)[1]) if isinstance(view, rrb.StateTimelineView)]
+    assert all(len(of(view)) <= 10 for view in pages)
+    shown_lanes = [str(lane) for view in pages for lane in listed_in(view)]
+    assert set(shown_lanes) == {one.entity for one in contents.lanes.values() if one.rows}
+    bits = [lane.rpartition(".")[2].isdecimal() for lane in shown_lanes]
+    assert bits == sorted(bits)

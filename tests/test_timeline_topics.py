@@ -193,7 +193,7 @@ def test_files_that_have_none(view: Runner, tmp_path: Path) -> None:
 def test_usage(view: Runner, tmp_path: Path) -> None:
     for names in (["a.mcap", "b.mcap"], ["-"]):
         done = view("--lang", "en", "view", *names, "--save", "out.rbl")
-        assert done.code == 2 and "from one MCAP" in done.err
+        assert done.code == 2 and "from a single MCAP" in done.err
     made(view, SERVICES)
     before = (tmp_path / "out.rbl").read_bytes()
     done = view("--lang", "en", "view", "out.mcap", "--save", "out.rbl")

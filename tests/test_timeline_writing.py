@@ -306,6 +306,17 @@ def test_transfers_last_until_the_next_row(tmp_path: Path, monkeypatch: pytest.M
     assert [math.isnan(row["value"][0]) for row in points] == [False, False, True, True]
     assert (timeline.contents.transfers, timeline.contents.transferring_ns) == (4, 12 * MS)
     assert not timeline.contents.brief
+    # Each can be read besides, with what became of it.
+    read = [found.rows("/sdo_list/can0/node5", f"TextLog:{what}") for what in ("text", "level")]
+    assert [(text["frame"], text["value"][0], level["value"][0]) for text, level in zip(*read, strict=True)] == [
+        (1, "Node 5  1000h:00 read", "INFO"),
+        (6, "Node 5  1000h:00 read", "INFO"),
+        (7, "Node 5  1000h:00 read", "ERROR"),
+        (12, "Node 5  2000h:00 read", "WARN"),
+        (14, "Node 5  2000h:00 read", "ERROR"),
+        (21, "Node 5  2000h:00 read", "INFO"),
+    ]
+    assert timeline.contents.listed == {"/sdo_list/can0/node5": {"INFO", "WARN", "ERROR"}}
     without = [{**row, "t_ns": None} for row in rows]
     timeline, _ = written(tmp_path, [table("listing", [listed(1, None)]), table("lanes", without)])
     assert not timeline.contents.durations
@@ -347,7 +358,7 @@ def test_lines(tmp_path: Path) -> None:
     ]
     logged = [
         {"frame": 1, "t_ns": START, "level": "error", "source": "finding", "code": "SDO001", "text": "one"},
-        {"frame": 2, "t_ns": START, "level": "info", "source": "emcy", "code": "0000", "text": "two"},
+        {"frame": 2, "t_ns": START, "level": "info", "source": "emcy", "code": "0000", "text": "two", "node": 7},
     ]
     timeline, found = written(tmp_path, [table("listing", lines), table("log", logged)])
     assert [row["value"] for row in found.rows("/frames", "TextLog:level")] == [
@@ -358,11 +369,13 @@ def test_lines(tmp_path: Path) -> None:
     ]
     texts = [row["value"] for row in found.rows("/frames", "TextLog:text")]
     assert texts == [["can0  line 1"], ["can1  line 2"], ["-  line 3"], ["can0  line 4"]]
-    assert [row["value"] for row in found.rows("/log/findings", "TextLog:text")] == [["SDO001  one"]]
-    assert [row["value"] for row in found.rows("/log/emcy", "TextLog:level")] == [["INFO"]]
+    assert [row["value"] for row in found.rows("/log/findings/can0", "TextLog:text")] == [["SDO001  one"]]
+    assert [row["value"] for row in found.rows("/log/emcy/can0/node7", "TextLog:level")] == [["INFO"]]
     # The code of an emergency is in its text.
-    assert [row["value"] for row in found.rows("/log/emcy", "TextLog:text")] == [["two"]]
+    assert [row["value"] for row in found.rows("/log/emcy/can0/node7", "TextLog:text")] == [["two"]]
     assert (timeline.contents.frames, timeline.contents.logged) == (4, {"ERROR": 1, "INFO": 1})
+    # What belongs to a node can be shown beside it.
+    assert timeline.contents.told == {("can0", 7): {"/log/emcy/can0/node7": None}}
 
 
 def test_sync_and_load(tmp_path: Path) -> None:
@@ -428,6 +441,14 @@ def test_what_cannot_be_written(tmp_path: Path, name: str) -> None:
     with pytest.raises(OutputError) as failed:
         timeline.take([table("listing", [listed(1, START)])])
         timeline.finish()
-    assert failed.value.in_words(Words("en")).startswith(f"{tmp_path / name}: cannot be written: ")
+    assert failed.value.in_words(Words("en")).startswith(f"{tmp_path / name}: cannot write: ")
     with suppress(OutputError):
         timeline.close()
+
+
+def test_a_summary_has_times_of_day() -> None:
+    """Where stamps are dates; seconds of a clock that began at 0 stay."""
+    from canalyze.timeline.summary import _date
+
+    assert _date("1795232031.749143") == "2026-11-21 03:33:51.749143"
+    assert _date("no number") == "no number"

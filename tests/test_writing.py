@@ -1,6 +1,6 @@
 """Files that are written: through no link that somebody has laid, by one run each, whole or named as a part.
 
-Modes are kept, and what cannot be written is one line.
+Modes are kept, and what cannot write is one line.
 """
 
 import ctypes
@@ -19,9 +19,9 @@ from conftest import NOTES, Runner, command, environment
 from processes import wait_until_idle
 
 from canalyze.output import FileOutput
+from canalyze.output.writing import Part
 from canalyze.reports.extract import Directory
 from canalyze.words import Words
-from canalyze.writing import Part
 
 TRANSFER = "00001_can1_node10_1008h_00.bin"
 TEXT = b"Zephyr RTOS/CANopenNode"
@@ -90,7 +90,7 @@ def test_a_link_under_the_name_of_a_transfer_is_not_followed(
 def test_a_link_to_nothing_is_somebodys(canalyze: Runner, notes: str, tmp_path: Path) -> None:
     (tmp_path / "out.log").symlink_to("elsewhere")
     done = canalyze("--lang", "en", "convert", notes, "out.log")
-    assert (done.code, done.err) == (2, "canalyze: out.log: exists; --force overwrites it\n")
+    assert (done.code, done.err) == (2, "canalyze: out.log: file exists; use --force to overwrite\n")
     assert names(tmp_path) == [notes, "out.log"]
 
 
@@ -168,7 +168,7 @@ def test_a_baseline_and_an_extracted_file_keep_their_modes(canalyze: Runner, not
         assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
-# What cannot be written.
+# What cannot write.
 
 
 DAC_OVERRIDE, CAPBSET_DROP = 1, 24
@@ -205,7 +205,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(notes: str, tmp_path: Path,
     (tmp_path / "closed").mkdir(mode=0o555)
     code, err = limited(tmp_path, *arguments)
     assert (code, err.count("\n")) == (2, 1), err
-    assert "cannot be written: permission denied" in err
+    assert "cannot write: permission denied" in err
     assert names(tmp_path / "closed") == []
 
 
@@ -213,7 +213,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(notes: str, tmp_path: Path,
 def test_a_folder_that_cannot_be_is_one_line(canalyze: Runner, notes: str, tmp_path: Path, where: str) -> None:
     done = canalyze("--lang", "en", "sdo", "--extract", where, notes)
     assert (done.code, len(done.complaints)) == (2, 1)
-    assert "cannot be written" in done.err
+    assert "cannot write" in done.err
     assert names(tmp_path) == [notes]
 
 
@@ -230,14 +230,14 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path, arguments: l
     (tmp_path / "long.log").write_text(NOTES * 500)
     code, err = limited(tmp_path, *arguments, size=4096)
     assert code == 2 and "Traceback" not in err
-    assert [line for line in err.splitlines() if "cannot be written" in line] == err.splitlines()[-1:]
+    assert [line for line in err.splitlines() if "cannot write" in line] == err.splitlines()[-1:]
     assert names(tmp_path) == ["long.log"]
 
 
 def test_a_full_disk_ends_an_extraction_with_one_line(notes: str, tmp_path: Path) -> None:
     code, err = limited(tmp_path, "sdo", notes, "--extract", "x", size=4)
     assert (code, err.count("\n")) == (2, 1)
-    assert "cannot be written: file too large" in err
+    assert "cannot write: file too large" in err
 
 
 # What is interrupted.
@@ -277,7 +277,7 @@ def test_an_interrupted_file_stays_a_part(
     code, out, err = interrupted(tmp_path, [*line, "first.log", "waits", "-o", "out.txt"], number)
     (part,) = tmp_path.glob("out.txt.*.part")
     assert (code, out) == (128 + number, "")
-    said = f"canalyze: out.txt: interrupted; what was read by then is in {part.name}"
+    said = f"canalyze: out.txt: interrupted; what was read so far is in {part.name}"
     assert [line for line in err.splitlines() if "interrupted" in line] == [said]
     assert part.stat().st_size > 0 and not (tmp_path / "out.txt").exists()
 
@@ -288,7 +288,7 @@ def test_an_interrupted_report_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(sized(tmp_path)), os.environ.get("PYTHONPATH", "")]))
     code, out, err = interrupted(tmp_path, [*line, "first.log", "waits"], signal.SIGINT)
     assert code == 130 and out
-    said = "canalyze: standard output: interrupted, holds only what was read by then"
+    said = "canalyze: standard output: interrupted; holds only what was read so far"
     assert [line for line in err.splitlines() if "interrupted" in line] == [said]
 
 
@@ -304,7 +304,7 @@ def sized(directory: Path) -> Path:
 
 def test_a_stream_has_no_other_end(tmp_path: Path) -> None:
     code, _, err = interrupted(tmp_path, ["decode", "waits", "-o", "out.txt"], signal.SIGINT)
-    assert (code, err) == (130, "canalyze: out.txt: interrupted, holds only what was read by then\n")
+    assert (code, err) == (130, "canalyze: out.txt: interrupted; holds only what was read so far\n")
     assert (tmp_path / "out.txt").read_text().count("\n") >= 10
     code, out, err = interrupted(tmp_path, ["decode", "waits"], signal.SIGINT)
     assert (code, err) == (130, "") and out
@@ -334,7 +334,7 @@ def test_nothing_but_a_baseline_is_overwritten_as_one(
 ) -> None:
     (tmp_path / "mine").write_bytes(content)
     done = canalyze("check", "--lang", "en", "--baseline", "mine", "--update-baseline", notes, *["--force"] * force)
-    said = "canalyze: mine: exists and is no baseline; --update-baseline does not overwrite it\n"
+    said = "canalyze: mine: exists and is not a baseline; --update-baseline does not overwrite it\n"
     assert (done.code, done.err) == (2, said)
     assert (tmp_path / "mine").read_bytes() == content
 
@@ -364,7 +364,7 @@ OPENS: tuple[Callable[[str], bool], ...] = (
     lambda line: "os.O_CREAT" in line or "O_TRUNC" in line,
     lambda line: 'open("w' in line or 'open("a' in line or 'open("x' in line,
 )
-ELSEWHERE = {"canalyze/writing.py", "canalyze/sources/pythoncan.py"}
+ELSEWHERE = {"canalyze/output/writing.py", "canalyze/sources/pythoncan.py"}
 """The one way, and a copy of an input in a folder that nobody else has."""
 
 

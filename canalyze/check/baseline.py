@@ -12,11 +12,12 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from canalyze import bounded, jsonl
-from canalyze.bounded import short
+from canalyze.configuration import bounded
+from canalyze.configuration.bounded import short
 from canalyze.errors import ConfigError
 from canalyze.finding import Finding
 from canalyze.incident import Incident
+from canalyze.output import jsonl
 
 VERSION: Final = 1
 _HEAD: Final = "canalyze_baseline"

@@ -11,14 +11,15 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze import expectations, network
+from canalyze import expectations
 from canalyze.check.baseline import Kind
 from canalyze.check.verdict import Counted, Examined
+from canalyze.configuration import network
+from canalyze.configuration.options import CaptureOptions, known_of, start_session
 from canalyze.errors import CanalyzeError
 from canalyze.finding import Finding
 from canalyze.incident import Incident, incident
-from canalyze.options import CaptureOptions, known_of, start_session
-from canalyze.run import Meter, Run
+from canalyze.running.run import Meter, Run
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class Job:
 
     def know(self, words: Words | None) -> None:
         """Read what is known of the network, and say in words what is odd about it."""
-        from canalyze.descriptions import network as known
+        from canalyze.configuration.descriptions import network as known
 
         self._network = [known(self.filed, known_of(self.given), words)]
 

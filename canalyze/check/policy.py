@@ -19,8 +19,8 @@ from canalyze.check.verdict import Counted, Examined, Verdict
 from canalyze.finding import SEVERITIES, Severity
 from canalyze.incident import Incident
 
-Threshold = Literal["error", "warning", "info", "never"]
-THRESHOLDS: Final[tuple[Threshold, ...]] = get_args(Threshold)
+Threshold = Severity | Literal["never"]
+THRESHOLDS: Final[tuple[Threshold, ...]] = (*reversed(SEVERITIES), "never")
 """Values of --fail-on."""
 Standing = Literal["stands", "over", "never"]
 STANDINGS: Final[tuple[Standing, ...]] = get_args(Standing)
@@ -30,8 +30,8 @@ _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
     "over": ("stands", "unknown", "over"),
     "never": (),
 }
-Ruling = Literal["ignore", "info", "warning", "error"]
-RULINGS: Final[tuple[Ruling, ...]] = get_args(Ruling)
+Ruling = Severity | Literal["ignore"]
+RULINGS: Final[tuple[Ruling, ...]] = ("ignore", *SEVERITIES)
 """What an override may make of a finding."""
 
 _CODE: Final = re.compile(r"[A-Z]{1,3}|[A-Z]{3}[0-9]{1,3}")

@@ -4,23 +4,24 @@ A process that dies is an error of its capture only. Standard input, and a captu
 process. Must not: know what a finding is.
 """
 
-import multiprocessing
 import os
 import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
 from time import monotonic
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from canalyze.check.examination import Job, examine
 from canalyze.check.verdict import Examined
-from canalyze.run import Interrupt, Meter
+from canalyze.running.run import Interrupt, Meter
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+    from multiprocessing.process import BaseProcess
 
 _EVERY: Final = 0.2
 """Seconds between two words of a process on how far it is."""
@@ -44,11 +45,14 @@ class _Worker:
     """A process at work."""
 
     place: int
-    process: BaseProcess
+    process: "BaseProcess"
     frames: int = 0
 
 
 def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[Examined | None], int]:
+    import multiprocessing
+    from multiprocessing.connection import wait
+
     found: list[Examined | None] = [None] * len(names)
     waiting = [place for place, name in reversed(list(enumerate(names))) if name != STDIN]
     here = [place for place, name in enumerate(names) if name == STDIN]
@@ -90,7 +94,7 @@ def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list
     return found, interrupt.signal
 
 
-def _heard(connection: Connection) -> Any:
+def _heard(connection: "Connection") -> Any:
     """Give what a process says: how far it is, or at last what it has found; None if it will say nothing more."""
     try:
         return connection.recv()
@@ -107,7 +111,7 @@ def _dead(name: str, exit_code: int, job: Job) -> Examined:
     return Examined(name, error=error, complaints=(f"canalyze: {error}",))
 
 
-def _end(busy: dict[Connection, _Worker]) -> None:
+def _end(busy: "dict[Connection, _Worker]") -> None:
     """Let what is still at work clear up and go."""
     for connection, worker in busy.items():
         worker.process.terminate()
@@ -120,7 +124,7 @@ def _end(busy: dict[Connection, _Worker]) -> None:
 class _Far:
     """Progress of a process, told to the one that started it."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: "Connection") -> None:
         self._connection = connection
         self._size = 0
         self._next = monotonic() + _EVERY
@@ -137,7 +141,7 @@ class _Far:
         """Nothing is shown here."""
 
 
-def _work(connection: Connection, name: str, job: Job) -> None:
+def _work(connection: "Connection", name: str, job: Job) -> None:
     """Examine one capture, in a process that does nothing else."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits for this one
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

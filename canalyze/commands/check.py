@@ -14,10 +14,8 @@ import click
 from canalyze.check import baseline, policy
 from canalyze.check.examination import Job
 from canalyze.check.verdict import Examined, Verdict
-from canalyze.config import Config
-from canalyze.errors import ConfigError, ReaderGone
-from canalyze.help import Command
-from canalyze.options import (
+from canalyze.configuration.config import Config
+from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     CoreUsageError,
@@ -25,11 +23,15 @@ from canalyze.options import (
     Spelled,
     bitrate_option,
     capture_options,
+    color_option,
     format_option,
     inputs,
     known_of,
+    time_option,
 )
+from canalyze.errors import ConfigError, ReaderGone
 from canalyze.output import FileOutput, Output, Progress, complain, open_output
+from canalyze.output.help import Command
 from canalyze.sources.file import STDIN, total_size
 from canalyze.sources.names import Named, expanded
 from canalyze.words import Words
@@ -50,6 +52,8 @@ def command(words: Words) -> click.Command:
         output: str | None,
         force: bool,
         expression: str | None,
+        time: str | None,
+        color: str,
         stamps: str,
         fail_on: policy.Threshold | None,
         select: tuple[tuple[str, ...], ...],
@@ -65,18 +69,18 @@ def command(words: Words) -> click.Command:
         given["merge"] = False
         config = click.get_current_context().find_object(Config) or Config()
         asked = policy.Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline, incidents=incidents)
-        held = _policy(config.check, asked, words)
+        held = _policy(config.check or policy.Policy(), asked, words)
         known = _known(held, words, update=update_baseline)
         if expect is not None and no_expect:
             problem = words("usage.exclusive", one="--expect", other="--no-expect")
             raise click.UsageError(problem, click.get_current_context())
-        settings = {"filter": expression, "stamps": stamps}
+        settings = {"filter": expression, "stamps": stamps, "time": time}
         job = _job(
             Job(words.lang, given, config.known, settings, expect, not no_expect, held.incidents is not None), words
         )
         named = list(expanded(inputs(files, words)))
         names = [one.name for one in named if one.error is None]
-        with open_output(output, force=force) as out:
+        with open_output(output, force=force, color=color) as out:
             with ExitStack() as stack:
                 reports = _reports(junit, sarif, stack, words, force=force)
                 progress = Progress(words, out, total_size(tuple(names)), until_output=True)
@@ -119,6 +123,8 @@ def command(words: Words) -> click.Command:
             click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),
             click.Option(["--incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.incidents")),
             format_option(words, "check", ("text", "jsonl", "github")),
+            time_option(words),
+            color_option(words),
             click.Option(["--junit"], type=ANY_PATH, metavar="FILE", help=words("check.junit")),
             click.Option(["--sarif"], type=ANY_PATH, metavar="FILE", help=words("check.sarif")),
             bitrate_option(words),

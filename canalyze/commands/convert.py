@@ -7,11 +7,11 @@ from typing import Unpack
 
 import click
 
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, OneOf, open_session, reading_options
 from canalyze.errors import OutputError
-from canalyze.help import Command
-from canalyze.options import ANY_PATH, CaptureOptions, OneOf, open_session, reading_options
 from canalyze.output import Progress, complain
-from canalyze.run import Run
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sinks.target import RECORDS, STDOUT, Target, compressions, forms, open_target, suffixes, target
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words

@@ -1,15 +1,27 @@
 """`canalyze decode`: the annotated listing. It only passes bytes on; every word of a line is the core's."""
 
-from typing import Unpack
+import re
+from typing import Final, Unpack
 
 import click
 
-from canalyze.help import Command
-from canalyze.options import CaptureOptions, capture_options, depth_of, inputs, listing_options, open_session
+from canalyze.configuration.options import (
+    CaptureOptions,
+    Spelled,
+    capture_options,
+    depth_of,
+    inputs,
+    listing_options,
+    open_session,
+)
 from canalyze.output import Progress, open_output, told
-from canalyze.run import Run
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
+
+_AROUND: Final = 10
+"""Frames that are shown before and behind one that is asked for."""
 
 
 def command(words: Words) -> click.Command:
@@ -24,17 +36,34 @@ def command(words: Words) -> click.Command:
         force: bool,
         expression: str | None,
         time: str | None,
+        number: bool,
+        color: str,
+        around: tuple[str, ...],
+        frame: tuple[str, ...],
         incidents: bool,
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
-        depth = depth_of(form, words, brief=brief, explain=explain)
+        depth = depth_of(form, words, brief=brief, explain=explain, number=number)
         names = inputs(files, words)
-        shown = {"format": form, "depth": depth, "time": time, "filter": expression}
-        session = open_session(words, given, stamps=stamps, incidents=incidents, **shown)
-        with open_output(output, force=force) as out:
+        if ranges := ",".join(around + frame):
+            expression = f"{expression or ''} frame={ranges}"
+        with open_output(output, force=force, color=color) as out:
+            text = form == "text"
+            session = open_session(
+                words,
+                given,
+                stamps=stamps,
+                incidents=incidents,
+                format=form,
+                depth=depth,
+                time=time,
+                filter=expression,
+                numbered=number or (text and ranges != ""),
+                coloured=text and out.coloured,
+            )
             total = total_size(names)
-            take = out.shown if form == "text" else out.write
+            take = out.shown if text else out.write
             code = Run(session, words, Progress(words, out, total), take, given).over(names)
             told(code, out, words, stream=total is None, some=session.frames > 0)
             if session.frames == 0:
@@ -47,7 +76,35 @@ def command(words: Words) -> click.Command:
         run,
         [
             *listing_options(words),
+            click.Option(
+                ["--around"],
+                type=Spelled(_around, "around", words),
+                metavar="N[:K]",
+                multiple=True,
+                help=words("decode.around"),
+            ),
+            click.Option(
+                ["--frame"],
+                type=Spelled(_span, "frame", words),
+                metavar="A-B",
+                multiple=True,
+                help=words("decode.frame"),
+            ),
             click.Option(["--incidents"], is_flag=True, help=words("decode.incidents")),
             *capture_options(words),
         ],
     )
+
+
+def _around(text: str) -> str | None:
+    """Read `N` or `N:K`; give the range of frames as filters have it."""
+    if not (found := re.fullmatch(r"([1-9][0-9]{0,9})(?::([0-9]{1,9}))?", text)):
+        return None
+    number, near = int(found[1]), int(found[2] or _AROUND)
+    return f"{max(1, number - near)}-{number + near}"
+
+
+def _span(text: str) -> str | None:
+    """Read `A` or `A-B`; give it as it is."""
+    found = re.fullmatch(r"([1-9][0-9]{0,9})(?:-([1-9][0-9]{0,9}))?", text)
+    return text if found and int(found[1]) <= int(found[2] or found[1]) else None

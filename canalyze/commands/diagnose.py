@@ -12,12 +12,23 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
 import click
 
+from canalyze.configuration import network
+from canalyze.configuration.options import (
+    ANY_PATH,
+    CaptureOptions,
+    OneOf,
+    Spelled,
+    capture_options,
+    color_option,
+    format_option,
+    inputs,
+    open_session,
+)
 from canalyze.errors import ReaderGone
-from canalyze.help import Command
-from canalyze.options import ANY_PATH, CaptureOptions, OneOf, capture_options, format_option, inputs, open_session
 from canalyze.output import FileOutput, Output, Progress, open_output, told
+from canalyze.output.help import Command
 from canalyze.reports import wording
-from canalyze.run import Run
+from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import LANGUAGES, Words
 
@@ -52,6 +63,7 @@ def command(words: Words) -> click.Command:
         output: str | None,
         force: bool,
         expression: str | None,
+        color: str,
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
@@ -64,7 +76,7 @@ def command(words: Words) -> click.Command:
             key = "usage.text_only" if form != "text" else "diagnose.story_stdin"
             raise click.UsageError(words(key, option="-n"), click.get_current_context())
         session = open_session(words, given, format="diagnosis", stamps=stamps, filter=expression)
-        with open_output(output, force=force) as out:
+        with open_output(output, force=force, color=color) as out:
             results: list[bytes] = []
             total = total_size(names)
             code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
@@ -105,12 +117,15 @@ def command(words: Words) -> click.Command:
             click.Option(["-n", "story"], type=click.IntRange(1), metavar="N", help=words("diagnose.story")),
             click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
             click.Option(["--since"], type=float, metavar="S", help=words("diagnose.since")),
-            click.Option(["--node"], type=click.IntRange(1, 127), metavar="N", help=words("diagnose.node")),
+            click.Option(
+                ["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("diagnose.node")
+            ),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
             click.Option(["--html"], type=ANY_PATH, metavar="FILE", help=words("diagnose.html")),
             click.Option(["--frames"], type=OneOf(("near", "all"), words), help=words("diagnose.html_option")),
             click.Option(["--fail-on"], type=OneOf(tuple(FAIL_ON), words), help=words("diagnose.fail_on")),
             format_option(words, "diagnose"),
+            color_option(words),
             *capture_options(words),
         ],
     )

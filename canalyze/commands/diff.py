@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import click
 
-from canalyze.errors import ReaderGone
-from canalyze.help import Command
-from canalyze.options import (
+from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     Spelled,
@@ -23,8 +21,10 @@ from canalyze.options import (
     output_options,
     reading_options,
 )
+from canalyze.errors import ReaderGone
 from canalyze.output import Progress, open_output, told
-from canalyze.run import Run
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
 from canalyze.words import Words
 

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from canalyze import network
+from canalyze.configuration import network
+from canalyze.configuration.options import ANY_PATH, Spelled, format_option, inputs, output_options
 from canalyze.errors import CanalyzeError
-from canalyze.help import Command
-from canalyze.options import ANY_PATH, Spelled, format_option, inputs, output_options
 from canalyze.output import Output, complain, open_output
+from canalyze.output.help import Command
 from canalyze.words import Words
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 
+from canalyze.configuration.options import ANY_PATH
 from canalyze.errors import OutputError
-from canalyze.help import Command
-from canalyze.options import ANY_PATH
 from canalyze.output import FileOutput, Output
+from canalyze.output.help import Command
 from canalyze.reports import wording
 from canalyze.words import Words
 

@@ -9,11 +9,11 @@ from typing import Unpack
 
 import click
 
+from canalyze.configuration.options import CaptureOptions, bitrate_option, capture_options, inputs, open_session
 from canalyze.expectations.draft import Draft
-from canalyze.help import Command
-from canalyze.options import CaptureOptions, bitrate_option, capture_options, inputs, open_session
 from canalyze.output import Progress, complain, open_output, told
-from canalyze.run import Run
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from canalyze import network
+from canalyze.configuration import network
+from canalyze.configuration.options import Spelled
 from canalyze.errors import SourceError
-from canalyze.help import Command
-from canalyze.options import Spelled
 from canalyze.output import Output, complain
-from canalyze.run import piped
+from canalyze.output.help import Command
+from canalyze.running.run import piped
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -70,17 +70,25 @@ def _devices(given: tuple[network.Description, ...]) -> "_core.Network | None":
 
 def _frames(arguments: tuple[str, ...]) -> list[str]:
     """Give the lines that the arguments are: each a frame or a code by itself, or together the words of one line."""
-    from canalyze._core import explain
-
     line = " ".join(arguments)
     if all("#" in argument for argument in arguments):
         return list(arguments)
     # The name of a term has several words, and some of them are terms by themselves; behind a frame nothing counts.
-    is_name = "[" not in line and "#" not in line and explain(line) is not None
-    if not is_name and all(map(explain, arguments)):
+    is_name = "[" not in line and "#" not in line and _is_known(line)
+    if not is_name and all(map(_is_known, arguments)):
         return list(arguments)
-    several = explain(line) is None and "[" not in line and any(map(explain, arguments))
+    several = not _is_known(line) and "[" not in line and any(map(_is_known, arguments))
     return list(arguments) if several else [line]
+
+
+def _is_known(line: str) -> bool:
+    """Tell whether a line can be explained."""
+    from canalyze._core import explain
+
+    try:
+        return explain(line) is not None
+    except ValueError:
+        return False
 
 
 class _Explained:
@@ -98,7 +106,10 @@ class _Explained:
         """Explain one frame; what is none is answered with `otherwise`."""
         from canalyze._core import explain
 
-        text = explain(line, self._words.lang, self._devices)
+        try:
+            text = explain(line, self._words.lang, self._devices)
+        except ValueError as error:  # meant as a frame: why it is none says more
+            text, otherwise = None, str(error)
         if text is None:
             complain(f"canalyze: {otherwise}")
             self.code = 2

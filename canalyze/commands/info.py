@@ -5,9 +5,7 @@ from typing import Any, Unpack
 
 import click
 
-from canalyze import jsonl
-from canalyze.help import Command
-from canalyze.options import (
+from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     OneOf,
@@ -17,8 +15,9 @@ from canalyze.options import (
     output_options,
     topic_options,
 )
-from canalyze.output import Progress, open_output, told
-from canalyze.run import Run
+from canalyze.output import Progress, jsonl, open_output, told
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 

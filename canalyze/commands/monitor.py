@@ -12,18 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Unpack
 
 import click
 
-from canalyze.errors import CanalyzeError
-from canalyze.help import Command
-from canalyze.listening import (
-    OWN,
-    Channel,
-    ListeningOptions,
-    OwnOptions,
-    channels_of,
-    listening,
-    listening_options,
-)
-from canalyze.options import (
+from canalyze.configuration.options import (
     ANY_PATH,
     CoreUsageError,
     Spelled,
@@ -31,12 +20,21 @@ from canalyze.options import (
     reading_options,
     start_session,
 )
+from canalyze.errors import CanalyzeError
 from canalyze.output import complain, terminal_encoding
-from canalyze.reading import Reading
+from canalyze.output.help import Command
+from canalyze.running.listening import (
+    ListeningOptions,
+    OwnOptions,
+    channels_of,
+    listening,
+    listening_options,
+    set_rates,
+)
+from canalyze.running.reading import Reading
 from canalyze.sinks.target import RECORDS
 from canalyze.sources.file import STDIN
 from canalyze.sources.format import open_capture
-from canalyze.sources.netdevices import bit_rate
 from canalyze.sources.replay import Replay
 from canalyze.words import Words
 
@@ -105,7 +103,8 @@ def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, how: 
 
     named = channels_of(names, given, words)
     masks = [channel.mask for channel in named if channel.filters] or None
-    if not given.get("bitrate") and given.get("interface") in (None, OWN) and (rate := _set_rate(named)):
+    rates = set(set_rates([channel.name for channel in named], given))
+    if len(rates) == 1 and (rate := rates.pop()):
         given["bitrate"] = rate
     session = open_session(words, given, format="monitor", masks=masks)
     _check(session, how.expression)
@@ -122,12 +121,6 @@ def _listen(names: tuple[str, ...], words: Words, given: ListeningOptions, how: 
         for one in recordings.written:
             complain(f"canalyze: {one.in_words(words)}")
         return 2 if recordings.failed else code
-
-
-def _set_rate(named: list[Channel]) -> int | None:
-    """Give the bit rate that all channels are set to; None where one has another, or the system does not tell."""
-    rates = {bit_rate(channel.name) for channel in named}
-    return rates.pop() if len(rates) == 1 else None
 
 
 def _replay(

@@ -4,11 +4,10 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from canalyze import jsonl
-from canalyze.help import Command
-from canalyze.layout import pad, width, wrap
-from canalyze.options import format_option
-from canalyze.output import Output, complain
+from canalyze.configuration.options import format_option
+from canalyze.output import Output, complain, jsonl
+from canalyze.output.help import Command
+from canalyze.output.layout import definitions, wrap
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -101,12 +100,7 @@ def _page(rule: "Rule", words: Words) -> str:
         (words("rules.cause"), rule.cause),
         (words("rules.clause"), _clause(rule.clause, words)),
     ]
-    left = max(width(term) for term, _ in facts)
-    for term, text in facts:
-        first, *rest = wrap(text, 96 - left)
-        lines.append(f"{pad(term, left)}  {first}")
-        lines += [" " * (left + 2) + line for line in rest]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *definitions(facts, columns=98, margin=0)]) + "\n"
 
 
 def _clause(clause: str, words: Words) -> str:

@@ -6,14 +6,27 @@ from typing import Any, Final, Unpack
 
 import click
 
-from canalyze.help import Command
-from canalyze.options import ANY_PATH, CaptureOptions, capture_options, format_option, inputs, open_session
+from canalyze.configuration.options import (
+    ANY_PATH,
+    CaptureOptions,
+    capture_options,
+    color_option,
+    format_option,
+    inputs,
+    open_session,
+    time_option,
+)
 from canalyze.output import Output, Progress, complain, open_output, told
+from canalyze.output.help import Command
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
-from canalyze.run import Run
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 
+FORMS: Final = {"text": "transfers-text", "jsonl": "transfers", "csv": "transfers-csv"}
+"""What --format is called in the core."""
+HEADINGS: Final = {"text": 0, "jsonl": 0, "csv": 1}
+"""Lines that are no transfer."""
 RIGHT: Final = frozenset({"number", "time", "node", "size", "duration", "frames"})
 FOLDING: Final = frozenset({"value", "outcome", "findings"})
 LEAVING: Final = (
@@ -22,6 +35,8 @@ LEAVING: Final = (
     *(("node", SPARE + 5), ("findings", SPARE + 6)),
 )
 """In which order columns leave a terminal that is too narrow; time and direction become shorter first."""
+_COLOURS: Final = {"aborted": "error", "failed": "error", "incomplete": "warning"}
+"""Of outcomes."""
 COLUMNS: Final = (
     *("number", "time", "bus", "node", "direction", "object", "name", "value", "size", "mode", "duration"),
     *("outcome", "findings", "frames"),
@@ -38,18 +53,24 @@ def command(words: Words) -> click.Command:
         output: str | None,
         force: bool,
         expression: str | None,
+        time: str | None,
+        color: str,
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
         session = open_session(
-            words, given, format="transfers", stamps=stamps, filter=expression, extract=extract is not None
+            words, given, format=FORMS[form], stamps=stamps, filter=expression, time=time, extract=extract is not None
         )
-        rows = 0
-        with open_output(output, force=force) as out:
+        rows = -HEADINGS[form]
+        with open_output(output, force=force, color=color) as out:
             total = total_size(names)
             progress = Progress(words, out, total)
-            put, close = _jsonl(out) if form == "jsonl" else _table(words, out, live=total is None)
+            put, close = (
+                _table(words, out, live=total is None, moments=time is None)
+                if form == "text"
+                else (out.write, _nothing)
+            )
 
             def take(result: bytes) -> None:
                 nonlocal rows
@@ -76,7 +97,7 @@ def command(words: Words) -> click.Command:
             told(code, out, words, stream=total is None, some=session.frames > 0)
             if session.frames == 0:
                 out.drop()
-        if rows == 0 and session.frames:
+        if rows <= 0 and session.frames:
             tell(words("sdo.none", frames=session.frames))
         if directory is not None:
             if session.frames:
@@ -91,19 +112,23 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            format_option(words, "sdo"),
+            format_option(words, "sdo", tuple(FORMS)),
+            time_option(words),
+            color_option(words),
             click.Option(["--extract"], type=ANY_PATH, metavar="DIR", help=words("sdo.extract")),
             *capture_options(words),
         ],
     )
 
 
-def _jsonl(out: Output) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    return out.write, lambda: None
+def _nothing() -> None:
+    """Lines are written as they come."""
 
 
-def _table(words: Words, out: Output, *, live: bool) -> tuple[Callable[[bytes], None], Callable[[], None]]:
-    table = Table(columns(words), out, live=live)
+def _table(
+    words: Words, out: Output, *, live: bool, moments: bool
+) -> tuple[Callable[[bytes], None], Callable[[], None]]:
+    table = Table(columns(words, moments=moments), out, live=live)
 
     def put(result: bytes) -> None:
         table.add([row(json.loads(line), words) for line in result.splitlines()])
@@ -111,8 +136,8 @@ def _table(words: Words, out: Output, *, live: bool) -> tuple[Callable[[bytes], 
     return put, table.close
 
 
-def columns(words: Words) -> list[Column]:
-    """Give the columns of the table."""
+def columns(words: Words, *, moments: bool = True) -> list[Column]:
+    """Give the columns of the table. moments: times are those of the capture, and may become shorter."""
     leaving = dict(LEAVING)
     made = {
         key: Column(words(f"col.{key}"), right=key in RIGHT, folds=key in FOLDING, leaves=leaving.get(key, 0))
@@ -120,7 +145,14 @@ def columns(words: Words) -> list[Column]:
     }
     for key in ("bus", "node"):
         made[key] = made[key]._replace(if_alike=True)
-    made["time"] = made["time"]._replace(short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2)
+    if moments:
+        made["time"] = made["time"]._replace(
+            short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2
+        )
+    ill = {words(f"status.{status}"): colour for status, colour in _COLOURS.items()}
+    made["outcome"] = made["outcome"]._replace(
+        colour=lambda cell: next((colour for said, colour in ill.items() if cell.startswith(said)), "")
+    )
     briefly = {words(f"direction.{value}"): words(f"access.{value}") for value in ("upload", "download")}
     made["direction"] = made["direction"]._replace(
         short_heading=words("col.read_write"), shorten=lambda _: lambda cell: briefly.get(cell, cell)

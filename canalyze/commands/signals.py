@@ -4,10 +4,17 @@ from typing import Final, Unpack
 
 import click
 
-from canalyze.help import Command
-from canalyze.options import CaptureOptions, capture_options, format_option, inputs, open_session
+from canalyze.configuration.options import (
+    CaptureOptions,
+    capture_options,
+    format_option,
+    inputs,
+    open_session,
+    time_option,
+)
 from canalyze.output import Progress, complain, open_output, told
-from canalyze.run import Run
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 
@@ -27,11 +34,13 @@ def command(words: Words) -> click.Command:
         output: str | None,
         force: bool,
         expression: str | None,
+        time: str | None,
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
-        session = open_session(words, given, format=FORMS[form], stamps=stamps, filter=expression, select=select)
+        shown = {"filter": expression, "time": time, "select": select}
+        session = open_session(words, given, format=FORMS[form], stamps=stamps, **shown)
         lines = 0
         with open_output(output, force=force) as out:
 
@@ -59,6 +68,7 @@ def command(words: Words) -> click.Command:
         [
             click.Option(["--select"], metavar="GLOBS", help=words("signals.select")),
             format_option(words, "signals", ("csv", "jsonl")),
+            time_option(words),
             *capture_options(words),
         ],
     )

@@ -7,8 +7,9 @@ expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 
 import json
 import signal
+import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, Unpack
@@ -16,9 +17,12 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze import expectations
+from canalyze.configuration.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.help import Command
-from canalyze.listening import (
+from canalyze.output import Output, Progress, complain, open_output
+from canalyze.output.help import Command
+from canalyze.reports.table import EMPTY, Column, Row, Table
+from canalyze.running.listening import (
     Listening,
     ListeningOptions,
     channels_of,
@@ -26,12 +30,11 @@ from canalyze.listening import (
     listening_options,
     positive,
     seconds,
+    set_rates,
 )
-from canalyze.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
-from canalyze.output import Output, Progress, complain
-from canalyze.run import Interrupt, Run
+from canalyze.running.run import Interrupt, Run
+from canalyze.running.viewing import Showing, ViewingOptions, check, drawn_in, viewing_options
 from canalyze.timeline import TABLES
-from canalyze.viewing import Showing, ViewingOptions, check, viewing_options
 from canalyze.words import Words
 
 _REST_S: Final = 2.0
@@ -57,27 +60,33 @@ def command(words: Words) -> click.Command:
         form: str,
         expression: str | None,
         time: str | None,
+        number: bool,
+        color: str,
         duration: float | None,
         count: int | None,
         expect: str | None,
         rerun: bool,
         **given: Unpack[SniffOptions],
     ) -> int:
-        depth = depth_of(form, words, brief=brief, explain=explain)
+        depth = depth_of(form, words, brief=brief, explain=explain, number=number)
+        out = open_output(None, color=color)
         named = channels_of(channels, given, words, writes=given.get("save") is not None)
         drawn = rerun or given.get("save") is not None
         check(given, words, drawn=drawn, shown=rerun, why_not=("sniff.needs_rerun", "--rerun"))
         settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "count": count}
+        settings |= {"numbered": number, "coloured": form == "text" and out.coloured}
         settings["masks"] = [channel.mask for channel in named if channel.filters] or None
         settings["incidents"] = depth != "brief"
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
-        session = open_session(words, given, tables=TABLES if drawn else None, **settings)
+        # What is printed and what is drawn come from one session, in one language.
+        drawing = drawn_in(words, _tell, web=given.get("web", False)) if rerun else words
+        session = open_session(drawing, given, tables=TABLES if drawn else None, **settings)
         with ExitStack() as stack:
             force = given.get("force", False)
-            showing = stack.enter_context(Showing(given, words, shown=rerun, force=force)) if drawn else None
+            showing = stack.enter_context(Showing(given, drawing, shown=rerun, force=force)) if drawn else None
             opened = stack.enter_context(listening(named, given, words, complain, duration_s=duration))
-            return _listen(opened, session, words, given, showing, form)
+            return _listen(opened, session, drawing, given, showing, out, text=form == "text")
 
     return Command(
         "sniff",
@@ -107,12 +116,18 @@ def _tell(line: str) -> None:
 
 
 def _listen(
-    opened: Listening, session: Any, words: Words, given: ListeningOptions, showing: Showing | None, form: str
+    opened: Listening,
+    session: Any,
+    words: Words,
+    given: ListeningOptions,
+    showing: Showing | None,
+    out: Output,
+    *,
+    text: bool,
 ) -> int:
     """Show what is received until the end; give the exit code."""
+    show = out.shown if text else out.write
     live = opened.live
-    out = Output()
-    show = out.shown if form == "text" else out.write
     began = time.monotonic()
     stopped = early_end = 0.0
 
@@ -133,6 +148,8 @@ def _listen(
                 live.stop(now=True)
 
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
+    if sys.stderr.isatty():
+        _tell(_listens(live.names, given, words))
     broken: CanalyzeError | None = None
     early = Interrupt(stop)
     try:
@@ -153,6 +170,8 @@ def _listen(
     tally = json.loads(session.tally())
     written = opened.recordings.written
     seen = [] if broken else [*_seen(tally, took, live.unshown, bool(written), words), *_held(tally, words)]
+    if text and not broken and out.is_terminal and (nodes := json.loads(session.nodes())):
+        _show_nodes(nodes, words, out, several=len(tally["buses"]) > 1)
     for line in [*seen, *(one.in_words(words) for one in written)]:
         complain(f"canalyze: {line}")
     if showing is not None:
@@ -175,6 +194,29 @@ def _stay(showing: Showing) -> None:
         with Interrupt() as interrupt:
             _tell(told)
             interrupt.during(showing.wait)
+
+
+def _listens(names: Sequence[str], given: ListeningOptions, words: Words) -> str:
+    """Say what is listened to, and how that is ended."""
+    rates = set_rates(names, given)
+    rated = [
+        name if rate is None else words("sniff.rated", name=name, rate=f"{rate / 1000:g}")
+        for name, rate in zip(names, rates, strict=True)
+    ]
+    return words("sniff.listens", channels=words("listen.comma").join(rated))
+
+
+def _show_nodes(nodes: Sequence[Mapping[str, Any]], words: Words, out: Output, *, several: bool) -> None:
+    """Show below the listing what each node was seen to do; the column of the bus only where there are several."""
+    keys = ["col.node", "sniff.frames", "col.node_state", "sniff.errors", "sniff.warnings"]
+    columns = [Column(words(key), right=key != "col.node_state") for key in keys]
+    table = Table([Column(words("col.bus")), *columns] if several else columns, out, live=False)
+    for place, node in enumerate(nodes):
+        state = words.of("monitor_silent", node["silent"]) if node["silent"] else node["state_text"] or EMPTY
+        cells = [node["node"], node["frames"], state, node["errors"], node["warnings"]]
+        table.add([Row([str(one) for one in ([node["bus"], *cells] if several else cells)], place)])
+    out.text("\n")
+    table.close()
 
 
 def _held(tally: Mapping[str, Any], words: Words) -> Iterator[str]:

@@ -5,10 +5,19 @@ from typing import Unpack
 
 import click
 
-from canalyze.help import Command
-from canalyze.options import CaptureOptions, bitrate_option, capture_options, format_option, inputs, open_session
+from canalyze.configuration.options import (
+    CaptureOptions,
+    bitrate_option,
+    capture_options,
+    color_option,
+    format_option,
+    inputs,
+    open_session,
+    time_option,
+)
 from canalyze.output import Progress, open_output, told
-from canalyze.run import Run
+from canalyze.output.help import Command
+from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
 
@@ -22,12 +31,14 @@ def command(words: Words) -> click.Command:
         output: str | None,
         force: bool,
         expression: str | None,
+        time: str | None,
+        color: str,
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
-        session = open_session(words, given, format="summary", stamps=stamps, filter=expression)
-        with open_output(output, force=force) as out:
+        session = open_session(words, given, format="summary", stamps=stamps, filter=expression, time=time)
+        with open_output(output, force=force, color=color) as out:
             results: list[bytes] = []
             total = total_size(names)
             code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
@@ -37,7 +48,7 @@ def command(words: Words) -> click.Command:
             else:
                 from canalyze.reports.summary_text import show
 
-                show(map(json.loads, records.splitlines()), out, words)
+                show(map(json.loads, records.splitlines()), out, words, moments=time is None)
             told(code, out, words, stream=total is None, some=bool(records))
             if not records:
                 out.drop()
@@ -49,6 +60,8 @@ def command(words: Words) -> click.Command:
         run,
         [
             format_option(words, "summary"),
+            time_option(words),
+            color_option(words),
             bitrate_option(words),
             *capture_options(words),
         ],

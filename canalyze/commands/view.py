@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING, Final, Unpack
 import click
 from click.core import ParameterSource
 
-from canalyze.errors import OutputError, SourceError
-from canalyze.help import Command
-from canalyze.options import (
+from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     bitrate_option,
@@ -24,12 +22,24 @@ from canalyze.options import (
     open_session,
     reading_options,
 )
+from canalyze.errors import OutputError, SourceError
 from canalyze.output import FileOutput, Output, Progress, complain, told
-from canalyze.run import Interrupt, Run
+from canalyze.output.help import Command
+from canalyze.running.run import Interrupt, Run
+from canalyze.running.viewing import (
+    LAYOUT,
+    SUFFIX,
+    ViewingOptions,
+    check,
+    configuration,
+    drawn_in,
+    open_viewer,
+    opened,
+    viewing_options,
+)
 from canalyze.sources.file import STDIN, total_size
 from canalyze.timeline import TABLES
 from canalyze.timeline.viewer import load
-from canalyze.viewing import LAYOUT, SUFFIX, ViewingOptions, check, configuration, open_viewer, opened, viewing_options
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -58,7 +68,8 @@ def command(words: Words) -> click.Command:
         if _suffix(names[0]) == SUFFIX:
             _check_options(words)
             return _show(_timeline(names[0]), given, words)
-        session = open_session(words, given, format="summary", tables=TABLES, stamps=stamps, filter=expression)
+        drawn = words if save is not None else drawn_in(words, _tell, web=given.get("web", False))
+        session = open_session(drawn, given, format="summary", tables=TABLES, stamps=stamps, filter=expression)
         if save is not None:
             return _save(session, names, save, given, words, force=force)
         # Whatever ends it, and when: the folder goes, and the viewer with it.
@@ -67,7 +78,8 @@ def command(words: Words) -> click.Command:
             TemporaryDirectory(prefix="canalyze-", ignore_cleanup_errors=True) as folder,
         ):
             path = str(Path(folder) / f"{_readable(names)}{SUFFIX}")
-            code = _write(session, names, path, Progress(words, Output(), total_size(names)), given, words, ended)
+            progress = Progress(words, Output(), total_size(names))
+            code = _write(session, names, path, progress, given, (words, drawn), ended)
             if ended.signal or session.frames == 0 or code >= 128:
                 return 128 + ended.signal if ended.signal else code
             return _show(path, given, words) or code
@@ -84,6 +96,10 @@ def command(words: Words) -> click.Command:
             click.Option(["--force"], is_flag=True, help=words("opt.force")),
         ],
     )
+
+
+def _tell(line: str) -> None:
+    complain(f"canalyze: {line}")
 
 
 def _suffix(name: str) -> str:
@@ -112,7 +128,8 @@ def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, 
     """Write the timeline to a file that is there when it is complete; give the exit code."""
     with Interrupt() as ended, FileOutput(save, force=force) as out:
         try:
-            code = _write(session, names, out.path, Progress(words, out, total_size(names)), given, words, ended)
+            progress = Progress(words, out, total_size(names))
+            code = _write(session, names, out.path, progress, given, (words, words), ended)
         except OutputError as error:  # it knows the file by the name that it has until it is complete
             raise OutputError(error.key, **error.facts | {"name": save}) from error
         code = 128 + ended.signal if ended.signal else code
@@ -143,16 +160,20 @@ def _write(
     path: str,
     progress: Progress,
     given: _Given,
-    words: Words,
+    languages: tuple[Words, Words],
     ended: Interrupt,
 ) -> int:
-    """Read captures to their end and write their timeline; give the exit code."""
+    """Read captures to their end and write their timeline; give the exit code.
+
+    languages: that of the run, and that of the timeline.
+    """
     load()
     from canalyze.timeline.recording import Timeline
 
     if ended.signal:
         return 128 + ended.signal
-    timeline = Timeline(words, name=_readable(names), save=path, configuration=configuration(given))
+    words, drawn = languages
+    timeline = Timeline(drawn, name=_readable(names), save=path, configuration=configuration(given))
     summary: list[bytes] = []
     # The core reads on while its last rows are written; never further, so that memory does not grow.
     underway: Future[None] = Future()

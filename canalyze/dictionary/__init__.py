@@ -7,14 +7,17 @@ What had to be repaired or could not be used becomes a `Defect`; only a file in 
 which the system does not give, is an error (`SourceError`). python-canopen is imported when the first file is read.
 """
 
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
+from canalyze.configuration.network import NODES
 from canalyze.dictionary import model
 from canalyze.dictionary.ini import Ini, Section, parse
 from canalyze.dictionary.model import Device, Dictionary, FileInfo
 from canalyze.dictionary.values import Values, integer
 from canalyze.errors import SourceError
-from canalyze.network import NODES
+
+if TYPE_CHECKING:
+    from canopen import ObjectDictionary
 
 _LARGEST: Final = 8 << 20
 _BIT_RATES: Final = (10, 20, 50, 125, 250, 500, 800, 1000)
@@ -80,6 +83,26 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
         pdos=pdos,
         defects=ini.defects,
     )
+
+
+def taken(given: "ObjectDictionary", name: str) -> Dictionary:
+    """Take what python-canopen has read or a program has put together, by way of the EDS that it writes."""
+    from dataclasses import replace
+
+    from canalyze.dictionary import library
+
+    found = read(library.written(given).encode(), name)
+    objects = []
+    for one in found.objects:  # of what that EDS leaves out, the unit and the factor count
+        variables = library.variables(given, one.index)
+        entries = (
+            replace(entry, unit=variables[entry.sub].unit, factor=float(variables[entry.sub].factor))
+            if entry.sub in variables
+            else entry
+            for entry in one.entries
+        )
+        objects.append(replace(one, entries=tuple(entries)))
+    return replace(found, objects=tuple(objects), node=given.node_id)
 
 
 def _first_beyond_ascii(text: str) -> int:
@@ -186,4 +209,4 @@ def _say_modules(ini: Ini, values: Values) -> None:
         ini.complain(section.line, "modules", section=section.name, count=number.value)
 
 
-__all__ = ["load", "model", "read"]
+__all__ = ["load", "model", "read", "taken"]

@@ -7,7 +7,18 @@ tell which values those are.
 import io
 from typing import TYPE_CHECKING, Any, cast
 
-from canalyze.dictionary.model import ARRAY, DOMAIN, RECORD, VAR, Access, Entry, NodeOffset, Object, Value
+from canalyze.dictionary.model import (
+    ARRAY,
+    DOMAIN,
+    RECORD,
+    VAR,
+    Access,
+    Dictionary,
+    Entry,
+    NodeOffset,
+    Object,
+    Value,
+)
 from canalyze.dictionary.objects import Written
 from canalyze.dictionary.values import OPAQUE, unguarded
 
@@ -26,6 +37,63 @@ def read(text: str) -> "ObjectDictionary":
     stream = io.StringIO(text)
     stream.name = "repaired.eds"
     return canopen.import_od(stream, 0)
+
+
+def written(dictionary: "ObjectDictionary") -> str:
+    """Let python-canopen write an EDS."""
+    import canopen
+
+    stream = io.StringIO()
+    canopen.export_od(dictionary, stream, "eds")
+    return stream.getvalue()
+
+
+def variables(dictionary: "ObjectDictionary", index: int) -> "dict[int, ODVariable]":
+    """Give the variables of an object by their sub-index."""
+    from canopen.objectdictionary import ODVariable
+
+    given = dictionary.indices.get(index)
+    if given is None:
+        return {}
+    return {0: given} if isinstance(given, ODVariable) else dict(given.subindices)
+
+
+def given(described: Dictionary, node: int) -> "ObjectDictionary":
+    """Give a description as python-canopen has it, for a node: what depends on the node-ID is worked out."""
+    from canopen import ObjectDictionary
+    from canopen.objectdictionary import ODArray, ODRecord, ODVariable
+
+    made = ObjectDictionary()  # type: ignore[no-untyped-call]
+    made.node_id = node
+    made.bitrate = described.bit_rate
+    device = made.device_information
+    device.vendor_name, device.vendor_number = described.device.vendor_name, described.device.vendor_number
+    device.product_name, device.product_number = described.device.product_name, described.device.product_number
+    device.revision_number, device.order_code = described.device.revision_number, described.device.order_code
+    for one in described.objects:
+        own: list[ODVariable] = []
+        for entry in one.entries:
+            variable = ODVariable(entry.name, entry.index, entry.sub)
+            variable.data_type = entry.type
+            variable.access_type = entry.access
+            variable.default = cast(Any, _at(entry.default, node))
+            variable.value = cast(Any, _at(entry.parameter, node))
+            variable.relative = isinstance(entry.value, NodeOffset)
+            variable.pdo_mappable, variable.unit, variable.factor = entry.mappable, entry.unit, entry.factor
+            variable.min, variable.max = entry.low, entry.high  # type: ignore[assignment]  # of REAL types they are floats
+            own.append(variable)
+        if one.code in (ARRAY, RECORD) or len(own) > 1:
+            whole = (ODArray if one.code == ARRAY else ODRecord)(one.name, one.index)
+            for variable in own:
+                whole.add_member(variable)
+            made.add_object(whole)
+        elif own:
+            made.add_object(own[0])
+    return made
+
+
+def _at(value: Value | None, node: int) -> int | float | str | bytes | None:
+    return value.at(node) if isinstance(value, NodeOffset) else value
 
 
 def objects(dictionary: "ObjectDictionary", written: Written) -> dict[int, Object]:

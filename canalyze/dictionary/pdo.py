@@ -7,9 +7,9 @@ Communication parameters 1400h to 15FFh and 1800h to 19FFh, mapping parameters 1
 from collections.abc import Callable, Iterator, Mapping
 from typing import Final, Literal
 
+from canalyze.configuration.network import MOST_PDOS
 from canalyze.dictionary.model import CobId, Direction, Entry, Mapped, NodeOffset, Object, Pdo, Value
 from canalyze.dictionary.values import UNSIGNED, UNSIGNED8, UNSIGNED32, WIDTHS
-from canalyze.network import MOST_PDOS
 
 _PREDEFINED: Final = 4
 _COMMUNICATION: Final[dict[Direction, int]] = {"rpdo": 0x1400, "tpdo": 0x1800}

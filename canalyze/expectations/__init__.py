@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from canalyze import bounded, network
-from canalyze.compression import COMPRESSIONS
+from canalyze.configuration import bounded, network
+from canalyze.configuration.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
 from canalyze.errors import ConfigError
-from canalyze.toml import File, Key, as_text, as_toml, bit_rate, choice, node, text
+from canalyze.sources.compression import COMPRESSIONS
 
 if TYPE_CHECKING:
     from canalyze._core import Expectations

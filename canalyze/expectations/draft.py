@@ -8,8 +8,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from canalyze.layout import wrap
 from canalyze.output import commandless, hexadecimal, printable
+from canalyze.output.layout import wrap
 from canalyze.words import Words
 
 Row = Mapping[str, Any]

@@ -7,65 +7,36 @@ listen to signals of the system, or know what a frame means.
 
 import gc
 import json
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar, cast
 from weakref import WeakSet
 
-from canalyze.errors import SourceError
-from canalyze.finding import Finding, Line, Severity
+from canalyze.finding import SEVERITIES, Finding, Line, Severity
 from canalyze.incident import Incident, incident
 from canalyze.library import event
+from canalyze.library.columns import Table, html_table
 from canalyze.library.event import Event, Frame
 from canalyze.library.incident import Incidents
+from canalyze.library.inputs import Input
 from canalyze.library.node import Nodes, node
-from canalyze.library.rows import Findings, Rows, Transfers
+from canalyze.library.plan import Plan, shown_as
+from canalyze.library.rows import Events, Findings, Frames, Transfers, one_of
 from canalyze.library.series import Signals, signal
-from canalyze.reading import Reading
-from canalyze.sources.format import open_capture
-from canalyze.words import Words
+from canalyze.library.stream import Silent
+from canalyze.running.reading import Reading
 
 if TYPE_CHECKING:
-    from canalyze._core import Batch, Session, Table
+    from canalyze._core import Batch, Session
     from canalyze.library import StrPath
 
 T = TypeVar("T")
 
 _RECORDS: Final = {"transfer": event.transfer, "finding": Finding.from_json, "summary_node": node}
 """What makes an item of a list of an object, by its kind."""
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """How a capture is read, checked."""
-
-    folder: Path
-    """Where relative names are looked for."""
-    paths: tuple[Path, ...]
-    """Its files, absolute."""
-    shown: tuple[str, ...]
-    """Their names for people."""
-    settings: Mapping[str, Any]
-    """Arguments of the core's session."""
-    filter: str | None
-    """Which frames are told of."""
-    words: Words
-    """The language of complaints."""
-    input_format: str | None
-    """What the files are, where their content does not tell."""
-    merge: bool
-    """Whether files are joined by time."""
-    said: tuple[str, ...]
-    """Lines about descriptions."""
-
-    def session(self, form: str, filter: str | None = None, **more: Any) -> "Session":  # noqa: A002  an option's name
-        """Start the core; ValueError for what it cannot accept."""
-        from canalyze._core import Session
-
-        return Session(format=form, filter=filter or self.filter, **self.settings, **more)
 
 
 @contextmanager
@@ -80,27 +51,6 @@ def _all_kept() -> Iterator[None]:
             gc.enable()
 
 
-class _Silent:
-    """Reads without a word: complaints are kept, and what cannot be read is raised."""
-
-    ended: Final = False
-
-    def __init__(self) -> None:
-        self.complaints: list[str] = []
-
-    def during(self, wait: Callable[[], T]) -> T | None:
-        return wait()
-
-    def complain(self, line: str) -> None:
-        self.complaints.append(line)
-
-    def failed(self, error: SourceError) -> None:
-        raise error
-
-    def step(self, size: int, frames: int) -> None:
-        pass
-
-
 class Capture:
     """A capture of one file or several, by `canalyze.open`; a context manager.
 
@@ -108,13 +58,14 @@ class Capture:
     read once and kept.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        """Take how it is read; nothing is read yet."""
+    def __init__(self, plan: Plan, inputs: tuple[Input, ...]) -> None:
+        """Take how it is read, and what; nothing is read yet."""
         self._plan = plan
+        self._inputs = inputs
         self._complaints: tuple[str, ...] | None = None
         self._records: dict[str, list[Any]] | None = None
-        self._events: Rows[Event] | None = None
-        self._frames: Rows[Frame] | None = None
+        self._events: Events | None = None
+        self._frames: Frames | None = None
         self._signals: Signals | None = None
         self._incidents: Incidents | None = None
         self._diagnosed: list[dict[str, Any]] = []
@@ -124,16 +75,22 @@ class Capture:
 
     @property
     def paths(self) -> tuple[Path, ...]:
-        """Its files, as absolute paths."""
-        return self._plan.paths
+        """Its files, as absolute paths; none of what is in memory."""
+        return tuple(one.path for one in self._inputs if one.path is not None)
 
     @property
     def name(self) -> str:
         """Its files for people: relative to the directory where it was opened, joined by commas."""
-        return ", ".join(self._plan.shown)
+        return ", ".join(one.name for one in self._inputs)
 
     def __repr__(self) -> str:
         return f"<Capture {self.name}>"
+
+    def _repr_html_(self) -> str:
+        """Give what a notebook shows: its name, and how much of what was read is in it."""
+        read = {**self._lists, "signals": self._signals, "incidents": self._incidents, "events": self._events}
+        rows = [(name.removeprefix("summary_"), len(rows)) for name, rows in read.items() if rows is not None]
+        return html_table(("read", "rows"), rows, self.name)
 
     def __enter__(self) -> Self:
         """Give the capture itself."""
@@ -160,18 +117,18 @@ class Capture:
         return events
 
     @property
-    def events(self) -> Sequence[Event]:
+    def events(self) -> Events:
         """All of them, in order: frames, notes, findings, transfers. About 0.8 KiB of memory a frame."""
         if self._events is None:
             with closing(self._stream()) as events, _all_kept():
-                self._events = Rows(events)
+                self._events = Events(events)
         return self._events
 
     @property
-    def frames(self) -> Sequence[Frame]:
+    def frames(self) -> Frames:
         """All frames, out of `events`."""
         if self._frames is None:
-            self._frames = Rows(one for one in self.events if isinstance(one, Frame))
+            self._frames = Frames(one for one in self.events if isinstance(one, Frame))
         return self._frames
 
     @property
@@ -208,8 +165,8 @@ class Capture:
 
     @property
     def nodes(self) -> Nodes:
-        """Nodes with their states, heartbeats, SDO figures and EMCYs."""
-        return self._list("summary_node", Nodes)
+        """Nodes with their states, heartbeats, SDO figures and EMCYs, and their descriptions."""
+        return self._list("summary_node", partial(Nodes, dictionary=self._plan.dictionary))
 
     @property
     def signals(self) -> Signals:
@@ -232,6 +189,9 @@ class Capture:
 
     def annotated(self, ranges: Iterable[tuple[int, int]]) -> list[Line]:
         """Give the annotated lines of several ranges of frames, in order of frames, in one pass."""
+        ranges = list(ranges)
+        if not all(type(number) is int for pair in ranges for number in pair):
+            raise TypeError(f"ranges={ranges!r}: pairs of frame numbers are needed")
         wanted = [(max(first, 1), last) for first, last in ranges if last >= max(first, 1)]
         if not wanted:
             return []
@@ -246,18 +206,22 @@ class Capture:
                     break
         return lines
 
-    def tables(self, *names: str, select: str | None = None) -> "dict[str, Table]":
-        """Give tables of columns for Arrow's readers, all in one pass: `pyarrow.table(tables["transfers"])`.
+    def tables(self, *names: str, select: str | None = None) -> dict[str, Table]:
+        """Give tables of columns, all in one pass: `capture.tables("transfers")["transfers"].to_polars()`.
 
+        Arrow's readers take one as it is: `pyarrow.table(table)`.
         names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
         `pdo/can1/5.TPDO4/1`; 0: a synchronous PDO of which no mapping is known), listing (annotated lines), lanes (what
         each lane of a timeline shows), log (findings and emergencies), load (each 100 ms of a bus), incidents (what
-        went wrong); none: all of them.
-        select: which signals, as --select. Times are `t_ns`, in nanoseconds; `canalyze/core/src/render/columns/mod.rs`
-        lists the columns. Nothing is kept but what is given. ValueError for another name.
+        went wrong); none: all of them. `canalyze.columns` lists their columns.
+        select: which signals, as --select. Times are `t_ns`, in nanoseconds. Nothing is kept but what is given.
+        ValueError for another name.
         """
-        from canalyze._core import TABLES, Table
+        from canalyze._core import TABLES
+        from canalyze._core import Table as Core
 
+        for name in names:
+            one_of("table", name, TABLES)
         session = self._plan.session("columns", tables=names or TABLES, select=select)
         batches: dict[str, list[Batch]] = {}
         with closing(self._results(session)) as results:
@@ -266,7 +230,7 @@ class Capture:
                     batches.setdefault(name, []).append(batch)
         for name, batch in session.batches():
             batches.setdefault(name, []).append(batch)
-        return {name: Table(parts) for name, parts in batches.items()}
+        return {name: Table(Core(parts)) for name, parts in batches.items()}
 
     def check(self, expect: "StrPath | None" = None, *, at_least: Severity = "warning") -> Findings:
         """Give what `canalyze check` finds, as severe as that or worse; of expectations too, where they are given.
@@ -275,9 +239,9 @@ class Capture:
         ConfigError for a mistake in it. Each call reads the capture.
         """
         more: dict[str, Any] = {}
+        one_of("at_least", at_least, SEVERITIES)
         if expect is not None:
             from canalyze.expectations import read
-            from canalyze.library import shown_as
 
             more["expectations"] = read(Path(shown_as(self._plan.folder / expect)))
         with closing(self._objects(self._plan.session("check", **more))) as rows:
@@ -290,6 +254,25 @@ class Capture:
         from canalyze.reports.snapshot import snapshot
 
         return snapshot(self)
+
+    @property
+    def lang(self) -> Literal["en", "zh"]:
+        """The language of its words."""
+        return "zh" if self._plan.words.lang == "zh" else "en"
+
+    @property
+    def folder(self) -> Path:
+        """Where relative names are looked for."""
+        return self._plan.folder
+
+    def through(self, form: str, take: Callable[[bytes], object] | None = None, **more: Any) -> "tuple[Session, bytes]":
+        """Read all of it through a session of a format of the core; give both. take: gets the result piece by piece."""
+        session = self._plan.session(form, **more)
+        out = bytearray()
+        with closing(self._results(session)) as results:
+            for result in results:
+                (take or out.extend)(result)
+        return session, bytes(out)
 
     def gave(self, row: object) -> bool:
         """Tell whether this finding, transfer, signal or incident is one of its lists that were read."""
@@ -317,7 +300,7 @@ class Capture:
     def _stream(self) -> Generator[Event, None, None]:
         with closing(self._results(self._plan.session("jsonl"))) as results:
             for result in results:
-                yield from event.events(result)
+                yield from cast(Iterator[Event], event.records(result))
 
     def _objects(self, session: "Session") -> Generator[dict[str, Any], None, None]:
         with closing(self._results(session)) as results:
@@ -325,18 +308,17 @@ class Capture:
                 yield from event.objects(result)
 
     def _results(self, session: "Session") -> Generator[bytes, None, None]:
-        """Read all files through a session; when it comes to its end the complaints are known."""
+        """Read all inputs through a session; when it comes to its end the complaints are known."""
         plan = self._plan
-        reader = _Silent()
-        shown = dict(zip(map(str, plan.paths), plan.shown, strict=True))
+        reader = Silent()
         reading = Reading(
             session,
             plan.words,
             reader,
-            open_input=lambda name: open_capture(name, plan.input_format, shown[name]),
+            open_input=lambda place: self._inputs[int(place)].open(),
             merge=plan.merge,
             given_format=plan.input_format is not None,
         )
-        yield from reading.over(list(shown))
+        yield from reading.over(list(map(str, range(len(self._inputs)))))
         if self._complaints is None:
             self._complaints = tuple(reader.complaints)

@@ -11,20 +11,12 @@ from sys import intern
 from typing import Any, Final, Literal, TypeAlias
 
 from canalyze.finding import Finding
-
-
-def nanoseconds(t: str | None) -> int | None:
-    """Give a time of the core, a decimal string of seconds, in nanoseconds: exact, as a double is not."""
-    if t is None:
-        return None
-    whole, _, fraction = t.partition(".")
-    ns = int(whole or "0") * 1_000_000_000
-    part = int(f"{fraction:0<9}"[:9])
-    return ns - part if t.startswith("-") else ns + part
+from canalyze.incident import Incident, IncidentChange, incident, incident_change
+from canalyze.values import ObjectRef, Timed, object_ref
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(Timed):
     """A frame of the bus, and what it means given everything before it."""
 
     frame: int
@@ -73,11 +65,6 @@ class Frame:
         """What the service reads in it, as the object of that name in `decode --format jsonl`."""
         rest: dict[str, Any] = json.loads(b"{" + self._fields.removeprefix(b","))
         return rest.get(self.service) or {}
-
-    @property
-    def t_ns(self) -> int | None:
-        """The time in nanoseconds; None without stamps."""
-        return nanoseconds(self.t)
 
     def __repr__(self) -> str:
         number = f"{self.id:08X}" if self.extended else f"{self.id:03X}"
@@ -141,7 +128,7 @@ class Hole:
 
 
 @dataclass(frozen=True, slots=True)
-class Transfer:
+class Transfer(Timed):
     """An SDO transfer, as far as the capture has it."""
 
     number: int
@@ -196,14 +183,14 @@ class Transfer:
     """What is missing of its data, by the place: empty where nothing is, or where no byte was seen."""
 
     @property
-    def object(self) -> str | None:
+    def object(self) -> ObjectRef | None:
         """The object as the standard writes it, 1017h:00; None where it is not known."""
-        return None if self.index is None else f"{self.index}h:{self.sub or 0:02X}"
+        return object_ref(self.index, self.sub)
 
     @property
-    def t_ns(self) -> int | None:
-        """Time of its first frame in nanoseconds; None without stamps."""
-        return nanoseconds(self.t)
+    def duration_ns(self) -> int | None:
+        """Nanoseconds from its first frame to its last; None without stamps."""
+        return None if self.duration is None else round(self.duration * 1e9)
 
     def __repr__(self) -> str:
         if self.status == "ok":
@@ -215,8 +202,10 @@ class Transfer:
         return f"<Transfer {self.number}: node {self.node} {self.direction} {self.object or '?'} {outcome}, {frames}>"
 
 
-Event: TypeAlias = Frame | Note | Finding | Transfer
-"""Anything that a capture yields, in order."""
+Event: TypeAlias = Frame | Note | Finding | Transfer | IncidentChange
+"""Anything that a capture yields, in order; an `IncidentChange` only while it is listened to."""
+Record: TypeAlias = Event | Incident | tuple[int, ...]
+"""An event, or what is known at the end: incidents, and in which order their roots are read."""
 
 
 def _frame(row: Mapping[str, Any], rest: bytes) -> Frame:
@@ -276,12 +265,14 @@ _NOTE: Final = tuple(Note.__dataclass_fields__)
 _MADE: Final = frozenset({"number", "data", "value", "abort", "duration", "findings", "holes"})
 _TRANSFER: Final = tuple(name for name in Transfer.__dataclass_fields__ if name not in _MADE)
 
-_OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Event]]] = {
+_OF_KIND: Final[Mapping[str, Callable[[Mapping[str, Any]], Record]]] = {
     "note": note,
     "finding": Finding.from_json,
     "transfer": transfer,
+    "incident": lambda row: incident(row) if row["phase"] == "final" else incident_change(row),
+    "diagnosis": lambda row: tuple(row["order"]),
 }
-"""What makes an event of an object that is no frame's, by its kind."""
+"""What makes a record of an object that is no frame's, by its kind."""
 _TOGETHER: Final = 256
 """Objects that are read at once: each by itself takes longer, all of them more memory."""
 _IS_FRAME: Final = b'{"kind":"frame",'
@@ -289,14 +280,14 @@ _FINDINGS: Final = b',"findings":['
 """Stands in a frame's object once: within a text its quotes would be escaped."""
 
 
-def events(result: bytes) -> Iterator[Event]:
+def records(result: bytes) -> Iterator[Record]:
     """Take complete JSON lines of the core."""
     lines = result.splitlines()
     for start in range(0, len(lines), _TOGETHER):
         yield from _together(lines[start : start + _TOGETHER])
 
 
-def _together(lines: Sequence[bytes]) -> Iterator[Event]:
+def _together(lines: Sequence[bytes]) -> Iterator[Record]:
     heads: list[bytes] = []
     rests: list[bytes] = []
     for line in lines:

@@ -4,7 +4,8 @@ What an incident is stands in `canalyze.incident`. It must not read: what is in 
 """
 
 from collections.abc import Iterable
-from typing import Self
+from operator import attrgetter
+from typing import ClassVar, Self
 
 from canalyze.incident import STATUSES, Incident, Status
 from canalyze.library.rows import Rows, one_of
@@ -14,6 +15,24 @@ class Incidents(Rows[Incident]):
     """Incidents of a capture, in the order of their numbers; `roots` are its stories."""
 
     _what = "incidents"
+    _table = "incidents"
+    _row_type = Incident
+    _values: ClassVar = {
+        "incident": attrgetter("kind"),
+        "begin_frame": lambda one: one.begin.frame,
+        "t_ns": lambda one: one.begin.t_ns,
+        "noticed_frame": lambda one: one.noticed.frame,
+        "noticed_t_ns": lambda one: one.noticed.t_ns,
+        "end_frame": lambda one: one.end and one.end.frame,
+        "end_t_ns": lambda one: one.end and one.end.t_ns,
+        "root": attrgetter("is_root"),
+        "cause": lambda one: one.cause and one.cause.id,
+        "cause_link": lambda one: one.cause and one.cause.link,
+        "cause_grade": lambda one: one.cause and one.cause.grade,
+        "checks": None,
+        "facts": None,
+    }
+    _first = ("id", "incident", "status", "node", "begin_frame", "t_ns", "cause", "message")
 
     def __init__(self, rows: Iterable[Incident], order: Iterable[int] = ()) -> None:
         """Take them. order: the numbers of the roots as they are read, the most important first."""

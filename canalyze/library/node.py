@@ -3,16 +3,27 @@
 Read from the records of the core's summary and never made here. It must not read a capture, judge or print.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
+
+from canalyze.library.columns import Tabular
+from canalyze.library.rows import Rows
+from canalyze.values import Timed
+
+if TYPE_CHECKING:
+    import pyarrow
+    from canopen import ObjectDictionary
+
+Dictionaries: TypeAlias = "Callable[[str | None, int], ObjectDictionary | None]"
 
 State = Literal["boot-up", "stopped", "operational", "pre-operational"]
 """NMT states; boot-up is the message, after which a node is pre-operational."""
 
 
 @dataclass(frozen=True, slots=True)
-class StateChange:
+class StateChange(Timed):
     """A node has entered a state."""
 
     state: State | None
@@ -129,6 +140,16 @@ class Node:
     """EMCY messages."""
     emcys: tuple[Emcy, ...]
     """EMCYs by error code, at most 32 kinds."""
+    _dictionary: "Dictionaries" = field(default=lambda bus, node: None, repr=False, compare=False)
+
+    @property
+    def dictionary(self) -> "ObjectDictionary | None":
+        """Its description as python-canopen has it, made when it is asked for; None where none was given.
+
+        An `ObjectDictionary` that was given is that one itself; of a file, values that depend on the node-ID are those
+        of this node.
+        """
+        return self._dictionary(self.bus, self.node)
 
     def __repr__(self) -> str:
         bus = f" on {self.bus}" if self.bus else ""
@@ -136,12 +157,38 @@ class Node:
         return f"<Node {self.node}{bus}{name}: {self.state or 'state unknown'}, {self.frames} frames>"
 
 
-class Nodes:
+def _part(name: str, part: str, one: Node) -> float | None:
+    spread = getattr(one, name)
+    return None if spread is None else getattr(spread, part)
+
+
+class _Listed(Rows[Node]):
+    """Nodes as a table."""
+
+    _what = "nodes"
+    _table = "nodes"
+    _row_type = Node
+    _values: ClassVar = {
+        f"{name}_{part}_us": partial(_part, name, f"{part}_us")
+        for name in ("heartbeat", "response")
+        for part in ("mean", "max")
+    }
+    _first = ("bus", "node", "name", "state", "frames", "transfers", "aborted", "emcy_count")
+
+
+class Nodes(Tabular):
     """The nodes of a capture by bus and node-ID: `nodes[5]`, or `nodes["can1", 5]` where several buses have it."""
 
-    def __init__(self, nodes: Iterable[Node]) -> None:
-        """Take them in the order of buses and node-IDs."""
-        self._nodes = tuple(nodes)
+    def __init__(self, nodes: Iterable[Node], dictionary: "Dictionaries | None" = None) -> None:
+        """Take them in the order of buses and node-IDs. dictionary: gives the description of a node."""
+        self._nodes = tuple(replace(one, _dictionary=dictionary) if dictionary else one for one in nodes)
+
+    def arrow(self) -> "pyarrow.Table":
+        """Give it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
+        return _Listed(self._nodes).arrow()
+
+    def _shown(self) -> tuple[Sequence[str], Iterable[Sequence[object]], int, str]:
+        return _Listed(self._nodes)._shown()
 
     def __getitem__(self, key: int | tuple[str, int]) -> Node:
         """Give the node; KeyError, with the nodes there are, if it is not in the capture or on several buses."""

@@ -3,22 +3,35 @@
 A finder gives a list of the same kind. It must not read: what is in a list was read before.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Final, Literal, Self, TypeVar, overload
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeVar, overload
 
-from canalyze import network
+from canalyze.configuration import network
 from canalyze.finding import SEVERITIES, Finding, Severity
-from canalyze.library.event import Transfer
+from canalyze.library.columns import Tabular, columns, table_of
+from canalyze.library.event import Event, Frame, Transfer
+
+if TYPE_CHECKING:
+    import pyarrow
 
 T = TypeVar("T")
 
 _SHOWN: Final = 3
 
 
-class Rows(Sequence[T]):
+class Rows(Tabular, Sequence[T]):
     """A list that does not change; equal to any list or tuple of the same things."""
 
     _what = "rows"
+    _table: ClassVar[str] = ""
+    """The table whose columns it has."""
+    _values: ClassVar[Mapping[str, Callable[[Any], object] | None]] = {}
+    """Columns that are no attributes of that name; None: which it has not."""
+    _row_type: ClassVar[type] = object
+    _first: ClassVar[tuple[str, ...]] = ()
+    """Columns that a notebook shows."""
 
     def __init__(self, rows: Iterable[T]) -> None:
         """Take the rows, in their order."""
@@ -52,14 +65,104 @@ class Rows(Sequence[T]):
     def _one(self, row: T) -> str:
         return repr(row)
 
+    def _getters(self) -> dict[str, Callable[[Any], object]]:
+        """Give what makes the value of each column that a row knows."""
+        if not self._table:
+            raise TypeError(f"{self._what}: no table has such rows")
+        names = [one.name for one in columns(self._table)]
+        made = {name: self._values.get(name, attrgetter(name)) for name in names if hasattr(self._row_type, name)}
+        made |= {name: own for name, own in self._values.items() if name in names}
+        return {name: get for name in names if (get := made.get(name))}
+
+    def arrow(self) -> "pyarrow.Table":
+        """Give it as a `pyarrow.Table`; `canalyze.columns` lists the columns. CanalyzeError without pyarrow."""
+        getters = self._getters()
+        return table_of(self._table, {name: [get(row) for row in self] for name, get in getters.items()})
+
+    def _shown(self) -> tuple[Sequence[str], Iterable[Sequence[object]], int, str]:
+        if not self._table:
+            return ("",), ((self._one(row),) for row in self._rows), len(self), self._what
+        getters = self._getters()
+        return self._first, ([getters[name](row) for name in self._first] for row in self), len(self), self._what
+
     def _only(self, fits: Callable[[T], bool]) -> Self:
         return type(self)(row for row in self._rows if fits(row))
+
+
+def _short(one: Any) -> str | None:
+    """Give an object as tables have it: 1017:00."""
+    return None if one.object is None else f"{one.object.index:04X}:{one.object.sub:02X}"
+
+
+def _index(one: Any) -> int | None:
+    return None if one.object is None else one.object.index
+
+
+def _whole(one: Any) -> int | None:
+    """Give a value that is an integer of 64 bits with sign."""
+    value = one.value
+    return value if isinstance(value, int) and not isinstance(value, bool) and -(1 << 63) <= value < 1 << 63 else None
+
+
+def number(one: Any) -> float | None:
+    """Give a value that is a number."""
+    return float(one.value) if isinstance(one.value, int | float) and not isinstance(one.value, bool) else None
+
+
+class Events(Rows[Event]):
+    """All that there is, in order: frames, notes, findings, transfers."""
+
+    _what = "events"
+    _table = "events"
+    _row_type = Frame
+    _values: ClassVar = {
+        "event": lambda one: type(one).__name__.lower(),
+        "frame": lambda one: one.last_frame if isinstance(one, Transfer) else one.frame,
+        "t_ns": lambda one: getattr(one, "t_ns", None),
+        "text": lambda one: one.message if isinstance(one, Finding) else one.text or "",
+    }
+    _first = ("frame", "t_ns", "event", "node", "text")
+
+
+class Frames(Rows[Frame]):
+    """Frames, in order."""
+
+    _what = "frames"
+    _table = "frames"
+    _row_type = Frame
+    _values: ClassVar = {
+        "kind": lambda one: "error" if one.error else "remote" if one.remote else "fd" if one.fd else "data",
+        "brs": lambda one: one.brs if one.fd else None,
+        "esi": lambda one: one.esi if one.fd else None,
+        "dir": attrgetter("direction"),
+        "len": attrgetter("length"),
+    }
+    _first = ("frame", "t_ns", "bus", "id", "data", "service", "node", "text")
+
+    def _getters(self) -> dict[str, Callable[[Any], object]]:
+        return {**super()._getters(), "text": attrgetter("text")}
 
 
 class Transfers(Rows[Transfer]):
     """SDO transfers, in the order in which they end."""
 
     _what = "transfers"
+    _table = "transfers"
+    _row_type = Transfer
+    _values: ClassVar = {
+        "transfer": attrgetter("number"),
+        "index": _index,
+        "object": _short,
+        "string": lambda one: one.value if isinstance(one.value, str) else None,
+        "boolean": lambda one: one.value if isinstance(one.value, bool) else None,
+        "integer": _whole,
+        "value": number,
+        "text": lambda one: one.text or "",
+        "abort_code": lambda one: one.abort and one.abort.code,
+        "abort_by": lambda one: one.abort and one.abort.by,
+        "abort_text": lambda one: one.abort and one.abort.text,
+    }
+    _first = ("node", "direction", "object", "name", "text", "status", "first_frame", "last_frame")
 
     def _one(self, row: Transfer) -> str:
         return f"node {row.node} {row.direction} {row.object or '?'} {row.status}"
@@ -77,6 +180,8 @@ class Transfers(Rows[Transfer]):
 
         ValueError for what is no object, and for words that no transfer has.
         """
+        if object is not None and not isinstance(object, str):
+            raise TypeError(f"object={object!r}: a text is needed, as 1018:01, not {type(object).__name__}")
         one_of("direction", direction, ("upload", "download"))
         one_of("status", status, ("ok", "aborted", "incomplete", "failed"))
         wanted = None if object is None else network.address(object.strip())
@@ -101,6 +206,13 @@ class Findings(Rows[Finding]):
     """Findings, in the order of frames; of one kind on one object ten, then one that counts the rest."""
 
     _what = "findings"
+    _table = "findings"
+    _row_type = Finding
+    _values: ClassVar = {
+        "index": lambda one: None if one.index is None else int(one.index, 16),
+        "facts": lambda one: json.dumps(dict(one.facts), ensure_ascii=False, separators=(",", ":")),
+    }
+    _first = ("severity", "code", "frame", "t_ns", "node", "message")
 
     def _one(self, row: Finding) -> str:
         return f"{row.severity} {row.code} at frame {row.frame}"
@@ -115,6 +227,8 @@ class Findings(Rows[Finding]):
         """Give those of a rule (SDO005), or of all that begin so (SDO). ValueError where there is no such rule."""
         from canalyze._core import rules
 
+        if not isinstance(code, str):
+            raise TypeError(f"code={code!r}: a text is needed, not {type(code).__name__}")
         if not any(rule.code.startswith(code.upper()) for rule in rules("en")):
             raise ValueError(f"code={code!r}: no rule begins so; `canalyze rules` lists them")
         return self._only(lambda finding: finding.code.startswith(code.upper()))

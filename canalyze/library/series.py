@@ -6,17 +6,17 @@ Read from the core's JSON lines and never made here. It must not read a capture,
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import Any, ClassVar, overload
 
-from canalyze.library.event import nanoseconds
-from canalyze.library.rows import Rows
+from canalyze.library.rows import Rows, number
+from canalyze.values import ObjectRef, Timed
 
 Value = int | float | str | None
 """A number; bytes as hexadecimal text, an integer beyond 2^53 as decimal text; None where the payload is too short."""
 
 
 @dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(Timed):
     """One value of one signal."""
 
     t: str | None
@@ -47,21 +47,31 @@ class Signal:
     """The value in words."""
 
     @property
-    def object(self) -> str:
+    def object(self) -> ObjectRef:
         """The object as the standard writes it, 6041h:00."""
-        return f"{self.index}h:{self.sub:02X}"
-
-    @property
-    def t_ns(self) -> int | None:
-        """The time in nanoseconds; None without stamps."""
-        return nanoseconds(self.t)
+        return ObjectRef(int(self.index, 16), self.sub)
 
     def __repr__(self) -> str:
         value = f"{self.value!r} {self.unit}" if self.unit else repr(self.value)
         return f"<Signal {self.node}.{self.pdo}.{self.signal} = {value}, frame {self.frame}>"
 
 
-class Series(Rows[Signal]):
+class _Values(Rows[Signal]):
+    """Values of signals as a table."""
+
+    _what = "values"
+    _table = "signals"
+    _row_type = Signal
+    _values: ClassVar = {
+        "object": lambda one: f"{one.index}:{one.sub:02X}",
+        "value": number,
+        "integer": lambda one: one.value if isinstance(one.value, int) else None,
+        "raw": lambda one: one.raw if isinstance(one.raw, int) else None,
+    }
+    _first = ("frame", "t_ns", "node", "pdo", "signal", "value", "unit", "text")
+
+
+class Series(_Values):
     """All values of one signal, in the order of frames."""
 
     @property
@@ -118,10 +128,8 @@ class Series(Rows[Signal]):
         return f"<Series {self.name}: {len(self)} values{between}>"
 
 
-class Signals(Rows[Signal]):
+class Signals(_Values):
     """Every value of every signal, in the order of frames; `signals["5.TPDO4.velocity actual value"]` is a series."""
-
-    _what = "values"
 
     def __init__(self, rows: Iterable[Signal]) -> None:
         """Take the rows, in the order of frames."""
@@ -167,6 +175,8 @@ class Signals(Rows[Signal]):
             return self._rows[place]
         if isinstance(place, slice):
             return Signals(self._rows[place])
+        if not isinstance(place, str):
+            raise TypeError(f"signals[{place!r}]: a name or a number is needed, not {type(place).__name__}")
         wanted = place.lower()
         found = [key for key in self._groups if wanted in _names(key)]
         if len(found) == 1:

@@ -10,6 +10,7 @@ import sys
 from contextlib import suppress
 from typing import Any, ClassVar, Final
 
+from rich.console import RenderableType
 from textual import events
 from textual.app import App, ComposeResult
 from textual.containers import Horizontal, Vertical
@@ -17,10 +18,10 @@ from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.widget import Widget
 
-from canalyze.monitor import findings, incidents, nodes, objects, transfers
+from canalyze.monitor import findings, incidents, nodes, objects, pages, transfers
 from canalyze.monitor.figures import rate
 from canalyze.monitor.grid import Grid, Row
-from canalyze.monitor.keys import VIEWS, Foot, Help, bindings
+from canalyze.monitor.keys import VIEWS, Foot, bindings, help_page
 from canalyze.monitor.prompt import Prompt
 from canalyze.monitor.status import Below, Status
 from canalyze.monitor.trace import Trace
@@ -61,7 +62,6 @@ class Monitor(App[int]):
     #rooms { height: 1fr; }
     #upper { height: 1fr; }
     #side { width: 45%; margin: 0 0 0 1; }
-    Help { background: ansi_default; }
     """
     BINDINGS: ClassVar = bindings()
 
@@ -88,6 +88,8 @@ class Monitor(App[int]):
         """Problems for which the bell has rung; None: it does not ring."""
         self._unfolded = False
         """Whether harmless problems have rows."""
+        self._severity = findings.LEVELS[0]
+        """The least severity of the findings that have rows."""
         self.status = Status(words)
         self.trace = Trace(watch.trace, words)
         self.trace.filter = expression
@@ -171,15 +173,15 @@ class Monitor(App[int]):
         self._latest.tell_cell(() if _seen(self.grids["findings"]) else worst)
         self._arrange()
         badges = [name for name in (self._badge(), self._watch.recording) if name]
-        self.status.update(snapshot, badges, self._speed(), self._view, self.trace.conditions())
+        away = frozenset(bus["name"] for bus in snapshot["buses"]) if self._watch.failure else self._watch.away
+        self.status.update(snapshot, badges, self._speed(), self._view, self.trace.conditions(), away)
         self._said.tell(self._notice, 3, "warning" if self._notice else "")
         for name in _TABLES:
             grid = self.grids[name]
-            away = self._watch.badge in ("lost", "waiting")
             runs = (
                 snapshot[name]["running"]
                 if name == "transfers"
-                else name == "incidents" and incidents.changing(snapshot)
+                else name == "objects" or (name == "incidents" and incidents.changing(snapshot))
             )
             part = (snapshot[name], snapshot["now_ns"] if runs else 0, away)
             if not grid.size.width or not _seen(grid) or self._drawn.get(name) == part:
@@ -194,7 +196,8 @@ class Monitor(App[int]):
             elif name == "transfers":
                 grid.show(transfers.columns(words, buses=several), transfers.rows(snapshot, words, buses=several))
             elif name == "findings":
-                grid.show(findings.columns(words, buses=several), findings.rows(snapshot, buses=several))
+                shown = findings.rows(snapshot, buses=several, least=self._severity)
+                grid.show(findings.columns(words, buses=several, least=self._severity), shown)
             else:
                 shown = incidents.rows(snapshot, words, buses=several, unfolded=self._unfolded)
                 grid.show(incidents.columns(words, buses=several), shown)
@@ -317,12 +320,27 @@ class Monitor(App[int]):
         self._lead(event.row)
 
     def _lead(self, row: Row) -> None:
-        """Go to the frame that a row leads to, show the frames that it is of, or what it stands for."""
+        """Show the page of a row, or where it leads to."""
         if row.key == incidents.FOLD:
             self._unfolded = not self._unfolded
             self._drawn.pop("incidents", None)
             self.draw()
             return
+        if row.about:
+            self.push_screen(pages.Page(self._page(row.about)), lambda on: self._follow(row) if on else None)
+        else:
+            self._follow(row)
+
+    def _page(self, about: tuple[str, ...]) -> RenderableType:
+        """Give the page of what a row is about."""
+        kind, *facts = about
+        if kind != "node":
+            return (pages.of_finding if kind == "finding" else pages.of_frame)(self._words, *facts)
+        node = next(node for node in self._snapshot["nodes"] if about == nodes.about(node))
+        return pages.of_node(node, self._watch.page(node["bus"], node["node"]), self._words)
+
+    def _follow(self, row: Row) -> None:
+        """Go to the frame that a row leads to, or show the frames that it is of."""
         if row.leads is None:
             return
         if not _seen(self.trace):
@@ -357,6 +375,16 @@ class Monitor(App[int]):
         if self._watch.replay is not None:
             self._watch.replay.faster(faster)
             self.draw()
+
+    def action_severity(self) -> None:
+        """Show the next fewer findings by severity, after the fewest all."""
+        levels = findings.LEVELS
+        self._severity = levels[(levels.index(self._severity) + 1) % len(levels)]
+        self._drawn.pop("findings", None)
+        if _seen(self.grids["findings"]):
+            self.draw()
+        else:
+            self.action_view("findings")
 
     def action_filter(self) -> None:
         """Ask for a filter of the trace."""
@@ -432,7 +460,7 @@ class Monitor(App[int]):
 
     def action_help(self) -> None:
         """Show the page of help."""
-        self.push_screen(Help(self._words, replay=self._watch.replay is not None))
+        self.push_screen(pages.Page(help_page(self._words, replay=self._watch.replay is not None)))
 
     def action_stop(self) -> None:
         """End."""

@@ -1,30 +1,38 @@
 """The room of findings: the last one first; each leads to its frame."""
 
-from typing import Any
+from typing import Any, Final
 
 from canalyze.monitor.figures import seconds
 from canalyze.monitor.grid import NOTHING, Cell, Column, Row, cell, texts
 from canalyze.monitor.status import MARKS
 from canalyze.words import Words
 
+LEVELS: Final = ("info", "warning", "error")
+"""Severities, each of which may be the least that is shown."""
 
-def columns(words: Words, *, buses: bool) -> list[Column]:
-    """Give the columns; that of the bus only where there are several."""
+
+def columns(words: Words, *, buses: bool, least: str = LEVELS[0]) -> list[Column]:
+    """Give the columns; that of the bus only where there are several. least: the least severity that is shown."""
+    heading = words("monitor.finding")
+    if least != LEVELS[0]:
+        heading += f"  {words.of('monitor_severity', least)}"
     given = [
         Column(words("col.time"), most=12, right=True, leaves=2),
         Column(words("monitor.frame"), right=True, leaves=1),
         Column(words("monitor.rule")),
         Column(words("col.node"), right=True),
-        Column(words("monitor.finding"), least=30, most=400),
+        Column(heading, least=30, most=400),
     ]
     return [given[0], Column(words("col.bus"), most=10), *given[1:]] if buses else given
 
 
-def rows(snapshot: dict[str, Any], *, buses: bool) -> list[Row]:
-    """Give a row a finding."""
+def rows(snapshot: dict[str, Any], *, buses: bool, least: str = LEVELS[0]) -> list[Row]:
+    """Give a row a finding of at least this severity."""
     start = snapshot["start_ns"]
     found = []
     for place, one in enumerate(snapshot["findings"]):
+        if one["severity"] not in LEVELS[LEVELS.index(least) :]:
+            continue
         at = None if one["t_ns"] is None or start is None else one["t_ns"] - start
         look = one["severity"] if one["severity"] in ("error", "warning", "info") else ""
         cells = [
@@ -39,7 +47,8 @@ def rows(snapshot: dict[str, Any], *, buses: bool) -> list[Row]:
         if buses:
             cells.insert(1, cell(one["bus"]))
         key = (one["frame"], one["code"], one["t_ns"], one["node"], place if one["frame"] is None else 0)
-        found.append(Row(key, tuple(cells), texts([one["code"], one["text"]]), leads=one["frame"]))
+        about = ("finding", one["code"], one["text"])
+        found.append(Row(key, tuple(cells), texts([one["code"], one["text"]]), leads=one["frame"], about=about))
     found.reverse()
     return found
 

@@ -79,6 +79,8 @@ class Row(NamedTuple):
     look: str = ""
     leads: int | str | None = None
     """The frame to which it leads, or the filter that shows its frames."""
+    about: tuple[str, ...] = ()
+    """What its page is made of, first the kind of page; nothing where it has none."""
 
 
 def leads(bus: str, **conditions: object) -> str:

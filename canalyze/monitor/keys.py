@@ -1,17 +1,15 @@
 """Every key: what it does, and where people read of it. The foot line and the page of help are made of this table."""
 
-from typing import ClassVar, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from rich.cells import cell_len
-from textual import events
-from textual.app import ComposeResult
+from rich.console import RenderableType
 from textual.binding import Binding
-from textual.screen import ModalScreen
 from textual.strip import Strip
 from textual.widget import Widget
 
-from canalyze.layout import wrap
-from canalyze.monitor.grid import Cell, cell, line
+from canalyze.monitor.grid import line
+from canalyze.monitor.pages import listed
 from canalyze.words import Words
 
 
@@ -49,6 +47,7 @@ KEYS: Final = (
     Key("", "", "Home End", "monitor.help_edge"),
     Key("enter", "pick", "Enter", "monitor.help_pick", "monitor.key_pick", 6),
     Key("space,p", "pause", "monitor.space", "monitor.help_pause", "monitor.key_pause", 2),
+    Key("s", "severity", "s", "monitor.help_severity"),
     Key("f", "filter", "f", "monitor.help_filter", "monitor.key_filter", 3),
     Key("slash", "search", "/", "monitor.help_search", "monitor.key_search", 4),
     Key("n", "find(False)", "n", "monitor.help_next"),
@@ -102,52 +101,11 @@ class Foot(Widget):
         return line(tuple(pieces), self.size.width)
 
 
-class _Page(Widget):
-    DEFAULT_CSS = "_Page { width: 100%; height: 100%; }"
-    ALLOW_SELECT = False
-
-    def __init__(self, words: Words, *, replay: bool) -> None:
-        super().__init__()
-        self._rows = [
-            (_name(key, words), words(key.name))
-            for key in KEYS
-            if key.name and (replay or not key.action.startswith("speed"))
-        ]
-        self._words = words
-
-    def render_line(self, y: int) -> Strip:
-        return line(self._lines()[y] if y < len(self._lines()) else (), self.size.width)
-
-    def _lines(self) -> list[Cell]:
-        left = max(cell_len(key) for key, _ in self._rows)
-        found = [cell(f" {self._words('monitor.help_title')}", "strong")]
-        for key, what in self._rows:
-            texts = wrap(what, max(20, self.size.width - left - 4))
-            for place, text in enumerate(texts):
-                name = key if place == 0 else ""
-                found.append(((f" {name}{' ' * (left - cell_len(name))}  ", "key"), (text, "")))
-        for text in wrap(self._words("monitor.help_looks"), max(20, self.size.width - 2)):
-            found.append(cell(f" {text}", "dim"))
-        return found
-
-
-class Help(ModalScreen[None]):
-    """The page of help; any key closes it."""
-
-    BINDINGS: ClassVar = [Binding("ctrl+c,ctrl+q", "app.end", show=False, priority=True)]
-
-    def __init__(self, words: Words, *, replay: bool) -> None:
-        """Take the keys; those for speed only stand there of a replay."""
-        super().__init__()
-        self._words = words
-        self._replay = replay
-
-    def compose(self) -> ComposeResult:
-        """Give the page."""
-        yield _Page(self._words, replay=self._replay)
-
-    def on_key(self, event: events.Key) -> None:
-        """Close the page."""
-        event.stop()
-        event.prevent_default()
-        self.dismiss()
+def help_page(words: Words, *, replay: bool) -> RenderableType:
+    """Give the page of help; keys for speed only stand there of a replay."""
+    rows = [
+        (_name(key, words), words(key.name))
+        for key in KEYS
+        if key.name and (replay or not key.action.startswith("speed"))
+    ]
+    return listed(words("monitor.help_title"), rows, words("monitor.help_looks"))

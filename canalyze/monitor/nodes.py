@@ -35,14 +35,23 @@ def columns(words: Words, *, buses: bool) -> list[Column]:
     return [Column(words("col.bus"), most=10), *given] if buses else given
 
 
-def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool = False) -> list[Row]:
-    """Give a row a node; away: the bus is, what the nodes said last may hold no more."""
-    return [_row(node, snapshot, words, buses=buses, away=away) for node in snapshot["nodes"]]
+def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, away: frozenset[str] = frozenset()) -> list[Row]:
+    """Give a row a node; away: the buses that cannot be listened to, of which nobody knows what their nodes do."""
+    return [_row(node, snapshot, words, buses=buses, away=node["bus"] in away) for node in snapshot["nodes"]]
+
+
+def about(node: dict[str, Any]) -> tuple[str, ...]:
+    """Give what the page of a node is made of."""
+    return "node", node["bus"], str(node["node"])
 
 
 def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses: bool, away: bool) -> Row:
     state, look = node["state_text"] or BLANK, STATES.get(node["state"] or "", "dim")
-    if away or _is_late(node):
+    unknown = (away or node["unknown"]) and not node["silent"]
+    last = words("monitor.last_state", state=state)
+    if unknown:
+        state, look = words("monitor.unknown"), "warning"
+    elif _is_late(node):
         look = "dim"
     silent = words.of("monitor_silent", node["silent"]) if node["silent"] else ""
     trouble = of_node(node)
@@ -50,7 +59,7 @@ def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses:
         cell(node["node"], "strong"),
         cell(node["name"]),
         cell(silent or state, "error" if silent else look),
-        _heartbeat(node),
+        _heartbeat(node, unknown=unknown),
         _emcy(node["emcy"], words),
         cell(node["drive"]),
         cell(node["boot_ups"] or BLANK, "" if node["boot_ups"] else "dim"),
@@ -64,14 +73,15 @@ def _row(node: dict[str, Any], snapshot: dict[str, Any], words: Words, *, buses:
             node["name"],
             trouble,
             silent,
-            words("monitor.last_state", state=state) if silent else state,
+            state if unknown else "",
+            last if silent or unknown else state,
             _emcy_text(node["emcy"], words),
             _since(node["emcy"], snapshot["start_ns"]),
             node["drive"],
         ]
     )
     where = leads(node["bus"] if buses else "", node=node["node"])
-    return Row(key, (cell(node["bus"]), *cells) if buses else tuple(cells), whole, leads=where)
+    return Row(key, (cell(node["bus"]), *cells) if buses else tuple(cells), whole, leads=where, about=about(node))
 
 
 def _is_late(node: dict[str, Any]) -> bool:
@@ -79,15 +89,15 @@ def _is_late(node: dict[str, Any]) -> bool:
     return bool(period and age is not None and age > period * _LATE)
 
 
-def _heartbeat(node: dict[str, Any]) -> Cell:
-    """Give the age of the last heartbeat against its period."""
+def _heartbeat(node: dict[str, Any], *, unknown: bool) -> Cell:
+    """Give the age of the last heartbeat against its period; unknown: it may have been missed."""
     age, period = node["heartbeat_age_ns"], node["heartbeat_period_ns"]
     if age is None:
         return cell(BLANK, "dim")
     if not period:
         return cell(f"{seconds(age)}s")
     digits = 1 if period >= _SECOND else 2
-    look = "error" if node["silent"] else "warning" if _is_late(node) else "good"
+    look = "dim" if unknown else "error" if node["silent"] else "warning" if _is_late(node) else "good"
     return ((seconds(age, digits), look), (f"/{seconds(period, digits)}s", "dim"))
 
 

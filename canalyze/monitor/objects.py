@@ -6,6 +6,10 @@ from canalyze.monitor.figures import period, rate
 from canalyze.monitor.grid import Cell, Column, Row, cell, leads, texts
 from canalyze.words import Words
 
+_STALE: Final = 3
+"""Periods after which what comes evenly is old."""
+_LEAST_NS: Final = 200_000_000
+"""What is younger is not old, however short its period is."""
 _SPACED: Final = 110
 """Columns of the terminal from which the bytes of the data stand apart."""
 
@@ -16,7 +20,7 @@ def columns(words: Words, *, buses: bool, width: int) -> list[Column]:
         Column("ID"),
         Column(words("monitor.object"), least=7, most=24),
         Column(words("col.count"), most=9, right=True, leaves=4),
-        Column(words("col.period"), most=8, right=True, leaves=2),
+        Column(words("col.period"), most=12, right=True, leaves=2),
         Column(words("monitor.jitter"), most=8, right=True, leaves=3),
         Column(words("col.rate"), most=8, right=True, leaves=5),
         Column(words("monitor.data"), least=16, most=16 if width < _SPACED else 48),
@@ -27,25 +31,44 @@ def columns(words: Words, *, buses: bool, width: int) -> list[Column]:
 
 def rows(snapshot: dict[str, Any], words: Words, *, buses: bool, width: int) -> list[Row]:
     """Give a row an object."""
-    return [_row(one, words, buses=buses, spaced=width >= _SPACED) for one in snapshot["objects"]]
+    now = snapshot["now_ns"]
+    return [_row(one, now, words, buses=buses, spaced=width >= _SPACED) for one in snapshot["objects"]]
 
 
-def _row(one: dict[str, Any], words: Words, *, buses: bool, spaced: bool) -> Row:
+def _row(one: dict[str, Any], now: int | None, words: Words, *, buses: bool, spaced: bool) -> Row:
     name = _name(one, words)
+    age = _age(one, now)
+    ago = "" if age is None else words("monitor.ago", age=period(age))
+    fresh = "" if age is None else "dim"
     cells = (
-        cell(one["id"], "strong"),
-        cell(name),
-        cell(one["count"]),
-        cell(period(one["period_ns"])),
+        cell(one["id"], fresh or "strong"),
+        cell(name, fresh),
+        cell(one["count"], fresh),
+        cell(ago, "warning") if ago else cell(period(one["period_ns"])),
         cell(period(one["jitter_ns"]), "dim"),
-        cell(rate(one["rate"])),
-        _data(one["data"], one["changed"], " " if spaced else ""),
-        cell(_meaning(one), one["severity"] if one["severity"] in ("error", "warning") else ""),
+        cell(rate(one["rate"]), fresh),
+        cell(_closer(one["data"], " " if spaced else ""), fresh)
+        if ago
+        else _data(one["data"], one["changed"], " " if spaced else ""),
+        cell(_meaning(one), one["severity"] if one["severity"] in ("error", "warning") else fresh),
     )
     key = (one["bus"], one["id"], one["rtr"])
-    whole = texts([one["id"], name, one["data"], one["text"]])
+    whole = texts([one["id"], name, ago, one["data"], one["text"]])
     where = leads(one["bus"] if buses else "", id=one["id"])
     return Row(key, (cell(one["bus"]), *cells) if buses else cells, whole, leads=where)
+
+
+def _age(one: dict[str, Any], now: int | None) -> int | None:
+    """Give how old the last frame is, where frames came evenly and have stopped."""
+    last, usual, jitter = one["last_ns"], one["period_ns"], one["jitter_ns"]
+    if None in (now, last, usual, jitter) or jitter > usual // 2:
+        return None
+    age: int = now - last
+    return age if age > max(_STALE * usual, _LEAST_NS) else None
+
+
+def _closer(data: str, gap: str) -> str:
+    return gap.join(data[place : place + 2].upper() for place in range(0, len(data), 2))
 
 
 def _name(one: dict[str, Any], words: Words) -> str:

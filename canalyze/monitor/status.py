@@ -6,12 +6,12 @@ from rich.cells import cell_len
 from textual.strip import Strip
 from textual.widget import Widget
 
-from canalyze.layout import wrap
 from canalyze.monitor.figures import clock, rate
 from canalyze.monitor.grid import Cell, Piece, cell, line
 from canalyze.monitor.incidents import newest, standing
 from canalyze.monitor.keys import VIEWS
 from canalyze.output import printable
+from canalyze.output.layout import wrap
 from canalyze.words import Words
 
 _BADGES: Final = {
@@ -63,16 +63,26 @@ class Status(Lines):
         """Nothing known yet."""
         super().__init__("status")
         self._words = words
+        self._away: frozenset[str] = frozenset()
         self._widths: list[int] = []
         """Of the items of the first line, the widest by now."""
 
-    def update(self, snapshot: dict[str, Any], badges: list[str], speed: str, view: str, conditions: list[str]) -> None:
+    def update(
+        self,
+        snapshot: dict[str, Any],
+        badges: list[str],
+        speed: str,
+        view: str,
+        conditions: list[str],
+        away: frozenset[str] = frozenset(),
+    ) -> None:
         """Say how it stands.
 
         badges: that of the source, and of the recording. speed: of a replay, else "". conditions: filter and search, in
-        words.
+        words. away: the buses that cannot be listened to.
         """
         words = self._words
+        self._away = away
         heads: list[Cell] = [
             ((f" {words(f'monitor.{badge}')}{'' if place else speed} ", _BADGES[badge]),)
             for place, badge in enumerate(badges)
@@ -108,7 +118,7 @@ class Status(Lines):
         start, now = snapshot["start_ns"], snapshot["now_ns"]
         most = 2 if short else 6
         # One whose controller is in trouble is never among those left out.
-        items: list[Cell] = [self._bus(bus) for bus in sorted(buses, key=lambda bus: bus["state"] is None)[:most]]
+        items: list[Cell] = [self._bus(bus) for bus in sorted(buses, key=self._is_well)[:most]]
         if len(buses) > most:
             items.append(cell(f"+{len(buses) - most}", "dim"))
         if start is not None and now is not None:
@@ -125,9 +135,14 @@ class Status(Lines):
                 items.append(cell(words(brief if short else long, count=count), look))
         return items
 
+    def _is_well(self, bus: dict[str, Any]) -> bool:
+        return bus["state"] is None and bus["name"] not in self._away
+
     def _bus(self, bus: dict[str, Any]) -> Cell:
         """Give its name, its load and its state where that is no good one."""
         pieces: list[Piece] = [(bus["name"] or "-", "strong")]
+        if bus["name"] in self._away:
+            return (*pieces, (f" {self._words('monitor.bus_down')}", "error"))
         load = bus["load_percent"]
         if load is not None:
             look = next((look for look, least in _LOAD if load >= least), "good")

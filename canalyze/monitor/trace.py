@@ -118,7 +118,8 @@ class Trace(Grid):
         ]
         if self.buses:
             cells.insert(1, cell(bus))
-        return Row((number, place), tuple(cells), texts([f"#{number}", bus, cob, data, text]))
+        whole = texts([f"#{number}", bus, cob, data, text])
+        return Row((number, place), tuple(cells), whole, about=("frame", cob, data, text))
 
     def _found(self, text: str, look: str) -> Cell:
         """Mark what is searched for."""

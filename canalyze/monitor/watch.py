@@ -11,7 +11,7 @@ from contextlib import closing
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 from canalyze.errors import CanalyzeError, SourceError
-from canalyze.reading import Reading
+from canalyze.running.reading import Reading
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -120,6 +120,11 @@ class Watch:
         return "waiting" if getattr(self._source, "waiting", False) else "live"
 
     @property
+    def away(self) -> frozenset[str]:
+        """The buses that are lost and waited for."""
+        return getattr(self._source, "away", frozenset())
+
+    @property
     def recording(self) -> str:
         """How the recording stands: `records`, `unrecorded`; "" where nothing is recorded."""
         return self._recording() if self._recording else ""
@@ -127,6 +132,11 @@ class Watch:
     def snapshot(self) -> dict[str, Any]:
         """Give what is known by now."""
         found: dict[str, Any] = json.loads(self.session.snapshot())
+        return found
+
+    def page(self, bus: str, node: int) -> dict[str, Any]:
+        """Give what is known of a node beyond its row."""
+        found: dict[str, Any] = json.loads(self.session.page(bus, node))
         return found
 
     def trace(self, filter: str, search: str, frame: int | None, rows: int, back: bool) -> "Sequence[Line]":  # noqa: A002

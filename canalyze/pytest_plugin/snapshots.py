@@ -15,9 +15,9 @@ from typing import Any, Final
 
 import pytest
 
-from canalyze.library import shown_as
+from canalyze.library.plan import shown_as
+from canalyze.output.writing import Part
 from canalyze.words import Words
-from canalyze.writing import Part
 
 FOLDER: Final = "__canalyze__"
 _LONGEST: Final = 120

@@ -25,9 +25,9 @@ import os
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from canalyze import jsonl
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.incident import Incident
+from canalyze.output import jsonl
 
 
 def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:

@@ -4,7 +4,6 @@ A clean capture is one line. Findings of one kind are one entry: where and what,
 of them, the one that it is about marked, how many there are, and in one line what follows from it. Must not: judge.
 """
 
-import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -12,7 +11,7 @@ from typing import Final
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
 from canalyze.incident import Incident
-from canalyze.output import Output, printable
+from canalyze.output import Output, dyed, printable
 from canalyze.reports import wording
 from canalyze.words import Words
 
@@ -20,9 +19,6 @@ _FILES: Final = 3
 """Files of expectations that are named; further ones are counted with them."""
 _MANY: Final = 10
 """Failing captures from which on the report closes with a line a rule: nobody reads all their blocks."""
-_COLOURS: Final = {"error": "31", "warning": "33", "info": "36", "clean": "32", "own": "1"}
-"""Of what stands out on a terminal, as codes of ECMA-48."""
-
 _UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
 """What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but
 nobody must take it for met, or for clean."""
@@ -33,7 +29,7 @@ _NO_CANOPEN: Final = frozenset({"foreign", "unproven", "silent"})
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
     """Write the whole report."""
-    report = _Report(words, coloured=out.is_terminal and _may_stand_out())
+    report = _Report(words, out)
     for verdict in verdicts:
         for line in report.block(verdict):
             out.text(line + "\n")
@@ -41,16 +37,12 @@ def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
         out.text(line + "\n")
 
 
-def _may_stand_out() -> bool:
-    return not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-
-
 class _Report:
     """The lines of a report."""
 
-    def __init__(self, words: Words, *, coloured: bool) -> None:
+    def __init__(self, words: Words, out: Output) -> None:
         self._words = words
-        self._coloured = coloured
+        self._out = out
 
     def block(self, verdict: Verdict) -> Iterator[str]:
         """Give what is said of one capture."""
@@ -58,11 +50,11 @@ class _Report:
         if verdict.error is not None and not verdict.frames:  # the reason is on standard error
             yield self._words("check.file", name=name, said=self._dyed(self._words("check.unreadable"), "error"))
             return
-        frames = self._words("check.frames", frames=verdict.frames)
-        parts = [*self._said(verdict), *self._rest(verdict), frames]
+        parts = [*self._said(verdict), *self._rest(verdict)]
         if verdict.error is not None:
             parts.insert(0, self._dyed(self._words("check.unread"), "error"))
-        yield self._words("check.file", name=name, said=self._words("check.then").join(parts))
+        said = self._words("check.then").join(parts)
+        yield self._words("check.capture", name=name, frames=verdict.frames, said=said)
         for one in verdict.failures:
             yield from self._entry(one)
         for problem in verdict.stories:
@@ -168,10 +160,8 @@ class _Report:
         found = [one for verdict in verdicts for one in verdict.failures]
         read = [verdict for verdict in verdicts if verdict.error is None]
         failed = sum(verdict.failed for verdict in verdicts)
-        parts = [
-            self._words("check.files", files=len(verdicts)),
-            self._words("check.frames", frames=sum(verdict.frames for verdict in verdicts)),
-        ]
+        frames = sum(verdict.frames for verdict in verdicts)
+        parts = []
         problems = sum(len(verdict.problems) for verdict in verdicts)
         if problems:
             parts.append(self._dyed(self._words("check.problems", count=problems), "error"))
@@ -184,7 +174,8 @@ class _Report:
         if len(read) < len(verdicts):
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))
-        yield self._words("check.total", said=self._words("check.then").join(parts))
+        said = self._words("check.then").join(parts)
+        yield self._words("check.total", files=len(verdicts), frames=frames, said=said)
 
     def _by_rule(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
         """Say of many failing captures what fails them: each rule, in how many, the most frequent first."""
@@ -217,4 +208,4 @@ class _Report:
             yield self._words("check.expectations", said=self._words("check.then").join(parts))
 
     def _dyed(self, text: str, colour: str) -> str:
-        return f"\x1b[{_COLOURS[colour]}m{text}\x1b[0m" if self._coloured else text
+        return dyed(text, colour, out=self._out)

@@ -5,11 +5,11 @@ The axis shows the part of the capture in which the incidents are. Must not: jud
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any, Final
-from xml.sax.saxutils import escape
 
-from canalyze.library.event import nanoseconds
 from canalyze.output import printable
+from canalyze.values import nanoseconds
 
 Record = Mapping[str, Any]
 Texts = Mapping[str, str]
@@ -97,7 +97,7 @@ def grid(axis: Axis, top: float, bottom: float, *, named: bool) -> str:
 def text(texts: Texts, x: float, y: float, kind: str = "") -> str:
     """Give a line in each language, of a class; once where both say the same."""
     of_class = f' class="{kind}"' if kind else ""
-    said = {lang: escape(printable(one)) for lang, one in texts.items()}
+    said = {lang: escape(printable(one), quote=False) for lang, one in texts.items()}
     if len(set(said.values())) == 1:
         return f'<text{of_class} x="{x:.1f}" y="{y:.1f}">{next(iter(said.values()))}</text>'
     lines = (f'<text{of_class} lang="{lang}" x="{x:.1f}" y="{y:.1f}">{one}</text>' for lang, one in said.items())
@@ -106,7 +106,7 @@ def text(texts: Texts, x: float, y: float, kind: str = "") -> str:
 
 def title(texts: Texts) -> str:
     """Give what is shown under the pointer, in each language."""
-    lines = dict.fromkeys(escape(printable(one)) for one in texts.values())
+    lines = dict.fromkeys(escape(printable(one), quote=False) for one in texts.values())
     return f"<title>{chr(10).join(lines)}</title>"
 
 

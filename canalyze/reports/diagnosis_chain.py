@@ -7,8 +7,9 @@ names, which are escaped.
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-from canalyze.library.event import nanoseconds
 from canalyze.reports.diagnosis_axis import LEFT, RIGHT, WIDTH, Axis, Record, Texts, extent, grid, head, text, title
+from canalyze.reports.diagnosis_text import delay
+from canalyze.values import nanoseconds
 from canalyze.words import Words
 
 Key = tuple[str | None, int | None]
@@ -24,7 +25,6 @@ _SPANS: Final = 60
 """Incidents that are drawn: whole stories, as they are read, so far as there is room."""
 _NEAR: Final = 40
 """A delay that finds no place so near to its arrow is left to the text."""
-_SECONDS_MS: Final = 2000
 _DIGIT: Final = 7
 """A digit of the number in a span is so wide; a span has room for it."""
 
@@ -194,25 +194,3 @@ def _free(labels: list[tuple[float, float, float]], wanted: float, y: float, siz
         return None
     labels.append((x, x + size, y))
     return max(x, LEFT)
-
-
-def delay(one: Record, incidents: Sequence[Record]) -> str:
-    """Give how long after its cause an incident came, and by which limit: `+707 ms (1016h 700 ms)`."""
-    cause = next((other for other in incidents if other["id"] == one["cause"]["id"]), None)
-    if cause is None:
-        return ""
-    begin, then = nanoseconds(cause["begin"]["t"]), nanoseconds(one["begin"]["t"])
-    if begin is None or then is None or begin == then:
-        return ""
-    said = f"{milliseconds(then - begin, signed=True)}"
-    if limit := one["limit"]:
-        said += f" ({limit['object']}h {milliseconds(limit['ns'])})"
-    return said
-
-
-def milliseconds(ns: int, *, signed: bool = False) -> str:
-    """Give a time in ms, from 2 s on in s, with as many digits as are read."""
-    ms, sign = ns / 1e6, "+" if signed else ""
-    if abs(ms) >= _SECONDS_MS:
-        return f"{ms / 1000:{sign}.2f} s"
-    return f"{ms:{sign}.{0 if abs(ms) >= 10 or ns % 1_000_000 == 0 else 1}f} ms"

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from canalyze.errors import OutputError
-from canalyze.library.event import nanoseconds
 from canalyze.output import printable
 from canalyze.reports.diagnosis_axis import axis_of
 from canalyze.reports.diagnosis_chain import chain
 from canalyze.reports.diagnosis_lanes import KINDS, PLOTS, Beside, Lane, lanes, plots, tree_of
 from canalyze.reports.diagnosis_text import checks_of, extent, verdict
+from canalyze.values import nanoseconds
 from canalyze.words import Words
 
 Record = Mapping[str, Any]

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.library.event import nanoseconds
 from canalyze.reports.diagnosis_axis import (
     LEFT,
     RIGHT,
@@ -24,6 +23,7 @@ from canalyze.reports.diagnosis_axis import (
     title,
 )
 from canalyze.reports.diagnosis_chain import Key, keys_of, named
+from canalyze.values import nanoseconds
 from canalyze.words import Words
 
 if TYPE_CHECKING:

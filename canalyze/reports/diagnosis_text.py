@@ -7,10 +7,10 @@ how to see it. Must not: judge.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze.layout import pad, width
-from canalyze.output import Output, printable
+from canalyze.output import Output, dyed, printable
+from canalyze.output.layout import pad, width
 from canalyze.reports import wording
-from canalyze.reports.diagnosis_chain import delay, milliseconds
+from canalyze.values import milliseconds, nanoseconds
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ _FRAMES: Final = 8
 _APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
 """Checks that say what tells causes apart."""
 _STATES: Final = ("stands", "unknown", "over", "harmless")
+_COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "harmless": "quiet"}
+"""Of what stands so."""
 
 Record = Mapping[str, Any]
 
@@ -68,8 +70,11 @@ def show(
         lines += _nodes(whole, by_id, words)
     if told or hidden:
         lines.append(_more(told, names, hidden, words))
+    worst = next((status for status in _STATES if any(one["status"] == status for one in roots)), "")
+    headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
+    headings[lines[0]] = _COLOURS.get(worst, "clean")
     for line in lines:
-        out.text(line + "\n")
+        out.text((dyed(line, headings[line], out=out) if line in headings else line) + "\n")
 
 
 def tell(
@@ -95,8 +100,9 @@ def tell(
         if not depth and any(effect in by_id and not by_id[effect]["root"] for effect in one["effects"]):
             story_lines.append(words("diagnose.consequences"))
     story_lines.append(_further(by_id[story], names, words))
-    for line in story_lines:
-        out.text(line.rstrip() + "\n")
+    for place, line in enumerate(story_lines):
+        own = not place or line.lstrip().startswith("> #")
+        out.text((dyed(line.rstrip(), "own", out=out) if own else line.rstrip()) + "\n")
 
 
 def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) -> list[str]:
@@ -175,7 +181,7 @@ def _further(one: Record, names: Sequence[str], words: Words) -> str:
     file = wording.capture_name(names[0]) if len(names) == 1 else "FILE"
     commands = [
         f"canalyze explain {one['incident']}",
-        f"canalyze decode {file} --filter frame={_around(one['begin']['frame'])}",
+        f"canalyze decode {file} --frame {_around(one['begin']['frame'])}",
     ]
     if one["cause"] is not None:
         commands.insert(0, f"canalyze {file} -n {one['cause']['id']}")
@@ -221,7 +227,7 @@ def verdict(roots: Sequence[Record], words: Words) -> str:
 
 
 def _count(status: str, count: int, words: Words) -> str:
-    return words.of("incident_one", status) if count == 1 else words.of("incident_many", status).format(count=count)
+    return words(f"incident_count.{status}", count=count)
 
 
 def extent(whole: Record, words: Words) -> str:
@@ -368,7 +374,7 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
         first = told[0]
         commands = [
             f"canalyze {file} -n {first['id']}",
-            f"canalyze decode {file} --filter frame={_around(first['begin']['frame'])}",
+            f"canalyze decode {file} --frame {_around(first['begin']['frame'])}",
         ]
     if hidden:
         commands.insert(1, f"canalyze {file} --all")
@@ -377,3 +383,17 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
 
 def _around(frame: int) -> str:
     return f"{max(frame - 5, 1)}-{frame + 5}"
+
+
+def delay(one: Record, incidents: Sequence[Record]) -> str:
+    """Give how long after its cause an incident came, and by which limit: `+707 ms (1016h 700 ms)`."""
+    cause = next((other for other in incidents if other["id"] == one["cause"]["id"]), None)
+    if cause is None:
+        return ""
+    begin, then = nanoseconds(cause["begin"]["t"]), nanoseconds(one["begin"]["t"])
+    if begin is None or then is None or begin == then:
+        return ""
+    said = f"{milliseconds(then - begin, signed=True)}"
+    if limit := one["limit"]:
+        said += f" ({limit['object']}h {milliseconds(limit['ns'])})"
+    return said

@@ -21,9 +21,9 @@ import os
 from collections.abc import Iterator
 from typing import Final
 
-from canalyze import jsonl
 from canalyze.dictionary.model import Dictionary, Entry, NodeOffset, Object, Pdo, Value
 from canalyze.dictionary.values import NAMES
+from canalyze.output import jsonl
 
 _EXACT: Final = 1 << 53
 

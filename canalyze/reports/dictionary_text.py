@@ -5,8 +5,8 @@ from typing import Final
 
 from canalyze.dictionary.model import ARRAY, RECORD, CobId, Defect, Dictionary, Entry, NodeOffset, Object, Pdo, Value
 from canalyze.dictionary.values import NAMES
-from canalyze.layout import pad, width
 from canalyze.output import Output, printable
+from canalyze.output.layout import definitions, width
 from canalyze.reports.table import Column, Row, Table
 from canalyze.words import Words
 
@@ -85,10 +85,8 @@ def _facts(found: Dictionary, out: Output, words: Words) -> None:
     ]
     rows += [("", line) for line in comments[1:]]
     left = max(width(words(f"device.{key}")) for key, _ in rows if key)
-    for key, text in rows:
-        if text or not key:
-            term = words(f"device.{key}") if key else ""
-            out.text(printable(f"  {pad(term, left)}  {text}").rstrip() + "\n")
+    shown = [(words(f"device.{key}") if key else "", printable(text)) for key, text in rows if text or not key]
+    out.text("".join(f"{line}\n" for line in definitions(shown, left=left)))
 
 
 def _joined(name: str | None, number: int | None) -> str:

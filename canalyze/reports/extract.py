@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import BinaryIO, Final, TypeAlias
 
 from canalyze.errors import OutputError
+from canalyze.output.writing import Part
 from canalyze.words import Words
-from canalyze.writing import Part
 
 FILL: Final = b"\0"
 """What stands for a byte that is missing, here and in the data of JSON."""

@@ -7,8 +7,8 @@ nothing but units. What a file does not have is left out.
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from canalyze.layout import pad, width
 from canalyze.output import Output, printable
+from canalyze.output.layout import definitions
 from canalyze.reports.summary_text import left_out_key
 from canalyze.words import Words
 
@@ -23,15 +23,13 @@ _LISTED: Final = 20
 
 def show(record: Record, out: Output, words: Words, *, first: bool) -> None:
     """Write the block of one file, a blank line before it if it is not the first one."""
-    rows = list(_rows(record, words))
-    left = max((width(term) for term, _ in rows), default=0)
-    text = "" if first else "\n"
-    text += printable(record["file"]) + "\n"
+    rows: list[tuple[str, str]] = []
     before = ""
-    for term, fact in rows:
-        text += f"  {pad('' if term == before else term, left)}  {printable(fact)}".rstrip() + "\n"
+    for term, fact in _rows(record, words):
+        rows.append(("" if term == before else term, printable(fact)))
         before = term
-    out.text(text)
+    lines = [*([] if first else [""]), printable(record["file"]), *definitions(rows)]
+    out.text("".join(f"{line}\n" for line in lines))
 
 
 def _rows(record: Record, words: Words) -> Iterator[tuple[str, str]]:
@@ -137,6 +135,8 @@ def _quality(record: Record, words: Words) -> Iterator[str]:
         )
         yield words("info.then").join([fact, *lost])
     yield from _more(record["damage"], record["damages"], words)
+    if record["format"] == "mcap" and any(damage["kind"] == "cut" for damage in record["damage"]):
+        yield words("info.unfinished", name=record["file"])
     wrong = ("unreadable", "clamped_stamps", "gaps", "left_out", "error_markers", "damages")
     if not any(record[key] for key in wrong):
         yield words("info.whole")

@@ -12,11 +12,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from canalyze import __version__, jsonl
+from canalyze import __version__
 from canalyze.check.verdict import Counted, Verdict
 from canalyze.finding import SEVERITIES, Finding
 from canalyze.incident import Incident
-from canalyze.output import printable
+from canalyze.output import jsonl, printable
 from canalyze.reports import wording
 from canalyze.reports.uri import file_uri
 from canalyze.sources.file import STDIN

@@ -9,9 +9,8 @@ import zlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from canalyze import jsonl
 from canalyze.library.event import Transfer
-from canalyze.output import hexadecimal
+from canalyze.output import hexadecimal, jsonl
 
 if TYPE_CHECKING:
     from canalyze.library.capture import Capture

@@ -4,11 +4,12 @@ It lays out the records that the core hands over (`canalyze/core/src/render/json
 computes nothing but units. A block that has nothing to tell is left out. What a block looks like, its sheet says.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-from canalyze.layout import pad, width
-from canalyze.output import Output, printable
+from canalyze.finding import SEVERITIES
+from canalyze.output import Output, dyed, printable
+from canalyze.output.layout import definitions
 from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
 from canalyze.words import Words
 
@@ -58,13 +59,25 @@ class Sheet(Protocol):
         """Write a line behind a block; an empty one separates."""
 
 
-def show(records: Iterable[Record], out: Output, words: Words) -> None:
-    """Write the records of one capture as text."""
-    report(records, _Text(out), words)
+def show(records: Iterable[Record], out: Output, words: Words, *, moments: bool = True) -> None:
+    """Write the records of one capture as text. moments: see `report`."""
+    severities = {words.of("severity", severity): severity for severity in SEVERITIES}
+    report(records, _Text(out, severities), words, moments=moments)
 
 
-def report(records: Iterable[Record], sheet: Sheet, words: Words) -> None:
-    """Write the records of one capture."""
+def report(
+    records: Iterable[Record],
+    sheet: Sheet,
+    words: Words,
+    *,
+    moments: bool = True,
+    stamp: Callable[[str], str] = str,
+) -> None:
+    """Write the records of one capture.
+
+    moments: times are those of the capture; else they are shown as they are. stamp: how its first and its last stamp
+    are written.
+    """
     kinds: dict[str, list[Record]] = {}
     for record in records:
         kinds.setdefault(str(record["kind"]).removeprefix("summary_"), []).append(record)
@@ -72,7 +85,7 @@ def report(records: Iterable[Record], sheet: Sheet, words: Words) -> None:
         return
     (capture,) = kinds["capture"]
     nodes = kinds.get("node", [])
-    _Report(sheet, words, capture).all(
+    _Report(sheet, words, capture, moments=moments, stamp=stamp).all(
         kinds.get("bus", []),
         [node for node in nodes if node["sent"]],
         [node for node in nodes if not node["sent"]],
@@ -83,8 +96,12 @@ def report(records: Iterable[Record], sheet: Sheet, words: Words) -> None:
 class _Report:
     """The blocks of one capture, on their way to a sheet."""
 
-    def __init__(self, sheet: Sheet, words: Words, capture: Record) -> None:
+    def __init__(
+        self, sheet: Sheet, words: Words, capture: Record, *, moments: bool, stamp: Callable[[str], str]
+    ) -> None:
         self._sheet = sheet
+        self._moments = moments
+        self._stamp = stamp
         self._words = words
         self._capture = capture
 
@@ -113,8 +130,9 @@ class _Report:
         frames = words("summary.frames", frames=capture["frames"], files=capture["files"])
         rows = [(words("summary.row_frames"), frames)]
         if capture["seconds"] is not None:
-            facts = {key: capture[key] for key in ("first_t", "last_t", "seconds")}
-            rows.append((words("summary.row_time"), words("summary.time", **facts)))
+            facts = {key: capture[key] and self._stamp(capture[key]) for key in ("first_t", "last_t")}
+            key = "summary.time" if capture["first_t"] is not None else "summary.duration"
+            rows.append((words("summary.row_time"), words(key, **facts, seconds=capture["seconds"])))
         quality = words("summary.row_quality")
         for line in self._quality():
             rows.append((quality, line))
@@ -226,17 +244,19 @@ class _Report:
         rows = [
             [_text(node["bus"]), str(node["node"]), self._changes(node)] for node in nodes if len(node["states"]) > 1
         ]
-        self._table("summary.states", ["bus", "node", "states"], rows)
+        self._table("summary.states" if self._moments else "summary.states_at", ["bus", "node", "states"], rows)
 
     def _changes(self, node: Record) -> str:
         from decimal import Decimal
 
         start = self._capture["first_t"]
-        said = []
+        said: list[str] = []
         for change in node["states"][:_STATES]:
             state = _word(change["state"], change["text"])
             if change["t"] is None or start is None:
                 said.append(self._words("summary.at_frame", state=state, frame=change["frame"]))
+            elif not self._moments:
+                said.append(self._words("summary.at_moment", state=state, moment=change["t"]))
             else:
                 after = Decimal(change["t"]) - Decimal(start)
                 said.append(self._words("summary.at", state=state, seconds=f"{after:.3f}"))
@@ -354,25 +374,37 @@ class _Report:
 class _Text:
     """Blocks as lines of text, tables as wide as the terminal."""
 
-    def __init__(self, out: Output) -> None:
+    def __init__(self, out: Output, severities: Mapping[str, str]) -> None:
         self._out = out
+        self._severities = severities
 
     def facts(self, heading: str, rows: Sequence[tuple[str, str]]) -> None:
-        left = max(width(term) for term, _ in rows)
-        self.line(heading)
-        for term, text in rows:
-            self.line(f"  {pad(term, left)}  {text}")
+        self._heading(heading)
+        for line in definitions(rows):
+            self.line(line)
 
     def table(self, heading: str, keys: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         columns = [
-            Column(name, right=key not in LEFT, folds=key in _FOLDS, leaves=_LEAVING.get(key, 0))
+            Column(
+                name,
+                right=key not in LEFT,
+                folds=key in _FOLDS,
+                leaves=_LEAVING.get(key, 0),
+                colour=self._colour if key == "severity" else None,
+            )
             for key, name in zip(keys, names, strict=True)
         ]
         self.line("")
-        self.line(heading)
+        self._heading(heading)
         table = Table(columns, self._out, live=False)
         table.add([Row(list(row), number) for number, row in enumerate(rows)])
         table.close()
+
+    def _colour(self, cell: str) -> str:
+        return self._severities.get(cell, "")
+
+    def _heading(self, text: str) -> None:
+        self._out.text(dyed(text, "own", out=self._out) + "\n")
 
     def line(self, text: str) -> None:
         self._out.text(printable(text).rstrip() + "\n")

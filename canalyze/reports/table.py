@@ -5,12 +5,11 @@ their order and measured, up to a bound; rows of a live source are written when 
 here: what may go from a narrow terminal, and when, the columns say.
 """
 
-import os
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
-from canalyze.layout import pad, width, wrap
-from canalyze.output import Output, printable
+from canalyze.output import Output, dyed, printable
+from canalyze.output.layout import folded, pad, width
 
 EMPTY: Final = "-"
 """A cell without anything in it."""
@@ -50,6 +49,8 @@ class Column(NamedTuple):
     """Instead of leaving at its turn it becomes shorter: from the cells in order, how a cell is then written."""
     short_leaves: int = 0
     """The turn of the shortened column to leave after all."""
+    colour: Callable[[str], str] | None = None
+    """From a cell, the colour of it in the core's table; "" for none."""
 
 
 class Row(NamedTuple):
@@ -100,7 +101,7 @@ class Table:
         if not self._widths:
             self._settle(rows)
             heading = self._line([shown.column.heading for shown in self._shown])
-            text = f"\x1b[1m{heading}\x1b[0m\n" if self._out.is_terminal and _may_stand_out() else f"{heading}\n"
+            text = dyed(heading, "own", out=self._out) + "\n"
         for row in rows:
             text += self._laid_out([_written(shown, row) for shown in self._shown])
         self._out.text(text)
@@ -120,25 +121,29 @@ class Table:
     def _laid_out(self, cells: list[str]) -> str:
         """Give the line of a row, or its lines where a cell is folded."""
         fold = self._out.is_terminal
+        colours = [
+            shown.column.colour(cell) if shown.column.colour else ""
+            for cell, shown in zip(cells, self._shown, strict=True)
+        ]
         parts = []
         for place, (cell, shown) in enumerate(zip(cells, self._shown, strict=True)):
             if fold and shown.column.folds:
-                parts.append(_folded(cell, self._widths[place]))
+                parts.append(folded(cell, self._widths[place]))
             else:
                 parts.append([cell])
                 if fold or width(cell) <= _WIDEST:  # later rows may be wider than those that were measured
                     self._widths[place] = max(self._widths[place], width(cell))
         height = max(map(len, parts))
         lines = zip(*(part + [""] * (height - len(part)) for part in parts), strict=True)
-        return "".join(self._line(line) + "\n" for line in lines)
+        return "".join(self._line(line, colours) + "\n" for line in lines)
 
-    def _line(self, cells: Sequence[str]) -> str:
+    def _line(self, cells: Sequence[str], colours: Sequence[str] = ()) -> str:
         filled = zip(cells, self._widths, self._shown, strict=True)
-        return _GAP.join(pad(cell, size, right=shown.column.right) for cell, size, shown in filled).rstrip()
-
-
-def _may_stand_out() -> bool:
-    return not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+        padded = [pad(cell, size, right=shown.column.right) for cell, size, shown in filled]
+        if self._out.coloured and any(colours):
+            dye = zip(padded, colours, strict=True)
+            padded = [dyed(cell, colour, out=self._out) if colour else cell for cell, colour in dye]
+        return _GAP.join(padded).rstrip()
 
 
 def _written(shown: _Shown, row: list[str]) -> str:
@@ -229,24 +234,8 @@ def _narrowest(cells: list[str], lines: int, least: int, widest: int) -> int:
     """Find how narrow a column may be for its cells to take that many lines."""
     while least < widest:
         middle = (least + widest) // 2
-        if max(len(_folded(cell, middle)) for cell in cells) <= lines:
+        if max(len(folded(cell, middle)) for cell in cells) <= lines:
             widest = middle
         else:
             least = middle + 1
     return widest
-
-
-def _folded(cell: str, columns: int) -> list[str]:
-    """Break a cell into lines, also inside of what has no blank."""
-    lines = []
-    for line in wrap(cell, columns):
-        piece = ""
-        room = columns
-        for char in line:
-            if width(char) > room:
-                lines.append(piece)
-                piece, room = "", columns
-            piece += char
-            room -= width(char)
-        lines.append(piece)
-    return lines

@@ -6,15 +6,14 @@ terminal. Must not: know one of the formats.
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from canalyze.check.verdict import Counted, Verdict
 from canalyze.output import printable
 from canalyze.sources.file import STDIN
 from canalyze.words import Words
 
 if TYPE_CHECKING:
+    from canalyze.check.verdict import Counted, Verdict
     from canalyze.finding import Finding
 
 _ALSO: Final = 9
@@ -50,7 +49,11 @@ def kind(finding: "Finding", words: Words) -> str:
 
 def expectation(finding: "Finding") -> str | None:
     """Give the line that the expectation stands in: of its file the name only, which is the same wherever this runs."""
-    return finding.expectation and PurePath(finding.expectation).name
+    if finding.expectation is None:
+        return None
+    from pathlib import PurePath
+
+    return PurePath(finding.expectation).name
 
 
 def where(finding: "Finding", words: Words, *, shown: str | None = None) -> list[str]:
@@ -67,7 +70,7 @@ def where(finding: "Finding", words: Words, *, shown: str | None = None) -> list
     return said
 
 
-def repeats(counted: Counted, words: Words) -> list[str]:
+def repeats(counted: "Counted", words: Words) -> list[str]:
     """Say how many there are, if more than one, and what of it the baseline allows."""
     said = []
     count = max(counted.count, counted.alike) if counted.known else counted.count
@@ -78,18 +81,16 @@ def repeats(counted: Counted, words: Words) -> list[str]:
     return said
 
 
-def consequences(found: Sequence[Counted], words: Words) -> str:
+def consequences(found: "Sequence[Counted]", words: Words) -> str:
     """Say how many consequences there are and of which rules: 3 consequences: PDO004, SYN008 (2)."""
     counts = Counter[str]()
     for one in found:
         counts[printable(one.finding.code)] += one.count
     listed = [code if count == 1 else f"{code} ({count})" for code, count in sorted(counts.items())]
-    total = counts.total()
-    key = "reports.consequence" if total == 1 else "reports.consequences"
-    return words(key, count=total, codes=words("reports.list").join(listed))
+    return words("reports.consequences", count=counts.total(), codes=words("reports.list").join(listed))
 
 
-def of_events(verdict: Verdict, words: Words) -> Iterator[str]:
+def of_events(verdict: "Verdict", words: Words) -> Iterator[str]:
     """Give a line for each cause that is no finding: its frame, and what it explains."""
     frames = sorted({one.finding.because_of or 0 for one in verdict.consequences})
     for frame in frames:
@@ -98,13 +99,13 @@ def of_events(verdict: Verdict, words: Words) -> Iterator[str]:
         yield words("reports.because_of", place=words("reports.frame", frame=frame), said=said)
 
 
-def other_frames(counted: Counted) -> list[int]:
+def other_frames(counted: "Counted") -> list[int]:
     """Give the frames that the further ones shown of its kind are about, each once."""
     frames = dict.fromkeys(one.about_frame for one in counted.shown)
     return [frame for frame in frames if frame is not None and frame != counted.finding.about_frame]
 
 
-def further(counted: Counted, words: Words) -> str | None:
+def further(counted: "Counted", words: Words) -> str | None:
     """Name the frames of the others of its kind; None where there are none to name."""
     frames = other_frames(counted)
     if not frames:
@@ -114,7 +115,7 @@ def further(counted: Counted, words: Words) -> str | None:
     return words("reports.also" if whole else "reports.also_more", frames=listed)
 
 
-def sentence(counted: Counted, words: Words, *, shown: str | None = None) -> str:
+def sentence(counted: "Counted", words: Words, *, shown: str | None = None) -> str:
     """Give all of it in one line: the message, then where and how often; `shown` as in `where`."""
     parts = [*where(counted.finding, words, shown=shown), *repeats(counted, words)]
     said = printable(counted.finding.message)

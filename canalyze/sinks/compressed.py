@@ -5,8 +5,8 @@ The same bytes give the same file: no name and no date stands in it.
 
 from types import TracebackType
 
-from canalyze.compression import COMPRESSIONS
 from canalyze.output import FileOutput
+from canalyze.sources.compression import COMPRESSIONS
 
 
 class CompressedOutput(FileOutput):

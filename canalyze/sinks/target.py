@@ -8,10 +8,10 @@ from pathlib import PurePath
 from types import TracebackType
 from typing import Final, NamedTuple, Self
 
-from canalyze.compression import COMPRESSIONS
 from canalyze.output import Output, open_output
 from canalyze.sinks import pythoncan
 from canalyze.sinks.compressed import CompressedOutput
+from canalyze.sources.compression import COMPRESSIONS
 
 STDOUT: Final = "-"
 RECORDS: Final = "packed"

@@ -9,7 +9,7 @@ where the member begins. No format of captures is known here.
 import codecs
 from typing import Final, NamedTuple, Protocol
 
-from canalyze.compression import COMPRESSIONS, HEAD, Decompressor, Gzip, errors
+from canalyze.sources.compression import COMPRESSIONS, HEAD, Decompressor, Gzip, errors
 
 PIECE: Final = 1 << 20
 """Most bytes that one `read` gives."""

@@ -4,17 +4,18 @@ What a loop sees is a `Capture`: its name, its format for the core, and `read` u
 known here; what is in them is not.
 """
 
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
-from canalyze.compression import COMPRESSIONS
 from canalyze.errors import CanalyzeError, SourceError
 from canalyze.sources.compressed import Damage, Layer, Transcoded, Unpacked
+from canalyze.sources.compression import COMPRESSIONS
 from canalyze.sources.file import Source
-from canalyze.sources.summary import summary_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from canalyze.sources.memory import Memory
     from canalyze.sources.pythoncan import PythonCanCapture
 
 BRIDGED: Final = {"blf": "blf", "trc": "trc", "mf4": "mf4", "csv": "csv", "db": "sqlite"}
@@ -54,7 +55,7 @@ class _PutBack:
 class Opened:
     """A source, what is in it where it is compressed or of another encoding, and its first bytes."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: "Source | Memory") -> None:
         """Take over the source and read its first bytes."""
         self.name = source.name
         self.regular = source.regular
@@ -88,7 +89,7 @@ class Opened:
         return self._unpacked.checked if self._unpacked else None
 
     @property
-    def path(self) -> Path | None:
+    def path(self) -> "Path | None":
         """The file itself, for a reader that opens by name; None where it is a pipe, or something in it is read."""
         return self._source.path if self._layer is self._source else None
 
@@ -181,7 +182,11 @@ class Capture:
     def ahead(self) -> bytes:
         """Give what the file says at its end of what it holds; b"" where it does not, or where nobody can look."""
         path = self._source.path if self.format == "mcap" and self.regular else None
-        return summary_of(path) if path else b""
+        if path is None:
+            return b""
+        from canalyze.sources.summary import summary_of
+
+        return summary_of(path)
 
     def rests(self) -> bool:
         """Tell whether nothing more comes at the moment, though it is not over."""
@@ -205,9 +210,13 @@ def open_capture(name: str, asked: str | None = None, shown: str | None = None) 
 
     asked: the format that the user says it has, or that what is compressed in it has. shown: its name for people.
     """
+    return identified(Source(name, shown), asked)
+
+
+def identified(source: "Source | Memory", asked: str | None = None) -> "Capture | PythonCanCapture":
+    """Find out what a source is, by whatever wrapping; it is closed where that cannot be, which is a SourceError."""
     from canalyze._core import FORMATS
 
-    source = Source(name, shown)
     try:
         opened = Opened(source)
         form = opened.told(asked)

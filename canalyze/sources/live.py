@@ -137,9 +137,9 @@ def until_block(ns: int) -> bytes:
     return block(UNTIL, number=ns)
 
 
-def gap_block(bus: int) -> bytes:
-    """Say that frames may be missing from here on, until there is one again."""
-    return block(GAP, bus)
+def gap_block(bus: int, *, away: bool = False) -> bytes:
+    """Say that frames may be missing from here on, until there is one again; away: the bus itself is gone."""
+    return block(GAP, bus, away)
 
 
 def heads(blocks: bytes) -> Iterator[tuple[int, int, int, int, int]]:
@@ -174,10 +174,11 @@ class Live:
     ) -> None:
         """Take over the buses; the recording is not closed here.
 
-        reconnect: a channel that is lost is waited for. duration_s: how long, from the start. most: bytes that wait
-        for the reader at most.
+        A channel that is lost is waited for while there are others; reconnect: also when it was the last one.
+        duration_s: how long, from the start. most: bytes that wait for the reader at most.
         """
-        self.name = ", ".join(name for bus in buses for name in bus.names)
+        self.names = [name for bus in buses for name in bus.names]
+        self.name = ", ".join(self.names)
         self.taken = 0
         """Bytes that were read."""
         self.unshown = 0
@@ -203,8 +204,8 @@ class Live:
         self._running: set[int] = set()
         self._listening: set[int] = set()
         """Sources that are not lost."""
-        self._away: set[int] = set()
-        """Sources of which a channel is waited for."""
+        self._away: dict[int, dict[str, SourceError]] = {}
+        """By source the channels that are lost, and why."""
         self._until: dict[int, int] = {}
         """Up to where each source has given its frames: only of those that are listened to."""
         self._merged: int | None = None
@@ -216,9 +217,17 @@ class Live:
         self._told = False
 
     @property
+    def away(self) -> frozenset[str]:
+        """The channels that are lost and waited for."""
+        with self._arrived:
+            return frozenset(name for lost in self._away.values() for name in lost)
+
+    @property
     def waiting(self) -> bool:
-        """Whether a channel is lost and waited for."""
-        return bool(self._away)
+        """Whether nothing can come: all channels are lost and waited for."""
+        with self._arrived:
+            there = sum(len(self._buses[place].names) for place in self._running)
+            return bool(self._away) and len(self.away) == there
 
     def start(self) -> None:
         """Begin to receive; `read` does it otherwise."""
@@ -330,9 +339,7 @@ class Live:
                     self._deliver(place, bus.receive(self._patience()))
                 except LinkLost as lost:
                     self._lost(place, bus, lost)
-                    if not self._reconnect:
-                        raise SourceError("live.gone", reason=lost.error) from lost
-                    self._wait_for(place, bus, [lost.channel])
+                    self._wait_for(place, bus)
             self._take_the_rest(place, bus)
         ending: Callable[[], bytes] | None = getattr(bus, "ending", None)
         if ending:
@@ -361,20 +368,26 @@ class Live:
         return max(0.0, min(TICK_S, self._deadline - time.monotonic()))
 
     def _lost(self, place: int, bus: Bus, lost: LinkLost) -> None:
-        """Say that a channel cannot be listened to."""
+        """Say that a channel cannot be listened to; SourceError where there is none left and none is waited for."""
         names = list(bus.names)
         index = bus.first + names.index(lost.channel) if lost.channel in names else bus.first
         with self._feeding:
             times = [number for kind, _, number, *_ in heads(self._last) if kind == UNTIL and number != RELEASE_ALL]
             if times:
                 self._behind = time.time_ns() - times[-1]
-        self._deliver(place, name_block(index, lost.channel) + gap_block(index))
-        if self._reconnect:
-            self._remark(SourceError("live.waiting", reason=lost.error, channel=lost.channel))
+        self._deliver(place, name_block(index, lost.channel) + gap_block(index, away=True))
+        with self._arrived:
+            self._away.setdefault(place, {})[lost.channel] = lost.error
+        self._need_one(lost.error)
+        self._remark(SourceError("live.waiting", reason=lost.error, channel=lost.channel))
 
-    def _wait_for(self, place: int, bus: Bus, lost: list[str]) -> None:
+    def _need_one(self, error: SourceError) -> None:
+        """Raise why it ends where no channel is left and none is waited for."""
+        if self.waiting and not self._reconnect and not self._over:
+            raise SourceError("live.gone", reason=error)
+
+    def _wait_for(self, place: int, bus: Bus) -> None:
         """Wait until all lost channels are back; what there is of others is received meanwhile."""
-        self._away.add(place)
         pause = 0.2
         others = len(bus.names) > 1
         if not others:
@@ -391,12 +404,13 @@ class Live:
                         self._pass_time()
                 except LinkLost as further:
                     self._lost(place, bus, further)
-                    lost.append(further.channel)
+            for error in list(self._away[place].values())[-1:]:  # others may have ended meanwhile
+                self._need_one(error)
             if not self._over and bus.reopen():
-                self._remark(SourceError("live.back", channel=", ".join(dict.fromkeys(lost))))
                 with self._arrived:
                     self._listening.add(place)
-                    self._away.discard(place)
+                    lost = self._away.pop(place, {})
+                self._remark(SourceError("live.back", channel=", ".join(lost)))
                 return
             pause = min(pause * 1.25, 1.0)
 
@@ -466,6 +480,7 @@ class Live:
     def _leave(self, place: int) -> None:
         with self._arrived:
             self._running.discard(place)
+            self._away.pop(place, None)
             self._forget(place)
             if not self._running and self._left_out:
                 blocks = self._dropped()

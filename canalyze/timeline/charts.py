@@ -1,6 +1,7 @@
 """Which signals share a plot, and which plots the overview has room for.
 
-A plot has one Y axis: lines of one unit share it, lines without a unit where they are of like magnitude. What varies
+A plot has one Y axis: lines of one unit and one kind of object share it, lines without a unit where they are of like
+magnitude. What varies
 comes before what does not, what has a name before what has only an index. Must not: import Rerun, or name anything.
 """
 
@@ -14,6 +15,9 @@ from canalyze.timeline.contents import Contents, Series
 
 LINES: Final = 4
 """Lines of a plot, where there are more to choose from: as many as its legend has room for."""
+_NUMBER: Final = 22.0
+"""Points that a number beside an axis takes."""
+_MARGIN: Final = 0.08
 _NODE: Final = re.compile(r"node\d+")
 
 
@@ -74,10 +78,16 @@ def lines(contents: Contents) -> list[Line]:
 
 def of_node(every: Iterable[Line]) -> list[Chart]:
     """Give the charts of one node's lines: the most telling first."""
-    groups: dict[tuple[bool, bool, str, int], list[Line]] = {}
+    groups: dict[tuple[bool, bool, str, str, int], list[Line]] = {}
     for line in every:
         series = line.series
-        key = (not series.varies, not series.described and not series.unit, series.unit, _magnitude(series))
+        key = (
+            not series.varies,
+            not series.described and not series.unit,
+            series.unit,
+            series.kind,
+            _magnitude(series),
+        )
         groups.setdefault(key, []).append(line)
     return [chart for key in sorted(groups, key=lambda key: key[:2]) for chart in _filled(groups[key])]
 
@@ -100,9 +110,29 @@ def overview(every: list[Line], room: int) -> list[Chart]:
     return [*common, *(charts[place][turn] for turn, place in chosen)]
 
 
+def labelled(least: float, greatest: float, height: float) -> tuple[float, float] | None:
+    """Give the ends of an axis that has three numbers beside it at least; None where it has them as it is.
+
+    Numbers stand at multiples of a power of ten, as far as there is room for each.
+    """
+    span = greatest - least
+    if not (math.isfinite(span) and span > 0):
+        return None
+    most = max(height / _NUMBER, 3.0)
+    step = 10.0 ** math.ceil(math.log10(span / most))
+    first, last = math.floor(least / step), math.ceil(greatest / step)
+    if math.floor(greatest / step) - math.ceil(least / step) >= 2:
+        return None
+    if last - first < 2:
+        last += 1
+    # A little more than the outermost numbers, which would be cut off.
+    margin = _MARGIN * (last - first) * step
+    return first * step - margin, last * step + margin
+
+
 def axis(peak: float) -> float:
     """Give the end of an axis of percent: there are numbers beside a low load, too."""
-    return next((end for end in (10.0, 20.0, 50.0) if peak <= end), 100.0)
+    return next((end for end in (20.0, 50.0) if peak <= end), 100.0)
 
 
 def _by_node(every: Iterable[Line]) -> dict[tuple[str, int], list[Line]]:

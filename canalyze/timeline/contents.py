@@ -26,6 +26,8 @@ class Series:
     """The least value so far; NaN is none."""
     greatest: float = float("-inf")
     """The greatest value so far."""
+    kind: str = ""
+    """What kind of quantity it is, as the core calls it; "" where that is not known."""
 
     @property
     def varies(self) -> bool:
@@ -97,7 +99,13 @@ class Contents:
     logged: dict[str, int] = field(default_factory=dict)
     """Rows of findings and emergencies, at /log/..., by level: ERROR, WARN, INFO."""
     findings: int = 0
-    """Rows of findings, at /log/findings."""
+    """Rows of findings, at /log/findings/..."""
+    told: dict[tuple[str, int], dict[str, None]] = field(default_factory=dict)
+    """Entities with findings and emergencies of a node, by its bus as paths have it and the node."""
+    listed: dict[str, set[str]] = field(default_factory=dict)
+    """Entities with SDO transfers in words, and their levels: /sdo_list/can0/node5."""
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """The least and the greatest value of entities that are no PDO's."""
     timed: bool = False
     """Something has a stamp: there is a timeline `time_since_start`; else there is only `frame`."""
     dated: bool = False
@@ -114,6 +122,12 @@ class Contents:
     """There is a summary, at /summary."""
     stories: bool = False
     """There are stories of what went wrong, at /stories."""
+
+    def widen(self, entity: str, least: float, greatest: float) -> None:
+        """Take values of an entity: the least and the greatest of some."""
+        if least <= greatest:
+            before = self.ranges.get(entity, (least, greatest))
+            self.ranges[entity] = min(before[0], least), max(before[1], greatest)
 
     @property
     def brief(self) -> bool:

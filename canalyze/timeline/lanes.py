@@ -127,6 +127,8 @@ class LaneWriter:
             if name.startswith(LANES):
                 series = [self._transfers.series(classes[one[1]]) if one else -1 for one in states]
                 self._transfers.take(name, rows[start:end], np.array(series)[places_of[own]])
+                said = [(texts[one[0]], classes[one[1]]) if one else ("", None) for one in states]
+                self._transfers.tell(name, rows[start:end], said, places_of[own])
 
     def _style(self, name: str) -> _Style:
         style = self._styles.get(name)

@@ -7,15 +7,15 @@ Rerun. Must not: read the recording, or know what a state means.
 
 import itertools
 import uuid
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from canalyze.layout import width
+from canalyze.output.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line
@@ -62,6 +62,12 @@ _LINES: Final = 300
 _BOTTOM: Final = 3
 """Plots of SYNC and load in a row."""
 _HEIGHT: Final = 1000
+_SEEN: Final = 10
+"""Lanes on one page of a node, above its plots."""
+_ALONE: Final = 18
+"""The same where it has no plots."""
+_TOLD: Final = 220
+"""Height of a node's findings and transfers."""
 _LOAD_NS: Final = 300_000_000
 """A load is of 100 ms: two of them are no course of it."""
 _HIDDEN: Final = "…"
@@ -84,11 +90,13 @@ class Plot:
     """Its lines have other names than elsewhere."""
     points: bool = False
     """It has points, which look as everywhere."""
+    span: tuple[float, float] | None = None
+    """The least and the greatest value of its lines, where no others come."""
 
 
 def layout(contents: Contents, words: Words, *, live: bool = False) -> rrb.Blueprint:
     """Make the first layout of a recording; `live`: it shows the last minute and follows what comes."""
-    views = _Views(contents, words)
+    views = _Views(contents, words, live=live)
     root = views.whole()
     _identify(root, "", "", set())
     bound = rr.TimeRangeBoundary
@@ -121,9 +129,10 @@ def listed(names: Sequence[str], comma: str, columns: int) -> str:
 class _Views:
     """What is in the recording, as views with titles."""
 
-    def __init__(self, contents: Contents, words: Words) -> None:
+    def __init__(self, contents: Contents, words: Words, *, live: bool) -> None:
         self.contents = contents
         self.words = words
+        self.live = live
         self.lines = charts.lines(contents)
         self.lanes: dict[str, list[Lane]] = {}
         """By kind."""
@@ -263,14 +272,15 @@ class _Views:
             name=self.words(title),
             time_view=LINKED,
         )
-        return view, BAR + LANE * min(len(lanes), 12)
+        return view, BAR + LANE * len(lanes)
 
     def syncs(self) -> list[Plot]:
         """Per bus the period of SYNC, and when synchronous PDOs came against the window."""
         found = []
         for bus in sorted(self.contents.sync):
             period = self.titled(self.words("timeline.period"), bus)
-            found.append(Plot(period, {path("sync", bus, "period"): [period]}))
+            entity = path("sync", bus, "period")
+            found.append(Plot(period, {entity: [period]}, span=self.span([entity])))
             before = path("sync", bus, "delay") + "/"
             delays: dict[str, list[str | None]] = {}
             for entity in self.contents.delays:
@@ -282,7 +292,7 @@ class _Views:
                 delays[limit] = [self.words("timeline.window")]
             if delays:
                 title = self.words("timeline.delay" if bus in self.contents.windows else "timeline.delay_only")
-                found.append(Plot(self.titled(title, bus), delays, limit=limit))
+                found.append(Plot(self.titled(title, bus), delays, limit=limit, span=self.span(delays)))
         return found
 
     def loads(self) -> list[Plot]:
@@ -298,7 +308,7 @@ class _Views:
             if lines:
                 peak = max(self.contents.peaks.get(bus, 100.0) for bus in self.contents.load)
                 # A little more than the last number, which would be cut off.
-                found.append(Plot(name, lines, charts.axis(peak) * 1.05 if percent else None))
+                found.append(Plot(name, lines, charts.axis(peak) * 1.05 if percent else None, span=self.span(lines)))
         return found
 
     def durations(self, place: Place | None = None) -> list[Plot]:
@@ -306,18 +316,27 @@ class _Views:
         if place is None and not self.contents.brief:
             return []
         mine = self.timed.get(place, []) if place else list(self.contents.durations)
-        return [Plot(self.words("timeline.durations"), {one: [one] for one in mine}, points=True)] if mine else []
+        lines: dict[str, list[str | None]] = {one: [one] for one in mine}
+        title = self.words("timeline.durations")
+        return [Plot(title, lines, points=True, span=self.span(mine))] if mine else []
+
+    def span(self, entities: Iterable[str]) -> tuple[float, float] | None:
+        """How far the values of some entities go; None where others are to come."""
+        known = [self.contents.ranges[one] for one in entities if one in self.contents.ranges]
+        if self.live or not known:
+            return None
+        return min(least for least, _ in known), max(greatest for _, greatest in known)
 
     def log(self, *, whole: bool = False) -> list[Sized]:
         """Findings and emergencies, and the summary behind them; `whole`: below them, in a column of their own."""
         views: list[Part] = []
         if self.contents.logged:
-            columns = rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"])
             levels, title = ["ERROR", "WARN", "INFO"], "timeline.log"
             if self.contents.crowded:
                 levels, title = levels[:2], "timeline.faults_log"
-            rows = rrb.TextLogRows(filter_by_log_level=levels)
-            views.append(rrb.TextLogView(origin="/log", name=self.words(title), columns=columns, rows=rows))
+            views.append(
+                self.read(["$origin/**"], title, set(self.contents.logged) & set(levels), only=levels, origin="/log")
+            )
         if self.contents.summary:
             views.append(rrb.TextDocumentView(origin="/summary", name=self.words("timeline.summary")))
         if self.contents.stories:
@@ -335,20 +354,45 @@ class _Views:
         """Annotated frames."""
         if not self.contents.frames:
             return []
-        # A finding stands with the frame that it is about, also one that was only told later. Without any, all frames
-        # are of one level.
+        # A finding stands with the frame that it is about, also one that was only told later; its code tells it from
+        # frames, which have no level.
         found = self.contents.findings > 0
         view = rrb.TextLogView(
             origin="/",
-            contents=["/frames", "/log/findings"] if found else ["/frames"],
+            contents=["/frames", "/log/findings/**"] if found else ["/frames"],
             name=self.words("timeline.frames"),
-            columns=rrb.TextLogColumns(
-                timeline_columns=[self.clock()], text_log_columns=["LogLevel", "Body"] if found else ["Body"]
-            ),
+            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=["Body"]),
             rows=rrb.TextLogRows(filter_by_log_level=["ERROR", "WARN", "INFO", "TRACE"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
-        return [(view, _HEIGHT - TEXT)]
+        parts = [view, *self.transfers(list(self.contents.listed))]
+        return [(rrb.Tabs(*parts, active_tab=0) if len(parts) > 1 else view, _HEIGHT - TEXT)]
+
+    def transfers(self, entities: Sequence[str]) -> list[rrb.View]:
+        """SDO transfers in words."""
+        if not entities:
+            return []
+        levels = set().union(*(self.contents.listed[entity] for entity in entities))
+        return [self.read(list(entities), "timeline.sdo_list", levels)]
+
+    def read(
+        self,
+        entities: list[str],
+        title: str,
+        levels: set[str],
+        *,
+        only: Sequence[str] = ("ERROR", "WARN", "INFO"),
+        origin: str = "/",
+    ) -> rrb.View:
+        """Lines to be read; their level stands before them where there are several."""
+        told: list[Literal["LogLevel", "Body"]] = ["LogLevel", "Body"] if len(levels) > 1 else ["Body"]
+        return rrb.TextLogView(
+            origin=origin,
+            contents=entities,
+            name=self.words(title),
+            columns=rrb.TextLogColumns(timeline_columns=[self.clock()], text_log_columns=told),
+            rows=rrb.TextLogRows(filter_by_log_level=list(only)),
+        )
 
     def clock(self) -> str:
         """The timeline that is shown first."""
@@ -361,15 +405,38 @@ class _Views:
         own, lines = self.of_node((bus, node))
         lanes = [lane for kind in ("incidents", *KINDS, "value") for lane in own if lane.kind == kind]
         plots = [self.plot(chart, of_node=True) for chart in charts.of_node(lines)] + self.durations((bus, node))
-        parts: list[Sized] = [self.states(lanes)] if lanes else []
-        room = _HEIGHT - sum(height for _, height in parts)
+        read = self.told(bus, node)
+        parts: list[Sized] = self.paged(lanes, alone=not plots)
+        room = _HEIGHT - sum(height for _, height in [*parts, *read])
         pages = [plots[start : start + PAGE] for start in range(0, len(plots), PAGE)]
         if len(pages) > 1:
             tabs = [column([_grid(page, room)], f"{number}/{len(pages)}") for number, page in enumerate(pages, 1)]
             parts.append((rrb.Tabs(*tabs, active_tab=0), room))
         elif pages:
             parts.append(_grid(pages[0], room))
+        parts += read
         return column(parts, fit(self.node_name(bus, node), 24)) if parts else None
+
+    def told(self, bus: str, node: int) -> list[Sized]:
+        """Findings and emergencies of a node, and its SDO transfers beside them."""
+        mine = (bus, node)
+        found = list(self.contents.told.get(mine, ()))
+        views = [self.read(found, "timeline.log", {"ERROR", "WARN"})] if found else []
+        views += self.transfers([one for one in self.contents.listed if charts.place(one) == mine])
+        if not views:
+            return []
+        return [(rrb.Horizontal(*views) if len(views) > 1 else views[0], _TOLD)]
+
+    def paged(self, lanes: list[Lane], *, alone: bool) -> list[Sized]:
+        """Lanes on pages of as many as are seen whole, single bits behind what they are bits of."""
+        most = _ALONE if alone else _SEEN
+        lanes = sorted(lanes, key=lambda lane: lane.entity.rpartition(".")[2].isdecimal())
+        pages = [lanes[start : start + most] for start in range(0, len(lanes), most)]
+        if len(pages) < 2:
+            return [self.states(page) for page in pages]
+        states = [self.states(page) for page in pages]
+        tabs = [column([one], f"{number}/{len(pages)}") for number, one in enumerate(states, 1)]
+        return [(rrb.Tabs(*tabs, active_tab=0), max(height for _, height in states) + BAR / 2)]
 
     def node_name(self, bus: str, node: int) -> str:
         """Node 5; with its bus where there are several."""
@@ -389,7 +456,10 @@ class _Views:
             plot = self.contents.plots[line.entity]
             names = lines.setdefault(line.entity, [None] * len(plot.series))
             names[line.index] = f"{name} {plot.pdo}" if named.count(name) > 1 else name
-        return Plot(self.title(chart, of_node), lines, renamed=chart.shared)
+        least = min(line.series.least for line in chart.lines)
+        greatest = max(line.series.greatest for line in chart.lines)
+        span = None if self.live else (least, greatest)
+        return Plot(self.title(chart, of_node), lines, renamed=chart.shared, span=span)
 
     def title(self, chart: Chart, of_node: bool) -> str:
         """Whose signals, which, and their unit, which is never cut off."""
@@ -412,8 +482,7 @@ def _grid(plots: list[Plot], room: float, columns: int | None = None) -> Sized:
         columns = 1 if len(plots) <= 4 else 2
     rows = [plots[start : start + columns] for start in range(0, len(plots), columns)]
     height = max(room, _PLOT * len(rows))
-    legend = int((height / len(rows) - _AXIS) / _ENTRY)
-    views = [[_series(plot, legend) for plot in row] for row in rows]
+    views = [[_series(plot, height / len(rows)) for plot in row] for row in rows]
     return rrb.Vertical(*(rrb.Horizontal(*row) if len(row) > 1 else row[0] for row in views)), height
 
 
@@ -429,11 +498,12 @@ def _over(signals: list[Plot], others: list[Plot], room: float) -> Sized:
     return column(parts), sum(height for _, height in parts)
 
 
-def _series(plot: Plot, room: int) -> rrb.View:
-    """Make a plot; its legend where it says more than the title and has room for all entries.
+def _series(plot: Plot, height: float) -> rrb.View:
+    """Make a plot of some height; its legend where it says more than the title and has room for all entries.
 
     An override is three chunks of some kilobytes: there is one only where an entity's own style would not do.
     """
+    room = int((height - _AXIS) / _ENTRY)
     every = [name for names in plot.lines.values() for name in names]
     shown = [name for name in every if name is not None]
     legend = not plot.points and len(shown) > 1 and len(shown) + (None in every) <= room
@@ -453,12 +523,13 @@ def _series(plot: Plot, room: int) -> rrb.View:
     if legend:
         # With the name of another line the span has no entry of its own.
         overrides[SPAN] = rr.SeriesLines(names=shown[:1], visible_series=[False]).visualizer()
+    ends = (0.0, plot.end) if plot.end else charts.labelled(*plot.span, height - _AXIS) if plot.span else None
     return rrb.TimeSeriesView(
         origin="/",
         contents=[*plot.lines, SPAN],
         name=plot.title,
         axis_x=LINKED,
-        axis_y=rrb.ScalarAxis(range=(0, plot.end)) if plot.end else None,
+        axis_y=rrb.ScalarAxis(range=ends) if ends else None,
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
         overrides=overrides,
     )

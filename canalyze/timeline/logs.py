@@ -1,4 +1,4 @@
-"""What is read line by line: annotated frames, findings and emergencies.
+"""What is read line by line: annotated frames, findings and emergencies, SDO transfers.
 
 Must not: make a text; the core's lines are the lines.
 """
@@ -11,10 +11,12 @@ import pyarrow.compute as pc
 
 from canalyze.timeline.clock import places
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.stream import LEVEL, TEXT, Stream, mapped, plain, words
+from canalyze.timeline.stream import LEVEL, TEXT, Stream, mapped, path, plain, words
+from canalyze.timeline.stream import part as part_of
 
 _LEVELS: Final[dict[str | None, str]] = {"error": "ERROR", "warning": "WARN", "info": "INFO", None: "TRACE"}
-_SOURCES: Final = {"finding": "/log/findings", "emcy": "/log/emcy"}
+_SOURCES: Final = {"finding": "findings", "emcy": "emcy"}
+"""The second part of their paths, by what the core calls them; the third is the bus, then comes the node."""
 
 
 class LogWriter:
@@ -43,9 +45,15 @@ class LogWriter:
         rows, sources = places(batch), np.asarray(plain(batch.column("source")), object)
         coded = pc.binary_join_element_wise(plain(batch.column("code")), batch.column("text"), "  ")
         levels = mapped(batch.column("level"), _LEVELS)
-        for source, entity in _SOURCES.items():
-            (some,) = np.nonzero(sources == source)
-            if len(some):
+        buses = np.asarray(plain(batch.column("bus")).fill_null(""), object)
+        nodes = np.asarray(batch.column("node").fill_null(0))
+        for source, kind in _SOURCES.items():
+            (every,) = np.nonzero(sources == source)
+            for bus, node in dict.fromkeys(zip(buses[every].tolist(), nodes[every].tolist(), strict=True)):
+                some = every[(buses[every] == bus) & (nodes[every] == node)]
+                entity = path("log", kind, bus, *([f"node{node}"] if node else []))
+                if node:
+                    self._contents.told.setdefault((part_of(bus), node), {})[entity] = None
                 taken = pa.array(some)
                 told = levels.take(taken)
                 for one in told.value_counts().to_pylist():

@@ -49,13 +49,13 @@ class Offering:
 
     def first(self) -> rrb.Blueprint:
         """Give the layout that comes before all rows."""
-        self._outline, self._last = _outline(self._contents), time.monotonic()
+        self._outline, self._last = _outline(self._contents, live=self._live), time.monotonic()
         return self._made()
 
     def renew(self) -> None:
         """Send a new layout if it would be another one."""
         self._last = time.monotonic()
-        outline = _outline(self._contents)
+        outline = _outline(self._contents, live=self._live)
         if outline == self._outline:
             return
         self._outline = outline
@@ -87,10 +87,17 @@ def _views(part: Any) -> Iterator[Any]:
         yield part
 
 
-def _outline(contents: Contents) -> tuple[object, ...]:
-    """Give what a layout is made of, as far as one may differ from the next."""
+def _outline(contents: Contents, *, live: bool) -> tuple[object, ...]:
+    """Give what a layout is made of, as far as one may differ from the next.
+
+    live: ranges of values do not count, since no axis goes by them.
+    """
     return (
         tuple((plot.entity, tuple(one.varies for one in plot.series)) for plot in contents.plots.values()),
+        () if live else tuple(contents.ranges.items()),
+        () if live else tuple((one.least, one.greatest) for plot in contents.plots.values() for one in plot.series),
+        tuple(contents.told),
+        tuple((entity, len(levels) > 1) for entity, levels in contents.listed.items()),
         tuple((lane.entity, lane.fault) for lane in contents.lanes.values()),
         frozenset(contents.sync),
         frozenset(contents.windows),

@@ -114,7 +114,7 @@ class Timeline:
         records = [json.loads(line) for line in summary.splitlines()]
         if self._recording and (records or lines):
             self.contents.summary = True
-            text = markdown(records, self._words) if records else listed(lines, self._words)
+            text = markdown(records, self._words, dated=self.contents.dated) if records else listed(lines, self._words)
             self._stream.always("/summary", rr.TextDocument(text, media_type="text/markdown"))
             if records:
                 self._recording.send_property("capture", rr.AnyValues(**facts(records)))

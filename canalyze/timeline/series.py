@@ -93,7 +93,7 @@ class SeriesWriter:
             self._contents.delays[pdo.delay] = None
             self._named(pdo.delay, [f"{pdo.plot.node}.{pdo.plot.pdo} [µs]"])
         (some,) = np.nonzero(np.asarray(delays.is_valid()))
-        self._stream.scalars(pdo.delay, rows[some], _numbers(delays)[some, np.newaxis] / _US)
+        self._put(pdo.delay, rows[some], _numbers(delays)[some] / _US)
 
     def sync(self, batch: pa.RecordBatch) -> None:
         """Take SYNC cycles."""
@@ -102,7 +102,7 @@ class SeriesWriter:
             if bus not in self._contents.sync:
                 self._contents.sync.add(bus)
                 self._named(entity, [self._words("timeline.period")])
-            self._stream.scalars(entity, rows, _numbers(batch.column("period_ns"))[some, np.newaxis] / _US)
+            self._put(entity, rows, _numbers(batch.column("period_ns"))[some] / _US)
             self._window(bus, rows, _numbers(batch.column("window_ns"))[some] / _US)
 
     def _window(self, bus: str, rows: Places, windows: Numbers) -> None:
@@ -120,7 +120,7 @@ class SeriesWriter:
             self._named(
                 entity, [self._words("timeline.window_line")], rr.components.InterpolationMode.StepAfter, WINDOW
             )
-        self._stream.scalars(entity, rows[change], windows[change, np.newaxis])
+        self._put(entity, rows[change], windows[change])
 
     def load(self, batch: pa.RecordBatch) -> None:
         """Take the load of buses, in percent where the bit rate is known, else frames a second."""
@@ -141,7 +141,14 @@ class SeriesWriter:
                 # Drawn from the window's begin, not only at its end.
                 rows = _from(rows, max(int(rows.t_ns[0]) - _WINDOW_NS, self._stream.start_ns))
                 values = np.concatenate((values[:1], values))
-            self._stream.scalars(entity, rows, values[:, np.newaxis])
+            self._put(entity, rows, values)
+
+    def _put(self, entity: str, rows: Places, values: Numbers) -> None:
+        """Put an entity's only line, of which it is known how far it goes."""
+        finite = values[np.isfinite(values)]
+        if len(finite):
+            self._contents.widen(entity, float(finite.min()), float(finite.max()))
+        self._stream.scalars(entity, rows, values[:, np.newaxis])
 
     def _named(self, entity: str, names: list[str], mode: Any = None, colour: int | None = None) -> None:
         lines = rr.SeriesLines(
@@ -175,7 +182,7 @@ def _series(name: str, meta: dict[str, str]) -> Series:
         name = f"{name[:_LONGEST]}… ({meta['object']})"
     # A signal that nobody has named is called by its object: 2000h:01.
     described = not name.startswith(f"{meta['object'][:4]}h")
-    return Series(f"{name} [{unit}]" if unit else name, unit, described)
+    return Series(f"{name} [{unit}]" if unit else name, unit, described, kind=meta.get("kind", ""))
 
 
 def _extend(series: Series, values: Numbers) -> None:

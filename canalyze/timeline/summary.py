@@ -5,6 +5,7 @@ Which blocks there are and what stands in them, `reports/summary_text.py` says. 
 
 import re
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from typing import Any, Final
 
 from canalyze.output import printable
@@ -15,10 +16,10 @@ _SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#|~])")
 _FACTS: Final = ("files", "frames", "first_t", "last_t", "seconds", "bit_rate", "dropped", "unreadable")
 
 
-def markdown(records: Sequence[Mapping[str, Any]], words: Words) -> str:
-    """Give the records of one capture as a document."""
+def markdown(records: Sequence[Mapping[str, Any]], words: Words, *, dated: bool = False) -> str:
+    """Give the records of one capture as a document. dated: its stamps are dates, which are written as such."""
     sheet = _Markdown()
-    report(records, sheet, words)
+    report(records, sheet, words, stamp=_date if dated else str)
     return "".join(sheet.parts)
 
 
@@ -52,6 +53,16 @@ def story_list(incidents: Sequence[Mapping[str, Any]], words: Words) -> str:
             checks = words("diagnose.between").join(one["checks"].split("\n"))
             lines.append(f"{indent}  - {_plain(words('diagnose.check_first', said=checks))}\n")
     return "".join(lines)
+
+
+def _date(stamp: str) -> str:
+    """Write a stamp as the viewer does: date and time of day."""
+    seconds, _, fraction = str(stamp).partition(".")
+    try:
+        day = datetime.fromtimestamp(int(seconds), UTC)
+    except (ValueError, OverflowError, OSError):  # no date after all
+        return str(stamp)
+    return f"{day:%Y-%m-%d %H:%M:%S}" + (f".{fraction}" if fraction else "")
 
 
 class _Markdown:

@@ -20,7 +20,7 @@ from rerun.chunk import McapReader
 
 from canalyze._core import class_of
 from canalyze.errors import SourceError
-from canalyze.layout import width
+from canalyze.output.layout import width
 from canalyze.timeline import charts
 from canalyze.timeline.blueprint import BAR, LANE, LINKED, TABS, TEXT, Blueprint, Part, Sized, column
 from canalyze.timeline.charts import Chart, Line

@@ -1,23 +1,28 @@
-"""How long SDO transfers took: a point each, which is seen however short it is beside an hour.
+"""SDO transfers in words, and how long they took: a point each, seen however short it is beside an hour.
 
 A lane shows a transfer from its first frame to its last: of milliseconds nothing is left in a long capture, and two
-that are alike look like one. Must not: know what was transferred, or make a text.
+that are alike look like one. Must not: know what was transferred.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 import rerun as rr
 
 from canalyze.timeline.clock import Places
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.contents import Contents
-from canalyze.timeline.stream import Stream, escaped
+from canalyze.timeline.stream import LEVEL, TEXT, Stream, escaped
 from canalyze.words import Words
 
 LANES: Final = "sdo/"
 """How the names of their lanes begin."""
+LIST: Final = "sdo_list/"
+"""How the paths of their lines begin."""
+_LEVELS: Final[dict[str | None, str]] = {"ok": "INFO", "aborted": "ERROR", "failed": "ERROR"}
 _MS: Final = 1e6
 """Nanoseconds in a millisecond."""
 _SIZE: Final = 3.0
@@ -43,6 +48,23 @@ class TransferWriter:
     def series(of_class: str | None) -> int:
         """Give the series of a transfer by the class of its state; -1 for none."""
         return _ENDED.get(of_class, -1)
+
+    def tell(self, lane: str, rows: Places, states: "Sequence[tuple[str, str | None]]", which: Series) -> None:
+        """Take the rows of a lane as lines: `which` of `states`, texts and classes, each is; a text "" is none."""
+        texts = np.array([bool(text) for text, _ in states])
+        (some,) = np.nonzero(texts[which])
+        if not len(some):
+            return
+        channel = lane.removeprefix(LANES)
+        entity = escaped(f"{LIST}{channel}")
+        node = next((part for part in channel.split("/") if part.startswith("node")), channel).removeprefix("node")
+        whose = self._words("timeline.node", node=node)
+        levels = [_LEVELS.get(of_class, "WARN") for _, of_class in states]
+        told = self._contents.listed.setdefault(entity, set())
+        told.update(level for level, (text, _) in zip(levels, states, strict=True) if text)
+        taken = pa.array(which[some])
+        lines = pa.array([f"{whose}  {text}" for text, _ in states]).take(taken)
+        self._stream.texts(entity, rows[some], [(TEXT, lines), (LEVEL, pa.array(levels).take(taken))])
 
     def take(self, lane: str, rows: Places, series: Series) -> None:
         """Take rows of a lane: each transfer lasts until the next one."""
@@ -73,5 +95,6 @@ class TransferWriter:
             self._stream.always(entity, style)
             contents.durations[entity] = None
         contents.transfers += len(some)
+        contents.widen(entity, float(took.min()) / _MS, float(took.max()) / _MS)
         contents.transferring_ns += float(took.sum())
         self._stream.scalars(entity, rows[some], values)

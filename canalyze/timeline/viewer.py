@@ -27,7 +27,7 @@ from typing import Final, Self
 from urllib.parse import quote
 
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.writing import Part
+from canalyze.output.writing import Part
 
 LOCAL: Final = "127.0.0.1"
 """Where it listens unless something else is said: nobody but this machine gets there."""

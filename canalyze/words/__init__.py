@@ -1,76 +1,72 @@
-"""Python's own words: help, errors, headings.
+"""Python's own words: help, errors, headings; data in the text files beside this one, read a topic at a time.
 
-Rows (key, zh, en), complete in both languages, one file a topic; a test keeps it. Words about frames stand in the core
-(`text/`), never here, and nothing outside this folder prints a sentence of its own.
+A row is a key and its text in both languages, in the file named as the key's first word: `usage.node` in `usage.txt`,
+`incident_link.L1` in `incident.txt`.
+
+    # A comment.
+
+    [usage.node]
+    zh: 选项 {option} 不能是 {value}
+    en: option {option}: {value} is not a node-ID
+
+`both:` is the same text in both. Several lines of a language are several lines of the text. A text that begins or
+ends with a blank is put in quotes. `{fact}` is filled in, and is the same in both languages; `{{` is a brace;
+`{count:frame|frames}` is "1 frame", "2 frames".
+
+Words about frames stand in the core (`text/`), never here, and nothing outside this folder prints a sentence.
 """
 
+from functools import cache
+from pathlib import Path
 from typing import Final
 
-from canalyze.words import (
-    check,
-    commands,
-    convert,
-    defects,
-    descriptions,
-    diagnosis,
-    diff,
-    errors,
-    expect,
-    info,
-    library,
-    live,
-    monitor,
-    pages,
-    reports,
-    sniff,
-    summary,
-    tables,
-    timeline,
-    topics,
-    view,
-)
-
 LANGUAGES: Final = ("zh", "en")
-
-ROWS: Final[tuple[tuple[str, str, str], ...]] = (
-    *pages.ROWS,
-    *commands.ROWS,
-    *check.ROWS,
-    *convert.ROWS,
-    *tables.ROWS,
-    *summary.ROWS,
-    *info.ROWS,
-    *library.ROWS,
-    *reports.ROWS,
-    *diagnosis.ROWS,
-    *diff.ROWS,
-    *descriptions.ROWS,
-    *defects.ROWS,
-    *errors.ROWS,
-    *expect.ROWS,
-    *sniff.ROWS,
-    *live.ROWS,
-    *monitor.ROWS,
-    *timeline.ROWS,
-    *topics.ROWS,
-    *view.ROWS,
-)
+FOLDER: Final = Path(__file__).parent
 
 
 class Words:
     """The words of one language: `words(key, **facts)` is the sentence."""
 
     def __init__(self, lang: str) -> None:
-        """Take the column of `lang`, one of LANGUAGES."""
+        """Take the language, one of LANGUAGES."""
+        assert lang in LANGUAGES
         self.lang = lang
-        column = 1 + LANGUAGES.index(lang)
-        self._table = {row[0]: row[column] for row in ROWS}
 
     def __call__(self, key: str, /, **facts: object) -> str:
         """Give the sentence of `key` with its facts filled in."""
-        sentence = self._table[key]
+        sentence = sentences(_topic(key), self.lang)[key]
+        if "|" in sentence:
+            facts = {name: _Counted(fact) for name, fact in facts.items()}
         return sentence.format_map(facts) if facts else sentence
 
     def of(self, table: str, value: str) -> str:
         """Give the word for a value of the core, such as `block` of `mode`; the value itself if there is none."""
-        return self._table.get(f"{table}.{value}", value)
+        return sentences(_topic(table), self.lang).get(f"{table}.{value}", value)
+
+
+class _Counted(str):
+    """A fact that may be a count, and puts the noun behind itself: `{count:frame|frames}`."""
+
+    def __format__(self, spec: str) -> str:
+        one, bar, many = spec.partition("|")
+        return f"{self} {one if self == '1' else many}" if bar else format(str(self), spec)
+
+
+def _topic(key: str) -> str:
+    return key.partition(".")[0].partition("_")[0]
+
+
+@cache
+def sentences(topic: str, lang: str) -> dict[str, str]:
+    """Read the file of one topic: its sentences in one language, by their keys."""
+    found: dict[str, str] = {}
+    key = ""
+    for line in (FOLDER / f"{topic}.txt").read_text(encoding="utf-8").split("\n"):
+        tag, _, text = line.partition(":")
+        if line.startswith("["):
+            key = line[1:-1]
+        elif tag in (lang, "both"):
+            text = text[1:]
+            text = text[1:-1] if text[:1] == text[-1:] == '"' else text
+            found[key] = f"{found[key]}\n{text}" if key in found else text
+    return found

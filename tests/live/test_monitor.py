@@ -79,6 +79,21 @@ def test_bus_that_goes_is_said_and_the_screen_stays(tmp_path: Path) -> None:
     assert code == 2 and said.count("\n") == 1 and BUS in said
 
 
+def test_states_are_unknown_until_they_are_heard_again(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, BUS, "--reconnect")
+    assert terminal.until(drawn(b"LIVE"))
+    send(20)
+    assert terminal.until(drawn(b"Operational"))
+    link("down")
+    assert terminal.until(drawn(b"unknown")) and terminal.until(drawn(b"down"))
+    link("up")
+    assert terminal.until(lambda shown: b"LIVE" in shown.rpartition(b"WAITING")[2])
+    send(3)
+    assert terminal.until(lambda shown: b"Operational" in shown.rpartition(b"unknown")[2])
+    terminal.type(b"\x03")
+    assert terminal.end()[0] == 0
+
+
 def test_bus_that_comes_back_is_listened_to_again(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path, BUS, "--reconnect")
     assert terminal.until(drawn(b"LIVE"))

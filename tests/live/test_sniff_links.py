@@ -182,18 +182,37 @@ def test_an_interface_that_comes_later(bus: Listeners) -> None:
     assert sniff.stop().code == 0
 
 
-def test_one_of_two_channels_goes(bus: Listeners, link: None) -> None:
-    sniff = bus.sniff("vcan0", LINK, "--reconnect", "-t", "n", listens=["vcan0", LINK])
+@pytest.mark.parametrize("options", [["--reconnect"], []], ids=["reconnect", "plain"])
+@pytest.mark.parametrize(("go", "come"), [(down, up), (delete, add)], ids=["down-up", "del-add"])
+def test_one_of_two_channels_goes(go: object, come: object, options: list[str], bus: Listeners, link: None) -> None:
+    sniff = bus.sniff("vcan0", LINK, *options, "-t", "n", listens=["vcan0", LINK])
     cansend(LINK, "705#05")
     sniff.wait_for(b"vcan8  TX - -  705")
-    down()
+    go()  # type: ignore[operator]
     sniff.wait_for_complaint(LINK)
     cansend("vcan0", "706#05")
     sniff.wait_for(b"vcan0  TX - -  706")
-    up()
+    (line,) = complaints(sniff)
+    assert line.endswith(f"; waiting for {LINK}"), "it is said once, and that it is waited for"
+    come()  # type: ignore[operator]
     came_back(sniff)
     cansend(LINK, "707#05")
     sniff.wait_for(b"vcan8  TX - -  707")
     cansend("vcan0", "708#05")
     sniff.wait_for(b"vcan0  TX - -  708")
     assert sniff.stop().code == 0
+
+
+def test_it_ends_when_the_last_of_two_channels_goes(bus: Listeners, link: None) -> None:
+    assert ip("link", "add", "dev", "vcan7", "type", "vcan") and ip("link", "set", "vcan7", "up")
+    try:
+        sniff = bus.sniff("vcan7", LINK, "-t", "n", listens=["vcan7", LINK])
+        down()
+        sniff.wait_for_complaint(LINK)
+        cansend("vcan7", "706#05")
+        sniff.wait_for(b"vcan7  TX - -  706")
+    finally:
+        ip("link", "del", "vcan7")
+    ended = sniff.ended()
+    assert ended.code == 2
+    assert "vcan7: the interface is gone" in ended.err and "--reconnect" in ended.err

@@ -65,7 +65,7 @@ def test_the_viewer_is_for_this_machine_and_may_go(bus: Listeners, tmp_path: Pat
         sniff.send(signal.SIGINT)
     done = sniff.ended()
     assert done.code == 0
-    assert ("listening goes on" in done.err) == (what == signal.SIGKILL)
+    assert ("listening continues" in done.err) == (what == signal.SIGKILL)
     verified(tmp_path / "out.rrd")
     recorded = len((tmp_path / "bus.log").read_text().splitlines())
     assert rows(tmp_path / "out.rrd") == len(lines_of_frames(done.out)) == recorded == 53

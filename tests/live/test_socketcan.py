@@ -221,12 +221,12 @@ def test_no_frame_is_behind_its_time(send: Callable[..., None]) -> None:
 @pytest.mark.parametrize(
     ("channels", "said"),
     [
-        (("can77",), f"can77: no such CAN interface; there are: {ONE}, {OTHER}"),
-        (("an-interface-of-a-long-name",), "an-interface-of-a-long-name: no such CAN interface; there are: "),
-        (("",), ": no such CAN interface; there are: "),
-        (("lo",), f"lo: is no CAN interface; CAN interfaces: {ONE}, {OTHER}"),
-        ((ONE, ONE), f"{ONE}: named twice; name it once"),
-        ((ONE, "any"), f"{ONE}: named twice; name it once"),
+        (("can77",), f"can77: no such CAN interface; available: {ONE}, {OTHER}"),
+        (("an-interface-of-a-long-name",), "an-interface-of-a-long-name: no such CAN interface; available: "),
+        (("",), ": no such CAN interface; available: "),
+        (("lo",), f"lo: not a CAN interface; CAN interfaces: {ONE}, {OTHER}"),
+        ((ONE, ONE), f"{ONE}: given twice"),
+        ((ONE, "any"), f"{ONE}: given twice"),
     ],
 )
 def test_what_cannot_be_listened_to(channels: tuple[str, ...], said: str) -> None:
@@ -241,7 +241,7 @@ def test_an_interface_that_is_down(restored: None) -> None:
 
 
 def test_no_index_left() -> None:
-    assert refused(ONE, OTHER, first=255)[1] == "too many channels; at most 256"
+    assert refused(ONE, OTHER, first=255)[1] == "too many channels, at most 256"
 
 
 def test_patience_waits_from_the_beginning(restored: None, send: Callable[..., None]) -> None:
@@ -398,7 +398,7 @@ def test_hardware_stamps_fall_back(send: Callable[..., None]) -> None:
     told = [str(remark) for remark in bus.remarks()]
     blocks = until(bus, lambda blocks: bool(blocks))
     bus.close()
-    assert told == [f"{ONE}: the adapter gives no hardware stamps; the kernel's are used"]
+    assert told == [f"{ONE}: the adapter has no hardware timestamps, using kernel timestamps"]
     assert all(abs(n - time.time_ns()) < 60e9 for kind, _, n, _, _ in live.heads(blocks) if kind == live.UNTIL)
 
 
@@ -479,7 +479,8 @@ def test_several_hardware_clocks_are_put_in_no_order(
     blocks = until(bus, lambda blocks: count(blocks) == 1)
     bus.close()
     assert [str(remark) for remark in bus.remarks()] == [
-        f"{ONE}: hardware stamps are of another clock and put in no order with other channels; the kernel's are used"
+        f"{ONE}: hardware timestamps use another clock and cannot be ordered with other channels, "
+        "using kernel timestamps"
     ]
     assert [blocks[at + 2] for kind, _, _, at, _ in live.heads(blocks) if kind == live.MESSAGES] == [0]
 

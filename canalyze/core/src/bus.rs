@@ -16,7 +16,7 @@ use crate::checks::{Checks, Fit, PdoName, Renewed};
 use crate::cob_id::Role;
 use crate::configuration::{self, Provenance};
 use crate::context::Context;
-use crate::dictionary::Object;
+use crate::dictionary::{Described, Object};
 use crate::drive;
 use crate::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
 use crate::evidence::When;
@@ -27,6 +27,7 @@ use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
+use crate::profiles::Profile;
 use crate::roles::Roles;
 use crate::services;
 use crate::services::error_frame;
@@ -113,6 +114,11 @@ impl Bus {
         self.checks.nodes.heartbeat_period(node)
     }
 
+    /// The state that a node has said or was told last, as a heartbeat has it.
+    pub fn state(&self, node: u8) -> Option<u8> {
+        self.checks.nodes.state(node)
+    }
+
     /// By which kind of error control a node should have been heard by `now_ns` and was not: what it last said of its
     /// state may hold no more.
     pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
@@ -147,7 +153,7 @@ impl Bus {
     }
 
     /// The SDO transfers that run, by server, with what is known of their objects.
-    pub fn running(&self) -> impl Iterator<Item = (&Transfer, Option<Arc<Object>>)> {
+    pub fn running(&self) -> impl Iterator<Item = (&Transfer, Described)> {
         self.channels.values().filter_map(|channel| channel.running())
     }
 
@@ -247,6 +253,8 @@ impl Bus {
             channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
             channel
         });
+        let profile = self.nodes.get(node).map_or(Profile::UNKNOWN, Node::profile);
+        channel.follows(profile);
         let before = cx.events.len();
         channel.asked_in_vain(key.1.is_none().then(|| self.checks.nodes.asked_in_vain(node)).flatten());
         channel.step(side, frame, next.as_ref(), cx);
@@ -277,7 +285,7 @@ impl Bus {
                         self.checks.requested(node, mux, bytes, cx);
                     }
                     self.doubt_object(node, mux, cx);
-                    let bytes = if i.expedited { expedited(Some(mux), &i, frame.len) } else { &[] };
+                    let bytes = if i.expedited { expedited(Some(mux), profile, &i, frame.len) } else { &[] };
                     self.request(node, mux, bytes, unanswered, cx);
                 }
                 Some(What::Sdo(Step { side: Side::Server, command: Command::Abort(mux, _), .. })) => {
@@ -418,7 +426,7 @@ impl Bus {
             cx.push(None, message.node(), What::Message(message));
             return self.checks.due(frame, cx);
         }
-        let message = self.checks.nodes.complete(services::decode(role, frame), cx);
+        let message = self.checks.nodes.complete(services::decode(role, frame), &self.nodes, cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {
@@ -459,7 +467,11 @@ impl Bus {
             return;
         }
         let before = cx.events.len();
-        self.channels.values_mut().for_each(|channel| channel.rest(now_ns, cx));
+        self.look_for_scan();
+        for ((node, id), channel) in &mut self.channels {
+            channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());
+            channel.rest(now_ns, cx);
+        }
         self.due_ns = self.channels.values().filter_map(|channel| channel.due()).min();
         for place in before..cx.events.len() {
             if let Some(What::Transfer(transfer)) = cx.events.get(place).map(|event| &event.what) {
@@ -637,17 +649,19 @@ impl Bus {
         }
     }
 
+    /// Who asks for all node-IDs does not expect that all answer.
+    fn look_for_scan(&mut self) {
+        if self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED {
+            self.channels.values_mut().for_each(|channel| channel.scanned(channel.is_probed()));
+        }
+    }
+
     /// The capture is over.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let sdo = self.channels.values().map(|channel| (channel.is_sdo(), channel.frames()));
         self.checks.conclude(sdo, cx);
-        // Who asks for all node-IDs does not expect that all answer.
-        let scanned = self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED;
-        let mut one_sided = Vec::new();
-        for channel in self.channels.values_mut() {
-            channel.scanned(scanned && channel.is_probed());
-            one_sided.extend(channel.one_sided());
-        }
+        self.look_for_scan();
+        let one_sided: Vec<_> = self.channels.values().filter_map(|channel| channel.one_sided()).collect();
         checks::one_sided::conclude(&one_sided, cx);
         for ((node, id), channel) in &mut self.channels {
             channel.asked_in_vain(id.is_none().then(|| self.checks.nodes.asked_in_vain(*node)).flatten());

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use crate::od::DataType;
+use crate::profiles::Profile;
 
 /// What kind of file it was: what a DCF configures counts more than what an EDS presets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,5 +169,24 @@ impl Dictionary {
     /// All objects, ascending.
     pub fn objects(&self) -> &[Arc<Object>] {
         &self.objects
+    }
+}
+
+/// What is known of an object that a server is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Described {
+    /// What the server's description says of it: this wins.
+    pub object: Option<Arc<Object>>,
+    /// The server's device profile.
+    pub profile: Profile,
+}
+
+impl Described {
+    /// Its data type: the description's, else the standard's.
+    pub fn data_type(&self, index: u16, sub: u8) -> Option<DataType> {
+        match &self.object {
+            Some(object) => object.data_type(),
+            None => self.profile.data_type(index, sub),
+        }
     }
 }

@@ -71,12 +71,6 @@ pub const fn axis(index: u16) -> Option<u8> {
     }
 }
 
-/// Whether a device of this type (1000h) follows another profile than that of drives. 0: it names none; FFFFh: it has
-/// several logical devices, whose profiles stand elsewhere.
-pub const fn is_other(device_type: u32) -> bool {
-    !matches!(device_type as u16, 0 | 0xFFFF | PROFILE)
-}
-
 /// A state of the power drive system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum State {
@@ -391,9 +385,6 @@ mod tests {
         assert_eq!(Object::at(0xA040), None);
         assert_eq!((axis(0x6040), axis(0x6841), axis(0x9FFF)), (Some(0), Some(1), Some(AXES - 1)));
         assert_eq!((axis(0x5FFF), axis(0xA000)), (None, None));
-        for (device_type, other) in [(0x0002_0192, false), (0, false), (0x0001_FFFF, false), (0x000F_0191, true)] {
-            assert_eq!(is_other(device_type), other, "{device_type:08X}");
-        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::configuration::Provenance;
-use crate::dictionary::Object;
+use crate::dictionary::Described;
 use crate::finding::Finding;
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
@@ -143,8 +143,8 @@ pub struct Step {
     pub command: Command,
     /// The object of the transfer it belongs to.
     pub mux: Option<Mux>,
-    /// What the server's description says of that object.
-    pub described: Option<Arc<Object>>,
+    /// What is known of that object.
+    pub described: Described,
     /// Which segment of the transfer it is, from 1; 0 when it is none.
     pub ordinal: u32,
     /// The answer that was captured before this request.
@@ -162,7 +162,7 @@ impl Step {
             side,
             command: decode_frame(side, frame.head(), frame.len),
             mux: None,
-            described: None,
+            described: Described::default(),
             ordinal: 0,
             answered_by: None,
             place: Place::Due,

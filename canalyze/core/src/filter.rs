@@ -1,10 +1,15 @@
 //! The expression of `--filter`: which frames are shown. State still sees every frame.
 //!
-//! `service=sdo,emcy node=5 id=180-1FF bus=can1 t=1.0..2.5 frame=10-20`: a blank is "and", a comma is "or". It only compares
-//! what a frame and its own event say; it must not decode.
+//! `service=sdo,emcy node=5 object=6040 code=SDO text="bus off" t=1.0..2.5 frame=10-20`: a blank is "and", a comma is
+//! "or"; in double quotes both are plain characters. It only compares what a frame, and what is found at it, say; it must
+//! not decode.
 
+use crate::event::{Event, What};
+use crate::finding::{Finding, Severity};
 use crate::frame::{Buses, Frame, Kind};
+use crate::rules::{RULES, SEVERITIES};
 use crate::services::sdo::transfer::Transfer;
+use crate::services::sdo::wire::Mux;
 
 /// Every service a frame can belong to, as in file names, JSON and text.
 pub const SERVICES: &[&str] = &[
@@ -30,6 +35,8 @@ const EPOCH_NS: i64 = 100_000_000_000_000_000;
 /// First identifiers of the default SDO channels, to which the server's node-ID is added.
 const SDO_REQUEST: u32 = 0x600;
 const SDO_RESPONSE: u32 = 0x580;
+/// Largest identifier of 29 bits.
+const LARGEST_ID: u32 = 0x1FFF_FFFF;
 
 /// A filter: every clause must hold.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +53,18 @@ pub struct Clock {
     pub date_ns: i64,
 }
 
+/// What is known of a frame beside what it says by itself.
+pub trait Subject {
+    /// Its service, and the node that it is about.
+    fn service(&self) -> (&str, Option<u8>);
+    /// Whether it concerns an object that is wanted.
+    fn has_object(&self, wanted: &dyn Fn(Mux) -> bool) -> bool;
+    /// Whether a finding at it, by its code and severity, is wanted.
+    fn has_finding(&self, wanted: &dyn Fn(&str, Severity) -> bool) -> bool;
+    /// Appends what is said of it.
+    fn annotation(&self, out: &mut Vec<u8>);
+}
+
 #[derive(Clone, Debug)]
 enum Clause {
     Service(Vec<String>),
@@ -56,6 +75,13 @@ enum Clause {
     Time(Vec<(i64, i64)>),
     /// Numbers in the capture, from 1.
     Number(Vec<(u32, u32)>),
+    /// Indexes, each with its sub-index in the lowest byte.
+    Object(Vec<(u32, u32)>),
+    /// What codes of rules begin with.
+    Code(Vec<String>),
+    Severity(Vec<Severity>),
+    /// In lower-case ASCII.
+    Text(Vec<String>),
 }
 
 /// Why an expression is no filter.
@@ -65,32 +91,41 @@ pub enum Mistake {
     Key(String),
     /// A value that the key does not take: key and value.
     Value(String, String),
+    /// A number that no node has; the value.
+    Node(String),
 }
 
 impl Filter {
     /// Reads an expression.
     pub fn parse(expression: &str) -> Result<Self, Mistake> {
         let mut clauses = Vec::new();
-        for word in expression.split_whitespace() {
+        for word in parts(expression, char::is_whitespace).into_iter().filter(|word| !word.is_empty()) {
             let Some((key, values)) = word.split_once('=') else { return Err(Mistake::Key(word.into())) };
-            let wrong = |value: &str| Mistake::Value(key.into(), value.into());
-            let each = values.split(',');
+            let values = parts(values, |c| c == ',');
             clauses.push(match key {
-                "service" => Clause::Service(
-                    each.map(|value| match SERVICES.contains(&value) {
-                        true => Ok(value.to_owned()),
-                        false => Err(wrong(value)),
-                    })
-                    .collect::<Result<_, _>>()?,
-                ),
-                "node" => Clause::Node(each.map(|v| range(v, 10).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
-                "id" => Clause::Id(each.map(|v| range(v, 16).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
-                "bus" if values.is_empty() => return Err(wrong(values)),
-                "bus" => Clause::Bus(each.map(str::to_owned).collect()),
-                "frame" => {
-                    Clause::Number(each.map(|v| range(v, 10).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?)
+                "service" => {
+                    Clause::Service(each(key, &values, |value| SERVICES.contains(&value).then(|| value.to_owned()))?)
                 }
-                "t" => Clause::Time(each.map(|v| span(v).ok_or_else(|| wrong(v))).collect::<Result<_, _>>()?),
+                "node" => {
+                    let ranges = each(key, &values, |value| range(value, number(10)))?;
+                    let beyond = ranges.iter().position(|(from, to)| *from < 1 || *to > 127);
+                    if let Some(value) = beyond.and_then(|place| values.get(place)) {
+                        return Err(Mistake::Node((*value).into()));
+                    }
+                    Clause::Node(ranges)
+                }
+                "id" => Clause::Id(each(key, &values, |value| {
+                    range(value, number(16)).filter(|(_, to)| *to <= LARGEST_ID)
+                })?),
+                "bus" => Clause::Bus(each(key, &values, words)?),
+                "frame" => Clause::Number(each(key, &values, |value| range(value, number(10)))?),
+                "t" => Clause::Time(each(key, &values, span)?),
+                "object" => Clause::Object(each(key, &values, objects)?),
+                "code" => Clause::Code(each(key, &values, code)?),
+                "severity" => Clause::Severity(each(key, &values, |value| {
+                    SEVERITIES.iter().copied().find(|severity| severity.name() == value)
+                })?),
+                "text" => Clause::Text(each(key, &values, |value| Some(words(value)?.to_ascii_lowercase()))?),
                 _ => return Err(Mistake::Key(word.into())),
             });
         }
@@ -104,11 +139,20 @@ impl Filter {
 
     /// Whether it asks only for what a frame itself says, not for what it means.
     pub fn is_plain(&self) -> bool {
-        !self.clauses.iter().any(|clause| matches!(clause, Clause::Service(_) | Clause::Node(_)))
+        let plain =
+            |clause: &Clause| matches!(clause, Clause::Id(_) | Clause::Bus(_) | Clause::Time(_) | Clause::Number(_));
+        self.clauses.iter().all(plain)
     }
 
     /// Whether an SDO transfer is shown: its channel has both identifiers, its time is from first to last frame.
-    pub fn shows_transfer(&self, transfer: &Transfer, buses: &Buses, clock: Clock) -> bool {
+    /// `annotation` appends what is said of it.
+    pub fn shows_transfer(
+        &self,
+        transfer: &Transfer,
+        annotation: &dyn Fn(&mut Vec<u8>),
+        buses: &Buses,
+        clock: Clock,
+    ) -> bool {
         let node = u32::from(transfer.node);
         self.clauses.iter().all(|clause| match clause {
             Clause::Service(services) => services.iter().any(|known| known == "sdo"),
@@ -125,28 +169,113 @@ impl Filter {
                 };
                 ranges.iter().any(meets)
             }
+            Clause::Object(ranges) => transfer.mux.is_some_and(|mux| within(ranges, place_of(mux))),
+            Clause::Code(_) | Clause::Severity(_) => transfer.outcome.findings.iter().any(|code| {
+                let rule = code.rule();
+                clause.takes(rule.id, rule.severity)
+            }),
+            Clause::Text(texts) => holds(texts, annotation),
         })
     }
 
-    /// Whether a frame is shown, given the service and node of its event.
-    pub fn shows(&self, frame: &Frame, service: &str, node: Option<u8>, buses: &Buses, clock: Clock) -> bool {
+    /// Whether a frame is shown, given what is known of it.
+    pub fn shows(&self, frame: &Frame, subject: &impl Subject, buses: &Buses, clock: Clock) -> bool {
         self.clauses.iter().all(|clause| match clause {
-            Clause::Service(services) => services.iter().any(|known| known == service),
-            Clause::Node(ranges) => node.is_some_and(|node| within(ranges, u32::from(node))),
+            Clause::Service(services) => services.iter().any(|known| known == subject.service().0),
+            Clause::Node(ranges) => subject.service().1.is_some_and(|node| within(ranges, u32::from(node))),
             Clause::Id(ranges) => frame.kind != Kind::Error && within(ranges, frame.id.raw()),
             Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == buses.name(frame.bus)),
             Clause::Time(spans) => frame.t_ns.is_some_and(|t| spans.iter().any(|span| overlaps(*span, t, t, clock))),
             Clause::Number(ranges) => u32::try_from(frame.no).is_ok_and(|number| within(ranges, number)),
+            Clause::Object(ranges) => subject.has_object(&|mux| within(ranges, place_of(mux))),
+            Clause::Code(_) | Clause::Severity(_) => subject.has_finding(&|id, severity| clause.takes(id, severity)),
+            Clause::Text(texts) => holds(texts, &|out| subject.annotation(out)),
         })
     }
+
+    /// Whether a finding is one of those that are asked for, wherever it stands.
+    pub fn takes_finding(&self, finding: &Finding) -> bool {
+        self.clauses.iter().all(|clause| match clause {
+            Clause::Code(_) | Clause::Severity(_) => clause.takes(finding.code.rule().id, finding.severity()),
+            _ => true,
+        })
+    }
+
+    /// Whether something that belongs to no frame at hand is shown, as far as it tells itself. `annotation` appends what
+    /// is said of it.
+    pub fn shows_aside(&self, event: &Event, annotation: &dyn Fn(&mut Vec<u8>), buses: &Buses, clock: Clock) -> bool {
+        let at = event.about.unwrap_or(event.at);
+        self.clauses.iter().all(|clause| match (clause, &event.what) {
+            (_, What::Transfer(transfer)) => {
+                Self { clauses: vec![clause.clone()] }.shows_transfer(transfer, annotation, buses, clock)
+            }
+            (Clause::Node(ranges), _) => event.node.is_none_or(|node| within(ranges, u32::from(node))),
+            (Clause::Bus(names), _) => names.iter().any(|name| name.as_bytes() == buses.name(event.bus)),
+            (Clause::Number(ranges), _) => u32::try_from(at.no).is_ok_and(|no| no == 0 || within(ranges, no)),
+            (Clause::Time(spans), _) => at.t_ns.is_none_or(|t| spans.iter().any(|span| overlaps(*span, t, t, clock))),
+            (Clause::Object(ranges), What::Finding(finding)) => {
+                finding.object.is_some_and(|mux| within(ranges, place_of(mux)))
+            }
+            (Clause::Code(_) | Clause::Severity(_), What::Finding(finding)) => self.takes_finding(finding),
+            (Clause::Object(_) | Clause::Code(_) | Clause::Severity(_), _) => false,
+            (Clause::Text(texts), _) => holds(texts, annotation),
+            (Clause::Service(_) | Clause::Id(_), _) => true,
+        })
+    }
+}
+
+impl Clause {
+    /// Whether it takes a finding; another clause takes every one.
+    fn takes(&self, id: &str, severity: Severity) -> bool {
+        match self {
+            Self::Code(codes) => codes.iter().any(|code| id.starts_with(code.as_str())),
+            Self::Severity(severities) => severities.contains(&severity),
+            _ => true,
+        }
+    }
+}
+
+/// Cuts where `ends` says so, but not in double quotes.
+fn parts(text: &str, ends: impl Fn(char) -> bool) -> Vec<&str> {
+    let mut quoted = false;
+    let cut = |c: char| {
+        quoted ^= c == '"';
+        !quoted && ends(c)
+    };
+    text.split(cut).collect()
+}
+
+/// Reads every value of a key.
+fn each<T>(key: &str, values: &[&str], read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Mistake> {
+    let read = |value: &&str| read(value).ok_or_else(|| Mistake::Value(key.into(), (*value).into()));
+    values.iter().map(read).collect()
+}
+
+/// A name or a text: any but an empty one, in quotes or without.
+fn words(value: &str) -> Option<String> {
+    let bare = value.replace('"', "");
+    (!bare.is_empty()).then_some(bare)
+}
+
+/// A code of a rule, or what several begin with: `SDO002`, `SDO`.
+fn code(value: &str) -> Option<String> {
+    let code = value.to_ascii_uppercase();
+    RULES.iter().any(|rule| !code.is_empty() && rule.id.starts_with(&code)).then_some(code)
+}
+
+/// Whether what is said holds one of the texts.
+fn holds(texts: &[String], annotation: &dyn Fn(&mut Vec<u8>)) -> bool {
+    let mut said = Vec::new();
+    annotation(&mut said);
+    said.make_ascii_lowercase();
+    texts.iter().any(|text| memchr::memmem::find(&said, text.as_bytes()).is_some())
 }
 
 /// Whether a span meets the time from `first` to `last`. Small numbers count from the capture's first frame.
 fn overlaps((from, to): (i64, i64), first: i64, last: i64, clock: Clock) -> bool {
     let counts_from_start = |end: i64| end == i64::MIN || end == i64::MAX || end < EPOCH_NS;
     let origin = match counts_from_start(from) && counts_from_start(to) {
-        true if clock.start_ns >= EPOCH_NS => clock.start_ns,
-        true => 0,
+        true => clock.start_ns,
         false => clock.date_ns.saturating_neg(),
     };
     from <= last.saturating_sub(origin) && first.saturating_sub(origin) <= to
@@ -156,19 +285,48 @@ fn within(ranges: &[(u32, u32)], value: u32) -> bool {
     ranges.iter().any(|(from, to)| (*from..=*to).contains(&value))
 }
 
+/// Index and sub-index as one number.
+fn place_of(mux: Mux) -> u32 {
+    u32::from(mux.index) << 8 | u32::from(mux.sub)
+}
+
 /// `5` or `180-1FF`.
-fn range(text: &str, radix: u32) -> Option<(u32, u32)> {
-    let number = |digits: &str| {
-        let digits = digits.strip_prefix("0x").unwrap_or(digits);
-        u32::from_str_radix(digits, radix).ok().filter(|_| !digits.starts_with('+'))
-    };
+fn range(text: &str, number: impl Fn(&str) -> Option<u32>) -> Option<(u32, u32)> {
     match text.split_once('-') {
         Some((from, to)) => Some((number(from)?, number(to)?)).filter(|(from, to)| from <= to),
         None => number(text).map(|value| (value, value)),
     }
 }
 
-/// `1.0..2.5`, `1.0..`, `..2.5`, in seconds of the capture's own clock.
+/// Reads numbers of this base; behind `0x` they are hexadecimal.
+fn number(base: u32) -> impl Fn(&str) -> Option<u32> {
+    move |text| {
+        let (digits, base) = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
+            Some(digits) => (digits, 16),
+            None => (text, base),
+        };
+        u32::from_str_radix(digits, base).ok().filter(|_| !digits.starts_with('+'))
+    }
+}
+
+/// `6040`, `6040h`, `0x6040`, `6040:00`, `6040h:00`: all sub-indexes, or one. `1A00-1BFF`: those from the first to the last.
+fn objects(text: &str) -> Option<(u32, u32)> {
+    let one = |text: &str| {
+        let (index, sub) = text.split_once(':').map_or((text, None), |(index, sub)| (index, Some(sub)));
+        let hex = number(16);
+        let index = hex(index.trim_end_matches(['h', 'H'])).filter(|index| *index <= 0xFFFF)? << 8;
+        match sub {
+            None => Some((index, index | 0xFF)),
+            Some(sub) => {
+                hex(sub.trim_end_matches(['h', 'H'])).filter(|sub| *sub <= 0xFF).map(|sub| (index | sub, index | sub))
+            }
+        }
+    };
+    let (from, to) = text.split_once('-').unwrap_or((text, text));
+    Some((one(from)?.0, one(to)?.1)).filter(|(from, to)| from <= to)
+}
+
+/// `1.0..2.5`, `1.0..`, `..2.5`, in seconds.
 fn span(text: &str) -> Option<(i64, i64)> {
     let (from, to) = text.split_once("..")?;
     let from = if from.is_empty() { i64::MIN } else { nanoseconds(from)? };
@@ -192,6 +350,29 @@ mod tests {
     use super::*;
     use crate::frame::CanId;
 
+    const SUBJECT: Fixed = Fixed;
+
+    /// A PDO of node 5 with the statusword in it, of which something is found.
+    struct Fixed;
+
+    impl Subject for Fixed {
+        fn service(&self) -> (&str, Option<u8>) {
+            ("pdo", Some(5))
+        }
+
+        fn has_object(&self, wanted: &dyn Fn(Mux) -> bool) -> bool {
+            wanted(Mux { index: 0x6041, sub: 0 })
+        }
+
+        fn has_finding(&self, wanted: &dyn Fn(&str, Severity) -> bool) -> bool {
+            wanted("PDO002", Severity::Error)
+        }
+
+        fn annotation(&self, out: &mut Vec<u8>) {
+            out.extend_from_slice("TPDO1 of node 5: Statusword=0637h, ready".as_bytes());
+        }
+    }
+
     #[test]
     fn expressions() {
         let mut buses = Buses::default();
@@ -199,7 +380,7 @@ mod tests {
         frame.bus = buses.intern(b"can1");
         frame.t_ns = Some(2_500_000_000);
         frame.no = 12;
-        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, Clock::default());
+        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, &SUBJECT, &buses, Clock::default());
         for yes in [
             "",
             "frame=12",
@@ -207,6 +388,23 @@ mod tests {
             "service=sdo,pdo",
             "node=5",
             "node=1-9",
+            "node=0x05",
+            "node=0x1-0xA",
+            "object=6041",
+            "object=6041h",
+            "object=0x6041",
+            "object=6041:00",
+            "object=6041h:00",
+            "object=1000,6000-6FFF",
+            "object=6040:05-6041:00",
+            "code=PDO002",
+            "code=sdo,pdo",
+            "severity=error",
+            "severity=info,error",
+            "text=STATUSWORD",
+            "text=nothing,ready",
+            "text=\"node 5: \" node=5",
+            "text=\"0637h, ready\"",
             "id=185",
             "id=180-1FF",
             "id=0x185",
@@ -216,7 +414,23 @@ mod tests {
         }
         assert!(shows("t=1.0..2.5") && shows("t=2.5..") && shows("service=pdo node=5 bus=can1 t=..3"));
         assert!(shows("frame=12") && shows("frame=1,10-12") && !shows("frame=13-20"));
-        for no in ["frame=1-11", "service=sdo", "node=6", "id=205", "bus=can0", "t=2.6..3", "service=pdo node=6"] {
+        for no in [
+            "object=6040",
+            "object=6041:01",
+            "object=6042-6FFF",
+            "code=PDO003",
+            "code=SDO",
+            "severity=warning",
+            "text=statusword node=6",
+            "text=\"ready,\"",
+            "frame=1-11",
+            "service=sdo",
+            "node=6",
+            "id=205",
+            "bus=can0",
+            "t=2.6..3",
+            "service=pdo node=6",
+        ] {
             assert!(!shows(no), "{no}");
         }
     }
@@ -229,12 +443,12 @@ mod tests {
         frame.t_ns = Some(2_500_000_000);
         let shows = |text: &str, date_ns| {
             let clock = Clock { start_ns: 1_000_000_000, date_ns };
-            Filter::parse(text).unwrap().shows(&frame, "pdo", Some(5), &buses, clock)
+            Filter::parse(text).unwrap().shows(&frame, &SUBJECT, &buses, clock)
         };
-        for yes in ["t=1700000002..1700000003", "t=1700000002.5..", "t=2..3"] {
+        for yes in ["t=1700000002..1700000003", "t=1700000002.5..", "t=1.5..1.5"] {
             assert!(shows(yes, DATE), "{yes}");
         }
-        assert!(!shows("t=1700000003..", DATE) && !shows("t=1700000002..", 0));
+        assert!(!shows("t=1700000003..", DATE) && !shows("t=1700000002..", 0) && !shows("t=2..3", DATE));
     }
 
     #[test]
@@ -244,6 +458,17 @@ mod tests {
             ("color=red", Mistake::Key("color=red".into())),
             ("service=foo", Mistake::Value("service".into(), "foo".into())),
             ("node=x", Mistake::Value("node".into(), "x".into())),
+            ("node=200", Mistake::Node("200".into())),
+            ("node=5,0", Mistake::Node("0".into())),
+            ("node=100-0x80", Mistake::Node("100-0x80".into())),
+            ("id=20000000", Mistake::Value("id".into(), "20000000".into())),
+            ("object=10000", Mistake::Value("object".into(), "10000".into())),
+            ("object=6040:100", Mistake::Value("object".into(), "6040:100".into())),
+            ("object=6041-6040", Mistake::Value("object".into(), "6041-6040".into())),
+            ("code=XYZ", Mistake::Value("code".into(), "XYZ".into())),
+            ("code=", Mistake::Value("code".into(), String::new())),
+            ("severity=fatal", Mistake::Value("severity".into(), "fatal".into())),
+            ("text=\"\"", Mistake::Value("text".into(), "\"\"".into())),
             ("id=1FF-180", Mistake::Value("id".into(), "1FF-180".into())),
             ("t=1", Mistake::Value("t".into(), "1".into())),
             ("frame=20-10", Mistake::Value("frame".into(), "20-10".into())),

@@ -224,7 +224,7 @@ impl Input {
         let mut item = self.queue.pop_front()?;
         match &mut item {
             Item::Frame(Frame { bus, .. })
-            | Item::Gap { bus }
+            | Item::Gap { bus, .. }
             | Item::Marker(Marker::Dropped { bus, .. } | Marker::Error { bus, .. }) => {
                 *bus = common(*bus, &self.buses, buses);
             }

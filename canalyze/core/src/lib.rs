@@ -17,7 +17,7 @@
 //!
 //! # Modules
 //!
-//! Dependency runs one way: `frame`, `od`, `dictionary`, `rules` <- `message` <- `event`, `finding` <- `evidence` (what
+//! Dependency runs one way: `frame`, `od` <- `profiles` <- `dictionary`, `rules` <- `message` <- `event`, `finding` <- `evidence` (what
 //! the recording did) <- `context` <- `services` <- `configuration` <- `node` <- `checks` <- `bus` <- `session` <-
 //! `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
@@ -53,6 +53,7 @@ pub mod monitor;
 pub mod network;
 pub mod node;
 pub mod od;
+pub mod profiles;
 #[cfg(feature = "python")]
 mod python;
 pub mod readers;

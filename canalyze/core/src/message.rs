@@ -4,6 +4,7 @@
 //! may look at another frame, at time or at a device description.
 
 use crate::cob_id::Role;
+use crate::profiles::Profile;
 
 /// One frame's own meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +45,8 @@ pub enum Message {
         node: u8,
         /// Emergency error code.
         code: u16,
+        /// The device profile by which the code has its meaning, as far as it is known. Never from one frame alone.
+        profile: Profile,
         /// Error register (object 1001h).
         register: u8,
         /// Manufacturer-specific bytes.

@@ -8,9 +8,9 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::configuration::{Configuration, Provenance};
-use crate::drive;
 use crate::frame::CanId;
-use crate::od::{self, DataType};
+use crate::od::DataType;
+use crate::profiles::Profile;
 use crate::services::pdo::mapping::{Mapped, Mapping, decode_entry};
 use crate::services::pdo::{communication_parameter, mapping_parameter, of_parameter};
 
@@ -183,8 +183,8 @@ pub struct Node {
     pdos: Vec<Pdo>,
     /// Those of which unanswered writes ask for something, in the same order.
     unconfirmed: Vec<UnconfirmedPdo>,
-    /// Its device type says that it is no drive.
-    other: bool,
+    /// By its device type.
+    profile: Profile,
     /// How often that was another answer.
     turned: u8,
     /// PDOs that were made anew since it was last asked: transmit or receive, and number.
@@ -247,6 +247,11 @@ impl Node {
         found.ok().and_then(|place| self.unconfirmed.get(place))
     }
 
+    /// The device profile that it follows, by its device type.
+    pub fn profile(&self) -> Profile {
+        self.profile
+    }
+
     /// One PDO.
     pub fn pdo(&self, transmit: bool, number: u16) -> Option<&Pdo> {
         let found = self.pdos.binary_search_by_key(&(transmit, number), |pdo| (pdo.transmit, pdo.number));
@@ -262,7 +267,7 @@ impl Node {
     pub fn compile(&mut self) {
         let changed = self.configuration.uncompiled();
         // By it the types of mapped objects are known.
-        if changed.contains(&DEVICE_TYPE) && self.is_other() != self.other && self.turned < TURNS {
+        if changed.contains(&DEVICE_TYPE) && self.profile_now() != self.profile && self.turned < TURNS {
             self.turned += 1;
             return self.compile_all();
         }
@@ -276,7 +281,7 @@ impl Node {
     pub fn compile_all(&mut self) {
         self.configuration.uncompiled();
         self.configuration.all_untold();
-        self.other = self.is_other();
+        self.profile = self.profile_now();
         let before = self.pdos.iter().map(|pdo| (pdo.transmit, pdo.number));
         let mut concerned: BTreeSet<_> = before.collect();
         concerned.extend(self.unconfirmed.iter().map(|pdo| (pdo.transmit, pdo.number)));
@@ -369,14 +374,8 @@ impl Node {
         Content::Mapped(Arc::new(Mapping::new(entries, offset)), least)
     }
 
-    /// The type of a standard object. What stands in 6000h-9FFFh is known here for drives only.
-    fn standard(&self, index: u16, sub: u8) -> Option<DataType> {
-        let profile = index >= 0x6000;
-        od::data_type(index, sub).filter(|_| !(profile && self.other))
-    }
-
-    fn is_other(&self) -> bool {
-        self.value(DEVICE_TYPE, 0).is_some_and(|(device, _)| drive::is_other(device as u32))
+    fn profile_now(&self) -> Profile {
+        self.value(DEVICE_TYPE, 0).map_or(Profile::UNKNOWN, |(device, _)| Profile::of(device as u32))
     }
 
     /// An object of the node as the only entry of a multiplex PDO: from byte 4 on, as long as its type is. Without a
@@ -405,7 +404,12 @@ impl Node {
             sub,
             bits,
             offset,
-            data_type: if dummy { DataType::from_code(index) } else { described.or_else(|| self.standard(index, sub)) },
+            data_type: if dummy {
+                DataType::from_code(index)
+            } else {
+                described.or_else(|| self.profile.data_type(index, sub))
+            },
+            profile: self.profile,
             dummy,
             name: object.map(|object| Arc::clone(&object.name)).filter(|name| !name.is_empty()),
             unit: object.and_then(|object| object.unit.clone()),

@@ -1,4 +1,4 @@
-//! Object dictionary: data types (CiA 301, 7.4.7), the types of the standard objects, and values from bytes.
+//! Object dictionary: data types (CiA 301, 7.4.7), the types of the communication objects, and values from bytes.
 //!
 //! What a particular device describes in its EDS is not here, and neither are names (those are `text::terms`).
 //! A standard object's type is what the standards say; a device may differ, so a value whose size does not fit
@@ -158,17 +158,9 @@ pub const fn first_axis(index: u16) -> u16 {
     }
 }
 
-/// The data type of a standard object: 1000h-1FFFh of CiA 301, 302 and 304, and CiA 402's drives with their axes.
-pub const fn data_type(index: u16, sub: u8) -> Option<DataType> {
-    match index {
-        0x1000..=0x1FFF => communication(index, sub),
-        0x6000..=0x9FFF => drive(first_axis(index), sub),
-        _ => None,
-    }
-}
-
-/// CiA 301, 302 and 304. Sub-index 0 of what has sub-indices counts them.
-const fn communication(index: u16, sub: u8) -> Option<DataType> {
+/// The data type of a standard object in 1000h-1FFFh: CiA 301, 302 and 304. Sub-index 0 of what has sub-indices counts
+/// them. What a device profile has beyond is in `profiles`.
+pub const fn communication(index: u16, sub: u8) -> Option<DataType> {
     Some(match (index, sub) {
         (0x1000 | 0x1002 | 0x1005 | 0x1006 | 0x1007 | 0x1012 | 0x1013 | 0x1014, 0) => Unsigned32,
         (0x1001 | 0x100D | 0x1019 | 0x1024, 0) => Unsigned8,
@@ -206,42 +198,6 @@ const fn communication(index: u16, sub: u8) -> Option<DataType> {
         (0x1F90 | 0x1F91, 1..=0xFE) => Unsigned16,
         (0x1FA0..=0x1FCF, 1..=0xFE) => Unsigned32,
         (0x1FD0..=0x1FFF, 1..=0xFE) => Unsigned64,
-        _ => return None,
-    })
-}
-
-/// CiA 402, first axis.
-const fn drive(index: u16, sub: u8) -> Option<DataType> {
-    Some(match (index, sub) {
-        (0x6007 | 0x605A..=0x605E, 0) => Integer16,
-        (0x603F..=0x6041, 0) => Unsigned16,
-        (0x6042..=0x6044, 0) => Integer16,
-        (0x6046 | 0x6048..=0x604A | 0x604C, 0) => Unsigned8,
-        (0x6046, 1 | 2) => Unsigned32,
-        (0x6048..=0x604A, 1) => Unsigned32,
-        (0x6048..=0x604A, 2) => Unsigned16,
-        (0x604C, 1 | 2) => Integer32,
-        (0x6060 | 0x6061 | 0x6098, 0) => Integer8,
-        (0x6062..=0x6064 | 0x6069 | 0x606B | 0x606C, 0) => Integer32,
-        (0x6065 | 0x6067, 0) => Unsigned32,
-        (0x6066 | 0x6068 | 0x606D..=0x6070 | 0x6072 | 0x6073, 0) => Unsigned16,
-        (0x606A | 0x6071 | 0x6074 | 0x6077 | 0x6078, 0) => Integer16,
-        (0x6075 | 0x6076 | 0x6079 | 0x607F..=0x6085 | 0x6087, 0) => Unsigned32,
-        (0x607A | 0x607C, 0) => Integer32,
-        (0x607B | 0x607D, 0) => Unsigned8,
-        (0x607B | 0x607D, 1 | 2) => Integer32,
-        (0x607E, 0) => Unsigned8,
-        (0x6086 | 0x6088 | 0x60B2 | 0x60C0, 0) => Integer16,
-        (0x608F..=0x6092 | 0x6099, 0) => Unsigned8,
-        (0x608F..=0x6092 | 0x6099, 1 | 2) => Unsigned32,
-        (0x609A | 0x60C5 | 0x60C6 | 0x60FD | 0x6502, 0) => Unsigned32,
-        (0x60B0 | 0x60B1 | 0x60BA..=0x60BD, 0) => Integer32,
-        (0x60B8 | 0x60B9 | 0x60E0 | 0x60E1 | 0x60F2, 0) => Unsigned16,
-        (0x60C1 | 0x60C2 | 0x60FE, 0) | (0x60C2, 1) => Unsigned8,
-        (0x60C1, 1) => Integer32,
-        (0x60C2, 2) => Integer8,
-        (0x60F4 | 0x60FA | 0x60FC | 0x60FF, 0) => Integer32,
-        (0x60FE, 1 | 2) => Unsigned32,
         _ => return None,
     })
 }
@@ -361,8 +317,7 @@ fn little_endian(bytes: &[u8]) -> u64 {
     bytes.iter().take(8).rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
 }
 
-/// Whether a number is rather read as bits than as a quantity: COB-IDs, identities, mappings, error codes, control
-/// and status words.
+/// Whether a number in 1000h-1FFFh is rather read as bits than as a quantity: COB-IDs, identities, mappings, error codes.
 pub fn is_bit_field(index: u16, sub: u8) -> bool {
     match index {
         0x1000..=0x1002 | 0x1005 | 0x1012 | 0x1014 | 0x1020 | 0x1023..=0x1026 => true,
@@ -372,7 +327,6 @@ pub fn is_bit_field(index: u16, sub: u8) -> bool {
         0x1400..=0x15FF | 0x1800..=0x19FF => sub == 1,
         0x1600..=0x17FF | 0x1A00..=0x1BFF => sub > 0,
         0x1F80..=0x1F82 => true,
-        0x6000..=0x9FFF => matches!(first_axis(index), 0x603F | 0x6040 | 0x6041 | 0x6502),
         _ => false,
     }
 }
@@ -443,17 +397,14 @@ mod tests {
 
     #[test]
     fn standard_objects() {
-        assert_eq!(data_type(0x1008, 0), Some(VisibleString));
-        assert_eq!(data_type(0x1018, 4), Some(Unsigned32));
-        assert_eq!(data_type(0x1018, 5), None);
-        assert_eq!(data_type(0x1801, 2), Some(Unsigned8));
-        assert_eq!(data_type(0x1801, 5), Some(Unsigned16));
-        assert_eq!(data_type(0x1A01, 1), Some(Unsigned32));
-        assert_eq!(data_type(0x6041, 0), Some(Unsigned16));
-        assert_eq!(data_type(0x6860, 0), Some(Integer8));
-        assert_eq!(data_type(0x98FF, 0), Some(Integer32));
-        assert_eq!(data_type(0x2000, 0), None);
-        assert_eq!(data_type(0xA040, 0), None);
+        assert_eq!(communication(0x1008, 0), Some(VisibleString));
+        assert_eq!(communication(0x1018, 4), Some(Unsigned32));
+        assert_eq!(communication(0x1018, 5), None);
+        assert_eq!(communication(0x1801, 2), Some(Unsigned8));
+        assert_eq!(communication(0x1801, 5), Some(Unsigned16));
+        assert_eq!(communication(0x1A01, 1), Some(Unsigned32));
+        assert_eq!(communication(0x2000, 0), None);
+        assert_eq!(communication(0x6041, 0), None);
     }
 
     proptest! {

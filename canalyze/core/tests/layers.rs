@@ -16,16 +16,17 @@ const MAY_USE: &[Row] = &[
     ("select", &[]),
     ("span", &[]),
     ("od", &[]),
-    ("dictionary", &["od"]),
+    ("profiles", &["od"]),
+    ("dictionary", &["od", "profiles"]),
     ("drive", &["od"]),
     ("cob_id", &["frame"]),
     ("network", &["frame", "dictionary"]),
     ("services::sdo::wire", &[]),
-    ("rules", &["frame", "services::sdo::wire"]),
+    ("rules", &["frame", "profiles", "services::sdo::wire"]),
     ("finding", &["frame", "services::sdo::wire", "rules"]),
-    ("services::sdo::transfer", &["frame", "dictionary", "finding"]),
+    ("services::sdo::transfer", &["frame", "od", "dictionary", "finding"]),
     ("configuration", &["dictionary", "services::sdo::wire", "services::sdo::transfer"]),
-    ("message", &["cob_id", "services::lss", "services::pdo"]),
+    ("message", &["cob_id", "profiles", "services::lss", "services::pdo"]),
     (
         "event",
         &[
@@ -44,6 +45,7 @@ const MAY_USE: &[Row] = &[
     (
         "services",
         &[
+            "profiles",
             "frame",
             "calendar",
             "dictionary",
@@ -57,11 +59,12 @@ const MAY_USE: &[Row] = &[
             "context",
         ],
     ),
-    ("node", &["frame", "od", "drive", "configuration", "services::pdo"]),
+    ("node", &["frame", "od", "profiles", "configuration", "services::pdo"]),
     ("roles", &["frame", "cob_id", "configuration", "network", "node", "services::pdo"]),
     (
         "checks",
         &[
+            "profiles",
             "frame",
             "od",
             "cob_id",
@@ -82,6 +85,7 @@ const MAY_USE: &[Row] = &[
     (
         "bus",
         &[
+            "profiles",
             "frame",
             "dictionary",
             "drive",
@@ -101,6 +105,7 @@ const MAY_USE: &[Row] = &[
     (
         "diagnosis",
         &[
+            "profiles",
             "frame",
             "od",
             "cob_id",
@@ -131,6 +136,7 @@ const MAY_USE: &[Row] = &[
     (
         "summary",
         &[
+            "profiles",
             "frame",
             "span",
             "cob_id",
@@ -159,11 +165,12 @@ const MAY_USE: &[Row] = &[
             "services::sdo::transfer",
         ],
     ),
-    ("filter", &["frame", "services::sdo::transfer"]),
+    ("filter", &["frame", "rules", "finding", "event", "services::sdo::wire", "services::sdo::transfer"]),
     ("masks", &["frame"]),
     (
         "text",
         &[
+            "profiles",
             "drive",
             "diagnosis",
             "frame",
@@ -188,6 +195,7 @@ const MAY_USE: &[Row] = &[
     (
         "render",
         &[
+            "profiles",
             "select",
             "drive",
             "expectation",
@@ -215,6 +223,7 @@ const MAY_USE: &[Row] = &[
     (
         "expectation",
         &[
+            "profiles",
             "frame",
             "od",
             "drive",
@@ -232,6 +241,7 @@ const MAY_USE: &[Row] = &[
     (
         "monitor",
         &[
+            "profiles",
             "frame",
             "message",
             "finding",
@@ -463,8 +473,8 @@ fn words_for_people_stand_in_text_and_rules() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // What people write in a listing is read, whatever their language.
         let read = module == "readers::listing";
-        // A kind of incident is declared with its words, as a rule is.
-        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
+        // A kind of incident and an object of a profile are declared with their words, as a rule is.
+        let declared = ["rules", "profiles", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
             .iter()
             .any(|room| belongs(&module, room));
         let words = belongs(&module, "text") || declared || is_test(&module) || read;

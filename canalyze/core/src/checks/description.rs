@@ -117,7 +117,7 @@ fn identity(mux: Mux) -> bool {
 /// The code of the data type that an object of the communication profile has in every device (CiA 301, 7.5.2).
 fn standard_type(mux: Mux) -> Option<u16> {
     let of_every_device = matches!(mux.index, 0x1000..=0x101F | 0x1400..=0x1BFF);
-    match od::data_type(mux.index, mux.sub).filter(|_| of_every_device)? {
+    match od::communication(mux.index, mux.sub).filter(|_| of_every_device)? {
         DataType::Unsigned8 => Some(0x05),
         DataType::Unsigned16 => Some(0x06),
         DataType::Unsigned32 => Some(0x07),

@@ -14,6 +14,7 @@ use crate::finding::{Finding, Severity, Verdict};
 use crate::frame::FrameRef;
 use crate::message::{ERRORS, Errors};
 use crate::node::{Node, PerNode};
+use crate::profiles::Profile;
 use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009, Emc010};
 
 /// Bit of the error register that is reserved.
@@ -98,6 +99,8 @@ enum Change {
 
 #[derive(Debug, Default)]
 struct Reported {
+    /// By which its codes have their meaning.
+    profile: Profile,
     standing: Vec<Standing>,
     /// Errors that were taken back.
     gone: VecDeque<Gone>,
@@ -126,8 +129,16 @@ impl Emergencies {
     }
 
     /// Which errors stand after an emergency, and which ones it takes back. `bit`: the first manufacturer byte.
-    pub fn follow(&mut self, node: u8, code: u16, register: u8, bit: u8, at: FrameRef) -> (Errors, Errors) {
+    pub fn follow(
+        &mut self,
+        node: u8,
+        (code, profile): (u16, Profile),
+        register: u8,
+        bit: u8,
+        at: FrameRef,
+    ) -> (Errors, Errors) {
         let reported = self.nodes.entry(node);
+        reported.profile = profile;
         reported.change = Change::None;
         let mut cleared = Errors::default();
         if code > 0xFF {
@@ -152,11 +163,12 @@ impl Emergencies {
     /// What an emergency reports, and what is wrong with it.
     pub fn judge(&mut self, (code, register): (u16, u8), node: u8, configured: Option<&Node>, cx: &mut Context<'_>) {
         self.nodes.entry(node).report(node, code, register, cx);
+        let named = (code, self.nodes.entry(node).profile);
         if code > 0xFF && register == 0 {
-            cx.raise(Emc001::NoRegister { code, register }, Some(node), None, None);
+            cx.raise(Emc001::NoRegister { code: named, register }, Some(node), None, None);
         }
         if register & RESERVED != 0 {
-            cx.raise(Emc003::Bit6 { code, register }, Some(node), None, None);
+            cx.raise(Emc003::Bit6 { code: named, register }, Some(node), None, None);
         }
         let recording = &cx.evidence.recording;
         let Some(last) = self.nodes.entry(node).last.replace(cx.when) else { return };
@@ -177,7 +189,7 @@ impl Emergencies {
             reported.end_flood(node, cx);
             for one in std::mem::take(&mut reported.standing) {
                 let Standing { code, at, count, .. } = one;
-                let age = cx.at.since(at);
+                let (code, age) = ((code, reported.profile), cx.at.since(at));
                 let repeated = Emc009::StandsAndRepeats { code, count, age };
                 let what = if count > 1 { repeated } else { Emc009::Stands { code, count, age } };
                 find(what, node, cx.at, Some(at), Some(at), cx);
@@ -253,7 +265,7 @@ impl Reported {
                     // The trouble goes on: its next time is a consequence of the first one, too.
                     (one.at, one.when) = (because_of.unwrap_or(one.at), cx.when);
                 }
-                find(reported(code, register), node, cx.at, None, because_of, cx);
+                find(reported((code, self.profile), register), node, cx.at, None, because_of, cx);
                 self.found = because_of.or(Some(cx.at));
             }
             Change::Again => {
@@ -263,7 +275,7 @@ impl Reported {
             _ => {}
         }
         for one in self.ended.drain(..).filter(|one| one.count > 1) {
-            let what = Emc009::Repeated { code: one.code, count: one.count };
+            let what = Emc009::Repeated { code: (one.code, self.profile), count: one.count };
             find(what, node, cx.at, Some(one.at), Some(one.at), cx);
         }
         self.count(node, cx);
@@ -272,13 +284,14 @@ impl Reported {
     /// A reset that leaves errors: which one is gone, and which ones are left, as far as that is known.
     fn partial(&self, node: u8, register: u8, cx: &mut Context<'_>) {
         let count = self.standing.len() as u64;
-        let left = self.standing.first().map(|one| one.code);
+        let named = |code| (code, self.profile);
+        let left = self.standing.first().map(|one| named(one.code));
         let what = match (self.change, left) {
-            (Change::Gone(cleared), None) => Emc002::UnknownLeft { register, cleared },
-            (Change::Gone(cleared), Some(left)) if count == 1 => Emc002::OneLeft { register, cleared, left },
-            (Change::Gone(cleared), Some(left)) => Emc002::SeveralLeft { register, cleared, left, count },
+            (Change::Gone(code), None) => Emc002::UnknownLeft { register, cleared: named(code) },
+            (Change::Gone(code), Some(left)) if count == 1 => Emc002::OneLeft { register, cleared: named(code), left },
+            (Change::Gone(code), Some(left)) => Emc002::SeveralLeft { register, cleared: named(code), left, count },
             _ if count > 1 => Emc002::OneOf { register, count },
-            _ => Emc002::StillSet { code: 0, register },
+            _ => Emc002::StillSet { code: named(0), register },
         };
         find(what, node, cx.at, None, None, cx);
     }
@@ -320,15 +333,15 @@ impl Reported {
 }
 
 /// The finding of an error: generic, communication and device-specific codes may be harmless to the device.
-fn reported(code: u16, register: u8) -> Verdict {
-    match code {
+fn reported(code: (u16, Profile), register: u8) -> Verdict {
+    match code.0 {
         ..0x2000 | 0x8000..=0x82FF | 0xF000.. => Emc008::Reported { code, register }.into(),
         _ => Emc007::Reported { code, register }.into(),
     }
 }
 
 fn severity(code: u16) -> Severity {
-    reported(code, 0).code.rule().severity
+    reported((code, Profile::UNKNOWN), 0).code.rule().severity
 }
 
 fn find(

@@ -16,6 +16,7 @@ use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, PerNode};
+use crate::profiles::Profile;
 use crate::rules::emcy::Emc006;
 use crate::rules::heartbeat::Hbt006;
 use crate::rules::time::Tim001;
@@ -116,7 +117,7 @@ impl Nodes {
     }
 
     /// A message with what the frames before it add to its meaning.
-    pub fn complete(&mut self, message: Message, cx: &Context<'_>) -> Message {
+    pub fn complete(&mut self, message: Message, nodes: &PerNode<Node>, cx: &Context<'_>) -> Message {
         match message {
             Message::Heartbeat { node, state, toggle, .. } => Message::Heartbeat {
                 node,
@@ -127,8 +128,9 @@ impl Nodes {
             },
             Message::Emcy { node, code, register, manufacturer, .. } => {
                 let [bit, ..] = manufacturer;
-                let (active, cleared) = self.emergencies.follow(node, code, register, bit, cx.at);
-                Message::Emcy { node, code, register, manufacturer, active, cleared }
+                let profile = nodes.get(node).map_or(Profile::UNKNOWN, Node::profile);
+                let (active, cleared) = self.emergencies.follow(node, (code, profile), register, bit, cx.at);
+                Message::Emcy { node, code, profile, register, manufacturer, active, cleared }
             }
             other => other,
         }

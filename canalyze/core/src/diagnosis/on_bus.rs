@@ -354,9 +354,9 @@ impl OfBus {
                 }
                 self.alive(node, frame, bus, ledger) || changed
             }
-            Message::Emcy { node, code, register, manufacturer, active, .. } => {
+            Message::Emcy { node, code, profile, register, manufacturer, active, .. } => {
                 self.heard.serves(node);
-                let emergency = Emergency { node, code, register, manufacturer, active };
+                let emergency = Emergency { node, code, profile, register, manufacturer, active };
                 let dirty = self.alive(node, frame, bus, ledger);
                 if code == LIFE_GUARD {
                     let scene = scene!(self, ledger, bus, id, at);

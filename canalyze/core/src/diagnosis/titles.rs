@@ -56,12 +56,14 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             _ => return None,
         },
         Kind::AxisFault => match get("code") {
-            Some(Quantity::Emcy(code)) => Saying::FaultWith { at, code }.into(),
+            Some(Quantity::Emcy(code, profile)) => Saying::FaultWith { at, code: (code, profile) }.into(),
             _ => Saying::Fault { at }.into(),
         },
         _ if !one.clue.reported.is_empty() => match get("code") {
-            Some(Quantity::Emcy(code)) if count > 1 => Saying::ReportedOften { code, at, count }.into(),
-            Some(Quantity::Emcy(code)) => Saying::Reported { code, at }.into(),
+            Some(Quantity::Emcy(code, profile)) if count > 1 => {
+                Saying::ReportedOften { code: (code, profile), at, count }.into()
+            }
+            Some(Quantity::Emcy(code, profile)) => Saying::Reported { code: (code, profile), at }.into(),
             _ => return None,
         },
         _ if get("refused").is_some() => match (get("refused"), get("object"), get("abort")) {
@@ -96,8 +98,8 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
 fn untimed(one: &Incident) -> Option<Measured> {
     let get = |name: &str| one.get(name);
     Some(match (one.kind, get("code"), get("object")) {
-        (Kind::AxisFault, Some(Quantity::Emcy(code)), _) => Saying::FaultOnce { code }.into(),
-        (_, Some(Quantity::Emcy(code)), _) => Saying::ReportedOnce { code }.into(),
+        (Kind::AxisFault, Some(Quantity::Emcy(code, profile)), _) => Saying::FaultOnce { code: (code, profile) }.into(),
+        (_, Some(Quantity::Emcy(code, profile)), _) => Saying::ReportedOnce { code: (code, profile) }.into(),
         (Kind::RequestUnanswered, _, Some(Quantity::Object(object))) => Saying::UnansweredOnce { object }.into(),
         (_, _, Some(Quantity::Object(object))) if get("refused").is_some() => match (get("refused"), get("abort")) {
             (Some(Quantity::Count(count)), Some(Quantity::Abort(abort))) => {

@@ -12,7 +12,7 @@ use crate::cob_id::Role;
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::incident::Incident;
 use crate::diagnosis::rank::is_root;
-use crate::dictionary::Object;
+use crate::dictionary::Described;
 use crate::drive::{self, State};
 use crate::event::{Event, ProcessData, Signals, What};
 use crate::finding::{Code, Facts, Finding};
@@ -104,8 +104,8 @@ pub struct TransferDigest {
     pub hash: u64,
     /// The first of them.
     pub kept: Box<[u8]>,
-    /// The object in the server's description.
-    pub described: Option<Arc<Object>>,
+    /// What is known of the object.
+    pub described: Described,
     /// Its beginning, or frames in its middle, are not in the capture.
     pub holed: bool,
     /// The capture, not a frame, ended it.

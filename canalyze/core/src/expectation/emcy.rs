@@ -3,6 +3,7 @@
 //! What must not is overruled by what may or must, where that is as specific or more so: "none but 8130h". It must not
 //! know what an error code means, but that 00xxh takes errors back.
 
+use crate::profiles::Profile;
 use serde::Deserialize;
 
 use super::{Closing, Place, Scene, check_node};
@@ -71,7 +72,7 @@ impl Emergencies {
     }
 
     /// Takes an EMCY.
-    pub(super) fn emcy(&mut self, node: u8, code: u16, scene: &mut Scene<'_>) {
+    pub(super) fn emcy(&mut self, node: u8, (code, profile): (u16, Profile), scene: &mut Scene<'_>) {
         let name = scene.name;
         let fitting = |one: &&mut Watched| one.place.holds(name, Some(node)) && one.entry.fits(code);
         let mut allowed = None;
@@ -85,7 +86,7 @@ impl Emergencies {
             .filter(|one| Some(one.entry.weight()) > allowed && !(reset && one.entry.code.is_none()))
             .max_by_key(|one| one.entry.weight());
         if let Some(one) = strictest {
-            let breach = scene.breach(Exp012::Occurred { found: code }).of(node);
+            let breach = scene.breach(Exp012::Occurred { found: (code, profile) }).of(node);
             scene.raise(&one.place, breach);
         }
     }
@@ -94,7 +95,7 @@ impl Emergencies {
     pub(super) fn finish(&self, closing: &mut Closing<'_>) {
         for one in self.all.iter().filter(|one| one.entry.occurs == Occurs::Must && !one.seen) {
             let expected = one.entry.code.map(|(value, mask)| match mask {
-                0xFFFF => Said::Quantity(Quantity::Emcy(value)),
+                0xFFFF => Said::Quantity(Quantity::Emcy(value, Profile::UNKNOWN)),
                 _ => Said::Text(pattern(value, mask).into()),
             });
             let missing = expected.map_or(Exp011::None, |expected| Exp011::NoneOf { expected });

@@ -321,7 +321,7 @@ impl Verification {
     fn message(&mut self, message: &Message, scene: &mut Scene<'_>) {
         match *message {
             Message::Sync { .. } => self.syncs.sync(scene),
-            Message::Emcy { node, code, .. } => self.emergencies.emcy(node, code, scene),
+            Message::Emcy { node, code, profile, .. } => self.emergencies.emcy(node, (code, profile), scene),
             Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Nmt { .. } => {
                 self.heartbeats.message(message, scene);
                 self.signals.message(message, scene);

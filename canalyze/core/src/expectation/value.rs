@@ -84,7 +84,7 @@ impl Value {
             Self::Data(Bytes(bytes)) => {
                 beginning(bytes.len() as u64 == transfer.data.size && bytes.get(..kept.len()) == Some(kept))
             }
-            Self::Text(text) if data_type(transfer) == Some(DataType::UnicodeString) => {
+            Self::Text(text) if transfer.data_type() == Some(DataType::UnicodeString) => {
                 beginning(od::unicode(kept).trim_end_matches('\0') == text.trim_end_matches('\0'))
             }
             Self::Text(text) => {
@@ -97,7 +97,7 @@ impl Value {
                 let byte = kept.len() == 1;
                 number.is_some_and(|number| (number != 0) == *on && (byte || number <= 1)).into()
             }
-            Self::Number(number) => (whole && is_number(number, data_type(transfer), kept)).into(),
+            Self::Number(number) => (whole && is_number(number, transfer.data_type(), kept)).into(),
         }
     }
 
@@ -123,22 +123,14 @@ pub(super) fn found(transfer: &Transfer, expected: Option<&Value>) -> Said {
     if let Some(Value::Data(_)) = expected {
         return bytes();
     }
-    match od::decode(data_type(transfer), kept) {
+    match od::decode(transfer.data_type(), kept) {
         Read::Bool(on) => Said::Bool(on),
         Read::Signed(number) => Said::Quantity(Quantity::Signed(number)),
         Read::Unsigned(number) => Said::Quantity(Quantity::Count(number)),
         Read::Real(number) => Said::Real(number),
         Read::Text(text) => cut(text),
-        Read::Bytes(units) if data_type(transfer) == Some(DataType::UnicodeString) => cut(&od::unicode(units)),
+        Read::Bytes(units) if transfer.data_type() == Some(DataType::UnicodeString) => cut(&od::unicode(units)),
         Read::Time { .. } | Read::Difference { .. } | Read::Bytes(_) | Read::Empty => bytes(),
-    }
-}
-
-/// The type of a transfer's object: that of its description, else the standard's.
-fn data_type(transfer: &Transfer) -> Option<DataType> {
-    match &transfer.described {
-        Some(object) => object.data_type(),
-        None => transfer.mux.and_then(|mux| od::data_type(mux.index, mux.sub)),
     }
 }
 

@@ -8,6 +8,7 @@ mod clock;
 mod findings;
 mod incidents;
 mod objects;
+mod page;
 mod recent;
 mod snapshot;
 #[cfg(test)]
@@ -21,12 +22,13 @@ use std::sync::Arc;
 use self::clock::Clock;
 use self::findings::Findings;
 use self::objects::Objects;
+use self::page::Identity;
 use self::trace::{Place, Trace};
 use self::transfers::Transfers;
 use self::wire::Wire;
 use crate::bus::Bus;
 use crate::diagnosis::Diagnosis;
-use crate::event::{Event, What};
+use crate::event::{Event, ProcessData, Signals, What};
 use crate::filter;
 use crate::finding::{Finding, Severity};
 use crate::finding_context;
@@ -35,6 +37,8 @@ use crate::network::Network;
 use crate::readers::Marker;
 use crate::render::jsonl::Setting;
 use crate::render::text::Lines;
+use crate::services::pdo::mapping::Mapping;
+use crate::services::sdo::wire::Mux;
 use crate::summary::Summary;
 use crate::text::digits::{Spaced, put};
 use crate::text::{Depth, Lang};
@@ -62,6 +66,7 @@ pub struct Monitor {
     objects: Objects,
     transfers: Transfers,
     findings: Findings,
+    identity: Identity,
     trace: Trace,
     lines: Lines,
     last: FrameRef,
@@ -80,6 +85,7 @@ impl Monitor {
             objects: Objects::default(),
             transfers: Transfers::default(),
             findings: Findings::default(),
+            identity: Identity::default(),
             trace: Trace::default(),
             lines: Lines::new(lang, Depth::Default, None),
             last: FrameRef::default(),
@@ -123,7 +129,9 @@ impl Monitor {
             return;
         }
         let (no, t_ns, bus, id, kind) = (frame.no, frame.t_ns, frame.bus, frame.id, frame.kind);
-        let place = Place { frame: no, t_ns, bus, id, kind, service, node: own.as_ref().and_then(|own| own.node) };
+        let node = own.as_ref().and_then(|own| own.node);
+        let (object, mapping) = own.as_ref().map_or((None, None), objects);
+        let place = Place { frame: no, t_ns, bus, id, kind, service, node, object, mapping, code: None };
         self.data.clear();
         if kind == Kind::Remote {
             put!(&mut self.data; "remote request");
@@ -132,8 +140,8 @@ impl Monitor {
         }
         // What is not about this frame says so in a line of its own.
         let severity = worst.iter().filter(|(_, about)| *about).map(|(severity, _)| *severity).max();
-        self.trace.push(place, severity, true, &self.data, words);
-        self.below(events, place);
+        self.trace.push(place.clone(), severity, true, &self.data, words);
+        self.below(events, &place);
     }
 
     /// What belongs to no frame at hand.
@@ -143,7 +151,7 @@ impl Monitor {
         self.follow(setting, &mut events, None);
         for event in &events {
             let place = self.nowhere(event.bus, event.node);
-            self.below(std::slice::from_ref(event), place);
+            self.below(std::slice::from_ref(event), &place);
         }
     }
 
@@ -155,7 +163,7 @@ impl Monitor {
         let mut events = vec![Event { at, about: None, bus, node, transfer: None, what }];
         self.follow(setting, &mut events, None);
         let place = self.nowhere(bus, node);
-        self.below(&events, place);
+        self.below(&events, &place);
     }
 
     /// What the capturing program says of itself.
@@ -169,9 +177,12 @@ impl Monitor {
     }
 
     /// A bus is away for a while, and may have had frames meanwhile.
-    pub fn gap(&mut self, bus: BusId) {
+    pub fn gap(&mut self, bus: BusId, away: bool) {
         self.summary.gap(bus);
         self.objects.lost(bus);
+        if away {
+            self.wire(bus, Wire::leave);
+        }
     }
 
     /// A file with frames is over; so many of its lines or records cannot be read.
@@ -187,6 +198,11 @@ impl Monitor {
     /// All that a view shows but the trace, as one JSON object: its keys stand at the head of `snapshot.rs`.
     pub fn snapshot(&self, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
         snapshot::snapshot(self, setting, known)
+    }
+
+    /// What is known of one node, as one JSON object: its keys stand at the head of `page.rs`.
+    pub fn page(&self, setting: Setting<'_>, known: &[Bus], (bus, node): (BusId, u8)) -> Vec<u8> {
+        self.identity.page(setting, known.get(usize::from(bus.0)), (bus, node))
     }
 
     /// Lines of the trace, oldest first.
@@ -206,6 +222,7 @@ impl Monitor {
         events.retain(|event| match &event.what {
             What::Transfer(transfer) => {
                 self.transfers.take(setting, transfer);
+                self.identity.take(setting, transfer);
                 true
             }
             What::Finding(finding) => {
@@ -226,18 +243,18 @@ impl Monitor {
     }
 
     /// Traces the lines below a frame's own one, or of no frame.
-    fn below(&mut self, events: &[Event], place: Place) {
+    fn below(&mut self, events: &[Event], place: &Place) {
         for event in events.iter().filter(|event| !is_own(&event.what)) {
             self.said.clear();
             self.lines.aside(&mut self.said, event, place.frame);
             let words = self.said.trim_ascii_end();
             let words = words.strip_prefix(b"#").unwrap_or(words).trim_ascii_start();
             if !words.is_empty() {
-                let severity = match &event.what {
-                    What::Finding(finding) => Some(finding.severity()),
-                    _ => None,
-                };
-                self.trace.push(place, severity, false, &[], words);
+                let finding = if let What::Finding(finding) = &event.what { Some(finding) } else { None };
+                let code = finding.map(|finding| finding.code);
+                let object = finding.and_then(|finding| finding.object).or(place.object);
+                let severity = finding.map(|finding| finding.severity());
+                self.trace.push(Place { code, object, ..place.clone() }, severity, false, &[], words);
             }
         }
     }
@@ -245,11 +262,34 @@ impl Monitor {
     /// The place of a line that is about no frame.
     fn nowhere(&self, bus: BusId, node: Option<u8>) -> Place {
         let FrameRef { no, .. } = self.last;
-        Place { frame: no, t_ns: self.clock.now_ns, bus, id: CanId::standard(0), kind: Kind::Error, service: "", node }
+        Place {
+            frame: no,
+            t_ns: self.clock.now_ns,
+            bus,
+            id: CanId::standard(0),
+            kind: Kind::Error,
+            service: "",
+            node,
+            object: None,
+            mapping: None,
+            code: None,
+        }
     }
 
     fn wire(&mut self, bus: BusId, act: impl FnOnce(&mut Wire)) {
         wire(&mut self.wires, bus, act);
+    }
+}
+
+/// The object that a frame's own event is about, and those that are mapped into it.
+fn objects(own: &Event) -> (Option<Mux>, Option<Arc<Mapping>>) {
+    match &own.what {
+        What::Sdo(step) => (step.mux.or(step.command.mux()), None),
+        What::Pdo(ProcessData { content: Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..), .. }) => {
+            (None, Some(Arc::clone(mapping)))
+        }
+        What::Mpdo(data) => (data.mapping.entries.first().map(|one| Mux { index: one.index, sub: one.sub }), None),
+        _ => (None, None),
     }
 }
 

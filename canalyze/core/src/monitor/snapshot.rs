@@ -8,13 +8,14 @@
 //! | the object | `now_ns start_ns tally buses nodes objects objects_more transfers findings incidents incidents_more` |
 //! | `tally` | see `Session::tally` |
 //! | `buses` | `name frames frames_per_s bits_per_s bit_rate load_percent error_frames dropped state` |
-//! | `nodes` | `bus node name state state_text frames sent frames_per_s heartbeat_age_ns heartbeat_period_ns silent guarded emcy boot_ups drive findings incident` |
+//! | `nodes` | `bus node name state state_text frames sent frames_per_s unknown heartbeat_age_ns heartbeat_period_ns silent guarded emcy boot_ups drive findings incident` |
 //! | `objects` | `bus id ext rtr service node name count last_ns period_ns jitter_ns rate len data changed text severity` |
 //! | `transfers` | `running`: `transfer bus node direction mode index sub name size bytes since_ns`; `done`: `transfer bus node direction mode index sub name size value text status abort first_frame last_frame t_ns duration_ns` |
 //! | `findings` | `code severity frame t_ns bus node text count` |
 //! | `incidents` | `id kind word status provisional impact grade bus node nodes frame t_ns noticed end_frame end_ns depth cause cause_grade delay_ns text checks count` |
 //!
 //! `state` of a bus is null, `error-warning`, `error-passive` or `bus-off`; of a node as in `summary`, what it said last:
+//! `unknown` is true where the bus was away since, so that it may be any;
 //! `silent` is `heartbeat` or `guarding` where it should have been heard since and was not, else null. `emcy` is null or
 //! the last emergency `{"code","text","t_ns","active"}`, where `active` counts the errors that stand: 0 once all are
 //! taken back. `changed` has FF for a byte that changed in the last second, else 00.
@@ -143,7 +144,7 @@ impl View<'_> {
         put!(out; ",\"state_text\":\"", word, "\",\"frames\":", node.frames, ",\"sent\":", node.sent);
         put!(out; ",\"frames_per_s\":");
         tenths_or_null(out, self.lately(&live.rate));
-        put!(out; ",\"heartbeat_age_ns\":");
+        put!(out; ",\"unknown\":", jsonl::truth(live.unknown), ",\"heartbeat_age_ns\":");
         jsonl::signed_or_null(out, self.monitor.clock.since(live.beat_ns));
         put!(out; ",\"heartbeat_period_ns\":");
         jsonl::signed_or_null(out, known.and_then(|bus| bus.heartbeat_period(id)));
@@ -221,7 +222,7 @@ impl View<'_> {
             jsonl::name(out, self.setting.buses.name(transfer.bus));
             put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
             put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-            jsonl::sdo::object(out, self.setting.lang, transfer.mux, described.as_deref());
+            jsonl::sdo::object(out, self.setting.lang, transfer.mux, &described);
             put!(out; ",\"size\":");
             jsonl::number_or_null(out, transfer.data.size_indicated.map(u64::from));
             put!(out; ",\"bytes\":", transfer.data.size, ",\"since_ns\":");
@@ -238,8 +239,8 @@ impl View<'_> {
 }
 
 fn emergency(out: &mut Vec<u8>, lang: Lang, emergency: Option<Emergency>) {
-    let Some(Emergency { code, t_ns, active }) = emergency else { return put!(out; "null") };
-    let text = terms::emcy::code(lang, code).unwrap_or("");
+    let Some(Emergency { code, profile, t_ns, active }) = emergency else { return put!(out; "null") };
+    let text = terms::emcy::code(lang, profile, code).unwrap_or("");
     put!(out; "{\"code\":\"", Hex::<4>(u64::from(code)), "\",\"text\":\"", text, "\",\"t_ns\":");
     jsonl::signed_or_null(out, t_ns);
     put!(out; ",\"active\":", active, "}");

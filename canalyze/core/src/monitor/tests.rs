@@ -438,7 +438,7 @@ fn what_goes_wrong_is_shown_while_it_goes_on_and_may_change_until_its_cause_is_k
     let of = |key: &str| first[key].clone();
     assert_eq!((of("kind"), of("status"), of("node")), (json!("node-silent"), json!("stands"), json!(5)));
     assert_eq!((of("frame"), of("end_frame"), of("provisional")), (json!(39), json!(null), json!(true)));
-    assert_eq!(shot["nodes"][0]["incident"]["word"], "a node is silent");
+    assert_eq!(shot["nodes"][0]["incident"]["word"], "node silent");
     assert_eq!((&shot["nodes"][1]["incident"], &shot["incidents_more"]), (&json!(null), &json!(0)));
     // No frame comes any more, and the other one is late by now, too.
     let later = lost(Some(103_200));

@@ -4,12 +4,15 @@
 //! or filter by itself.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use memchr::memmem::Finder;
 
-use crate::filter::{Clock, Filter};
-use crate::finding::Severity;
+use crate::filter::{Clock, Filter, Subject};
+use crate::finding::{Code, Severity};
 use crate::frame::{BusId, Buses, CanId, Frame, Kind};
+use crate::services::pdo::mapping::Mapping;
+use crate::services::sdo::wire::Mux;
 use crate::text::digits::{Hex, put};
 
 /// Lines that are kept at least, once so many have come.
@@ -56,7 +59,7 @@ pub struct Wanted<'a> {
 }
 
 /// What of a frame filters ask for.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Place {
     pub(super) frame: u64,
     pub(super) t_ns: Option<i64>,
@@ -65,13 +68,47 @@ pub(super) struct Place {
     pub(super) kind: Kind,
     pub(super) service: &'static str,
     pub(super) node: Option<u8>,
+    /// The object that it is about.
+    pub(super) object: Option<Mux>,
+    /// Those that are mapped into it.
+    pub(super) mapping: Option<Arc<Mapping>>,
+    /// The rule of the finding that it is.
+    pub(super) code: Option<Code>,
 }
 
-impl Place {
+/// A line, as filters ask for it.
+struct Asked<'a> {
+    page: &'a Page,
+    row: &'a Row,
+}
+
+impl Asked<'_> {
     fn passes(&self, filter: &Filter, buses: &Buses, clock: Clock) -> bool {
-        let (no, t_ns, bus, kind) = (self.frame, self.t_ns, self.bus, self.kind);
-        let frame = Frame { no, t_ns, bus, kind, ..Frame::classic(self.id, &[]) };
-        filter.shows(&frame, self.service, self.node, buses, clock)
+        let Place { frame: no, t_ns, bus, kind, id, .. } = self.row.place;
+        let frame = Frame { no, t_ns, bus, kind, ..Frame::classic(id, &[]) };
+        filter.shows(&frame, self, buses, clock)
+    }
+}
+
+impl Subject for Asked<'_> {
+    fn service(&self) -> (&str, Option<u8>) {
+        (self.row.place.service, self.row.place.node)
+    }
+
+    fn has_object(&self, wanted: &dyn Fn(Mux) -> bool) -> bool {
+        let mapped = self.row.place.mapping.iter().flat_map(|mapping| &mapping.entries).filter(|one| !one.dummy);
+        let mut all = mapped.map(|one| Mux { index: one.index, sub: one.sub }).chain(self.row.place.object);
+        all.any(wanted)
+    }
+
+    fn has_finding(&self, wanted: &dyn Fn(&str, Severity) -> bool) -> bool {
+        let id = self.row.place.code.map_or("", |code| code.rule().id);
+        self.row.severity.is_some_and(|severity| wanted(id, severity))
+    }
+
+    fn annotation(&self, out: &mut Vec<u8>) {
+        let [_, said, end] = self.row.text;
+        out.extend_from_slice(self.page.part(said, end));
     }
 }
 
@@ -142,7 +179,7 @@ impl Trace {
         let finder = Finder::new(search.as_bytes());
         let mut hay = Vec::new();
         let mut passes = |page: &Page, row: &Row| {
-            if !wanted.filter.is_empty() && !row.place.passes(wanted.filter, buses, clock) {
+            if !wanted.filter.is_empty() && !(Asked { page, row }).passes(wanted.filter, buses, clock) {
                 return false;
             }
             if search.is_empty() {

@@ -45,10 +45,10 @@ fn json(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     jsonl::name(out, setting.buses.name(transfer.bus));
     put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
     put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-    jsonl::sdo::object(out, setting.lang, transfer.mux, transfer.described.as_deref());
+    jsonl::sdo::object(out, setting.lang, transfer.mux, &transfer.described);
     put!(out; ",\"size\":", transfer.data.size, ",\"value\":");
     if transfer.outcome.status == Status::Ok && transfer.data.kept.len() <= VALUE {
-        jsonl::sdo::json_value(out, jsonl::sdo::data_type(transfer), &transfer.data.kept);
+        jsonl::sdo::json_value(out, transfer.data_type(), &transfer.data.kept);
     } else {
         put!(out; "null");
     }

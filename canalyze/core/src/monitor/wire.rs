@@ -8,6 +8,7 @@ use crate::finding::Severity;
 use crate::frame::{Frame, Kind};
 use crate::message::Message;
 use crate::node::PerNode;
+use crate::profiles::Profile;
 use crate::services::error_frame;
 
 /// Time in ns that the load looks back.
@@ -68,6 +69,8 @@ impl ErrorState {
 pub(super) struct Emergency {
     /// The last error code that was reported and not taken back; where all are, the last of them.
     pub(super) code: u16,
+    /// By which it has its meaning.
+    pub(super) profile: Profile,
     /// When it was reported, in ns.
     pub(super) t_ns: Option<i64>,
     /// Errors that stand, it among them; 0: none does.
@@ -84,30 +87,33 @@ pub(super) struct Live {
     pub(super) emergency: Option<Emergency>,
     /// By severity.
     pub(super) findings: [u64; 3],
+    /// The bus was away since its state was seen last: what it is now, nobody knows.
+    pub(super) unknown: bool,
 }
 
 impl Default for Live {
     fn default() -> Self {
-        Self { rate: Recent::new(RATE_NS), beat_ns: None, emergency: None, findings: [0; 3] }
+        Self { rate: Recent::new(RATE_NS), beat_ns: None, emergency: None, findings: [0; 3], unknown: false }
     }
 }
 
 impl Live {
     fn message(&mut self, message: &Message, t_ns: Option<i64>) {
+        self.unknown &= !matches!(message, Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Nmt { .. });
         match *message {
             Message::BootUp { .. } => {
                 self.beat_ns = t_ns;
                 self.taken_back();
             }
             Message::Heartbeat { .. } => self.beat_ns = t_ns,
-            Message::Emcy { code, active, .. } => {
+            Message::Emcy { code, profile, active, .. } => {
                 let latest = if code > RESET { Some(code) } else { active.iter().last() };
                 let Some(code_now) = latest else { return self.taken_back() };
                 let before = self.emergency.filter(|before| code <= RESET && before.code == code_now);
                 let t_ns = before.map_or(t_ns, |before| before.t_ns);
                 // A list that is full no longer has the latest one.
                 let count = active.iter().count();
-                self.emergency = Some(Emergency { code: code_now, t_ns, active: count.max(1) });
+                self.emergency = Some(Emergency { code: code_now, profile, t_ns, active: count.max(1) });
             }
             _ => {}
         }
@@ -162,6 +168,12 @@ impl Wire {
         if let What::Message(message) = &event.what {
             live.message(message, frame.t_ns);
         }
+    }
+
+    /// The bus is away: its nodes may do anything meanwhile, and its controller may be restarted.
+    pub(super) fn leave(&mut self) {
+        self.state = None;
+        self.nodes.iter_mut().for_each(|(_, live)| live.unknown = true);
     }
 
     /// A finding about one of its nodes.

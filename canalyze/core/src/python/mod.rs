@@ -8,6 +8,7 @@ mod comparison;
 mod network;
 mod session;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
@@ -18,15 +19,17 @@ use self::comparison::Comparison;
 use self::network::{Dictionary, Expectations, Network};
 use self::session::Session;
 use crate::diagnosis::kinds::KINDS;
+use crate::filter::SERVICES;
 use crate::frame::Buses;
 use crate::network::Network as Known;
 use crate::readers::candump;
 use crate::readers::{Format as Input, listing, sniff};
 use crate::render;
+use crate::render::colour::{COLOURS, PLAIN};
 use crate::render::columns::Name;
-use crate::rules::RULES;
+use crate::rules::{RULES, SEVERITIES};
 use crate::session::{Options, Session as Core};
-use crate::text::{Depth, Lang};
+use crate::text::{Depth, Lang, complaints};
 use crate::writers::Format as Written;
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
@@ -74,16 +77,20 @@ fn explain(line: &str, lang: &str, network: Option<&Network>) -> PyResult<Option
     let mut buses = Buses::default();
     let mut out = Vec::new();
     let known = match candump::line(line.as_bytes(), &mut buses) {
-        Some(frame) => {
+        Ok(frame) => {
             match network {
                 Some(network) => within(&mut out, lang, line, &network.known),
                 None => render::text::explain(&mut out, lang, &frame, &buses),
             }
             true
         }
-        None => {
+        Err(reason) => {
             let devices = network.map_or(&[][..], |network| &network.known.descriptions);
-            crate::text::explain::code::code(&mut out, lang, line, devices)
+            let known = crate::text::explain::code::code(&mut out, lang, line, devices);
+            if let (false, Some(reason)) = (known, reason) {
+                return Err(PyValueError::new_err(complaints::no_frame(lang, line.as_bytes(), reason)));
+            }
+            known
         }
     };
     Ok(known.then(|| String::from_utf8_lossy(&out).into_owned()))
@@ -142,6 +149,10 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(omission, module)?)?;
     module.add_function(wrap_pyfunction!(class_of, module)?)?;
     module.add_function(wrap_pyfunction!(may_hold_command, module)?)?;
+    module.add("SERVICES", SERVICES)?;
+    module.add("SEVERITIES", SEVERITIES.iter().map(|one| one.name()).collect::<Vec<_>>())?;
+    module.add("COLOURS", COLOURS.iter().copied().collect::<BTreeMap<_, _>>())?;
+    module.add("PLAIN", PLAIN)?;
     module.add("INCIDENTS", KINDS.iter().map(|row| row.name).collect::<Vec<_>>())?;
     module.add("TABLES", Name::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;
     module.add("FORMATS", Input::NAMES.iter().map(|(name, _)| *name).collect::<Vec<_>>())?;

@@ -21,7 +21,7 @@ use crate::readers::mcap::{Choice, Clock, Map};
 use crate::readers::{Damage, Format as Input, Place};
 use crate::render;
 use crate::render::columns::Name;
-use crate::render::text::Time;
+use crate::render::text::{Look, Time};
 use crate::select::Select;
 use crate::session::{Format, Options, Session as Core};
 use crate::text::{Depth, Lang, complaints};
@@ -67,7 +67,7 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None, incidents = false, masks = Vec::new(), count = None))]
+    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None, incidents = false, masks = Vec::new(), count = None, coloured = false, numbered = false))]
     #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
     fn new(
         lang: &str,
@@ -91,6 +91,8 @@ impl Session {
         incidents: bool,
         masks: Vec<String>,
         count: Option<u64>,
+        coloured: bool,
+        numbered: bool,
     ) -> PyResult<Self> {
         let lang = language(lang)?;
         // What no user can ask for: records for another program's writer.
@@ -98,7 +100,10 @@ impl Session {
         let formats = [
             ("text", Format::Text),
             ("jsonl", Format::Jsonl),
+            ("events", Format::Events),
             ("transfers", Format::Transfers),
+            ("transfers-text", Format::TransfersText),
+            ("transfers-csv", Format::TransfersCsv),
             ("signals", Format::Signals),
             ("signals-csv", Format::SignalsCsv),
             ("summary", Format::Summary),
@@ -134,6 +139,7 @@ impl Session {
             depth: choose("depth", depth, &depths)?,
             stamps: choose("stamps", stamps, &kinds)?,
             time: time.map(|time| choose("time", time, &times)).transpose()?,
+            look: Look { coloured, numbered },
             filter: Filter::parse(filter.unwrap_or(""))
                 .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
             masks: Masks::parse(&masks).map_err(|mistake| PyValueError::new_err(complaints::masks(lang, &mistake)))?,
@@ -218,6 +224,10 @@ impl Session {
         String::from_utf8_lossy(&self.run(py, |core| core.snapshot())).into_owned()
     }
 
+    fn page(&self, py: Python<'_>, bus: &str, node: u8) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.page(bus.as_bytes(), node))).into_owned()
+    }
+
     #[pyo3(signature = (filter = "", search = "", frame = None, rows = 50, back = true))]
     fn trace(
         &self,
@@ -261,6 +271,10 @@ impl Session {
         let lost = |(loss, count): (String, u64)| Ok((choose("loss", &loss, Loss::NAMES)?, count));
         let further = further.into_iter().map(lost).collect::<PyResult<Vec<_>>>()?;
         Ok(self.run(py, |core| core.losses(name.as_bytes(), &further)))
+    }
+
+    fn nodes(&self, py: Python<'_>) -> String {
+        String::from_utf8_lossy(&self.run(py, |core| core.nodes())).into_owned()
     }
 
     fn tally(&self, py: Python<'_>) -> String {

@@ -171,6 +171,8 @@ pub enum Item {
     Gap {
         /// The bus.
         bus: BusId,
+        /// It is away, and may be for long: not only a few frames are missing.
+        away: bool,
     },
     /// Every frame of the live buses whose stamp is this or earlier has come: so late it is, on the frames' clock.
     Until {
@@ -185,7 +187,7 @@ impl Item {
     pub fn on_known_bus(self) -> Self {
         let (bus, line) = match &self {
             Self::Frame(frame) => (frame.bus, frame.line),
-            Self::Gap { bus } => (*bus, None),
+            Self::Gap { bus, .. } => (*bus, None),
             Self::Marker(Marker::Dropped { bus, place, .. } | Marker::Error { bus, place, .. }) => (*bus, place.line()),
             _ => return self,
         };

@@ -131,7 +131,7 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
     if header || stamp && event {
         return Some("asc");
     }
-    candump::line(line, &mut Buses::default()).map(|_| "candump")
+    candump::line(line, &mut Buses::default()).ok().map(|_| "candump")
 }
 
 /// A row of PEAK's in any version, its header being left out: number, offset in ms, then type, bus or identifier.

@@ -2,10 +2,13 @@
 //!
 //! It must not decide or count anything, and holds no words of its own: those come from `text`.
 
+pub mod colour;
 pub mod columns;
+mod csv;
 pub mod diff;
 pub mod jsonl;
 mod number;
 mod selection;
 pub mod signals;
 pub mod text;
+pub mod transfers;

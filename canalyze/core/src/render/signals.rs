@@ -2,17 +2,17 @@
 //!
 //! | column | |
 //! |---|---|
-//! | `t` | seconds, all digits of the stamp; empty or null without stamps |
+//! | `t` | seconds, all digits of the stamp, or as the time is asked for; empty or null without stamps |
 //! | `frame` | number in the capture, from 1 |
 //! | `bus` | name; empty or null where the capture has none |
 //! | `node` | node-ID |
 //! | `pdo` | `TPDO1` |
-//! | `signal` | name, as in a line of `decode`; `6041h:00` where there is none |
+//! | `signal` | name: the description's, else that of the standard in English; `6041h:00` where there is none |
 //! | `value` | with sign, type and factor applied; bytes in hexadecimal |
 //! | `raw` | the unsigned number in the payload |
 //! | `unit` | empty or null where the description has none |
 //! | `provenance` | of the mapping (of a multiplex PDO: its sub-index 0, which makes it one): `observed`, `option`, `dcf`, `eds`, `unconfirmed` |
-//! | `object` | `6041:00`, which is the same in every language |
+//! | `object` | `6041:00` |
 //!
 //! A multiplex PDO has one row, `node` and `pdo` are those of the PDO: the object that it addresses, of the node that
 //! its first byte names. Without a type `value` and `raw` are all four bytes.
@@ -21,8 +21,9 @@
 
 use std::sync::Arc;
 
-use super::jsonl::{self, Setting};
-use super::number::{self, Shape};
+use super::csv;
+use super::jsonl::{self, NAMES, Setting};
+use super::number;
 use super::selection::{Chosen, Selection, Whose};
 use crate::configuration::Provenance;
 use crate::event::{Addressed, Event, Signals as Content, What};
@@ -47,7 +48,7 @@ pub struct Signals {
 impl Signals {
     /// A renderer at the beginning of a capture.
     pub fn new(lang: Lang, csv: bool, select: Select) -> Self {
-        Self { lang, csv, headed: false, selection: Selection::new(lang, select) }
+        Self { lang, csv, headed: false, selection: Selection::new(NAMES, select) }
     }
 
     /// Appends the rows of a frame.
@@ -115,50 +116,18 @@ fn row(
     name: &str,
     from: Provenance,
 ) {
-    if frame.t_ns.is_some() {
-        let start = out.len();
-        jsonl::seconds(out, frame.t_ns, setting.decimals);
-        // The JSON string without its quotes.
-        out.pop();
-        out.remove(start);
-    }
+    csv::bare(out, |out| setting.moment(out, frame.t_ns));
     put!(out; ",", frame.no, ",");
-    cell(out, setting.buses.name(frame.bus));
+    csv::cell(out, setting.buses.name(frame.bus));
     put!(out; ",", whose.node, if whose.transmit { ",TPDO" } else { ",RPDO" }, whose.number, ",");
-    cell(out, name.as_bytes());
+    csv::cell(out, name.as_bytes());
     put!(out; ",");
-    bare(out, |out| number::value(out, mapping, mapped, frame.payload()));
+    number::value(out, mapping, mapped, frame.payload());
     put!(out; ",");
-    bare(out, |out| number::raw(out, mapping, mapped, frame.payload()));
+    number::raw(out, mapping, mapped, frame.payload());
     put!(out; ",");
-    cell(out, mapped.unit.as_deref().unwrap_or("").as_bytes());
+    csv::cell(out, mapped.unit.as_deref().unwrap_or("").as_bytes());
     put!(out; ",", from.name(), ",", Hex::<4>(u64::from(mapped.index)), ":", Hex::<2>(u64::from(mapped.sub)), "\n");
-}
-
-fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>) -> Shape) {
-    let _ = write(out);
-}
-
-/// A cell of CSV (RFC 4180): in quotes where it holds a comma, a quote or a line end. Control characters are escaped,
-/// and what a spreadsheet would take for a formula is quoted with an apostrophe.
-fn cell(out: &mut Vec<u8>, text: &[u8]) {
-    let mut safe = Vec::new();
-    if matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@')) {
-        safe.push(b'\'');
-    }
-    escape::terminal(&mut safe, text);
-    if safe.iter().any(|byte| matches!(byte, b',' | b'"' | b'\n' | b'\r')) {
-        out.push(b'"');
-        for byte in safe {
-            if byte == b'"' {
-                out.push(b'"');
-            }
-            out.push(byte);
-        }
-        out.push(b'"');
-    } else {
-        out.extend_from_slice(&safe);
-    }
 }
 
 #[allow(clippy::too_many_arguments, reason = "the keys of an object")]
@@ -174,7 +143,7 @@ fn line(
     from: Provenance,
 ) {
     put!(out; "{\"kind\":\"signal\",\"t\":");
-    jsonl::seconds(out, frame.t_ns, setting.decimals);
+    setting.moment(out, frame.t_ns);
     put!(out; ",\"frame\":", frame.no, ",\"line\":");
     jsonl::number_or_null(out, frame.line);
     put!(out; ",\"file\":");

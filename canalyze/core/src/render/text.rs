@@ -6,16 +6,17 @@
 
 use std::collections::BTreeMap;
 
+use super::colour;
 use crate::cob_id::{Role, predefined};
 use crate::event::{Event, Step, What};
-use crate::finding::Code;
+use crate::finding::{Code, Severity};
 use crate::frame::{Buses, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
 use crate::services;
 use crate::services::sdo::wire::Side;
-use crate::text::digits::{hex_digits, put};
+use crate::text::digits::{filled, hex_digits, put};
 use crate::text::{Depth, Lang, explain, findings, notes, services as words};
-use crate::writers::console::{Columns, dropped, left_out};
+use crate::writers::console::{Columns, dropped, left_out, length};
 
 /// How time is shown (option `-t`, as candump's).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,16 +33,48 @@ pub enum Time {
     None,
 }
 
+/// How time is shown, and what it counts from.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Clocked {
+    /// How; as it came, by default.
+    pub time: Option<Time>,
+    /// The stamp of the capture's first frame.
+    pub start_ns: Option<i64>,
+    /// The date that stamps count from, where one is known.
+    pub date_ns: Option<i64>,
+}
+
+impl Clocked {
+    /// A moment in this form, and whether it is a date; `None` where none is shown. Differences are not known here.
+    pub fn moment(self, t_ns: i64) -> Option<(i64, StampForm)> {
+        match self.time {
+            Some(Time::None) => None,
+            Some(Time::Zero) => Some((t_ns.saturating_sub(self.start_ns.unwrap_or(t_ns)), StampForm::Seconds)),
+            Some(Time::Absolute) => Some((t_ns.saturating_add(self.date_ns.unwrap_or(0)), StampForm::Seconds)),
+            Some(Time::Date) => Some((t_ns.saturating_add(self.date_ns.unwrap_or(0)), StampForm::Calendar)),
+            Some(Time::Delta) | None => Some((t_ns, StampForm::Seconds)),
+        }
+    }
+}
+
+/// How lines are marked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Look {
+    /// In colours, for a terminal.
+    pub coloured: bool,
+    /// The number of each frame is before its line.
+    pub numbered: bool,
+}
+
 /// The text renderer: what the lines so far decide of the next ones.
 #[derive(Debug)]
 pub struct Lines {
     lang: Lang,
     depth: Depth,
-    time: Option<Time>,
+    look: Look,
     columns: Columns,
-    /// The date that the stamps of the next frames count from, where one is known.
-    pub date_ns: Option<i64>,
-    first_ns: Option<i64>,
+    /// How the stamps of the next frames are shown.
+    pub clock: Clocked,
     last_ns: Option<i64>,
     /// Consequences are told at the end, by their causes; `None`: each has a line of its own.
     folded: Option<Consequences>,
@@ -50,6 +83,8 @@ pub struct Lines {
 /// Consequences, by the frame that explains them: how many of which rule.
 type Consequences = BTreeMap<u64, BTreeMap<Code, u64>>;
 
+/// Digits for which numbers of frames are aligned.
+const NUMBER: usize = 6;
 /// Causes of which the consequences are counted; those of further ones have lines of their own.
 const CAUSES: usize = 4096;
 
@@ -59,10 +94,9 @@ impl Lines {
         Self {
             lang,
             depth,
-            time,
+            look: Look::default(),
             columns: Columns::default(),
-            date_ns: None,
-            first_ns: None,
+            clock: Clocked { time, ..Clocked::default() },
             last_ns: None,
             folded: None,
         }
@@ -74,10 +108,33 @@ impl Lines {
         Self { folded, ..Self::new(lang, depth, time) }
     }
 
+    /// The same, marked like this.
+    pub fn looking(self, look: Look) -> Self {
+        Self { look, ..self }
+    }
+
     /// One frame's line, and below it what else it shows.
     pub fn frame(&mut self, out: &mut Vec<u8>, frame: &Frame, events: &[Event], buses: &Buses) {
         let stamp = self.stamp(frame);
-        self.columns.head(out, stamp.as_ref(), buses.name(frame.bus), frame);
+        if self.look.numbered {
+            // With a colon readers take it for the number of the row, whatever follows.
+            self.dyed(out, colour::named("quiet"), |out| {
+                filled(out, frame.no, NUMBER, b' ');
+                out.push(b':');
+            });
+            put!(out; "  ");
+        }
+        if self.look.coloured {
+            let (columns, name) = (&mut self.columns, buses.name(frame.bus));
+            put!(out; colour::named("quiet"));
+            columns.source(out, stamp.as_ref(), name, frame);
+            put!(out; colour::PLAIN, colour::node(events.first().and_then(|event| event.node)));
+            columns.identifier(out, frame);
+            put!(out; colour::PLAIN);
+            length(out, frame);
+        } else {
+            self.columns.head(out, stamp.as_ref(), buses.name(frame.bus), frame);
+        }
         data(out, frame);
         put!(out; "  # ");
         let mut said = false;
@@ -87,6 +144,25 @@ impl Lines {
         if !said {
             out.push(b'\n');
         }
+    }
+
+    /// What `write` appends, in a colour where there are any.
+    fn dyed(&self, out: &mut Vec<u8>, colour: &'static str, write: impl FnOnce(&mut Vec<u8>)) {
+        if !self.look.coloured {
+            return write(out);
+        }
+        let start = out.len() + colour.len();
+        put!(out; colour);
+        write(out);
+        // A colour ends with the first line: below it is what explains it.
+        let end = out.get(start..).and_then(|said| said.iter().position(|byte| *byte == b'\n'));
+        let end = end.map_or(out.len(), |end| start + end);
+        out.splice(end..end, colour::PLAIN.bytes());
+    }
+
+    /// A line that stands out by itself.
+    pub fn emphasized(&self, out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
+        self.dyed(out, colour::named("own"), write);
     }
 
     /// One frame's line by itself: neither stamp nor bus, and nothing below it; no line end. `event`: its own one.
@@ -105,6 +181,21 @@ impl Lines {
     /// What one of a frame's events says, in whole lines. Its own one stands behind the frame's data, others below it.
     /// Gives whether it is its own.
     pub fn said(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) -> bool {
+        let service = match &event.what {
+            What::Message(message) => message.service(),
+            What::Pdo(_) | What::Mpdo(_) => "pdo",
+            What::Sdo(_) => "sdo",
+            _ => {
+                self.aside(out, event, frame.no);
+                return false;
+            }
+        };
+        self.dyed(out, colour::named(service), |out| self.own(out, event, frame));
+        true
+    }
+
+    /// What a frame's own event says.
+    fn own(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) {
         match &event.what {
             What::Message(message) => {
                 words::message(out, self.lang, self.depth, message, frame);
@@ -134,12 +225,8 @@ impl Lines {
                     explain::sdo::step(out, self.lang, step, event.node.unwrap_or(0), frame);
                 }
             }
-            _ => {
-                self.aside(out, event, frame.no);
-                return false;
-            }
+            What::Transfer(_) | What::Note(_) | What::Finding(_) => {}
         }
-        true
     }
 
     /// What is known only at the end of the capture.
@@ -166,9 +253,11 @@ impl Lines {
     pub fn finish(&mut self, out: &mut Vec<u8>) {
         let Some(folded) = self.folded.as_mut().filter(|_| self.depth != Depth::Brief) else { return };
         for (cause, rules) in std::mem::take(folded) {
-            put!(out; "#   ");
-            findings::consequences(out, self.lang, cause, &rules);
-            out.push(b'\n');
+            self.dyed(out, colour::severity(Severity::Info), |out| {
+                put!(out; "#   ");
+                findings::consequences(out, self.lang, cause, &rules);
+                out.push(b'\n');
+            });
         }
     }
 
@@ -179,25 +268,29 @@ impl Lines {
         if self.depth == Depth::Brief {
             return;
         }
+        let colour = match &event.what {
+            What::Finding(finding) => colour::severity(finding.severity()),
+            _ => colour::named("quiet"),
+        };
         match &event.what {
-            What::Finding(finding) => {
+            What::Finding(finding) => self.dyed(out, colour, |out| {
                 let rule = finding.code.rule();
                 put!(out; "#   ", rule.id, " ");
                 put!(out; findings::severity(self.lang, finding.severity()), ": ");
                 findings::placed(out, self.lang, finding, under);
                 out.push(b'\n');
-            }
-            What::Note(note) => {
+            }),
+            What::Note(note) => self.dyed(out, colour, |out| {
                 let about = event.about.map_or(event.at.no, |about| about.no);
                 put!(out; "#   ");
                 notes::note(out, self.lang, *note, about);
                 out.push(b'\n');
-            }
-            What::Transfer(transfer) if event.about.is_some() => {
+            }),
+            What::Transfer(transfer) if event.about.is_some() => self.dyed(out, colour, |out| {
                 put!(out; "#   ");
                 words::sdo::later_result(out, self.lang, transfer);
                 out.push(b'\n');
-            }
+            }),
             What::Transfer(_) | What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
         }
     }
@@ -215,19 +308,14 @@ impl Lines {
     /// The stamp that is shown.
     fn stamp(&mut self, frame: &Frame) -> Option<Stamp> {
         let stamp = frame.stamp?;
-        let Some(time) = self.time else { return Some(stamp) };
+        let Some(time) = self.clock.time else { return Some(stamp) };
         let now = frame.t_ns.unwrap_or(stamp.ns);
-        let first = *self.first_ns.get_or_insert(now);
         let last = self.last_ns.replace(now).unwrap_or(now);
-        let seconds = |ns| Stamp { form: StampForm::Seconds, ns, width: 3, decimals: stamp.decimals };
-        let moment = now.saturating_add(self.date_ns.unwrap_or(0));
-        match time {
-            Time::None => None,
-            Time::Absolute => Some(seconds(moment)),
-            Time::Delta => Some(seconds(now.saturating_sub(last))),
-            Time::Zero => Some(seconds(now.saturating_sub(first))),
-            Time::Date => Some(Stamp { form: StampForm::Calendar, ..seconds(moment) }),
-        }
+        let (ns, form) = match time {
+            Time::Delta => (now.saturating_sub(last), StampForm::Seconds),
+            _ => self.clock.moment(now)?,
+        };
+        Some(Stamp { form, ns, width: 3, decimals: stamp.decimals })
     }
 }
 

@@ -17,10 +17,10 @@ rules! {
             "The device was configured or stored its parameters before the capture began, or the EDS is of another firmware or another device.";
         Value { found: Quantity, described: Quantity }
             "读到{found}, EDS的默认值为{described}"
-            "{found} read, {described} by default in the EDS";
+            "read {found}, EDS default is {described}";
         PdoLength { found: Count, mapped: Count }
             "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备在记录开始前已被配置, 或者EDS不是这台设备的"
-            "PDO length {found}, the EDS's default mapping has {mapped} (in bytes): the device was configured before the capture began, or the EDS is not of this device";
+            "PDO is {found|byte|bytes}, the EDS's default mapping has {mapped}: the device was configured before the capture began, or the EDS is for another device";
     }
 
     /// A value read before any write differs from what a DCF configures.
@@ -34,7 +34,7 @@ rules! {
             "The device is not configured by this DCF, or lost its configuration in a reset.";
         Value { found: Quantity, described: Quantity }
             "读到{found}, DCF配置为{described}"
-            "{found} read, {described} in the DCF";
+            "read {found}, DCF has {described}";
     }
 
     /// An object was accessed that the description lacks.
@@ -44,14 +44,14 @@ rules! {
             "访问成功了, 但设备描述中没有这个索引或子索引。"
             "The access succeeded, but the device's description has no such index or sub-index.";
         cause
-            "EDS与固件版本不符, 或者厂商没有把该对象写进EDS。"
+            "EDS与固件版本不符, 或者制造商没有把该对象写进EDS。"
             "The EDS is of another firmware, or the vendor left the object out of it.";
         Index
             "访问成功, 但设备描述中没有该索引"
-            "accessed, but the description has no such index";
+            "index accessed that the description does not list";
         SubIndex
             "访问成功, 但设备描述中该索引没有这个子索引"
-            "accessed, but the description has no such sub-index of it";
+            "sub-index accessed that the description does not list";
     }
 
     /// Device type, vendor-ID or product code are not the description's.
@@ -65,6 +65,6 @@ rules! {
             "The wrong EDS was given for the node, node-IDs were mixed up, or the device was replaced.";
         Value { found: Quantity, described: Quantity }
             "读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"
-            "{found} read, {described} in the description: the EDS is probably not of this device";
+            "read {found}, the description has {described}: the EDS is probably for another device";
     }
 }

@@ -36,7 +36,7 @@ pub struct Variant {
 impl Variant {
     /// Does not compile where a sentence and the facts do not fit.
     pub(crate) const fn check(&self) {
-        assert!(self.is_sound(), "a name in braces is no fact of the variant, or a fact stands in no sentence");
+        assert!(self.is_sound(), "a name in braces is no fact of the variant, or a fact is in no sentence");
     }
 
     /// Whether each name in braces is a fact, and each fact that is spoken stands in both sentences.

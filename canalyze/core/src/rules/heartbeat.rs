@@ -8,33 +8,33 @@ rules! {
 
     /// A heartbeat came late.
     Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2" [ErrorControl, Nmt] {
-        message "心跳迟到" "heartbeat late";
+        message "心跳延迟" "heartbeat late";
         meaning
             "两个心跳的间隔明显超过了周期。周期取自1017h或之前的心跳; 额外的心跳是允许的。"
-            "Two heartbeats are clearly further apart than the period, which is known from 1017h or the heartbeats before. Additional heartbeats are legal.";
+            "Two heartbeats are clearly further apart than the period, which is taken from 1017h or the previous heartbeats. Additional heartbeats are legal.";
         cause
             "节点太忙, 总线负载太高, 或者丢了一帧。"
             "A busy node, high bus load, or a missing frame.";
         Late { found: Ns, expected: Ns }
-            "与上次心跳间隔{found}, 周期为{expected}"
-            "{found} after the last heartbeat, the period is {expected}";
+            "距上次心跳{found}, 周期为{expected}"
+            "{found} since the previous heartbeat (period {expected})";
     }
 
     /// No heartbeat for longer than a consumer waits, or than three periods.
     Hbt002 "HBT002" "heartbeat-lost" Error "CiA 301 7.2.8.3.2.2" [ErrorControl, Nmt] {
         message "心跳丢失" "heartbeat lost";
         meaning
-            "消费者时间 (1016h) 内没有心跳; 没有已知的消费者时间时, 以三个周期加容差为限。只说一次。"
-            "No heartbeat within the consumer heartbeat time (1016h) or, where none is known, within three periods and a tolerance. It is said once.";
+            "消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。"
+            "No heartbeat within the consumer heartbeat time (1016h) or, where none is known, within three periods plus a tolerance. Reported once.";
         cause
             "节点掉线、断电或死机, 电缆断开, 或者节点总线关闭(bus off)。"
-            "The node is gone, off or hung, a cable is open, or its controller is in bus-off.";
+            "The node is disconnected, powered off or hung, a cable is broken, or its controller is bus-off.";
         ConsumerTime { silence: Ns, limit: Ns }
-            "此后{silence}没有心跳, 消费者时间为{limit}"
-            "no heartbeat for {silence} after it, the consumer heartbeat time is {limit}";
+            "此后{silence}没有心跳, 超过消费者心跳时间(1016h) {limit}"
+            "no heartbeat for {silence} since then (consumer heartbeat time 1016h: {limit})";
         Limit { silence: Ns, limit: Ns }
-            "此后{silence}没有心跳, 限值为{limit}"
-            "no heartbeat for {silence} after it, the limit is {limit}";
+            "此后{silence}没有心跳, 判定时限{limit}(3个周期加容差)"
+            "no heartbeat for {silence} since then (limit {limit}: 3 periods plus tolerance)";
     }
 
     /// Error control with a state that the standard does not define.
@@ -44,81 +44,81 @@ rules! {
             "错误控制报文中的状态只能是00h、04h、05h或7Fh; 心跳的位7为0。"
             "Error control carries the state 00h, 04h, 05h or 7Fh; bit 7 of a heartbeat is 0.";
         cause
-            "固件错误, 数据损坏, 或者别的协议占用了这个CAN-ID。"
-            "A fault of the firmware, corrupt data, or another protocol on this CAN-ID.";
+            "固件错误, 数据损坏, 或者其他协议占用了这个CAN-ID。"
+            "A firmware bug, corrupt data, or another protocol on this CAN-ID.";
         State { found: Hex2 }
-            "状态为{found}"
-            "the state is {found}";
+            "心跳中的状态{found}未定义"
+            "undefined state {found}";
         ToggleBit { found: Hex2 }
-            "心跳的位7为1 ({found}), 而没有保护请求"
-            "bit 7 of a heartbeat is 1 ({found}), and nobody has sent a guarding request";
+            "心跳的位7为1 ({found}), 却没有节点保护请求"
+            "bit 7 of the heartbeat is 1 ({found}), but there was no node guarding request";
     }
 
     /// Two nodes use one node-ID.
     Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5" [ErrorControl, Nmt] {
         message "节点ID重复" "duplicate node-ID";
         meaning
-            "同一个节点ID上有两路心跳交错, 或者一次复位后有两个启动报文: 总线上有两个节点使用了同一个节点ID。"
-            "Two series of heartbeats are interleaved on one node-ID, or two boot-ups follow one reset: two nodes use the same node-ID.";
+            "同一节点ID上有两路心跳交错, 或者一次复位后收到两个启动报文: 总线上有两个节点使用同一节点ID。"
+            "Two heartbeat streams are interleaved on one node-ID, or two boot-ups follow one reset: two nodes use the same node-ID.";
         cause
             "拨码开关设置相同, 或者新设备使用默认的节点ID。"
             "Equal DIP switches, or a new device with the default node-ID.";
         States { one: State, other: State }
-            "没有命令而状态交替为{one}和{other}"
-            "the state alternates between {one} and {other} without commands";
+            "没有NMT命令, 状态却在{one}与{other}之间交替"
+            "the state alternates between {one} and {other} without NMT commands";
         Gaps { one: Ns, other: Ns }
-            "心跳间隔交替为{one}和{other}: 两路心跳"
-            "gaps between heartbeats alternate between {one} and {other}: two series";
+            "心跳间隔{one}与{other}交替: 存在两路心跳"
+            "heartbeat intervals alternate between {one} and {other}: two heartbeat streams";
         HalfPeriod { found: Ns, expected: Ns }
-            "心跳间隔为{found}, 只有1017h周期{expected}的一半"
-            "gaps between heartbeats are {found}, half of the {expected} of 1017h";
+            "心跳间隔为{found}, 仅为1017h周期{expected}的一半"
+            "heartbeat interval is {found}, half of the {expected} in 1017h";
         BootUps { gap: Ns }
-            "{gap}内有两个启动报文"
+            "{gap}内收到两个启动报文"
             "two boot-ups within {gap}";
         Series { one: Ns, other: Ns }
-            "周期为{one}的心跳之间每隔{other}另有心跳: 两路心跳"
-            "between heartbeats of period {one} come others every {other}: two series";
+            "周期{one}的心跳之间另有每隔{other}的心跳: 存在两路心跳"
+            "between heartbeats of period {one} there are others every {other}: two heartbeat streams";
     }
 
     /// The whole bus was silent: no heartbeat could be seen.
     Hbt005 "HBT005" "silent-bus" Info "-" [ErrorControl, Nmt] {
         message "总线静默" "silent bus";
         meaning
-            "这段时间里总线上一帧也没有, 因此不据此判断节点丢失; 之后不再出现的节点才算丢失。"
-            "There was no frame at all, so no node counts as lost for that; who does not come back afterwards does.";
+            "这段时间总线上没有任何报文, 因此不判断节点丢失; 之后不再出现的节点才视为丢失。"
+            "There was no frame at all, so no node counts as lost during that time; a node that does not come back afterwards does.";
         cause
             "记录暂停或主机停顿, 总线断开, 或者整个网络断电。"
-            "The recording paused or the host stalled, the bus was open, or the network had no power.";
+            "The recording paused or the host stalled, the bus was disconnected, or the network had no power.";
         Silent { silence: Ns, nodes: Count }
-            "总线静默{silence}, {nodes}个节点的心跳应到未到"
-            "the bus was silent for {silence}; nodes whose heartbeat was due: {nodes}";
+            "总线静默{silence}, 期间{nodes}个节点的心跳应到未到"
+            "bus silent for {silence}; heartbeats of {nodes|node|nodes} missing meanwhile";
     }
 
     /// Error control has another length than 1 byte.
     Hbt006 "HBT006" "error-control-length" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "错误控制报文的长度不是1字节" "error control is not 1 byte long";
         meaning
-            "心跳、启动报文和保护应答都是1字节, 只有状态。"
-            "Heartbeat, boot-up and guarding answer have one byte, the state.";
+            "心跳、启动报文和节点保护应答都是1字节, 仅含状态。"
+            "Heartbeat, boot-up and node guarding response have one byte, the state.";
         cause
-            "固件设置了错误的DLC, 或者该COB-ID上是别的协议。"
+            "固件设置了错误的DLC, 或者该COB-ID被其他协议使用。"
             "The firmware sets a wrong DLC, or another protocol uses this COB-ID.";
         Length { found: Count }
-            "错误控制报文有{found}字节, 应为1字节"
-            "error control has {found} bytes and should have 1";
+            "错误控制报文为{found}字节, 应为1字节"
+            "error control is {found|byte|bytes} long, expected 1";
     }
 
     /// Heartbeats come with another period, and nothing has changed it.
-    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.16" [ErrorControl, Nmt] {
+    Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.20" [ErrorControl, Nmt] {
         message "心跳周期改变" "heartbeat period changed";
         meaning
-            "心跳以另一个周期均匀出现, 而记录中没有能解释它的1017h写入或复位。"
-            "Heartbeats come evenly with another period than before, and neither a write to 1017h nor a reset is in the capture that explains it.";
+            "心跳改以另一周期均匀发送, 而记录中没有对1017h的写入或复位可以解释。"
+            "Heartbeats come regularly with another period than before, and the capture has no write to 1017h and no reset that explains it.";
         cause
             "固件中的任务过载或重新启动, 本地操作, 或者另一个节点使用了同一个节点ID。"
-            "A busy or restarted task of the firmware, local operation, or a second node with this node-ID.";
+            "An overloaded or restarted firmware task, local operation, or a second node with this node-ID.";
         Changed { from: Ns, to: Ns }
-            "从这里起心跳周期为{to}, 此前为{from}"
-            "heartbeats come every {to} from here on, every {from} before";
+            "心跳周期由{from}变为{to}"
+            "heartbeat period changed from {from} to {to}";
     }
 }

@@ -43,6 +43,9 @@ pub enum Severity {
     Error,
 }
 
+/// Every severity, the least first.
+pub const SEVERITIES: &[Severity] = &[Severity::Info, Severity::Warning, Severity::Error];
+
 impl Severity {
     /// The word in machine output.
     pub fn name(self) -> &'static str {

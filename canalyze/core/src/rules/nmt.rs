@@ -10,98 +10,98 @@ rules! {
     Nmt001 "NMT001" "invalid-node-control" Warning "CiA 301 7.2.8.3.1" [Nmt, ErrorControl] {
         message "NMT命令无效" "invalid NMT command";
         meaning
-            "CiA 301定义的命令是01h、02h、80h、81h和82h, 节点ID为0 (所有节点) 到127, 帧长2字节; 其他的命令节点会忽略。"
+            "CiA 301定义的命令为01h、02h、80h、81h和82h, 节点ID为0 (所有节点) 到127, 长度2字节; 其他命令会被节点忽略。"
             "CiA 301 defines the commands 01h, 02h, 80h, 81h and 82h, node-IDs 0 (all) to 127, and a length of 2 bytes; nodes ignore anything else.";
         cause
-            "主站程序拼错了命令, 或者别的协议占用了CAN-ID 000。"
-            "A command put together wrongly by the master, or another protocol on CAN-ID 000.";
+            "主站程序拼错了命令, 或者其他协议占用了CAN-ID 000h。"
+            "A wrong command from the master, or another protocol on CAN-ID 000h.";
         Command { found: Hex2 }
             "未知的NMT命令{found}"
             "unknown NMT command {found}";
         NodeId { found: Count }
             "NMT命令的节点ID为{found}, 应为0到127"
-            "NMT command to node-ID {found}, which should be 0 to 127";
+            "NMT command to node-ID {found}, expected 0 to 127";
         Length { found: Count }
-            "NMT命令长{found}字节, 应为2字节"
-            "length of the NMT command {found}, which should be 2 bytes";
+            "NMT命令为{found}字节, 应为2字节"
+            "NMT command is {found|byte|bytes} long, expected 2";
     }
 
     /// A node does not do what it was commanded.
     Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1" [Nmt, ErrorControl] {
-        message "NMT命令没有效果" "NMT command without effect";
+        message "NMT命令未生效" "NMT command without effect";
         meaning
-            "节点收到命令后必须进入相应状态; 两个心跳周期之后它仍然报告另一个状态。"
-            "A node enters the state it is commanded to; two heartbeat periods later it still reports another one.";
+            "节点收到命令后必须进入相应状态; 两个心跳周期之后它仍报告其他状态。"
+            "A node must enter the commanded state; two heartbeat periods later it still reports another one.";
         cause
             "节点拒绝启动 (有错误, 或配置不完整), 没有收到命令, 或者命令发给了不执行它的节点。"
             "The node refuses to start (an error, or an incomplete configuration), or did not receive the command.";
         Still { command: Command, found: State }
-            "命令“{command}”之后节点仍然处于{found}状态"
-            "after the command \"{command}\" the node is still {found}";
+            "NMT命令“{command}”发出后, 节点仍处于{found}"
+            "the node is still {found} after NMT command \"{command}\"";
         NoBootUp { command: Command, found: State }
-            "命令“{command}”之后节点没有发送启动报文, 却报告{found}状态"
-            "after the command \"{command}\" the node has sent no boot-up, but reports {found}";
+            "NMT命令“{command}”发出后, 节点没有发送启动报文, 却报告{found}"
+            "the node sent no boot-up after NMT command \"{command}\", but reports {found}";
     }
 
     /// A boot-up that no reset command explains.
     Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
-        message "节点自行复位" "spontaneous reset";
+        message "节点自行复位" "unexpected reset";
         meaning
             "启动报文之前没有复位命令, 也没有其他能解释它的帧。"
-            "A boot-up that no reset command precedes, nor anything else that explains it.";
+            "No reset command or other frame before the boot-up explains it.";
         cause
-            "看门狗复位, 电源跌落, 固件崩溃, 或者有人给节点断过电。"
-            "A watchdog, a dip of the supply, a crash of the firmware, or somebody has switched the node off and on.";
+            "看门狗复位, 电源跌落, 固件崩溃, 或者节点曾被人为断电。"
+            "A watchdog reset, a supply dip, a firmware crash, or a manual power cycle.";
         SinceBootUp { after: Ns }
-            "没有复位命令的启动报文, 距上次启动{after}"
-            "boot-up without a reset command, {after} after the last boot-up";
+            "未见复位命令却收到启动报文, 距上次启动{after}"
+            "boot-up without a reset command, {after} after the previous boot-up";
         BootUp
-            "没有复位命令的启动报文"
+            "未见复位命令却收到启动报文"
             "boot-up without a reset command";
         WhileRunning { after: Ns }
-            "节点正在运行 (上次心跳在{after}之前), 没有复位命令却重新启动"
-            "the node was running (last heartbeat {after} before) and booted without a reset command";
+            "节点正在运行 (上次心跳在{after}前), 未见复位命令却重新启动"
+            "the node was running (last heartbeat {after} earlier) and booted without a reset command";
     }
 
     /// A change of state that no command explains.
     Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
-        message "没有命令的状态变化" "change of state without command";
+        message "没有NMT命令的状态变化" "state change without NMT command";
         meaning
-            "节点报告了另一个NMT状态, 但没有使它改变的命令, 也没有紧急报文。"
-            "The node reports another NMT state though no command changed it, and no emergency explains it.";
+            "节点的NMT状态发生变化, 但没有相应的NMT命令, 也没有紧急报文。"
+            "The node reports another NMT state although no NMT command changed it and no EMCY explains it.";
         cause
             "节点内部的错误处理 (1029h), 本地操作, 两个节点使用同一个节点ID, 或者命令不在记录中。"
             "Error behaviour (1029h) or local operation of the node, two nodes with one node-ID, or a command that is not in the capture.";
         Changed { from: State, to: State }
-            "没有命令, 状态由{from}变为{to}"
-            "from {from} to {to} without a command";
+            "没有NMT命令, 状态却由{from}变为{to}"
+            "state changed from {from} to {to} without an NMT command";
     }
 
     /// A change of state that an error explains (1029h).
     Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32" [Nmt, ErrorControl] {
-        message "因错误改变状态" "change of state on an error";
+        message "因错误改变状态" "state change on an error";
         meaning
-            "节点没有收到命令而离开操作状态或停止, 同时发送了紧急报文: 这是1029h规定的错误行为。此后它保持该状态; 错误不会使节点启动。"
-            "The node left Operational, or stopped, without a command and sent an emergency: the error behaviour of 1029h. It stays there; no error starts a node.";
+            "节点没有收到命令就离开操作状态或进入停止状态, 并发送了紧急报文: 这是1029h规定的错误行为。此后节点保持该状态, 不会因错误而启动。"
+            "The node left Operational, or entered Stopped, without a command and sent an EMCY: the error behaviour of 1029h. It stays in that state; an error never starts a node.";
         cause
             "通信错误, 例如它监视的心跳丢失。"
             "A communication error, such as the loss of a heartbeat that the node watches.";
         Changed { from: State, to: State }
-            "没有命令, 状态由{from}变为{to}, 与节点的紧急报文同时发生"
-            "from {from} to {to} without a command, along with an emergency of the node";
+            "没有NMT命令, 状态由{from}变为{to}, 并伴有该节点的紧急报文"
+            "state changed from {from} to {to} without an NMT command, together with an EMCY of the node";
     }
 
     /// A node has not booted after a reset.
     Nmt006 "NMT006" "boot-up-missing" Error "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
-        message "复位后没有启动报文" "boot-up missing";
+        message "复位后没有启动报文" "no boot-up after a reset";
         meaning
             "节点复位并完成初始化后必须发送启动报文。该节点此前在线, 复位后却没有发送。"
-            "A node that is reset reports with a boot-up once it is initialised. None has come, though the node was there before.";
+            "After a reset and its initialisation a node sends a boot-up. None was seen, although the node was online before.";
         cause
-            "节点卡在初始化过程中, 掉电, 节点ID或位速率配置丢失, 或者没有收到命令。"
-            "The node hangs in its initialisation, has lost its power or its configuration of node-ID or bit rate, or did not receive the command.";
+            "节点卡在初始化过程中, 掉电, 节点ID或波特率配置丢失, 或者没有收到命令。"
+            "The node hangs during initialisation, lost power, lost its node-ID or bit rate configuration, or did not receive the command.";
         Missing { command: Command, age: Ns }
-            "命令“{command}”之后{age}没有启动报文"
-            "no boot-up for {age} after the command \"{command}\"";
+            "NMT命令“{command}”发出后{age}没有启动报文"
+            "no boot-up for {age} after NMT command \"{command}\"";
     }
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::Words;
 use crate::frame::CanId;
+use crate::profiles::Profile;
 use crate::services::sdo::wire::{self, Mux};
 
 /// Something measured or expected. Its kind says how it is printed and what it is in JSON.
@@ -47,7 +48,7 @@ pub enum Quantity {
     /// An error code of an LSS slave, with the command specifier that it answers: words name it.
     LssError(u8, u8),
     /// An emergency error code.
-    Emcy(u16),
+    Emcy(u16, Profile),
     /// A data type code (CiA 301, 7.4.7).
     Type(u16),
     /// A state of CiA 402's power drive system, as a statusword that says it: words name it.
@@ -150,7 +151,7 @@ macro_rules! kinds {
 
 kinds! {
     Quantity: Count(u64) Ns(i64) Hex2(u8) Hex4(u16) Hex8(u32) Object(Mux) Id(CanId) State(u8) Command(u8) Pdo(bool, u16)
-    Statusword(u16) Controlword(u16) Mode(i8) Lss(u8) LssError(u8, u8) Emcy(u16) Type(u16) Abort(u32) Side(wire::Side)
+    Statusword(u16) Controlword(u16) Mode(i8) Lss(u8) LssError(u8, u8) Emcy(u16, Profile) Type(u16) Abort(u32) Side(wire::Side)
     Size(u64) Crc(CrcMatch)
 }
 

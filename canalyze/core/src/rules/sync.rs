@@ -8,22 +8,22 @@ rules! {
 
     /// A SYNC has another length than 1019h asks for, or than the SYNCs before.
     Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22" one [Sync, Pdo] {
-        message "同步报文长度错误" "wrong length of SYNC";
+        message "同步报文长度错误" "wrong SYNC length";
         meaning
             "1019h为0时同步报文没有数据, 否则有1字节的计数器; 长度不符时, 消费者可能不处理该同步报文, 并报告8240h。"
-            "A SYNC has no data where 1019h is 0, else one byte with the counter. Consumers may ignore a SYNC of another length, and report 8240h.";
+            "SYNC has no data if 1019h is 0, otherwise one byte with the counter. Consumers may ignore a SYNC of another length and report 8240h.";
         cause
             "生产者与消费者的1019h设置不一致, 或者总线上有另一个同步生产者。"
-            "Producer and consumers disagree about 1019h, or there is another SYNC producer on the bus.";
+            "1019h differs between producer and consumers, or there is another SYNC producer on the bus.";
         Overflow { found: Count, overflow: Count }
-            "同步报文有{found}字节, 而1019h为{overflow}"
-            "SYNC of length {found} (in bytes) though 1019h is {overflow}";
+            "同步报文为{found}字节, 而1019h为{overflow}"
+            "SYNC is {found|byte|bytes} long, but 1019h is {overflow}";
         Before { found: Count, expected: Count }
-            "同步报文有{found}字节, 之前的都是{expected}字节"
-            "SYNC of length {found}, those before had length {expected} (in bytes)";
+            "同步报文为{found}字节, 此前均为{expected}字节"
+            "SYNC is {found|byte|bytes} long, previous ones {expected}";
         Length { found: Count }
-            "同步报文有{found}字节, 应为0或1字节"
-            "SYNC of length {found} instead of 0 or 1 (in bytes)";
+            "同步报文为{found}字节, 应为0或1字节"
+            "SYNC is {found|byte|bytes} long, expected 0 or 1";
     }
 
     /// The synchronous counter does not go on as it should.
@@ -31,16 +31,16 @@ rules! {
         message "同步计数器不连续" "SYNC counter out of sequence";
         meaning
             "同步计数器从1开始, 每个同步报文加1, 到溢出值(1019h)后回到1, 从不为0。"
-            "The counter begins with 1, counts every SYNC, and goes back to 1 after the overflow value (1019h); it is never 0.";
+            "The counter starts at 1, increments with every SYNC, and returns to 1 after the overflow value (1019h); it is never 0.";
         cause
             "同步报文丢失或重复, 生产者实现有误, 或者总线上有两个同步生产者。"
-            "A SYNC was lost or doubled, the producer is wrong, or there are two producers on the bus.";
+            "A SYNC was lost or duplicated, the producer has a bug, or there are two producers on the bus.";
         Skipped { found: Count, expected: Count }
             "同步计数器为{found}, 应为{expected}"
-            "SYNC counter {found} instead of {expected}";
+            "SYNC counter is {found}, expected {expected}";
         OutOfRange { found: Count, limit: Count }
             "同步计数器为{found}, 应在1到{limit}之间"
-            "SYNC counter {found} is not within 1 to {limit}";
+            "SYNC counter is {found}, expected 1 to {limit}";
     }
 
     /// A SYNC is missing, late or one too many, or the period is not the configured one, or another one than before.
@@ -48,42 +48,42 @@ rules! {
         message "同步周期异常" "irregular SYNC period";
         meaning
             "同步报文应按同步周期(1006h)到来; 间隔超过1.5个周期时, 消费者视为超时。1006h未知时, 周期按报文测得。"
-            "SYNCs should come with the communication cycle period (1006h); consumers call one missing after one and a half periods. Where 1006h is not known the period is taken from the traffic.";
+            "SYNC should come every communication cycle period (1006h); consumers time out after 1.5 periods. If 1006h is unknown, the period is measured.";
         cause
             "生产者停顿或过载, 同步报文丢失, 发出了多余的同步报文, 或者1006h与实际周期不一致。"
-            "The producer stalled or is overloaded, a SYNC was lost, one too many was sent, or 1006h is not what the producer does.";
+            "The producer stalled or is overloaded, a SYNC was lost, an extra one was sent, or 1006h differs from the actual period.";
         Missing { gap: Ns, period: Ns, tolerance: Ns, missing: Count }
-            "下一个同步报文在{gap}后才到来, 周期{period} (容差{tolerance}): 缺少{missing}个同步报文"
-            "the next SYNC came {gap} after this one, period {period} (tolerance {tolerance}): {missing} missing";
+            "与下一个同步报文相隔{gap}(周期{period}, 容差{tolerance}): 缺少{missing}个"
+            "next SYNC {gap} later (period {period}, tolerance {tolerance}): {missing} missing";
         Late { gap: Ns, period: Ns, tolerance: Ns, missing: JsonOnly<Count> }
-            "下一个同步报文在{gap}后才到来, 周期{period} (容差{tolerance}): 迟到"
-            "the next SYNC came {gap} after this one, period {period} (tolerance {tolerance}): late";
+            "与下一个同步报文相隔{gap}(周期{period}, 容差{tolerance}): 延迟"
+            "next SYNC {gap} later (period {period}, tolerance {tolerance}): late";
         Early { gap: Ns, period: Ns, tolerance: Ns }
-            "下一个同步报文仅{gap}后就到来, 周期{period} (容差{tolerance})"
-            "the next SYNC came only {gap} after this one, period {period} (tolerance {tolerance})";
+            "与下一个同步报文仅相隔{gap}(周期{period}, 容差{tolerance})"
+            "next SYNC only {gap} later (period {period}, tolerance {tolerance})";
         NotConfigured { period: Ns, expected: Ns }
-            "同步周期实际为{period}, 配置为{expected}"
-            "the SYNC period is {period}, configured is {expected}";
+            "同步周期实测为{period}, 配置为{expected}"
+            "SYNC period is {period}, configured {expected}";
         Changed { period: Ns, expected: Ns }
-            "同步周期从此变为{period}, 之前为{expected}; 没有对1006h的写入可以解释"
-            "the SYNC period is {period} from here on, before it was {expected}; no write of 1006h explains it";
+            "同步周期由{expected}变为{period}, 其间没有写入1006h"
+            "SYNC period changed from {expected} to {period} without a write to 1006h";
         Unsteady { jitter: Ns, period: Ns }
-            "同步报文间隔不稳定, 偏离周期{period}达{jitter}"
-            "SYNCs come unsteadily, up to {jitter} off the period of {period}";
+            "同步报文间隔不稳定, 与周期{period}最大偏差{jitter}"
+            "unsteady SYNC, up to {jitter} off the period of {period}";
     }
 
     /// A synchronous TPDO came after the synchronous window.
     Syn004 "SYN004" "outside-window" Warning "CiA 301 7.2.5, 7.5.2.7" one [Sync, Pdo] {
-        message "同步PDO在同步窗口之外" "synchronous PDO outside the window";
+        message "同步PDO超出同步窗口" "synchronous PDO outside the window";
         meaning
             "同步TPDO应在同步报文之后的同步窗口(1007h)内发出; 更晚的可能被消费者丢弃。"
-            "Synchronous TPDOs should be sent within the synchronous window (1007h) after the SYNC; consumers may drop later ones.";
+            "Synchronous TPDOs should be sent within the synchronous window (1007h) after SYNC; consumers may discard later ones.";
         cause
             "节点处理太慢, 总线负载太高, 或者窗口设得太短。"
             "The node is too slow, the bus load too high, or the window too short.";
         Late { delay: Ns, window: Ns, tolerance: Ns, cycle: Count }
-            "第{cycle}个同步周期: 在同步报文之后{delay}到来, 窗口{window}, 容差{tolerance}"
-            "SYNC cycle {cycle}: {delay} after the SYNC, window {window}, tolerance {tolerance}";
+            "第{cycle}个同步周期: SYNC之后{delay}才发出, 超出同步窗口{window}(容差{tolerance})"
+            "SYNC cycle {cycle}: sent {delay} after SYNC, window {window} (tolerance {tolerance})";
     }
 
     /// Synchronous TPDOs without any SYNC before.
@@ -91,10 +91,10 @@ rules! {
         message "同步PDO在第一个同步报文之前" "synchronous PDO before the first SYNC";
         meaning
             "同步TPDO由同步报文触发, 而记录中在它之前还没有同步报文。"
-            "Synchronous TPDOs are triggered by SYNC, and the capture has none before this one.";
+            "Synchronous TPDOs are triggered by SYNC, but the capture has no SYNC before this one.";
         cause
             "传输类型与已知的配置不同, 或者同步报文使用了别的COB-ID (1005h)。"
-            "The transmission type is another one than is known, or SYNC has another COB-ID (1005h).";
+            "The transmission type differs from the known configuration, or SYNC uses another COB-ID (1005h).";
     }
 
     /// Two nodes produce SYNC.
@@ -102,50 +102,50 @@ rules! {
         message "总线上有两个同步生产者" "two SYNC producers on the bus";
         meaning
             "同一时刻只应有一个节点产生同步报文; 两路同步报文会使同步PDO加倍或错位。"
-            "Only one node should produce SYNC at a time; two trains of SYNCs double or displace synchronous PDOs.";
+            "Only one node should produce SYNC at a time; two SYNC streams double or displace synchronous PDOs.";
         cause
             "两个节点的1005h都置了生产者位(位30), 或者主站与某个节点同时产生同步报文。"
-            "The producer bit (bit 30) of 1005h is set on two nodes, or the master produces SYNC beside a node.";
+            "The producer bit (bit 30) of 1005h is set on two nodes, or both the master and a node produce SYNC.";
         Counters { found: Count, expected: Count }
-            "两路同步计数器交错: 收到{found}, 另一路应为{expected}"
-            "two SYNC counters run beside each other: {found}, while {expected} is due in the other";
+            "两路同步计数器交错: 收到{found}, 而另一路应为{expected}"
+            "two interleaved SYNC counters: got {found}, the other expects {expected}";
         Interleaved { short: Ns, long: Ns, period: Ns }
-            "两路同步报文交错: 间隔{short}与{long}交替, 周期{period}"
-            "two trains of SYNCs: {short} and {long} apart in turn, period {period}";
+            "两路同步报文交错: 间隔{short}与{long}交替(周期{period})"
+            "two interleaved SYNC streams (intervals alternate {short} and {long}, period {period})";
         Configured { other: Count }
             "该节点和节点{other}都配置为同步生产者"
-            "configured as SYNC producer, and so is node {other}";
+            "configured as SYNC producer, as is node {other}";
     }
 
     /// The synchronous window is not shorter than the communication cycle.
     Syn007 "SYN007" "window-not-below-period" Warning "CiA 301 7.5.2.6, 7.5.2.7" one [Sync, Pdo] {
-        message "同步窗口不小于同步周期" "synchronous window not below the period";
+        message "同步窗口不小于同步周期" "synchronous window not shorter than the period";
         meaning
             "同步窗口(1007h)应小于同步周期(1006h), 否则它不起作用。"
-            "The synchronous window (1007h) should be shorter than the communication cycle period (1006h), else it means nothing.";
+            "The synchronous window (1007h) should be shorter than the communication cycle period (1006h), otherwise it has no effect.";
         cause
             "1006h或1007h的单位弄错 (都是µs), 或者只改了其中一个。"
-            "The unit of 1006h or 1007h was mistaken (both are in microseconds), or only one of them was changed.";
+            "Wrong unit in 1006h or 1007h (both are in µs), or only one of them was changed.";
         Window { window: Ns, period: Ns }
             "同步窗口{window}不小于同步周期{period}"
-            "the synchronous window of {window} is not below the communication cycle period of {period}";
+            "synchronous window {window} is not shorter than the communication cycle period {period}";
     }
 
     /// A cyclic synchronous TPDO did not come in its cycle.
     Syn008 "SYN008" "missing-synchronous-pdo" Warning "CiA 301 7.2.2.2, 7.5.2.37" one [Sync, Pdo] {
         message "周期内缺少同步PDO" "synchronous PDO missing in its cycle";
         meaning
-            "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 它之前一直如此, 这次没有来。"
-            "A TPDO of transmission type n (1 to 240) is sent with every n-th SYNC; this one was, and did not come.";
+            "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 此前一直如此, 这次没有发送。"
+            "A TPDO of transmission type n (1 to 240) is sent with every n-th SYNC; it was so far, but not this time.";
         cause
             "节点没有收到同步报文或处理太慢, 窗口已过而放弃发送, 或者记录中丢了一帧。"
-            "The node did not get the SYNC or was too slow, its window had passed, or a frame was lost from the capture.";
+            "The node missed the SYNC or was too slow, its window had passed, or a frame is missing from the capture.";
         Missing { cycle: Count, count: Count }
-            "第{cycle}个同步周期没有发送 (缺{count}次)"
+            "第{cycle}个同步周期没有发送 (共缺{count}次)"
             "not sent in SYNC cycle {cycle} ({count} missing)";
         Since { cycle: Count, since: Count }
-            "从第{cycle}个同步周期起不再发送, 已过{since}个周期, 而节点仍在操作状态"
-            "not sent from SYNC cycle {cycle} on, for {since} cycles, though the node is Operational";
+            "从第{cycle}个同步周期起不再发送(已{since}个周期), 而节点仍处于操作状态"
+            "missing since SYNC cycle {cycle} ({since|cycle|cycles}), although the node is Operational";
     }
 
     /// A synchronous TPDO came more than once in a cycle.
@@ -156,7 +156,7 @@ rules! {
             "A synchronous TPDO is sent at most once in a SYNC cycle.";
         cause
             "节点实现有误, 两个节点使用同一个COB-ID, 或者记录中缺少一个同步报文。"
-            "The node is wrong, two nodes use the same COB-ID, or a SYNC is missing from the capture.";
+            "A bug in the node, two nodes with the same COB-ID, or a SYNC missing from the capture.";
         Twice { cycle: Count }
             "第{cycle}个同步周期内多次发送"
             "sent more than once in SYNC cycle {cycle}";
@@ -166,61 +166,61 @@ rules! {
     Syn010 "SYN010" "wrong-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37" one here [Sync, Pdo] {
         message "同步PDO在错误的周期" "synchronous PDO in the wrong cycle";
         meaning
-            "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 它在别的周期到来。"
-            "A TPDO of transmission type n (1 to 240) is sent with every n-th SYNC; this one came in another cycle.";
+            "传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 这次在其他周期发送。"
+            "A TPDO of transmission type n (1 to 240) is sent with every n-th SYNC; this one was sent in another cycle.";
         cause
             "节点漏收或多算了一个同步报文, 处理太慢而拖到下一周期, 或者同步起始值设置有误。"
-            "The node missed or miscounted a SYNC, was so slow that it came a cycle late, or the SYNC start value is wrong.";
+            "The node missed or miscounted a SYNC, was so slow that it sent a cycle late, or the SYNC start value is wrong.";
         TransmissionType { found: Count, expected: Count }
-            "在上次发送后的第{found}个同步报文发送, 按传输类型应为第{expected}个"
-            "sent at SYNC {found} after the one it was last sent at, due by its transmission type at SYNC {expected}";
+            "上次发送后第{found}个SYNC再次发送, 传输类型要求每{expected}个SYNC一次"
+            "sent {found|SYNC|SYNCs} after the previous one, its transmission type asks for one every {expected|SYNC|SYNCs}";
         OtherCycle { expected: Count, found: Count }
-            "属于第{expected}个同步周期, 到第{found}个周期才到来"
-            "belongs to SYNC cycle {expected} and came in cycle {found}";
+            "应在第{expected}个同步周期发送, 到第{found}个周期才发出"
+            "expected in SYNC cycle {expected}, sent in cycle {found}";
     }
 
     /// Times of SYNC cannot be judged.
     Syn011 "SYN011" "sync-not-judged" Info "-" one [Sync, Pdo] {
-        message "无法判断同步时间" "times of SYNC cannot be judged";
+        message "无法判断同步时间" "SYNC timing cannot be judged";
         meaning
             "没有时间戳, 或者时间戳的抖动超过同步窗口, 因此不判断周期和窗口; 计数器和各周期内的PDO照常判断。"
-            "Without stamps, or with stamps that are less steady than the synchronous window is long, period and window are not judged; counter and composition of the cycles are.";
+            "Without timestamps, or with timestamp jitter beyond the synchronous window, period and window are not judged; counter and PDOs per cycle are.";
         cause
-            "记录没有时间戳 (candump的 -t), 或者是在繁忙的主机上记录的; --jitter 可以给出容差。"
-            "The capture has no stamps (-t of candump), or was taken on a busy host; --jitter gives the tolerance.";
+            "记录没有时间戳 (candump的 -t), 或者是在繁忙的主机上记录的; --jitter 可设定容差。"
+            "The capture has no timestamps (candump -t), or was taken on a busy host; --jitter sets the tolerance.";
         NoStamps
             "记录没有时间戳, 不判断同步周期和窗口"
-            "the capture has no stamps: SYNC period and window are not judged";
+            "no timestamps: SYNC period and window are not judged";
         Tolerance { tolerance: Ns, window: Ns }
             "容差{tolerance}不小于窗口{window}, 不判断窗口"
-            "the tolerance of {tolerance} is not below the window of {window}: the window is not judged";
+            "tolerance {tolerance} is not smaller than the window {window}: the window is not judged";
     }
 
     /// A SYNC was late, and those after it came in time.
     Syn012 "SYN012" "late-sync" Info "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
-        message "个别同步报文迟到" "a single SYNC was late";
+        message "个别同步报文延迟" "single late SYNC";
         meaning
-            "一个同步报文比周期晚了一半以上, 之后的又按原来的节拍到来: 没有缺少同步报文, 只是这一个发送或记录得晚。"
-            "One SYNC came over half a period late, and those after it came at the old times: none is missing, this one was only sent or recorded late.";
+            "一个同步报文延迟半个周期以上, 之后恢复正常周期: 没有缺少同步报文, 只是这一个发送或记录得晚。"
+            "One SYNC came more than half a period late, the following ones on time: none is missing, this one was only sent or recorded late.";
         cause
-            "同步报文的生产者或记录的计算机被别的任务占用了片刻; 总线负载高。"
-            "The producer, or the recording computer, was busy with something else for a moment; a high bus load.";
+            "同步报文的生产者或记录用的计算机短时繁忙; 总线负载高。"
+            "The producer or the recording computer was briefly busy; high bus load.";
         Late { gap: Ns, period: Ns }
-            "同步报文间隔{gap}, 周期为{period}, 之后恢复原来的节拍"
-            "{gap} since the SYNC before, the period is {period}; those after it came in time";
+            "距上一同步报文{gap}(周期{period}), 之后恢复正常周期"
+            "{gap} since the previous SYNC (period {period}); the following ones are on time";
     }
 
     /// SYNC has stopped, and nodes are Operational all the same.
     Syn013 "SYN013" "sync-stopped" Warning "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "同步报文停止" "SYNC has stopped";
         meaning
-            "同步报文原来按周期发送, 之后不再出现, 而节点仍处于操作状态: 同步PDO既不再发送, 也不再生效。没有NMT命令、启动报文或对1005h、1006h的写入可以解释。"
-            "SYNC came periodically and then no more, while nodes go on in Operational: synchronous PDOs are neither sent nor actuated any more. No NMT command, boot-up or write of 1005h or 1006h explains it.";
+            "同步报文原来按周期发送, 之后不再出现, 而节点仍处于操作状态: 同步PDO不再发送, 也不再生效。其间没有NMT命令、启动报文或对1005h、1006h的写入。"
+            "SYNC was periodic and then stopped while nodes are still Operational: synchronous PDOs are neither sent nor actuated any more. No NMT command, boot-up or write to 1005h or 1006h explains it.";
         cause
             "同步报文的生产者断电、断线或程序结束; 它的1005h或1006h在记录之外被改动。测试结束时往往是有意停止的。"
-            "The producer was switched off, disconnected or has ended its program; its 1005h or 1006h was changed outside of the capture. At the end of a test this is often meant.";
+            "The producer was switched off, disconnected or its program ended; its 1005h or 1006h was changed outside the capture. At the end of a test this is often intended.";
         Stopped { silence: Ns, period: Ns }
-            "已有{silence}没有同步报文, 原来的周期为{period}; 节点仍处于操作状态"
-            "no SYNC for {silence}, the period was {period}; the node is still Operational";
+            "已{silence}没有同步报文(原周期{period}), 节点仍处于操作状态"
+            "no SYNC for {silence} (period was {period}), but the node is still Operational";
     }
 }

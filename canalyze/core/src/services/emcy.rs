@@ -6,11 +6,12 @@
 //! | 2 | error register, a copy of 1001h |
 //! | 3-7 | manufacturer-specific |
 //!
-//! The words for codes and register bits are terms; what a device profile adds to the codes is not known here.
+//! The words for codes and register bits are terms; of which profile the device is, is the bus's part.
 
 use super::length;
 use crate::cob_id::Role;
 use crate::message::{Errors, Message};
+use crate::profiles::Profile;
 
 /// Decodes a frame on a node's EMCY identifier.
 pub fn decode(role: Role, node: u8, payload: &[u8]) -> Message {
@@ -20,6 +21,7 @@ pub fn decode(role: Role, node: u8, payload: &[u8]) -> Message {
     Message::Emcy {
         node,
         code: u16::from_le_bytes([low, high]),
+        profile: Profile::UNKNOWN,
         register,
         manufacturer: [a, b, c, d, e],
         active: Errors::default(),
@@ -33,7 +35,7 @@ mod tests {
 
     fn emcy(code: u16, register: u8, manufacturer: [u8; 5]) -> Message {
         let (active, cleared) = (Errors::default(), Errors::default());
-        Message::Emcy { node: 10, code, register, manufacturer, active, cleared }
+        Message::Emcy { node: 10, code, profile: Profile::UNKNOWN, register, manufacturer, active, cleared }
     }
 
     #[test]

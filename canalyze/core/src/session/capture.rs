@@ -12,6 +12,7 @@ use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
 use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
 use crate::render::jsonl;
+use crate::render::text::{Clocked, Time};
 use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005, Cap008};
 use crate::text::{Lang, complaints};
 use crate::writers;
@@ -25,6 +26,8 @@ const STEP_BACK_NS: i64 = 10_000_000;
 #[derive(Debug)]
 pub(super) struct Capture {
     lang: Lang,
+    /// How time is shown.
+    time: Option<Time>,
     /// The file at hand.
     pub(super) file: File,
     /// The file before it, until its first frame.
@@ -68,9 +71,10 @@ pub(super) struct View<'a> {
 }
 
 impl Capture {
-    pub(super) fn new(lang: Lang) -> Self {
+    pub(super) fn new(lang: Lang, time: Option<Time>) -> Self {
         Self {
             lang,
+            time,
             file: File::default(),
             before: None,
             numbered: 0,
@@ -100,7 +104,13 @@ impl Capture {
         View {
             buses,
             clock: Clock { start_ns: self.start_ns.unwrap_or(0), date_ns: date_ns.unwrap_or(0) },
-            jsonl: jsonl::Setting { lang: self.lang, file, buses, decimals: self.decimals },
+            jsonl: jsonl::Setting {
+                lang: self.lang,
+                file,
+                buses,
+                decimals: self.decimals,
+                clock: Clocked { time: self.time, start_ns: self.start_ns, date_ns },
+            },
             writing: writers::Setting { buses, date_ns },
         }
     }

@@ -10,6 +10,7 @@ mod decoding;
 mod output;
 mod records;
 mod sink;
+mod subject;
 mod tally;
 
 use std::sync::Arc;
@@ -36,7 +37,7 @@ use crate::readers::mcap::Choice;
 use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Settings};
 use crate::render::columns::{self, Batch};
 use crate::render::jsonl;
-use crate::render::text::Time;
+use crate::render::text::{Look, Time};
 use crate::rules::capture::{Cap006, Cap007};
 use crate::select::Select;
 use crate::text::{Depth, Lang, complaints};
@@ -52,8 +53,14 @@ pub enum Format {
     Text,
     /// JSON lines: frames, notes, findings, transfers.
     Jsonl,
+    /// The same with all of the diagnosis at the end, for libraries.
+    Events,
     /// JSON lines of SDO transfers only.
     Transfers,
+    /// The same for a table for people: names of objects are in their language.
+    TransfersText,
+    /// CSV of SDO transfers.
+    TransfersCsv,
     /// JSON lines of decoded signals only.
     Signals,
     /// CSV of decoded signals.
@@ -98,6 +105,8 @@ pub struct Options {
     pub mcap: Choice,
     /// How time is shown; as it came, by default.
     pub time: Option<Time>,
+    /// How lines are marked.
+    pub look: Look,
     /// Which frames are shown.
     pub filter: Filter,
     /// The same in candump's manner, by channel.
@@ -151,6 +160,8 @@ impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
         let output = Output::new(&options);
+        // Of frames in JSON lines the time is that of the capture.
+        let time = options.time.filter(|_| options.format != Format::Jsonl);
         let Options { lang, stamps, mcap, extract, network, expectations, .. } = options;
         let mut decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
         if let Some(expected) = expectations {
@@ -167,7 +178,7 @@ impl Session {
             fed: 0,
             buses: Buses::default(),
             stream: Stream {
-                capture: Capture::new(lang),
+                capture: Capture::new(lang, time),
                 ahead: Ahead::default(),
                 decoding,
                 output,
@@ -402,6 +413,13 @@ impl Session {
         out
     }
 
+    /// What each node was seen to do so far, as a JSON list: see `tally.rs`.
+    pub fn nodes(&self) -> Vec<u8> {
+        let (mut out, Stream { capture, tally, decoding, .. }) = (Vec::new(), &self.stream);
+        tally.nodes(&mut out, self.lang, decoding.buses(), (&self.buses, capture.last.t_ns));
+        out
+    }
+
     /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other
     /// formats.
     pub fn snapshot(&self) -> Vec<u8> {
@@ -409,6 +427,18 @@ impl Session {
         let (tally, decoding) = (self.tally(), &self.stream.decoding);
         let known = Known { tally: &tally, buses: decoding.buses(), diagnosis: decoding.diagnosis() };
         monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
+    }
+
+    /// What a view shows of one node beyond its row, as a JSON object (see `monitor/page.rs`); empty in other formats, and
+    /// of a bus that there is not.
+    pub fn page(&self, bus: &[u8], node: u8) -> Vec<u8> {
+        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        let Some(place) = self.buses.names().position(|name| name == bus) else { return Vec::new() };
+        monitor.page(
+            self.stream.capture.view(&self.buses).jsonl,
+            self.stream.decoding.buses(),
+            (BusId(place as u8), node),
+        )
     }
 
     /// Lines of the trace, oldest first; none in other formats.
@@ -451,7 +481,7 @@ impl Stream {
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
             Item::Damaged(damage) => self.damaged(damage, buses, out),
-            Item::Gap { bus } => self.gap(bus, buses, out),
+            Item::Gap { bus, away } => self.gap((bus, away), buses, out),
             Item::Until { now_ns } => self.until(now_ns, buses, out),
         }
     }
@@ -509,7 +539,7 @@ impl Stream {
         let holed = self.decoding.is_behind_hole(frame);
         let stepped = seen.is_some_and(|(_, happened)| happened.step_ns.is_some());
         if holed && let Some(before) = before {
-            self.output.gap(frame.bus);
+            self.output.gap(frame.bus, false);
             self.decoding.lost(frame.bus, *before, buses);
             self.aside(buses, out);
         }
@@ -571,8 +601,8 @@ impl Stream {
     }
 
     /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
-    fn gap(&mut self, bus: BusId, buses: &Buses, out: &mut Vec<u8>) {
-        self.output.gap(bus);
+    fn gap(&mut self, (bus, away): (BusId, bool), buses: &Buses, out: &mut Vec<u8>) {
+        self.output.gap(bus, away);
         self.capture.gap();
         self.decoding.lost(bus, self.capture.last, buses);
         self.aside(buses, out);

@@ -6,6 +6,7 @@
 use super::capture::View;
 use super::records::Records;
 use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text, service};
+use super::subject::{self, Seen};
 use super::{Format, Options};
 use crate::diagnosis::incident::IncidentId;
 use crate::diagnosis::{Diagnosis, Phase};
@@ -21,6 +22,8 @@ use crate::readers::Marker;
 use crate::render::columns::{Batch, Columns};
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
+use crate::services::sdo::transfer::Transfer;
+use crate::text::lane;
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -44,14 +47,19 @@ impl Output {
         let (lang, depth, time) = (options.lang, options.depth, options.time);
         let signals = |csv| Box::new(Signals::new(lang, csv, options.select.clone()));
         let sink: Box<dyn Sink> = match options.format {
-            Format::Text => Box::new(Text(Lines::folding(lang, depth, time))),
+            Format::Text => Box::new(Text(Lines::folding(lang, depth, time).looking(options.look))),
             Format::Lines => Box::new(NumberedLines(Lines::new(lang, depth, time))),
-            Format::Jsonl => Box::new(JsonLines),
+            Format::Jsonl => Box::new(JsonLines { diagnosis: false }),
+            Format::Events => Box::new(JsonLines { diagnosis: true }),
             Format::Signals => signals(false),
             Format::SignalsCsv => signals(true),
-            Format::Transfers | Format::Check | Format::Summary | Format::Records | Format::Observed => {
-                Box::new(Records::new(options.format, &options.network))
-            }
+            Format::Transfers
+            | Format::TransfersText
+            | Format::TransfersCsv
+            | Format::Check
+            | Format::Summary
+            | Format::Records
+            | Format::Observed => Box::new(Records::new(options.format, &options.network)),
             Format::Diagnosis => Box::new(Incidents),
             Format::Info => Box::new(Info::default()),
             // What goes wrong is no matter of single frames: behind a filter it is not compared.
@@ -158,8 +166,8 @@ impl Output {
     }
 
     /// A bus is away for a while.
-    pub(super) fn gap(&mut self, bus: BusId) {
-        self.each(|sink| sink.gap(bus));
+    pub(super) fn gap(&mut self, bus: BusId, away: bool) {
+        self.each(|sink| sink.gap(bus, away));
     }
 
     /// The next file begins, in a format of this name. `first`: of those that are open together.
@@ -171,7 +179,7 @@ impl Output {
     pub(super) fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, frame: &Frame, events: &mut Vec<Event>) {
         self.transfers(out, view, events);
         if self.sink.takes_frames() {
-            let passing = self.passing(view, frame, events, (0, None));
+            let passing = passing((&self.filter, &self.masks), view, frame, events, (0, None));
             self.shown += u64::from(passing.shown);
             self.sink.frame(out, view, passing, events);
         }
@@ -180,7 +188,7 @@ impl Output {
     /// The rows of a frame with all that follows from it. `sync`: the SYNC cycle that runs on its bus, and the least
     /// synchronous window there, in ns.
     pub(super) fn rows(&mut self, view: View<'_>, frame: &Frame, events: &mut Vec<Event>, sync: (u64, Option<i64>)) {
-        let passing = self.passing(view, frame, events, sync);
+        let passing = passing((&self.filter, &self.masks), view, frame, events, sync);
         if let Some(tables) = &mut self.tables {
             Sink::frame(&mut **tables, &mut Vec::new(), view, passing, events);
         }
@@ -198,7 +206,14 @@ impl Output {
     /// What belongs to no frame at hand.
     pub(super) fn aside(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
         self.transfers(out, view, events);
-        self.sink.asides(out, view, events, &self.filter);
+        if self.filter.is_empty() || self.sink.filters_asides() {
+            return self.sink.asides(out, view, events, &self.filter);
+        }
+        let shown = |event: &&Event| {
+            self.filter.shows_aside(event, &subject::aside(view.jsonl.lang, event), view.buses, view.clock)
+        };
+        let events: Vec<Event> = events.iter().filter(shown).cloned().collect();
+        self.sink.asides(out, view, &events, &self.filter);
     }
 
     /// What the capturing program reports of itself.
@@ -208,7 +223,9 @@ impl Output {
 
     /// A finding about the capture, which belongs to no frame; lines for people have it on standard error only.
     pub(super) fn finding(&mut self, out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
-        self.each(|sink| sink.finding(out, view, finding));
+        if self.filter.takes_finding(finding) {
+            self.each(|sink| sink.finding(out, view, finding));
+        }
     }
 
     /// The end of a file that had frames; `unreadable`: its lines or records that cannot be read.
@@ -241,18 +258,11 @@ impl Output {
         }
     }
 
-    fn passing<'a>(&self, view: View<'_>, frame: &'a Frame, events: &[Event], sync: (u64, Option<i64>)) -> Passing<'a> {
-        let service = service(events);
-        let shown = self.filter.shows(frame, service.0, service.1, view.buses, view.clock)
-            && self.masks.shows(frame, view.buses);
-        Passing { frame, service, shown, sync }
-    }
-
     /// The transfers that end here and pass the filter.
     fn transfers(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event]) {
         for event in events {
             if let What::Transfer(transfer) = &event.what
-                && self.filter.shows_transfer(transfer, view.buses, view.clock)
+                && self.filter.shows_transfer(transfer, &said_of(view, transfer), view.buses, view.clock)
             {
                 self.shown += u64::from(self.sink.transfer(out, view, transfer));
             }
@@ -264,10 +274,28 @@ impl Output {
         let Some(tables) = &mut self.tables else { return };
         for event in events {
             if let What::Transfer(transfer) = &event.what
-                && self.filter.shows_transfer(transfer, view.buses, view.clock)
+                && self.filter.shows_transfer(transfer, &said_of(view, transfer), view.buses, view.clock)
             {
                 tables.transfer(view.jsonl, transfer);
             }
         }
     }
+}
+
+/// What is known of a frame, and whether filters let it through. `sync`: see [`Passing`].
+fn passing<'a>(
+    (filter, masks): (&'a Filter, &Masks),
+    view: View<'_>,
+    frame: &'a Frame,
+    events: &[Event],
+    sync: (u64, Option<i64>),
+) -> Passing<'a> {
+    let seen = Seen { lang: view.jsonl.lang, frame, events, further: None };
+    let shown = filter.shows(frame, &seen, view.buses, view.clock) && masks.shows(frame, view.buses);
+    Passing { frame, service: service(events), filter, shown, sync }
+}
+
+/// What is said of a transfer.
+pub(super) fn said_of<'a>(view: View<'a>, transfer: &'a Transfer) -> impl Fn(&mut Vec<u8>) + 'a {
+    move |out| lane::transfer(out, view.jsonl.lang, transfer, true)
 }

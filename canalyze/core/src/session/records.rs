@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use super::Format;
 use super::capture::View;
-use super::sink::{Passing, Sink, service};
+use super::sink::{Passing, Sink};
+use super::subject::Seen;
 use crate::diagnosis::Diagnosis;
 use crate::event::{Event, What};
 use crate::expectation::observed::Observed;
@@ -16,15 +17,20 @@ use crate::finding::{Code, Finding};
 use crate::finding_context::{FindingContext, Held};
 use crate::network::Network;
 use crate::readers::Marker;
-use crate::render::jsonl;
+use crate::render::{jsonl, transfers};
 use crate::services::sdo::transfer::Transfer;
 use crate::summary::Summary;
+use crate::text::Lang;
 
 /// What of a capture is written; of each part what it keeps.
 #[derive(Debug)]
 pub(super) struct Records {
     /// SDO transfers as they end.
     transfers: bool,
+    /// The language of their objects' names: one, or that of the texts, for what is laid out for people.
+    names: Option<Lang>,
+    /// The same as CSV, and whether its headings are written.
+    table: Option<bool>,
     /// Findings as they come, each with the lines of its context.
     context: Option<Box<FindingContext>>,
     /// Figures at the end.
@@ -37,7 +43,7 @@ impl Records {
     /// The parts of a format; none of them for one that is made otherwise.
     pub(super) fn new(format: Format, network: &Arc<Network>) -> Self {
         let (transfers, findings, figures, observed) = match format {
-            Format::Transfers => (true, false, false, false),
+            Format::Transfers | Format::TransfersText | Format::TransfersCsv => (true, false, false, false),
             Format::Check => (false, true, false, false),
             Format::Summary => (false, false, true, false),
             Format::Records => (true, true, true, false),
@@ -46,6 +52,8 @@ impl Records {
         };
         Self {
             transfers,
+            names: (!matches!(format, Format::TransfersText | Format::Observed)).then_some(jsonl::NAMES),
+            table: (format == Format::TransfersCsv).then_some(false),
             context: findings.then(Box::default),
             summary: figures.then(|| Box::new(Summary::new(Arc::clone(network)))),
             observed: observed.then(Box::default),
@@ -58,13 +66,13 @@ impl Records {
         out: &mut Vec<u8>,
         view: View<'_>,
         events: &[Event],
-        passes: impl Fn(&Finding, &[&Held]) -> bool,
+        passes: impl Fn(&Event, &Finding, &[&Held]) -> bool,
     ) {
         let Some(context) = &self.context else { return };
         for event in events {
             let What::Finding(finding) = &event.what else { continue };
             let lines = context.frames(finding);
-            if passes(finding, &lines) {
+            if passes(event, finding, &lines) {
                 jsonl::finding_with_lines(out, view.jsonl, finding, &lines);
             }
         }
@@ -73,15 +81,22 @@ impl Records {
 
 impl Sink for Records {
     fn transfer(&mut self, out: &mut Vec<u8>, view: View<'_>, transfer: &Transfer) -> bool {
-        if self.transfers {
-            jsonl::transfer(out, view.jsonl, transfer);
+        match &mut self.table {
+            Some(headed) => {
+                if !std::mem::replace(headed, true) {
+                    transfers::head(out);
+                }
+                transfers::row(out, view.jsonl, transfer);
+            }
+            None if self.transfers => jsonl::transfer(out, view.jsonl, transfer, self.names.unwrap_or(view.jsonl.lang)),
+            None => {}
         }
         self.transfers
     }
 
     /// Of its events the frame's own one is taken out where findings are written.
     fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
-        let Passing { frame, shown, .. } = passing;
+        let Passing { frame, filter, shown, .. } = passing;
         if shown {
             if let Some(summary) = &mut self.summary {
                 summary.frame(frame, events);
@@ -94,22 +109,28 @@ impl Sink for Records {
             context.push(frame, (!events.is_empty()).then(|| events.remove(0)));
         }
         if shown {
-            self.findings(out, view, events, |_, _| true);
+            self.findings(out, view, events, |_, finding, _| filter.takes_finding(finding));
         }
+    }
+
+    fn filters_asides(&self) -> bool {
+        self.context.is_some() || self.summary.is_some() || self.observed.is_some()
     }
 
     fn asides(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event], filter: &Filter) {
         if let Some(summary) = &mut self.summary {
             summary.asides(events);
         }
-        let passes = |held: &Held| {
-            let (service, node) = service(held.event.as_slice());
-            filter.shows(&held.frame, service, node, view.buses, view.clock)
+        let passes = |held: &Held, event: &Event| {
+            let events = held.event.as_slice();
+            let seen = Seen { lang: view.jsonl.lang, frame: &held.frame, events, further: Some(event) };
+            filter.shows(&held.frame, &seen, view.buses, view.clock)
         };
-        self.findings(out, view, events, |finding, lines| {
+        self.findings(out, view, events, |event, finding, lines| {
             // The frame at hand only proves it: what it is about are the others, where there are any.
             let mut about = lines.iter().filter(|held| lines.len() == 1 || held.frame.no != finding.at.no);
-            filter.is_empty() || lines.is_empty() || about.any(|held| passes(held))
+            let named = filter.is_empty() || lines.is_empty() || about.any(|held| passes(held, event));
+            named && filter.takes_finding(finding)
         });
     }
 

@@ -6,6 +6,7 @@
 use std::fmt::Debug;
 
 use super::capture::View;
+use super::output::said_of;
 use crate::diagnosis::incident::IncidentId;
 use crate::diagnosis::{Diagnosis, Phase};
 use crate::diff::digest::Digest;
@@ -30,7 +31,8 @@ pub(super) struct Passing<'a> {
     pub(super) frame: &'a Frame,
     /// Its service and the node that it is about, as filters know them.
     pub(super) service: (&'static str, Option<u8>),
-    /// The filter lets it through.
+    /// The filter, and whether it lets the frame through.
+    pub(super) filter: &'a Filter,
     pub(super) shown: bool,
     /// The SYNC cycle that runs on its bus, 0 before the first, and the least synchronous window there, in ns.
     pub(super) sync: (u64, Option<i64>),
@@ -53,6 +55,11 @@ pub(super) trait Sink: Debug + Send + Sync {
     /// What belongs to no frame at hand.
     fn asides(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _events: &[Event], _filter: &Filter) {}
 
+    /// Whether it chooses by the filter what it takes of [`Self::asides`].
+    fn filters_asides(&self) -> bool {
+        false
+    }
+
     /// A finding about the capture, which belongs to no frame.
     fn finding(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _finding: &Finding) {}
 
@@ -60,7 +67,7 @@ pub(super) trait Sink: Debug + Send + Sync {
     fn marker(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _marker: &Marker) {}
 
     /// A bus is away for a while.
-    fn gap(&mut self, _bus: BusId) {}
+    fn gap(&mut self, _bus: BusId, _away: bool) {}
 
     /// It is `now_ns` on the clock of the frames.
     fn advance(&mut self, _view: View<'_>, _now_ns: i64) {}
@@ -161,7 +168,7 @@ pub(super) struct Text(pub(super) Lines);
 impl Sink for Text {
     fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
-            self.0.date_ns = view.writing.date_ns;
+            self.0.clock = view.jsonl.clock;
             self.0.frame(out, passing.frame, events, view.buses);
         }
     }
@@ -175,7 +182,7 @@ impl Sink for Text {
     }
 
     fn incident(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis, change: (Phase, IncidentId)) {
-        incidents::changed(out, view.jsonl.lang, diagnosis, change);
+        self.0.emphasized(out, |out| incidents::changed(out, view.jsonl.lang, diagnosis, change));
     }
 
     fn finish(&mut self, out: &mut Vec<u8>, _view: View<'_>, _shown: u64) {
@@ -190,7 +197,7 @@ pub(super) struct NumberedLines(pub(super) Lines);
 impl Sink for NumberedLines {
     fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
-            self.0.date_ns = view.writing.date_ns;
+            self.0.clock = view.jsonl.clock;
             jsonl::line(out, passing.frame.no, |text| self.0.frame(text, passing.frame, events, view.buses));
         }
     }
@@ -198,7 +205,10 @@ impl Sink for NumberedLines {
 
 /// A JSON line for each frame.
 #[derive(Debug)]
-pub(super) struct JsonLines;
+pub(super) struct JsonLines {
+    /// What is known at the end is written with what is for people.
+    pub(super) diagnosis: bool,
+}
 
 impl Sink for JsonLines {
     fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
@@ -220,7 +230,8 @@ impl Sink for JsonLines {
     }
 
     fn diagnosis(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis) {
-        jsonl::diagnosis::ends(out, view.jsonl, diagnosis);
+        let write = if self.diagnosis { jsonl::diagnosis::write } else { jsonl::diagnosis::ends };
+        write(out, view.jsonl, diagnosis);
     }
 }
 
@@ -254,10 +265,16 @@ impl Sink for Digest {
 
     fn asides(&mut self, _out: &mut Vec<u8>, view: View<'_>, events: &[Event], filter: &Filter) {
         let shown = |event: &&Event| match &event.what {
-            What::Transfer(transfer) => filter.shows_transfer(transfer, view.buses, view.clock),
+            What::Transfer(transfer) => {
+                filter.shows_transfer(transfer, &said_of(view, transfer), view.buses, view.clock)
+            }
             _ => filter.is_empty(),
         };
         Digest::asides(self, events.iter().filter(shown));
+    }
+
+    fn filters_asides(&self) -> bool {
+        true
     }
 
     fn finish(&mut self, _out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
@@ -339,8 +356,8 @@ impl Sink for Monitor {
         Monitor::marker(self, marker);
     }
 
-    fn gap(&mut self, bus: BusId) {
-        Monitor::gap(self, bus);
+    fn gap(&mut self, bus: BusId, away: bool) {
+        Monitor::gap(self, bus, away);
     }
 
     fn advance(&mut self, _view: View<'_>, now_ns: i64) {
@@ -366,7 +383,7 @@ impl Sink for Monitor {
 
 impl Sink for Columns {
     fn frame(&mut self, _out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
-        let Passing { frame, service, shown, sync: (cycle, window_ns) } = passing;
+        let Passing { frame, service, shown, sync: (cycle, window_ns), .. } = passing;
         Columns::frame(self, Seen { service, cycle, window_ns, shown, setting: view.jsonl }, frame, events);
     }
 
@@ -383,7 +400,7 @@ impl Sink for Columns {
         Columns::finding(self, view.jsonl, finding);
     }
 
-    fn gap(&mut self, bus: BusId) {
+    fn gap(&mut self, bus: BusId, _away: bool) {
         Columns::gap(self, bus);
     }
 

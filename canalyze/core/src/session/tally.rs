@@ -2,12 +2,14 @@
 //!
 //! It counts what it is given, and nothing twice. Must not: judge, or keep a frame.
 
+use crate::bus::Bus;
 use crate::event::{Event, What};
 use crate::finding::{Finding, Severity};
 use crate::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
+use crate::node::PerNode;
 use crate::services::sdo::transfer::Status;
 use crate::text::digits::put;
-use crate::text::escape;
+use crate::text::{Lang, escape, terms};
 
 /// The numbers.
 #[derive(Debug, Default)]
@@ -26,11 +28,20 @@ pub(super) struct Tally {
 }
 
 /// Those of one bus.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct OnBus {
     frames: u64,
     error_frames: u64,
     dropped: u64,
+    nodes: PerNode<OnNode>,
+}
+
+/// Those of one node.
+#[derive(Clone, Copy, Debug, Default)]
+struct OnNode {
+    frames: u64,
+    errors: u64,
+    warnings: u64,
 }
 
 impl Tally {
@@ -40,6 +51,9 @@ impl Tally {
         if let Some(bus) = self.bus(frame.bus) {
             bus.frames += 1;
             bus.error_frames += u64::from(frame.kind == Kind::Error);
+            if let Some(node) = events.first().and_then(|event| event.node) {
+                bus.nodes.entry(node).frames += 1;
+            }
         }
         // Its own event comes first, and is neither.
         self.events(events.get(1..).unwrap_or_default());
@@ -74,6 +88,14 @@ impl Tally {
             Severity::Warning => &mut self.warnings,
             Severity::Info => &mut self.infos,
         } += count;
+        if let Some((bus, node)) = self.bus(finding.bus).zip(finding.node) {
+            let node = bus.nodes.entry(node);
+            match severity {
+                Severity::Error => node.errors += count,
+                Severity::Warning => node.warnings += count,
+                Severity::Info => {}
+            }
+        }
     }
 
     /// Frames of a bus are missing.
@@ -86,7 +108,7 @@ impl Tally {
     fn bus(&mut self, bus: BusId) -> Option<&mut OnBus> {
         let index = usize::from(bus.0).min(MAX_BUSES);
         if self.buses.len() <= index {
-            self.buses.resize(index + 1, OnBus::default());
+            self.buses.resize_with(index + 1, OnBus::default);
         }
         self.buses.get_mut(index)
     }
@@ -105,11 +127,35 @@ impl Tally {
         }
         put!(out; ",\"buses\":[");
         for (index, name) in buses.names().enumerate() {
-            let OnBus { frames, error_frames, dropped } = self.buses.get(index).copied().unwrap_or_default();
+            let none = OnBus::default();
+            let OnBus { frames, error_frames, dropped, .. } = self.buses.get(index).unwrap_or(&none);
             put!(out; if index > 0 { "," } else { "" }, "{\"name\":");
             escape::json(out, name);
-            put!(out; ",\"frames\":", frames, ",\"error_frames\":", error_frames, ",\"dropped\":", dropped, "}");
+            put!(out; ",\"frames\":", *frames, ",\"error_frames\":", *error_frames, ",\"dropped\":", *dropped, "}");
         }
         put!(out; "]}");
+    }
+
+    /// A JSON list of nodes that were heard or of which something was found, each with `bus`, `node`, `state_text` of what
+    /// it said last, `silent` as in `monitor/snapshot.rs` at `now_ns`, `frames`, `errors` and `warnings`.
+    pub(super) fn nodes(&self, out: &mut Vec<u8>, lang: Lang, known: &[Bus], (buses, now_ns): (&Buses, Option<i64>)) {
+        put!(out; "[");
+        let mut first = true;
+        for ((index, name), counted) in buses.names().enumerate().zip(&self.buses) {
+            for (id, node) in counted.nodes.iter() {
+                let bus = known.get(index);
+                put!(out; if std::mem::take(&mut first) { "{\"bus\":" } else { ",{\"bus\":" });
+                escape::json(out, name);
+                let state = bus.and_then(|bus| bus.state(id)).and_then(|state| terms::nmt::state(lang, state));
+                put!(out; ",\"node\":", id, ",\"state_text\":");
+                escape::json(out, state.unwrap_or("").as_bytes());
+                let silent = bus.and_then(|bus| bus.silent(id, now_ns)).map_or("", |control| control.name());
+                put!(out; ",\"silent\":");
+                escape::json(out, silent.as_bytes());
+                put!(out; ",\"frames\":", node.frames, ",\"errors\":", node.errors);
+                put!(out; ",\"warnings\":", node.warnings, "}");
+            }
+        }
+        put!(out; "]");
     }
 }

@@ -6,6 +6,7 @@ use super::spread::{Ranked, Spread};
 use crate::event::{Place, Step};
 use crate::frame::{Frame, FrameRef};
 use crate::message::Message;
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Mux, Side};
 
@@ -94,6 +95,8 @@ pub struct Node {
     pub heartbeat: Spread,
     /// Node guarding was seen.
     pub guarded: bool,
+    /// Its device profile, where an EMCY came with it.
+    pub profile: Profile,
     /// EMCYs.
     pub emcys: u64,
     /// By error code, with the error register of the last.
@@ -150,7 +153,8 @@ impl Node {
                 }
             }
             Message::GuardingRequest { .. } => self.guarded = true,
-            Message::Emcy { code, .. } => {
+            Message::Emcy { code, profile, .. } => {
+                self.profile = profile;
                 self.emcys += 1;
                 count(&mut self.emcy_codes, code, at);
             }

@@ -27,19 +27,57 @@ pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> 
     let of_text = matches!(place, Place::Line(_));
     line(lang, file, place, |out| {
         say!(out, lang; zh: "无法读取: "; en: "cannot be read: ");
-        match reason {
-            Unreadable::NoFrame => say!(out, lang; zh: "不是CAN帧"; en: "no CAN frame"),
-            Unreadable::Identifier => say!(out, lang; zh: "CAN标识符超出范围"; en: "CAN identifier out of range"),
-            Unreadable::Length => say!(out, lang; zh: "长度无效"; en: "invalid length"),
-            Unreadable::Data => {
-                say!(out, lang; zh: "数据字节与长度不符"; en: "the data bytes do not match the length");
-            }
-            Unreadable::Cut if of_text => say!(out, lang; zh: "该行被截断"; en: "the line is cut off"),
-            Unreadable::Cut => say!(out, lang; zh: "该记录被截断"; en: "the record is cut off"),
-            Unreadable::CanXl => say!(out, lang; zh: "尚不支持CAN XL帧"; en: "CAN XL frames are not supported"),
-            Unreadable::Bus => say!(out, lang; zh: "总线过多"; en: "too many buses"),
-        }
+        why(out, lang, reason, of_text);
     })
+}
+
+/// A line that is meant as a frame, and why it is none.
+pub fn no_frame(lang: Lang, text: &[u8], reason: Unreadable) -> String {
+    let mut out = Vec::new();
+    escape::terminal(&mut out, text);
+    put!(&mut out; ": ");
+    let digits = text.iter().rposition(|byte| *byte == b'#').and_then(|mark| text.get(mark + 1..));
+    let digits = digits.map(|digits| digits.iter().filter(|byte| byte.is_ascii_hexdigit()).count());
+    let reason = if disagrees(text) { Unreadable::Data } else { reason };
+    match (reason, digits) {
+        (Unreadable::Data, Some(digits)) if digits % 2 == 1 => {
+            say!(&mut out, lang; zh: "十六进制数字的个数为奇数"; en: "odd number of hexadecimal digits");
+        }
+        (Unreadable::Length, Some(_)) if memchr::memmem::find(text, b"##").is_some() => {
+            say!(&mut out, lang; zh: "数据多于64字节"; en: "more than 64 bytes of data");
+        }
+        (Unreadable::Length, Some(digits)) if digits > 16 => say!(&mut out, lang;
+            zh: "数据多于8字节 (CAN FD帧写作 ID##标志位数据, 至多64字节)";
+            en: "more than 8 bytes of data (CAN FD is written with ## and a digit of flags, up to 64 bytes)"),
+        _ => why(&mut out, lang, reason, true),
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+/// Whether candump's console form has another number of bytes than it says: `60A [4] 40 08`.
+fn disagrees(text: &[u8]) -> bool {
+    let brackets = |byte: &u8| matches!(byte, b'[' | b']');
+    let mut parts = text.split(brackets).skip(1);
+    let (Some(said), Some(bytes)) = (parts.next(), parts.next()) else { return false };
+    let said = std::str::from_utf8(said).ok().and_then(|said| said.trim().parse::<usize>().ok());
+    let there = bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count();
+    said.is_some_and(|said| said != there)
+}
+
+/// Why a line or a record cannot be read.
+fn why(out: &mut Vec<u8>, lang: Lang, reason: Unreadable, of_text: bool) {
+    match reason {
+        Unreadable::NoFrame => say!(out, lang; zh: "不是CAN帧"; en: "not a CAN frame"),
+        Unreadable::Identifier => say!(out, lang; zh: "CAN标识符超出范围"; en: "CAN identifier out of range"),
+        Unreadable::Length => say!(out, lang; zh: "长度无效"; en: "invalid length"),
+        Unreadable::Data => {
+            say!(out, lang; zh: "数据字节与长度不符"; en: "data bytes do not match the length");
+        }
+        Unreadable::Cut if of_text => say!(out, lang; zh: "该行被截断"; en: "line is truncated"),
+        Unreadable::Cut => say!(out, lang; zh: "该记录被截断"; en: "record is truncated"),
+        Unreadable::CanXl => say!(out, lang; zh: "不支持CAN XL帧"; en: "CAN XL frames are not supported"),
+        Unreadable::Bus => say!(out, lang; zh: "总线过多"; en: "too many buses"),
+    }
 }
 
 /// All lines, or records by their offsets, of a file that cannot be read, as ranges; the list may be cut. `first` is
@@ -83,7 +121,7 @@ pub fn further_buses(lang: Lang, file: &[u8], count: u64) -> String {
     escape::terminal(&mut out, file);
     say!(&mut out, lang;
         zh: ": 总线多于", MAX_BUSES, "条; 其余总线上的", count, "帧已跳过";
-        en: ": more than ", MAX_BUSES, " buses; what is on further ones was passed over, frames: ", count);
+        en: ": more than ", MAX_BUSES, " buses; ", count, " frames on the others skipped");
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -102,8 +140,8 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
             put!(out; if cause.is_empty() { "" } else { ". " }, cause);
         }
         None => say!(out, lang;
-            zh: "只有ERROR字样而没有内容的错误标记, 不计为帧";
-            en: "error marker without content, not counted as a frame"),
+            zh: "只有ERROR标记而没有内容, 不计为帧";
+            en: "ERROR marker without content, not counted as a frame"),
     })
 }
 
@@ -111,7 +149,7 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
 pub fn damages(lang: Lang, file: &[u8], count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    say!(&mut out, lang; zh: ": 共", count, "处损坏"; en: ": ", count, " damaged places in all");
+    say!(&mut out, lang; zh: ": 共", count, "处损坏"; en: ": ", count, " damaged places in total");
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -120,8 +158,8 @@ pub fn beyond(lang: Lang, file: &[u8], count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     say!(&mut out, lang;
-        zh: ": ", count, "个时间戳超出可表示的范围 (1677-09-21至2262-04-11), 已改为该范围的边界";
-        en: ": ", count, " stamps are out of the range that can be shown, 1677-09-21 to 2262-04-11, and were taken as its end");
+        zh: ": ", count, "个时间戳超出可表示的范围 (1677-09-21至2262-04-11), 已取该范围的边界值";
+        en: ": ", count, " timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit");
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -130,8 +168,8 @@ pub fn swapped(lang: Lang, file: &[u8]) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     say!(&mut out, lang;
-        zh: ": CAN标识符以小端序写入, 不符合该格式 (应为大端序); 已按小端序读取";
-        en: ": its CAN identifiers are little-endian, against the format, which has them big-endian; read as little-endian");
+        zh: ": CAN标识符为小端序, 不符合该格式 (应为大端序); 已按小端序读取";
+        en: ": CAN identifiers are little-endian, the format requires big-endian; read as little-endian");
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -143,10 +181,10 @@ pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String
     let back = format!("{seconds}.{ms:03}");
     let before = |out: &mut Vec<u8>| escape::terminal(out, before);
     say!(&mut out, lang;
-        zh: ": 第一帧的时间戳比 ", before, " 的最后一帧早", back.as_str(), " s; 仍按给出的顺序读取. ",
-            "若时间戳出自同一时钟, 请用 --merge 按时间合并";
-        en: ": its first stamp is ", back.as_str(), " s before the last one of ", before,
-            "; read in the given order all the same. If the stamps are of one clock, --merge joins the files by time");
+        zh: ": 第一帧的时间戳比 ", before, " 的最后一帧早", back.as_str(), " s; 仍按给出的顺序读取。",
+            "若时间戳来自同一时钟, 请用 --merge 按时间合并";
+        en: ": first timestamp is ", back.as_str(), " s before the last one of ", before,
+            "; read in the given order anyway. If the timestamps share one clock, use --merge to merge the files by time");
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -169,7 +207,7 @@ pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     }
     let list = |out: &mut Vec<u8>| out.extend_from_slice(&list);
     let noun = if nodes.len() == 1 { "node " } else { "nodes " };
-    say!(&mut out, lang; zh: ": 记录中没有节点", list, "的帧"; en: ": the capture has no frame of ", noun, list);
+    say!(&mut out, lang; zh: ": 记录中没有节点", list, "的帧"; en: ": no frames of ", noun, list, " in the capture");
     String::from_utf8_lossy(&out).into_owned()
 }
 
@@ -185,8 +223,8 @@ pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
 /// The filter let nothing through.
 pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     match lang {
-        Lang::Zh => format!("canalyze: 没有内容符合过滤条件 (共{frames}帧)"),
-        Lang::En => format!("canalyze: nothing passes the filter ({frames} frames)"),
+        Lang::Zh => format!("canalyze: 没有符合条件的帧 (共{frames}帧)"),
+        Lang::En => format!("canalyze: no frame matches the filter ({frames} frames)"),
     }
 }
 
@@ -227,13 +265,20 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     let (key, value) = match mistake {
         Mistake::Key(word) => {
             let example = "'service=sdo,emcy node=5'";
+            let keys = "service= node= id= bus= t= frame= object= code= severity= text=";
             return match lang {
                 Lang::Zh => {
-                    format!("过滤条件“{word}”无法识别: 应为 service= node= id= bus= t= frame= 之一, 例如 {example}")
+                    format!("过滤条件“{word}”无法识别: 应为 {keys} 之一, 例如 {example}")
                 }
                 Lang::En => {
-                    format!("filter '{word}' is unknown: use service= node= id= bus= t= or frame=, as in {example}")
+                    format!("filter '{word}' is unknown: use one of {keys}, as in {example}")
                 }
+            };
+        }
+        Mistake::Node(value) => {
+            return match lang {
+                Lang::Zh => format!("过滤条件 node={value}: 节点ID应为1到127"),
+                Lang::En => format!("filter node={value}: a node-ID is 1 to 127"),
             };
         }
         Mistake::Value(key, value) => (key, value),
@@ -241,18 +286,29 @@ pub fn filter(lang: Lang, mistake: &crate::filter::Mistake) -> String {
     let services = SERVICES.join(" ");
     let allowed = match key.as_str() {
         "service" => services.as_str(),
-        "node" => lang.pick("十进制节点ID或范围, 如 5 或 1-9", "a decimal node-ID or range, such as 5 or 1-9"),
+        "node" => lang.pick("节点ID或范围, 如 5、0x0A 或 1-9", "a node-ID or range, such as 5, 0x0A or 1-9"),
+        "object" => lang.pick(
+            "十六进制对象或范围, 如 6040、6040h:00 或 1A00-1BFF",
+            "a hexadecimal object or range, such as 6040, 6040h:00 or 1A00-1BFF",
+        ),
+        "code" => lang.pick(
+            "规则代码或其开头, 如 SDO002 或 SDO (见 canalyze rules)",
+            "the code of a rule or its beginning, such as SDO002 or SDO (see canalyze rules)",
+        ),
+        "severity" => "error warning info",
+        "text" => lang
+            .pick("注释中的文字, 含空格时加双引号", "words of the annotation, in double quotes where they have blanks"),
         "id" => lang.pick(
             "十六进制CAN标识符或范围, 如 185 或 180-1FF",
             "a hexadecimal CAN identifier or range, such as 185 or 180-1FF",
         ),
-        "t" => lang.pick("以秒计的时间段, 如 1.0..2.5 或 10..", "a span in seconds, such as 1.0..2.5 or 10.."),
-        "frame" => lang.pick("帧序号或范围, 如 12 或 10-20", "the number of a frame or a range, such as 12 or 10-20"),
+        "t" => lang.pick("以秒计的时间段, 如 1.0..2.5 或 10..", "a range in seconds, such as 1.0..2.5 or 10.."),
+        "frame" => lang.pick("帧序号或范围, 如 12 或 10-20", "a frame number or a range, such as 12 or 10-20"),
         _ => lang.pick("总线名", "a bus name"),
     };
     match lang {
         Lang::Zh => format!("过滤条件 {key}= 不接受“{value}”, 可用: {allowed}"),
-        Lang::En => format!("filter {key}= does not take '{value}', use: {allowed}"),
+        Lang::En => format!("filter {key}= does not accept '{value}', use: {allowed}"),
     }
 }
 
@@ -261,11 +317,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_is_wrong_with_a_frame() {
+        for (text, reason, said) in [
+            ("60A#40081", Unreadable::Data, "60A#40081: odd number of hexadecimal digits"),
+            ("60A#4008 1", Unreadable::Length, "60A#4008 1: invalid length"),
+            ("60A [2] 40", Unreadable::Data, "60A [2] 40: data bytes do not match the length"),
+            ("60A [1] 40 08", Unreadable::Length, "60A [1] 40 08: data bytes do not match the length"),
+            ("60A##000", Unreadable::Length, "60A##000: more than 64 bytes of data"),
+        ] {
+            assert_eq!(no_frame(Lang::En, text.as_bytes(), reason), said);
+        }
+        let long = no_frame(Lang::Zh, b"60A#400810000000000000", Unreadable::Length);
+        assert!(long.starts_with("60A#400810000000000000: 数据多于8字节"), "{long}");
+    }
+
+    #[test]
     fn binary_files_have_records() {
         let (line, byte) = (Place::Line(7), Place::Byte(7));
         let said = |lang, place| unreadable(lang, b"a", place, Unreadable::Cut);
-        assert_eq!(said(Lang::En, line), "a:7: cannot be read: the line is cut off");
-        assert_eq!(said(Lang::En, byte), "a: byte 7: cannot be read: the record is cut off");
+        assert_eq!(said(Lang::En, line), "a:7: cannot be read: line is truncated");
+        assert_eq!(said(Lang::En, byte), "a: byte 7: cannot be read: record is truncated");
         assert_eq!(said(Lang::Zh, line), "a:7: 无法读取: 该行被截断");
         assert_eq!(said(Lang::Zh, byte), "a: 偏移7: 无法读取: 该记录被截断");
         let all = |lang, place| unreadable_lines(lang, b"a", place, 9, &[(7, 8), (20, 20)]);

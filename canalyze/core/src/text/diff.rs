@@ -7,10 +7,12 @@ use super::object::pdo_of;
 use super::value::{self, Size};
 use super::{Lang, escape, findings, say, terms};
 use crate::diagnosis::incident::{Incident, Status as Standing};
+use crate::dictionary::Described;
 use crate::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::diff::digest::{Action, Kind, Service, TransferDigest};
 use crate::diff::stories::{Differs, lasted_ns};
 use crate::frame::{CanId, FrameRef};
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Mode, Status};
 use crate::services::sdo::wire::{Mux, Side as Sender};
 
@@ -59,32 +61,32 @@ pub enum Phrase {
 static PHRASES: &[(Phrase, &str, &str)] = &[
     (Phrase::First, "首处差异: ", "first difference: "),
     (Phrase::All, "全部差异:", "all differences:"),
-    (Phrase::Same, "相同: 未发现CANopen意义上的差异", "the same: no difference in CANopen terms"),
+    (Phrase::Same, "相同: 没有CANopen意义上的差异", "identical: no difference in CANopen terms"),
     (Phrase::Frame, "第{}帧", "frame {}"),
     (Phrase::Line, " (第{}行)", " (line {})"),
     (Phrase::Near, "{}之后无", "none after {}"),
     (Phrase::Count, "差异: {}", "differences: {}"),
-    (Phrase::Problems, "问题的差异: {}", "problems that differ: {}"),
-    (Phrase::NothingElse, "此外未发现CANopen意义上的差异", "no other difference in CANopen terms"),
+    (Phrase::Problems, "问题的差异: {}", "differing problems: {}"),
+    (Phrase::NothingElse, "此外没有CANopen意义上的差异", "no other difference in CANopen terms"),
     (Phrase::Only, "仅{}有:", "only in {}:"),
-    (Phrase::Both, "两者都有而不同:", "in both, and different:"),
-    (Phrase::More, "另有{}处未列出", "{} more are not listed"),
+    (Phrase::Both, "两者都有但不同:", "in both but different:"),
+    (Phrase::More, "另有{}处未列出", "{} more not listed"),
     (Phrase::Compared, "比较范围: ", "compared: "),
     (
         Phrase::Outside,
-        "未比较: 仅一方记录到的时段内的传输、命令、状态等, A {} B {}",
-        "not compared, where only one capture shows anything: transfers, commands, states, in A {} in B {}",
+        "未比较: 仅一个记录覆盖的时段内的传输、命令、状态等, A {} B {}",
+        "not compared (time covered by one capture only): transfers, commands, states; in A {} in B {}",
     ),
-    (Phrase::Full, "{} 太长, 其后部未比较", "{} is too long; its later part was not compared"),
+    (Phrase::Full, "{} 太长, 后面部分未比较", "{} is too long; its later part was not compared"),
     (
         Phrase::NoTimes,
-        "至少一方没有时间戳: 周期、抖动和问题未比较",
-        "not both captures have stamps: periods, jitter and problems were not compared",
+        "至少一个记录没有时间戳: 周期、抖动和问题未比较",
+        "at least one capture has no timestamps: periods, jitter and problems were not compared",
     ),
     (
         Phrase::Unplaced,
-        "两个记录只有相同内容的重复, 无法确定彼此的位置: 仅一方有的内容未作判断",
-        "both have the same repetitions only, which do not say where one lies in the other: what only one has was not judged",
+        "两个记录只有相同内容的重复, 无法确定对应位置: 仅一个记录有的内容未作判断",
+        "both captures only repeat the same content, so their relative position is unknown: content of one capture only was not judged",
     ),
     (Phrase::Unnamed, "总线", "bus"),
 ];
@@ -138,7 +140,7 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
         (What::Item(kind, _), _) => put!(out; item(lang, kind, action)),
         (What::Bus, _) => put!(out; lang.pick("总线", "bus")),
         (What::Node, _) => put!(out; lang.pick("节点", "node")),
-        (What::Finding, _) => put!(out; lang.pick("发现", "finding")),
+        (What::Finding, _) => put!(out; lang.pick("检查结果", "finding")),
         (what, _) => {
             if let Some(of) = what.service() {
                 service(out, lang, of);
@@ -165,7 +167,7 @@ fn item(lang: Lang, kind: Kind, action: Option<&Action>) -> &'static str {
         Kind::Emcy => "EMCY",
         Kind::Drive(_) => lang.pick("驱动器状态", "drive state"),
         Kind::LssMaster => lang.pick("LSS主站命令", "LSS command"),
-        Kind::LssSlave => lang.pick("LSS从站应答", "LSS answer"),
+        Kind::LssSlave => lang.pick("LSS从站响应", "LSS response"),
     }
 }
 
@@ -176,7 +178,7 @@ fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &TransferDigest) {
     });
     if let Some(mux) = moved.mux {
         put!(out; " ", mux);
-        value::name(out, lang, mux, moved.described.as_deref());
+        value::name(out, lang, mux, &moved.described);
         pdo_of(out, mux);
     }
 }
@@ -193,7 +195,7 @@ pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
         Service::Srdo(number, inverted) => {
             put!(out; "SRDO", number);
             if inverted {
-                put!(out; lang.pick(" (反码)", " (inverted)"));
+                put!(out; lang.pick(" (取反数据)", " (inverted)"));
             }
         }
     }
@@ -216,7 +218,7 @@ pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
                 put!(out; if place > 0 { ", " } else { "" });
                 let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
                 put!(out; mux);
-                value::name(out, lang, mux, None);
+                value::name(out, lang, mux, &Described::default());
                 put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
             }
         }
@@ -257,7 +259,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*command)), "h"),
         },
-        Action::BootUp => put!(out; lang.pick("有", "there")),
+        Action::BootUp => put!(out; lang.pick("有", "present")),
         Action::State(state) => match terms::nmt::state(lang, *state) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*state)), "h"),
@@ -268,7 +270,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
         }),
         Action::Emcy(code, register) => {
             put!(out; Hex::<4>(u64::from(*code)), "h");
-            if let Some(word) = terms::emcy::code(lang, *code) {
+            if let Some(word) = terms::emcy::code(lang, Profile::UNKNOWN, *code) {
                 put!(out; " ", word);
             }
             put!(out; lang.pick(", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
@@ -295,7 +297,7 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest
         Status::Ok => {
             let whole = moved.kept.len() as u64 == moved.size;
             match moved.mux {
-                Some(mux) if whole => value::of_object(out, lang, mux, moved.described.as_deref(), &moved.kept),
+                Some(mux) if whole => value::of_object(out, lang, mux, &moved.described, &moved.kept),
                 _ => value::value(out, lang, None, &moved.kept, moved.size),
             }
             if !whole {
@@ -306,8 +308,8 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest
             put!(out; lang.pick("中止", "aborted"));
             if let Some(abort) = moved.abort {
                 put!(out; match abort.by {
-                    Sender::Client => lang.pick(" (由主站)", " by the client"),
-                    Sender::Server => lang.pick(" (由从站)", " by the server"),
+                    Sender::Client => lang.pick(" (主站)", " by the client"),
+                    Sender::Server => lang.pick(" (从站)", " by the server"),
                 });
                 put!(out; " ", Hex::<8>(u64::from(abort.code)), "h");
                 if let Some(word) = terms::abort_code(lang, abort.code) {
@@ -334,9 +336,9 @@ pub fn respect(out: &mut Vec<u8>, lang: Lang, differs: Differs) {
 pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, cause: Option<&Incident>) {
     match differs {
         Differs::Status => put!(out; match one.status {
-            Standing::Stands => lang.pick("未解决", "stands"),
-            Standing::Unknown => lang.pick("未知", "not known"),
-            Standing::Over => lang.pick("已恢复", "over"),
+            Standing::Stands => lang.pick("未恢复", "not resolved"),
+            Standing::Unknown => lang.pick("未知", "unknown"),
+            Standing::Over => lang.pick("已恢复", "resolved"),
             Standing::Harmless => lang.pick("无害", "harmless"),
         }),
         Differs::Duration => match lasted_ns(one) {
@@ -348,7 +350,7 @@ pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, 
             Some(cause) => {
                 put!(out; lang.of(cause.kind.row().words), lang.pick(" (第", " (frame "), cause.begin.no, lang.pick("帧)", ")"))
             }
-            None => put!(out; lang.pick("不明", "not known")),
+            None => put!(out; lang.pick("不明", "unknown")),
         },
     }
 }

@@ -79,5 +79,5 @@ fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&M
 }
 
 fn repeated(out: &mut Vec<u8>, lang: Lang, count: u64) {
-    say!(out, lang; zh: "同样的情况另有", count, "次"; en: count, " more of the same");
+    say!(out, lang; zh: "同类问题另有", count, "次"; en: count, " more of the same");
 }

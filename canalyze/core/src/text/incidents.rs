@@ -37,7 +37,7 @@ pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id)
             because(out, lang, diagnosis, one, began_ns);
         }
         Phase::Ended => {
-            put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ over "), number, ": ");
+            put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ resolved "), number, ": ");
             title(out, lang, one, began_ns);
         }
     }
@@ -51,8 +51,8 @@ fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident,
         return;
     };
     let words = match link.grade {
-        Grade::Certain => lang.pick("起因是问题", "because of "),
-        _ => lang.pick("起因很可能是问题", "likely because of "),
+        Grade::Certain => lang.pick("起因是问题", "caused by "),
+        _ => lang.pick("起因很可能是问题", "probably caused by "),
     };
     put!(out; words, u64::from(link.cause.0), if diagnosis.is_settled_by_now(one) { " (" } else { "? (" });
     title(out, lang, cause, began_ns);

@@ -8,6 +8,7 @@ use super::value::Size;
 use super::{Lang, terms};
 use crate::message::Errors;
 use crate::od::{self, Value};
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use terms::{Row, find};
 
@@ -38,13 +39,13 @@ pub enum Word {
 }
 
 static WORDS: &[Row<Word>] = &[
-    (Word::Commanded, "命令", "commanded"),
-    (Word::Reset, "初始化 (命令)", "Initialisation (commanded)"),
+    (Word::Commanded, "已命令", "commanded"),
+    (Word::Reset, "初始化 (已命令)", "Initialisation (commanded)"),
     (Word::HeartbeatLost, "心跳丢失", "heartbeat lost"),
-    (Word::GuardingLost, "节点守护无应答", "guarding unanswered"),
+    (Word::GuardingLost, "节点保护无应答", "guarding unanswered"),
     (Word::Gap, "未知 (记录缺口)", "unknown (gap in the capture)"),
     (Word::Silence, "未知 (总线静默)", "unknown (silent bus)"),
-    (Word::All, "未知 (命令所有节点)", "unknown (all nodes commanded)"),
+    (Word::All, "未知 (已命令所有节点)", "unknown (all nodes commanded)"),
     (Word::Sends, "未知 (启动后发送PDO)", "unknown (sends PDOs after its boot-up)"),
 ];
 
@@ -57,7 +58,7 @@ static OUTCOMES: &[Row<&str>] = &[
     ("write", "写", "write"),
 ];
 
-/// Appends the name of an NMT state (00, 04, 05, 7F), and what there is to say of it: `操作 (命令)`. Another state is
+/// Appends the name of an NMT state (00, 04, 05, 7F), and what there is to say of it: `操作状态 (已命令)`. Another state is
 /// its number.
 pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, how: Option<Word>) {
     match terms::nmt::state(lang, state) {
@@ -77,10 +78,10 @@ pub fn word(out: &mut Vec<u8>, lang: Lang, word: Word) {
 }
 
 /// Appends the errors of a node: `8130h 寿命保护错误或心跳错误 + 3210h 直流母线过压`.
-pub fn errors(out: &mut Vec<u8>, lang: Lang, errors: Errors) {
+pub fn errors(out: &mut Vec<u8>, lang: Lang, profile: Profile, errors: Errors) {
     for (place, code) in errors.iter().enumerate() {
         put!(out; if place > 0 { " + " } else { "" }, Hex::<4>(u64::from(code)), "h");
-        if let Some(name) = terms::emcy::code(lang, code) {
+        if let Some(name) = terms::emcy::code(lang, profile, code) {
             put!(out; " ", name);
         }
     }
@@ -110,8 +111,7 @@ pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool
 
 /// The value, cut where it is long; of other bytes than a few their number.
 fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
-    let standard = transfer.mux.and_then(|mux| od::data_type(mux.index, mux.sub));
-    let data_type = transfer.described.as_ref().map_or(standard, |object| object.data_type());
+    let data_type = transfer.data_type();
     if transfer.data.size > BYTES as u64 && matches!(od::decode(data_type, &transfer.data.kept), Value::Bytes(_)) {
         return put!(out; Size(lang, transfer.data.size));
     }
@@ -139,9 +139,9 @@ mod tests {
     #[test]
     fn states() {
         for (code, how, zh, en) in [
-            (0x05, None, "操作", "Operational"),
-            (0x7F, Some(Word::Commanded), "预操作 (命令)", "Pre-operational (commanded)"),
-            (0x00, None, "预操作 (启动报文)", "Pre-operational (boot-up)"),
+            (0x05, None, "操作状态", "Operational"),
+            (0x7F, Some(Word::Commanded), "预操作状态 (已命令)", "Pre-operational (commanded)"),
+            (0x00, None, "启动(Boot-up)", "Pre-operational (boot-up)"),
             (0x2A, None, "2Ah", "2Ah"),
         ] {
             for (lang, expected) in [(Lang::Zh, zh), (Lang::En, en)] {

@@ -10,6 +10,8 @@
 //! is the same, and in `say!` where each has its own order of words. A further language is one more variant of [`Lang`]
 //! and one more column or label at each of these places; the compiler names those that lack it.
 //!
+//! Which word is used for what is a table, `canalyze/words/terms.toml`; `tests/test_terms.py` walks every sentence by it.
+//!
 //! Must not decide anything: it puts into words what `message`, `event` and `finding` carry.
 
 pub mod complaints;

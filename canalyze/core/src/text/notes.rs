@@ -9,11 +9,11 @@ use crate::services::lss::Part;
 pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {
     match note {
         Note::RequestNotCaptured => say!(out, lang;
-            zh: "第", about, "帧所应答的请求不在记录中";
-            en: "the request that frame ", about, " answers is not in the capture"),
+            zh: "第", about, "帧所响应的请求不在记录中";
+            en: "the request answered by frame ", about, " is not in the capture"),
         Note::LostByReset => say!(out, lang;
-            zh: "第", about, "帧开始的SDO传输因节点复位而终止";
-            en: "the SDO transfer that began in frame ", about, " was ended by a reset of the node"),
+            zh: "第", about, "帧开始的SDO传输因节点复位而中断";
+            en: "SDO transfer started in frame ", about, " was terminated by a node reset"),
         Note::LssSelected { address } => {
             say!(out, lang; zh: "从站已进入配置状态: "; en: "slave in configuration state: ");
             parts(out, lang, address.map(Some));
@@ -22,30 +22,30 @@ pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {
         Note::BitTimingActivated { delay, rate } => bit_timing(out, lang, u32::from(delay) * 2, rate),
         Note::NodeIdChanged { from, to } => say!(out, lang;
             zh: "节点", from, "的节点ID改为", to, " (第", about, "帧接受)";
-            en: "the node-ID of node ", from, " is ", to, " now (accepted in frame ", about, ")"),
+            en: "node-ID of node ", from, " changed to ", to, " (accepted in frame ", about, ")"),
     }
 }
 
 /// A bus has another bit rate from now on, after a silence in ms.
 fn bit_timing(out: &mut Vec<u8>, lang: Lang, silence: u32, rate: Option<u16>) {
-    say!(out, lang; zh: "此后", silence, "ms总线应静默, 之后"; en: "the bus has to be silent for ", silence, " ms, then ");
+    say!(out, lang; zh: "此后总线应静默", silence, " ms, 之后"; en: "the bus should be silent for ", silence, " ms, then ");
     match rate {
         Some(rate) => say!(out, lang; zh: "波特率为", rate, " kbit/s: "; en: "the bit rate is ", rate, " kbit/s: "),
-        None => say!(out, lang; zh: "波特率改变: "; en: "the bit rate is another one: "),
+        None => say!(out, lang; zh: "波特率改变: "; en: "the bit rate changes: "),
     }
     say!(out, lang;
-        zh: "仍用旧波特率记录只会看到错误或静默";
-        en: "captured at the old one there are only errors, or nothing");
+        zh: "仍用原波特率记录只会看到错误帧或静默";
+        en: "a capture at the old bit rate shows only errors or nothing");
 }
 
 /// A Fastscan is over.
 fn fastscan(out: &mut Vec<u8>, lang: Lang, scanned: Scanned, about: u64) {
-    say!(out, lang; zh: "第", about, "帧开始的快速扫描"; en: "the Fastscan that began in frame ", about);
+    say!(out, lang; zh: "第", about, "帧开始的快速扫描"; en: "Fastscan started in frame ", about);
     if scanned.found {
-        say!(out, lang; zh: "找到从站: "; en: " has found a slave: ");
+        say!(out, lang; zh: "找到从站: "; en: " found a slave: ");
         parts(out, lang, scanned.address);
         if scanned.address.iter().any(Option::is_none) {
-            say!(out, lang; zh: ", 其余部分不在记录中"; en: ", the rest is not in the capture");
+            say!(out, lang; zh: ", 其余部分不在记录中"; en: ", rest not in the capture");
         }
     } else {
         say!(out, lang; zh: "未完成"; en: " is incomplete");
@@ -57,7 +57,7 @@ fn fastscan(out: &mut Vec<u8>, lang: Lang, scanned: Scanned, about: u64) {
     let requests = if scanned.frames == 1 { " request" } else { " requests" };
     put!(out; " (", scanned.frames, lang.pick("个请求", requests));
     if let Some(ns) = scanned.duration_ns {
-        say!(out, lang; zh: ", 历时"; en: " in ");
+        say!(out, lang; zh: ", 用时"; en: " in ");
         sentence::duration(out, ns);
     }
     put!(out; ")");

@@ -71,7 +71,7 @@ fn problems(out: &mut Vec<u8>, lang: Lang, named: &[Problem], more: u64) {
         put!(out; lang.pick(" (第", " (frame "), one.frame, lang.pick("帧)", ")"));
     }
     if more > 0 {
-        put!(out; lang.pick(", 另有", " and "), more, lang.pick("个", " more"));
+        put!(out; lang.pick(", 另有", " and "), more, lang.pick("个问题", " more"));
     }
 }
 
@@ -116,9 +116,9 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         }
         Quantity::Abort(code) => sdo::abort(out, lang, code),
         Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),
-        Quantity::Emcy(code) => {
+        Quantity::Emcy(code, profile) => {
             put!(out; Hex::<4>(u64::from(code)), "h");
-            if let Some(word) = terms::emcy::code(lang, code) {
+            if let Some(word) = terms::emcy::code(lang, profile, code) {
                 put!(out; " ", word);
             }
         }
@@ -138,10 +138,10 @@ fn crc(lang: Lang, matches: CrcMatch) -> &'static str {
     match matches {
         CrcMatch::Nothing => "",
         CrcMatch::WithPadding => {
-            lang.pick(" (把最后一段的填充字节也算入时才相符)", " (matches only with the padding of the last segment)")
+            lang.pick(" (计入最后一段的填充字节时相符)", " (matches with the padding of the last segment included)")
         }
-        CrcMatch::InitialFfff => lang.pick(" (初值取FFFFh时才相符)", " (matches only with the initial value FFFFh)"),
-        CrcMatch::Reflected => lang.pick(" (按位反转的算法时才相符)", " (matches only the reflected variant)"),
+        CrcMatch::InitialFfff => lang.pick(" (初值为FFFFh时相符)", " (matches with initial value FFFFh)"),
+        CrcMatch::Reflected => lang.pick(" (按位反转的算法时相符)", " (matches the reflected variant)"),
     }
 }
 
@@ -151,13 +151,13 @@ fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
     signal::annotation(out, lang, index, u64::from(word));
 }
 
-/// A duration in the unit in which an engineer would say it: `350µs`, `1.2ms`, `1.5s`. Three digits after the point at
+/// A duration in the unit in which an engineer would say it: `350 µs`, `1.2 ms`, `1.5 s`. Three digits after the point at
 /// most, none that are zero.
 pub fn duration(out: &mut Vec<u8>, ns: i64) {
     let (unit, name) = match ns.unsigned_abs() {
-        0..1_000_000 => (1_000, "µs"),
-        1_000_000..1_000_000_000 => (1_000_000, "ms"),
-        _ => (1_000_000_000, "s"),
+        0..1_000_000 => (1_000, " µs"),
+        1_000_000..1_000_000_000 => (1_000_000, " ms"),
+        _ => (1_000_000_000, " s"),
     };
     if ns < 0 {
         out.push(b'-');
@@ -198,14 +198,14 @@ mod tests {
     #[test]
     fn durations() {
         for (ns, text) in [
-            (0, "0µs"),
-            (350_000, "350µs"),
-            (1_500, "1.5µs"),
-            (1_200_000, "1.2ms"),
-            (-800_000, "-800µs"),
-            (10_000_000, "10ms"),
-            (1_500_000_000, "1.5s"),
-            (10_250_125_000, "10.25s"),
+            (0, "0 µs"),
+            (350_000, "350 µs"),
+            (1_500, "1.5 µs"),
+            (1_200_000, "1.2 ms"),
+            (-800_000, "-800 µs"),
+            (10_000_000, "10 ms"),
+            (1_500_000_000, "1.5 s"),
+            (10_250_125_000, "10.25 s"),
         ] {
             assert_eq!(says(ns), text);
         }
@@ -221,6 +221,6 @@ mod tests {
             _ => None,
         };
         fill(&mut out, Lang::En, "{found} instead of {expected}: {found|frame|frames}, {one|bit|bits}.", named);
-        assert_eq!(out, b"7 instead of 1ms: 7 frames, 1 bit.");
+        assert_eq!(out, b"7 instead of 1 ms: 7 frames, 1 bit.");
     }
 }

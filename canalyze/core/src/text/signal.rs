@@ -16,6 +16,7 @@ use std::io::Write;
 
 use crate::drive::{self, Object, State};
 use crate::od::{self, DataType};
+use crate::profiles::Profile;
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, Written, number};
 use crate::services::sdo::wire::Mux;
 use crate::text::digits::{Hex, hex, put};
@@ -161,10 +162,10 @@ fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
     } else if let Some(word) = standard_name(lang, mapped) {
         put!(out; word);
         // A sub-index without a name of its own has the object's, as one that never has any.
-        if alone && sub > 0 && Some(word) == terms::object_name(lang, index, 0xFF) {
+        if alone && sub > 0 && Some(word) == terms::object_name(lang, mapped.profile, index, 0xFF) {
             put!(out; ":", Hex::<2>(u64::from(sub)));
         }
-        if let Some(axis) = drive::axis(index).filter(|axis| *axis > 0) {
+        if let Some(axis) = drive::axis(index).filter(|axis| *axis > 0 && mapped.profile.may_be_drive()) {
             say!(out, lang; zh: "(轴", axis + 1, ")"; en: " (axis ", axis + 1, ")");
         }
     } else if let Some(given) = mapped.name.as_deref().filter(|given| !given.is_empty()) {
@@ -267,30 +268,48 @@ pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
 
 /// Whether an entry is an object of CiA 402, as the head of this file has it.
 pub fn is_drives(mapped: &Mapped) -> bool {
+    mapped.profile.may_be_drive() && is_of_profile(mapped)
+}
+
+/// Whether an entry is the object that the device's profile has at its index: it has its size; and no other name, where
+/// it is not known which profile the device has.
+pub fn is_of_profile(mapped: &Mapped) -> bool {
     let (index, sub) = (mapped.index, mapped.sub);
-    if drive::axis(index).is_none() {
+    if index < 0x6000 {
         return false;
     }
-    let size = od::data_type(index, sub).and_then(DataType::size);
-    if size.is_none() || mapped.data_type.and_then(DataType::size) != size {
+    let standard = mapped.profile.data_type(index, sub);
+    let Some(size) = standard.and_then(DataType::size) else { return false };
+    if mapped.data_type.and_then(DataType::size) != Some(size) {
         return false;
     }
-    if size.map(|size| 8 * size) != Some(usize::from(mapped.bits)) {
+    // A truth value is one bit of a PDO.
+    let bits = usize::from(mapped.bits);
+    if bits != 8 * size && !(bits == 1 && standard == Some(DataType::Boolean)) {
         return false;
     }
+    mapped.profile != Profile::UNKNOWN || is_called_so(mapped)
+}
+
+/// Whether the description, if there is one, calls an entry as the profile does.
+fn is_called_so(mapped: &Mapped) -> bool {
+    let standard = mapped.profile.name(mapped.index, mapped.sub);
     match mapped.name.as_deref() {
         None | Some("") => true,
-        Some(given) => terms::object_name(Lang::En, index, sub).is_some_and(|standard| same(given, standard)),
+        Some(given) => standard.is_some_and(|(_, standard)| same(given, standard)),
     }
 }
 
 /// The standard's name, where it is certain that the object is the standard's.
 fn standard_name(lang: Lang, mapped: &Mapped) -> Option<&'static str> {
+    let given = mapped.name.as_deref().is_some_and(|given| !given.is_empty());
     let certain = match mapped.index {
         0x1000..=0x1FFF => true,
-        _ => is_drives(mapped),
+        // Whatever a description calls its objects stays; only a drive's are so well known that they are translated.
+        _ if given => is_drives(mapped) && is_called_so(mapped),
+        _ => is_of_profile(mapped),
     };
-    certain.then(|| terms::object_name(lang, mapped.index, mapped.sub)).flatten()
+    certain.then(|| terms::object_name(lang, mapped.profile, mapped.index, mapped.sub)).flatten()
 }
 
 /// Whether two names are the same but for case, blanks and signs: `Position_Actual_Value`.
@@ -303,13 +322,11 @@ fn same(given: &str, standard: &str) -> bool {
 
 /// Whether the value is rather read as bits: the standard's bit fields, and a drive's digital inputs and outputs.
 fn is_bit_field(mapped: &Mapped) -> bool {
-    match mapped.index {
-        0x6000..=0x9FFF if is_drives(mapped) => {
-            matches!(od::first_axis(mapped.index), 0x60FD | 0x60FE) || od::is_bit_field(mapped.index, mapped.sub)
-        }
-        0x6000..=0x9FFF => false,
-        index => od::is_bit_field(index, mapped.sub),
+    if mapped.index < 0x6000 {
+        return od::is_bit_field(mapped.index, mapped.sub);
     }
+    let digital = mapped.profile.may_be_drive() && matches!(od::first_axis(mapped.index), 0x60FD | 0x60FE);
+    is_of_profile(mapped) && (digital || mapped.profile.is_bit_field(mapped.index, mapped.sub))
 }
 
 /// Strings, DOMAINs and dates, as SDO's values are shown.
@@ -426,7 +443,7 @@ mod tests {
         both(&mapped(0x6041_0010), 0x0298, "状态字=0298h 故障 (警告)", "statusword=0298h fault (warning)");
         both(&mapped(0x6041_0010), 0x0022, "状态字=0022h 未定义的状态", "statusword=0022h undefined state");
         both(&mapped(0x6040_0010), 0x000F, "控制字=000Fh 使能运行", "controlword=000Fh enable operation");
-        both(&mapped(0x6040_0010), 0x0106, "控制字=0106h 关机 (暂停)", "controlword=0106h shutdown (halt)");
+        both(&mapped(0x6040_0010), 0x0106, "控制字=0106h 关闭(Shutdown) (暂停)", "controlword=0106h shutdown (halt)");
         both(&mapped(0x6040_0010), 7, "控制字=0007h 接通/禁止运行", "controlword=0007h switch on / disable operation");
         both(&mapped(0x6040_0010), 0x80, "控制字=0080h 故障复位", "controlword=0080h fault reset");
         both(
@@ -438,7 +455,7 @@ mod tests {
         both(
             &mapped(0x6061_0008),
             0xFF,
-            "操作模式显示=-1 厂商定义的模式",
+            "操作模式显示=-1 制造商定义的模式",
             "modes of operation display=-1 manufacturer-specific mode",
         );
         both(

@@ -42,9 +42,9 @@ fn explains(lang: Lang, message: &Message, frame: &Frame) -> String {
     String::from_utf8(out).unwrap()
 }
 
-fn json(lang: Lang, message: &Message, frame: &Frame) -> serde_json::Value {
+fn json(message: &Message, frame: &Frame) -> serde_json::Value {
     let mut out = Vec::new();
-    jsonl::services::fields(&mut out, lang, message, frame);
+    jsonl::services::fields(&mut out, message, frame);
     serde_json::from_slice(&out).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&out)))
 }
 
@@ -77,24 +77,24 @@ fn time() {
     let frame = data(0x100, &[0x95, 0x2C, 0xB3, 0x02, 0x9E, 0x39]);
     check(
         &frame,
-        "时间戳: 2024-05-20 12:34:56.789 (45296789ms, 第14750天)",
+        "时间报文(TIME): 2024-05-20 12:34:56.789 (45296789 ms, 第14750天)",
         "TIME: 2024-05-20 12:34:56.789 (45296789 ms, day 14750)",
     );
-    check_brief(&frame, "时间戳", "TIME");
+    check_brief(&frame, "时间报文(TIME)", "TIME");
     check_explained(
         &frame,
-        "#   COB-ID 100h: 时间戳, 生产者 -> 消费者\n\
-         #   95 2C B3 02 = 02B32C95h (小端格式)  位31-28: 0000b 保留 | 位27-0: 午夜起45296789ms = 12:34:56.789\n\
+        "#   COB-ID 100h: 时间报文(TIME), 生产者 -> 消费者\n\
+         #   95 2C B3 02 = 02B32C95h (小端格式)  位31-28: 0000b 保留 | 位27-0: 午夜起45296789 ms = 12:34:56.789\n\
          #   9E 39 = 399Eh (小端格式)  1984-01-01起14750天 = 2024-05-20\n",
     );
     check(
         &data(0x100, &[0xFF, 0xFF, 0xFF, 0x1F, 0, 0]),
-        "时间戳: 1984-01-01 74:33:55.455 (268435455ms, 第0天), 超出一天, 保留位不为0 (1h)",
+        "时间报文(TIME): 1984-01-01 74:33:55.455 (268435455 ms, 第0天), 超出一天, 保留位不为0 (1h)",
         "TIME: 1984-01-01 74:33:55.455 (268435455 ms, day 0), beyond a day, reserved bits are not 0 (1h)",
     );
     check(
         &data(0x100, &[0; 8]),
-        "不合规的报文 (时间戳): 长度8字节, 应为6字节",
+        "格式错误 (时间报文(TIME)): 长度8字节, 应为6字节",
         "malformed (TIME): length 8 bytes, expected 6 bytes",
     );
 }
@@ -104,29 +104,29 @@ fn emergency() {
     let frame = data(0x08A, &[0x30, 0x81, 0x11, 0x05, 0, 0, 0, 0]);
     check(
         &frame,
-        "节点10的紧急报文: 8130h 寿命保护错误或心跳错误, 错误寄存器=11h (一般错误, 通信错误), 厂商字节 05 00 00 00 00",
-        "emergency of node 10: 8130h life guard error or heartbeat error, error register=11h (generic error, \
-         communication error), manufacturer bytes 05 00 00 00 00",
+        "节点10的紧急报文: 8130h 寿命保护错误或心跳错误, 错误寄存器=11h (一般错误, 通信错误), 制造商数据 05 00 00 00 00",
+        "EMCY of node 10: 8130h life guard error or heartbeat error, error register=11h (generic error, \
+         communication error), manufacturer data 05 00 00 00 00",
     );
-    check_brief(&frame, "节点10的紧急报文", "emergency of node 10");
+    check_brief(&frame, "节点10的紧急报文", "EMCY of node 10");
     check_explained(
         &frame,
         "#   COB-ID 08Ah = 080h + 节点ID 0Ah (10): 紧急报文, 生产者 -> 消费者\n\
          #   30 81  错误码 8130h (小端格式): 寿命保护错误或心跳错误\n\
          #   11 = 0001 0001b  错误寄存器(1001h)  位0: 1 一般错误 | 位4: 1 通信错误\n\
-         #   05 00 00 00 00  厂商字节\n",
+         #   05 00 00 00 00  制造商数据\n",
     );
     check(
         &data(0x08A, &[0; 8]),
-        "节点10的紧急报文: 0000h 错误复位或无错误, 错误寄存器=00h, 厂商字节 00 00 00 00 00",
-        "emergency of node 10: 0000h error reset or no error, error register=00h, manufacturer bytes 00 00 00 00 00",
+        "节点10的紧急报文: 0000h 错误复位或无错误, 错误寄存器=00h, 制造商数据 00 00 00 00 00",
+        "EMCY of node 10: 0000h error reset or no error, error register=00h, manufacturer data 00 00 00 00 00",
     );
     check(
         &data(0x08A, &[]),
-        "不合规的报文 (节点10的紧急报文): 长度0字节, 应为8字节 (可能是DS 301 V3的启动报文)",
-        "malformed (emergency of node 10): length 0 bytes, expected 8 bytes (may be the boot-up message of DS 301 V3)",
+        "格式错误 (节点10的紧急报文): 长度0字节, 应为8字节 (可能是DS 301 V3的启动报文)",
+        "malformed (EMCY of node 10): length 0 bytes, expected 8 bytes (may be the boot-up message of DS 301 V3)",
     );
-    let json = json(Lang::En, &own(&frame), &frame);
+    let json = json(&own(&frame), &frame);
     assert_eq!(json["code"], "8130");
     assert_eq!(json["register_bits"], serde_json::json!([0, 4]));
     assert_eq!(json["manufacturer"], "0500000000");
@@ -159,7 +159,7 @@ fn layer_setting() {
     );
     master(
         &[0x15, 0xE8, 0x03, 0, 0, 0, 0, 0],
-        "LSS主站: 激活位定时: 切换延迟=1000ms",
+        "LSS主站: 激活位定时: 切换延迟=1000 ms",
         "LSS master: activate bit timing: switch delay=1000 ms",
     );
     master(&[0x17, 0, 0, 0, 0, 0, 0, 0], "LSS主站: 存储配置", "LSS master: store configuration");
@@ -185,31 +185,31 @@ fn layer_setting() {
     );
     slave(
         &[0x44, 0, 0, 0, 0, 0, 0, 0],
-        "LSS从站: 选择性切换状态应答 (已进入配置状态)",
+        "LSS从站: 选择性切换状态响应 (已进入配置状态)",
         "LSS slave: switch state selective response (in configuration state)",
     );
     slave(
         &[0x11, 1, 0, 0, 0, 0, 0, 0],
-        "LSS从站: 配置节点ID的应答: 节点ID超出范围 (错误码 01h)",
+        "LSS从站: 配置节点ID响应: 节点ID超出范围 (错误码 01h)",
         "LSS slave: configure node-ID response: node-ID out of range (error code 01h)",
     );
     slave(
         &[0x17, 0xFF, 7, 0, 0, 0, 0, 0],
-        "LSS从站: 存储配置的应答: 制造商定义的错误 (错误码 FFh, 特定错误码 07h)",
+        "LSS从站: 存储配置响应: 制造商定义的错误 (错误码 FFh, 特定错误码 07h)",
         "LSS slave: store configuration response: implementation-specific error (error code FFh, specific error code 07h)",
     );
     slave(
         &[0x13, 0, 0, 0, 0, 0, 0, 0],
-        "LSS从站: 配置位定时的应答: 成功",
+        "LSS从站: 配置位定时响应: 成功",
         "LSS slave: configure bit timing response: done",
     );
     slave(
         &[0x5A, 0x78, 0x56, 0x34, 0x12, 0, 0, 0],
-        "LSS从站: 制造商ID查询应答 = 12345678h",
+        "LSS从站: 制造商ID查询响应 = 12345678h",
         "LSS slave: inquire response, vendor-ID = 12345678h",
     );
-    slave(&[0x5E, 0x0A, 0, 0, 0, 0, 0, 0], "LSS从站: 节点ID查询应答 = 10", "LSS slave: inquire response, node-ID = 10");
-    slave(&[0x50, 0, 0, 0, 0, 0, 0, 0], "LSS从站: 未配置从站的识别应答", "LSS slave: identify non-configured slave");
+    slave(&[0x5E, 0x0A, 0, 0, 0, 0, 0, 0], "LSS从站: 节点ID查询响应 = 10", "LSS slave: inquire response, node-ID = 10");
+    slave(&[0x50, 0, 0, 0, 0, 0, 0, 0], "LSS从站: 未配置从站的识别响应", "LSS slave: identify non-configured slave");
 }
 
 #[test]
@@ -222,17 +222,17 @@ fn layer_setting_fastscan() {
     );
     check(
         &data(0x7E5, &[0x51, 0, 0, 0, 0, 0x1F, 1, 1]),
-        "LSS主站: 快速扫描(Fastscan): 产品码, 比较位31-31 (IDNumber=00000000h, BitCheck=1Fh, LSSSub=1, LSSNext=1)",
-        "LSS master: Fastscan: product code, compare bits 31-31 (IDNumber=00000000h, BitCheck=1Fh, LSSSub=1, LSSNext=1)",
+        "LSS主站: 快速扫描(Fastscan): 产品码, 比较位31 (IDNumber=00000000h, BitCheck=31, LSSSub=1, LSSNext=1)",
+        "LSS master: Fastscan: product code, compare bit 31 (IDNumber=00000000h, BitCheck=31, LSSSub=1, LSSNext=1)",
     );
     check(
         &data(0x7E5, &[0x51, 3, 0, 0, 0, 0, 3, 0]),
         "LSS主站: 快速扫描(Fastscan): 序列号, 比较位31-0, 确认并转到制造商ID \
-         (IDNumber=00000003h, BitCheck=00h, LSSSub=3, LSSNext=0)",
-        "LSS master: Fastscan: serial number, compare bits 31-0, confirm and go on to vendor-ID \
-         (IDNumber=00000003h, BitCheck=00h, LSSSub=3, LSSNext=0)",
+         (IDNumber=00000003h, BitCheck=0, LSSSub=3, LSSNext=0)",
+        "LSS master: Fastscan: serial number, compare bits 31-0, confirm and continue with vendor-ID \
+         (IDNumber=00000003h, BitCheck=0, LSSSub=3, LSSNext=0)",
     );
-    check(&data(0x7E4, &[0x4F, 0, 0, 0, 0, 0, 0, 0]), "LSS从站: 从站识别应答", "LSS slave: identify slave");
+    check(&data(0x7E4, &[0x4F, 0, 0, 0, 0, 0, 0, 0]), "LSS从站: 从站识别响应", "LSS slave: identify slave");
     check_explained(
         &any,
         "#   COB-ID 7E5h: LSS, master -> slaves\n\
@@ -247,21 +247,21 @@ fn layer_setting_fastscan() {
 #[test]
 fn error_control() {
     let operational = data(0x70A, &[0x05]);
-    check(&operational, "节点10的心跳: 操作", "heartbeat of node 10: Operational");
+    check(&operational, "节点10的心跳: 操作状态", "heartbeat of node 10: Operational");
     check_brief(&operational, "节点10的心跳", "heartbeat of node 10");
     check_explained(
         &operational,
         "#   COB-ID 70Ah = 700h + 节点ID 0Ah (10): 错误控制 (启动报文, 心跳, 节点保护)\n\
-         #   05 = 0000 0101b  位7: 0 (心跳中恒为0; 节点保护中为toggle位) | 位6-0: 05h 操作\n",
+         #   05 = 0000 0101b  位7: 0 (心跳中恒为0; 节点保护中为toggle位) | 位6-0: 05h 操作状态\n",
     );
     check(&data(0x70A, &[0x00]), "节点10的启动报文", "boot-up of node 10");
-    check(&remote(0x70A, 0), "NMT主站对节点10的保护请求", "node guarding request of the NMT master to node 10");
+    check(&remote(0x70A, 0), "NMT主站对节点10的节点保护请求", "node guarding request of the NMT master to node 10");
     check(
         &data(0x70A, &[0xFF]),
-        "节点10的保护应答: 预操作 (toggle=1)",
-        "node guarding answer of node 10: Pre-operational (toggle=1)",
+        "节点10的节点保护应答: 预操作状态 (toggle=1)",
+        "node guarding response of node 10: Pre-operational (toggle=1)",
     );
-    check(&data(0x70A, &[0x7F]), "节点10的心跳: 预操作", "heartbeat of node 10: Pre-operational");
+    check(&data(0x70A, &[0x7F]), "节点10的心跳: 预操作状态", "heartbeat of node 10: Pre-operational");
     check(&data(0x70A, &[0x06]), "节点10的心跳: 未知状态 06h", "heartbeat of node 10: unknown state 06h");
     assert_eq!(own(&data(0x70A, &[0xFF])).service(), "guarding");
     assert_eq!(own(&data(0x70A, &[0x00])).service(), "heartbeat");
@@ -286,7 +286,7 @@ fn node_control() {
     );
     assert_eq!(own(&start).node(), Some(10));
     assert_eq!(own(&data(0x000, &[0x82, 0x00])).node(), None);
-    assert_eq!(json(Lang::Zh, &own(&start), &start)["name"], "启动远程节点");
+    assert_eq!(json(&own(&start), &start)["name"], "start remote node");
 }
 
 #[test]
@@ -298,12 +298,12 @@ fn sync() {
     }
     check(
         &data(0x080, &[1, 2]),
-        "不合规的报文 (同步报文): 长度2字节, 应为0或1字节",
+        "格式错误 (同步报文): 长度2字节, 应为0或1字节",
         "malformed (SYNC): length 2 bytes, expected 0 or 1 byte",
     );
     check(
         &remote(0x080, 0),
-        "不合规的报文 (同步报文): 该服务没有远程帧 (请求长度0字节)",
+        "格式错误 (同步报文): 该服务没有远程帧 (请求长度0字节)",
         "malformed (SYNC): this service has no remote frames (requested length 0 bytes)",
     );
 }
@@ -351,7 +351,7 @@ fn multiplex_pdo() {
     assert_eq!(
         explains(Lang::En, &message, &frame),
         "#   COB-ID 18Ah = 180h + node-ID 0Ah (10): TPDO1, this node -> consumers\n\
-         #   communication parameter 1800h, mapping parameter 1A00h: the mapping says what the data mean\n\
+         #   communication parameter 1800h, mapping parameter 1A00h: the mapping defines the data\n\
          #   8A = 1000 1010b  bit 7: 1 destination address mode (DAM) | bits 6-0: 0Ah node-ID (10)\n\
          #   00 20  index 2000h (little-endian)\n\
          #   01  sub-index 01h\n\
@@ -367,7 +367,7 @@ fn multiplex_pdo() {
         says(Lang::En, Depth::Default, &message, &frame),
         "TPDO1 of node 10: SAM-MPDO, producer node 10: 2000h:01 = 2A 00 00 00 (42)"
     );
-    assert_eq!(json(Lang::En, &message, &frame)["mpdo"]["mode"], "sam");
+    assert_eq!(json(&message, &frame)["mpdo"]["mode"], "sam");
     let frame = data(0x18A, &[0x0A]);
     assert!(matches!(pdo::decode_multiplexed(role, true, 1, 10, &frame), Message::Malformed { .. }));
 }
@@ -402,7 +402,7 @@ fn error_frames() {
         "error frame: TX error counter=0, RX error counter=0",
     );
     check(&error(0x400, &[0; 8]), "错误帧: 未知类别 00000400h", "error frame: unknown class 00000400h");
-    assert_eq!(json(Lang::En, &own(&frame), &frame)["tx_errors"], 96);
+    assert_eq!(json(&own(&frame), &frame)["tx_errors"], 96);
 }
 
 #[test]
@@ -410,12 +410,12 @@ fn the_rest() {
     check(&data(0x001, &[]), "全局故障安全命令(GFC)", "global fail-safe command (GFC)");
     check(
         &data(0x071, &[0, 1]),
-        "飞行主站: 活动NMT主站的应答: 节点1, 优先级=0",
-        "flying master: answer of the active NMT master: node 1, priority=0",
+        "飞行主站: 活动NMT主站的响应: 节点1, 优先级=0",
+        "flying master: response of the active NMT master: node 1, priority=0",
     );
     check(&data(0x102, &[0xFE]), "SRDO1的取反数据: 1字节", "inverted data of SRDO1: 1 byte");
     check(&data(0x7FF, &[1]), "CiA 301保留的ID", "ID reserved by CiA 301");
-    check(&data(0x680, &[1]), "未分配的ID", "ID that is not assigned");
+    check(&data(0x680, &[1]), "未分配的ID", "unassigned ID");
     check(
         &Frame::classic(CanId::extended(0x18FE_F100), &[1]),
         "29位ID, 非CANopen预定义",
@@ -436,14 +436,14 @@ fn the_rest() {
     );
     check(
         &data(0x60A, &[0x40]),
-        "不合规的报文 (对节点10的SDO请求): 长度1字节, 应为8字节",
+        "格式错误 (对节点10的SDO请求): 长度1字节, 应为8字节",
         "malformed (SDO request to node 10): length 1 byte, expected 8 bytes",
     );
     let mut out = Vec::new();
     explain::cob_id(&mut out, Lang::Zh, Role::SdoRequest(10), &data(0x60A, &[]));
     assert_eq!(
         String::from_utf8(out).unwrap(),
-        "#   COB-ID 60Ah = 600h + 节点ID 0Ah (10): SDO请求, 客户端 -> 服务器\n"
+        "#   COB-ID 60Ah = 600h + 节点ID 0Ah (10): SDO请求, 主站(客户端) -> 从站(服务器)\n"
     );
 }
 
@@ -509,7 +509,7 @@ proptest! {
                 prop_assert!(line.starts_with("#   ") && line.len() > 4, "{:?}", line);
                 prop_assert!(!line.chars().any(unsafe_on_a_terminal), "{:?}", line);
             }
-            prop_assert!(json(lang, &message, &frame).is_object());
+            prop_assert!(json(&message, &frame).is_object());
         }
         let (zh, en) = (explains(Lang::Zh, &message, &frame), explains(Lang::En, &message, &frame));
         prop_assert_eq!(zh.lines().count(), en.lines().count());

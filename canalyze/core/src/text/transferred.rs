@@ -15,13 +15,11 @@ const NAMED: usize = 3;
 pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let whole = transfer.data.kept.len() as u64 == transfer.data.size;
     match (transfer.outcome.status, transfer.mux) {
-        (Status::Ok, Some(mux)) if whole => {
-            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.kept)
-        }
+        (Status::Ok, Some(mux)) if whole => of_object(out, lang, mux, &transfer.described, &transfer.data.kept),
         (Status::Ok, _) => value(out, lang, None, &transfer.data.kept, transfer.data.size),
         (status, Some(mux)) if !transfer.data.requested.is_empty() => {
             put!(out; lang.pick("请求写入 ", "requested "));
-            of_object(out, lang, mux, transfer.described.as_deref(), &transfer.data.requested);
+            of_object(out, lang, mux, &transfer.described, &transfer.data.requested);
             if status != Status::Aborted {
                 put!(out; lang.pick(", 未确认", ", not confirmed"));
             }
@@ -33,7 +31,7 @@ pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
 }
 
 /// Appends the bytes of a transfer that has holes: `..` stands for each byte that is missing, `...` where their number is
-/// not known. Behind them what is missing: `[missing: the beginning, 7 bytes at offset 14]`.
+/// not known. Behind them what is missing: `[missing: start, 7 bytes at offset 14]`.
 fn holed(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let start = out.len();
     let holes = transfer.data.holes.list();
@@ -81,10 +79,12 @@ fn missing(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
             Some(_) if end => say!(out, lang; zh: "结尾", size; en: size, " at the end"),
             Some(_) => say!(out, lang; zh: "中间", size; en: size, " in between"),
             // Of a transfer that is there from its beginning: bytes are missing, and nothing tells where.
-            None if *offset == 0 && !transfer.outcome.midway => put!(out; lang.pick("某处", "somewhere")),
-            None if *offset == 0 => put!(out; lang.pick("开头", "the beginning")),
-            None if end => put!(out; lang.pick("结尾", "the end")),
-            None => put!(out; lang.pick("中间长度未知的一段", "an unknown number in between")),
+            None if *offset == 0 && !transfer.outcome.midway => {
+                put!(out; lang.pick("位置未知", "at an unknown position"))
+            }
+            None if *offset == 0 => put!(out; lang.pick("开头", "start")),
+            None if end => put!(out; lang.pick("结尾", "end")),
+            None => put!(out; lang.pick("中间长度未知的一段", "unknown number of bytes in between")),
         }
         placed &= length.is_some();
     }

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use super::digits::{Hex, Put, Spaced, decimal, put};
 use super::services::time::Clock;
 use super::{Lang, escape, parameter, signal, terms};
-use crate::dictionary::Object;
+use crate::dictionary::{Described, Object};
 use crate::drive;
 use crate::od::{self, DataType, Value};
+use crate::profiles::Profile;
 use crate::services::pdo::Multiplexed;
 use crate::services::pdo::mapping::{Mapped, Mapping, extract};
 use crate::services::sdo::wire::Mux;
@@ -65,14 +66,14 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: 
 }
 
 /// Appends a blank and the name of an object, where it has one: the standard's, or the vendor's as it is.
-pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Object>) {
-    match described {
+pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described) {
+    match &described.object {
         Some(object) => {
             put!(out; " ");
-            signal::name_beside_object(out, lang, &as_mapped(object));
+            signal::name_beside_object(out, lang, &as_mapped(object, described.profile));
         }
         None => {
-            if let Some(name) = terms::object_name(lang, mux.index, mux.sub) {
+            if let Some(name) = terms::object_name(lang, described.profile, mux.index, mux.sub) {
                 put!(out; " ", name);
             }
         }
@@ -80,7 +81,7 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Object>)
 }
 
 /// A described object as if a PDO carried all of it.
-pub(crate) fn as_mapped(object: &Object) -> Mapped {
+pub(crate) fn as_mapped(object: &Object, profile: Profile) -> Mapped {
     let data_type = object.data_type();
     Mapped {
         index: object.index,
@@ -88,6 +89,7 @@ pub(crate) fn as_mapped(object: &Object) -> Mapped {
         bits: data_type.and_then(DataType::size).map_or(0, |bytes| 8 * bytes as u8),
         offset: 0,
         data_type,
+        profile,
         dummy: false,
         name: Some(Arc::clone(&object.name)),
         unit: object.unit.clone(),
@@ -96,22 +98,23 @@ pub(crate) fn as_mapped(object: &Object) -> Mapped {
 }
 
 /// The value of an object that was transferred whole.
-pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Object>, bytes: &[u8]) {
-    let standard = od::data_type(mux.index, mux.sub);
-    let data_type = described.map_or(standard, Object::data_type);
+pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described, bytes: &[u8]) {
+    let profile = described.profile;
+    let standard = profile.data_type(mux.index, mux.sub);
+    let data_type = described.data_type(mux.index, mux.sub);
     // With a description numbers have units and factors, as in a PDO; what the standards make of an object stays.
-    if let Some(object) = described
+    if let Some(object) = &described.object
         && (standard.is_none() || object.unit.is_some() || object.factor != 1.0)
         && matches!(data_type.and_then(DataType::size), Some(size) if size == bytes.len() && size <= 8)
         && let Some(raw) = extract(bytes, 0, 8 * bytes.len())
     {
-        signal::value(out, lang, &as_mapped(object), raw);
+        signal::value(out, lang, &as_mapped(object, profile), raw);
         if bytes.len() > 1 || object.factor != 1.0 {
             hexadecimal(out, bytes);
         }
         return;
     }
-    if od::is_bit_field(mux.index, mux.sub) && matches!(bytes.len(), 1..=4) {
+    if profile.is_bit_field(mux.index, mux.sub) && matches!(bytes.len(), 1..=4) {
         for byte in bytes.iter().rev() {
             put!(out; Hex::<2>(u64::from(*byte)));
         }
@@ -119,8 +122,9 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: Option<&Obj
     } else {
         value(out, lang, data_type, bytes, bytes.len() as u64);
     }
-    // What has words of its own on a drive. The names of 6000h to 9FFFh are CiA 402's here too.
-    let drives = described.is_none_or(|object| signal::is_drives(&as_mapped(object)));
+    // What has words of its own on a drive.
+    let own = described.object.as_deref();
+    let drives = own.map_or(profile.may_be_drive(), |object| signal::is_drives(&as_mapped(object, profile)));
     if drives && drive::Object::at(mux.index).is_some() && standard.and_then(DataType::size) == Some(bytes.len()) {
         let raw = bytes.iter().rev().fold(0, |raw, byte| raw << 8 | u64::from(*byte));
         put!(out; " ");

@@ -77,13 +77,18 @@ pub struct Columns {
 impl Columns {
     /// Stamp, bus, direction, identifier and length of a frame, to the blank behind the length.
     pub fn head(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
+        self.source(out, stamp, name, frame);
+        self.identifier(out, frame);
+        length(out, frame);
+    }
+
+    /// Of these the columns before the identifier.
+    pub fn source(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
         if let Some(stamp) = stamp {
             written(out, stamp);
         }
         self.bus(out, name);
         direction(out, frame);
-        self.identifier(out, frame);
-        length(out, frame);
     }
 
     /// The line of an error marker without content.
@@ -111,7 +116,8 @@ impl Columns {
         put!(out; "  ");
     }
 
-    fn identifier(&mut self, out: &mut Vec<u8>, frame: &Frame) {
+    /// The identifier.
+    pub fn identifier(&mut self, out: &mut Vec<u8>, frame: &Frame) {
         let raw = u64::from(frame.id.raw());
         if frame.kind == Kind::Error {
             put!(out; Hex::<8>(raw | 0x2000_0000));
@@ -182,7 +188,7 @@ fn direction(out: &mut Vec<u8>, frame: &Frame) {
 }
 
 /// Length or raw DLC, and a blank behind it: candump prints one before each byte, too.
-fn length(out: &mut Vec<u8>, frame: &Frame) {
+pub fn length(out: &mut Vec<u8>, frame: &Frame) {
     let form = frame.length_form;
     if matches!(frame.kind, Kind::Fd { .. }) || form.two_digits {
         put!(out; "  [", Padded::<2>(u64::from(frame.len)), "] ");

@@ -22,6 +22,7 @@ use crate::drive::{self, Command, Object, Reach, State};
 use crate::finding::{Code, Finding};
 use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
+use crate::profiles::Profile;
 use crate::rules::drive::{Drv001, Drv004};
 use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::extract;
@@ -195,7 +196,7 @@ impl Drives {
         let drive = self.nodes.entry(transfer.node);
         let place = Place { node: known.unwrap_or(&nobody), axis, at: cx.at, state, by_pdo: false };
         let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
-        let fits = crate::od::data_type(mux.index, mux.sub).and_then(crate::od::DataType::size);
+        let fits = Profile::DRIVE.data_type(mux.index, mux.sub).and_then(crate::od::DataType::size);
         if !whole || fits != Some(transfer.data.kept.len()) || transfer.data.size != transfer.data.kept.len() as u64 {
             if object == Object::Controlword && transfer.direction == Direction::Download {
                 drive.blind(cx);

@@ -9,7 +9,8 @@ use crate::checks::PdoName;
 use crate::drive::{self, Object};
 use crate::frame::CanId;
 use crate::node::{Content, Node, Pdo, PerNode};
-use crate::od::{self, DataType};
+use crate::od::DataType;
+use crate::profiles::Profile;
 use crate::services::pdo::mapping::Mapping;
 
 /// An object of a drive in a PDO.
@@ -149,7 +150,7 @@ fn carried(pdo: &Pdo) -> Option<Vec<Part>> {
 fn parts(mapping: &Mapping) -> Vec<Part> {
     let entries = mapping.entries.iter().filter_map(|entry| {
         let (axis, object) = (drive::axis(entry.index)?, Object::at(entry.index).filter(|_| entry.sub == 0)?);
-        let size = od::data_type(entry.index, 0).and_then(DataType::size)?;
+        let size = Profile::DRIVE.data_type(entry.index, 0).and_then(DataType::size)?;
         let fits = entry.data_type.and_then(DataType::size) == Some(size) && usize::from(entry.bits) == 8 * size;
         fits.then_some(Part { axis, object, offset: entry.offset, bits: entry.bits })
     });

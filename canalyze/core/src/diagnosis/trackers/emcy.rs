@@ -13,6 +13,7 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::{Finding, Quantity};
 use crate::message::Errors;
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
@@ -53,6 +54,7 @@ fn kind(code: u16) -> Kind {
 pub(in crate::diagnosis) struct Emergency {
     pub(in crate::diagnosis) node: u8,
     pub(in crate::diagnosis) code: u16,
+    pub(in crate::diagnosis) profile: Profile,
     pub(in crate::diagnosis) register: u8,
     pub(in crate::diagnosis) manufacturer: [u8; 5],
     pub(in crate::diagnosis) active: Errors,
@@ -88,7 +90,7 @@ impl Emergencies {
     }
 
     fn raised(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
-        let Emergency { node, code, register, .. } = emergency;
+        let Emergency { node, code, profile, register, .. } = emergency;
         let at = scene.at;
         let kind = kind(code);
         let open = self.open.entry(node).or_default();
@@ -97,7 +99,7 @@ impl Emergencies {
         };
         if let Some(place) = open.iter().find(|place| known(place, scene)).copied() {
             if let Some(one) = scene.ledger.get_mut(place) {
-                one.step(at, Role::Sign, Saying::Raised { code, register }, None);
+                one.step(at, Role::Sign, Saying::Raised { code: (code, profile), register }, None);
                 one.repeats.count += 1;
             }
             return;
@@ -130,14 +132,14 @@ impl Emergencies {
             }
         };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Sign, Saying::Raised { code, register }, None);
+            one.step(at, Role::Sign, Saying::Raised { code: (code, profile), register }, None);
             one.clue.codes.push(code);
             one.clue.communication |= register & COMMUNICATION != 0;
             if !one.clue.reported.contains(&code) {
                 one.clue.reported.push(code);
             }
             if !one.has("code") {
-                one.fact("code", Quantity::Emcy(code));
+                one.fact("code", Quantity::Emcy(code, profile));
                 one.fact("register", Quantity::Hex2(register));
             }
         }
@@ -197,7 +199,7 @@ impl Emergencies {
     }
 
     fn taken_back(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
-        let Emergency { node, register, active, .. } = emergency;
+        let Emergency { node, profile, register, active, .. } = emergency;
         let at = scene.at;
         let Some(open) = self.open.get_mut(&node) else { return };
         open.retain(|place| {
@@ -206,7 +208,7 @@ impl Emergencies {
             one.clue.codes.retain(|code| register != 0 && active.iter().any(|known| known == *code));
             if one.clue.codes.is_empty() {
                 let said = match one.clue.reported.as_slice() {
-                    [code] => Saying::TakenBack { code: *code },
+                    [code] => Saying::TakenBack { code: (*code, profile) },
                     _ => Saying::AllTakenBack,
                 };
                 one.step(at, Role::Recovery, said, None);

@@ -54,7 +54,7 @@ fn what_was_found_instead_is_said() {
     assert_eq!(rows[0]["facts"]["found"], found);
     let rows = findings(json, &capture(&silent(20, 60)), Lang::Zh, 100);
     let message =
-        "节点6: 没有出现\"node-restarted\"; 出现的是: 节点5 node-silent 节点失去联系 (第39帧) (期望: x.toml:1)";
+        "节点6: 没有出现\"node-restarted\"; 实际出现: 节点5 node-silent 节点失去联系 (第39帧) (期望: x.toml:1)";
     assert_eq!(rows[0]["message"], message);
 }
 

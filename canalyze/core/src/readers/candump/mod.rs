@@ -309,13 +309,17 @@ impl Candump {
     }
 }
 
-/// One line by itself (for `canalyze explain`): its frame, if it holds one.
-pub fn line(text: &[u8], buses: &mut Buses) -> Option<Frame> {
+/// One line by itself (for `canalyze explain`): its frame, or why it is none, where it is meant as one.
+pub fn line(text: &[u8], buses: &mut Buses) -> Result<Frame, Option<Unreadable>> {
     let text = text.strip_suffix(b"\n").unwrap_or(text);
     let mut plain = Vec::new();
     let line = general(plain_text(text, &mut plain), false);
-    let What::Frame = line.what else { return None };
-    Some(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..line.frame })
+    match line.what {
+        What::Frame => {}
+        What::Unreadable(fail) if fail.reason != Unreadable::NoFrame => return Err(Some(fail.reason)),
+        _ => return Err(None),
+    }
+    Ok(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..line.frame })
 }
 
 /// What a line holds.

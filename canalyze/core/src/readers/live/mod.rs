@@ -19,7 +19,7 @@
 //! | 3 records: frames of `packed`; its buses do not count, nor what is no frame | 0 | 0 | whole records |
 //! | 4 dropped: frames are missing | 0 lost by kernel or driver, 1 thrown away since the output was not read | how many | |
 //! | 5 until: every frame stamped so or earlier has come; `i64::MAX`: every frame has, and time stands | 0 | ns | |
-//! | 6 gap: the bus cannot be listened to from here on | 0 | 0 | |
+//! | 6 gap: the bus cannot be listened to from here on | 0 frames may be missing, 1 the bus is away | 0 | |
 //!
 //! Frames of one bus come out as they came in. Those of several are joined by their stamps among what is `held` until
 //! the next `until`. Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
@@ -116,7 +116,8 @@ impl Head {
                 kind::BUS | kind::RECORDS => which == 0,
                 kind::MESSAGES => which <= 1 && number >= 0 && Layout::NATIVE.bytes(number) == Some(u64::from(length)),
                 kind::DROPPED => which <= 1 && length == 0 && number >= 0,
-                kind::UNTIL | kind::GAP => which == 0 && length == 0,
+                kind::UNTIL => which == 0 && length == 0,
+                kind::GAP => which <= 1 && length == 0,
                 _ => false,
             }
     }
@@ -227,7 +228,7 @@ impl Live {
                 return whole.then_some(());
             }
             kind::DROPPED => give(channel.dropped(head.number.unsigned_abs())),
-            kind::GAP => give(Item::Gap { bus: channel.id }),
+            kind::GAP => give(Item::Gap { bus: channel.id, away: head.which > 0 }),
             _ => return None,
         }
         Some(())

@@ -30,14 +30,14 @@ columns! {
 impl Table<Emcy> {
     /// Appends a message, if it is an emergency.
     pub(super) fn message(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, event: &Event, message: &Message) {
-        let Message::Emcy { node, code, register, manufacturer, active, cleared } = *message else { return };
+        let Message::Emcy { node, code, profile, register, manufacturer, active, cleared } = *message else { return };
         let columns = &mut self.columns;
         columns.t_ns.append_option(event.at.t_ns);
         columns.frame.append_value(event.at.no);
         columns.bus.name(setting.buses.name(event.bus));
         columns.node.append_value(node);
         columns.code.append_value(code);
-        columns.name.maybe(emcy::code(setting.lang, code));
+        columns.name.maybe(emcy::code(setting.lang, profile, code));
         columns.register.append_value(register);
         columns.manufacturer.append_value(manufacturer);
         for (column, errors) in [(&mut columns.active, active), (&mut columns.cleared, cleared)] {

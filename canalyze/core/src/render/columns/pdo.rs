@@ -2,7 +2,7 @@
 //!
 //! The mapping seen first is version 1, the next other one 2; one that comes again has its own number again. Signals
 //! have the type that they have on the bus, without factor: what a column is, its metadata say (`object`, `index`,
-//! `sub`, `unit`, `factor`, `type`, `bits`, `offset`, and `quantity`: "true", or "false" for truth values, choices, bits
+//! `sub`, `unit`, `kind`, `factor`, `type`, `bits`, `offset`, and `quantity`: "true", or "false" for truth values, choices, bits
 //! and text). A cell is null where the payload does not reach. Columns are named as the signals are; of several with one
 //! name the later ones have their object behind it. Multiplex PDOs have no such table: their object is another one in
 //! every frame. `cycle` is the SYNC cycle to which a synchronous PDO belongs, `running_cycle` the one that runs on the
@@ -251,6 +251,8 @@ fn metadata(mapped: &Mapped, object: &str) -> HashMap<String, String> {
         ("offset", mapped.offset.to_string()),
         ("quantity", signal::is_quantity(mapped).to_string()),
     ];
+    let kind = mapped.profile.kind(mapped.index).filter(|_| signal::is_of_profile(mapped));
+    all.extend(kind.map(|kind| ("kind", kind.to_owned())));
     all.extend(mapped.unit.as_deref().map(|unit| ("unit", unit.to_owned())));
     all.extend(mapped.data_type.map(|one| ("type", DataType::name(one).to_owned())));
     all.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()

@@ -18,6 +18,7 @@ use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{BusId, Buses, CanId, Frame, FrameRef};
 use crate::message::Message;
 use crate::render::jsonl::Setting;
+use crate::render::text::Clocked;
 use crate::rules::capture::Cap002;
 use crate::select::Select;
 use crate::services::pdo::mapping::Mapping;
@@ -96,7 +97,8 @@ impl Capture {
         let id = CanId::standard(0x185);
         let frame = Frame { no: self.no, t_ns: Some(1000 * self.no as i64), ..Frame::classic(id, payload) };
         let event = Event { at: frame.reference(), about: None, bus: BusId(0), node: Some(5), transfer: None, what };
-        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        let setting =
+            Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6, clock: Clocked::default() };
         let seen = Seen { service: ("pdo", Some(5)), cycle: self.cycle, window_ns: Some(5_000), shown: true, setting };
         self.columns.frame(seen, &frame, &[event]);
     }
@@ -104,7 +106,8 @@ impl Capture {
     fn frame_at(&mut self, t_ns: Option<i64>) {
         self.no += 1;
         let frame = Frame { no: self.no, t_ns, ..Frame::classic(CanId::standard(0x705), &[5]) };
-        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        let setting =
+            Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6, clock: Clocked::default() };
         let seen = Seen { service: ("heartbeat", Some(5)), cycle: self.cycle, window_ns: None, shown: true, setting };
         self.columns.frame(seen, &frame, &[]);
     }
@@ -121,7 +124,8 @@ impl Capture {
     }
 
     fn lost(&mut self, code: Code) {
-        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        let setting =
+            Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6, clock: Clocked::default() };
         let at = Frame::classic(CanId::standard(0), &[]).reference();
         let Verdict { facts, .. } = Cap002::Dropped { frames: 1, total: 1 }.into();
         let finding =
@@ -130,7 +134,8 @@ impl Capture {
     }
 
     fn end(mut self) -> Vec<Batch> {
-        let setting = Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6 };
+        let setting =
+            Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6, clock: Clocked::default() };
         self.columns.finish(setting);
         self.columns.take(false)
     }
@@ -197,7 +202,8 @@ fn batches_of_much_data_end_early() {
     let beginning = Beginning { id: TransferId(1), bus: BusId(0), node: 5, channel: None, extract: false, at };
     let mut transfer = Transfer::new(beginning, Direction::Upload, Mode::Block, Some(Mux { index: 0x2000, sub: 0 }));
     transfer.append(&[0xAA; 100_000]);
-    let setting = Setting { lang: Lang::En, file: b"a.log", buses: &capture.buses, decimals: 6 };
+    let setting =
+        Setting { lang: Lang::En, file: b"a.log", buses: &capture.buses, decimals: 6, clock: Clocked::default() };
     for _ in 0..300 {
         capture.columns.transfer(setting, &transfer);
     }

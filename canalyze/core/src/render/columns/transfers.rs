@@ -107,12 +107,11 @@ fn object(columns: &mut Transfers, setting: Setting<'_>, transfer: &Transfer) ->
         return None;
     };
     columns.object.word(&format!("{:04X}:{:02X}", mux.index, mux.sub));
-    let described = transfer.described.as_deref();
     let mut known = Vec::new();
-    value::name(&mut known, setting.lang, mux, described);
+    value::name(&mut known, setting.lang, mux, &transfer.described);
     // A blank stands before the name.
     columns.name.name(known.get(1..).unwrap_or(&[]));
-    described.map_or_else(|| od::data_type(mux.index, mux.sub), |object| object.data_type())
+    transfer.data_type()
 }
 
 /// Appends the value in the columns that can hold it.

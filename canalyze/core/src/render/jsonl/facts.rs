@@ -142,7 +142,7 @@ pub(super) fn pair(out: &mut Vec<u8>, name: &str, quantity: Quantity) {
         Quantity::Hex4(number)
         | Quantity::Statusword(number)
         | Quantity::Controlword(number)
-        | Quantity::Emcy(number)
+        | Quantity::Emcy(number, _)
         | Quantity::Type(number) => put!(out; "\"", Hex::<4>(u64::from(number)), "\""),
         Quantity::Hex8(number) | Quantity::Abort(number) => put!(out; "\"", Hex::<8>(u64::from(number)), "\""),
         Quantity::Object(mux) => {

@@ -15,6 +15,9 @@
 //! | `difference`, `diff` | see [`diff`] |
 //! | `incident`, `diagnosis` | see [`diagnosis`] |
 //!
+//! `name` of a code, a state or an object is the description's or that of the standard in English, whatever the language;
+//! `text`, `message`, and what ends in `_text` are for people, in theirs.
+//!
 //! `fd` is `{"brs","esi"}` for an FD frame, else false. `text` is the default line's words. `findings` are the codes
 //! raised at the frame, each of which has its own `finding` line after it. Its `message` is about `cause_frame`, where
 //! there is one. `lines` are the annotated lines of its context, `{"frame","text"}` each, oldest first.
@@ -34,21 +37,25 @@ pub mod summary;
 use crate::event::{Event, Note, Scanned, What};
 use crate::finding::Finding;
 use crate::finding_context::Held;
-use crate::frame::{Buses, Direction, Frame, Kind};
+use crate::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
 use crate::readers::listing::LeftOut;
-use crate::render::text::Lines;
+use crate::render::text::{Clocked, Lines};
 use crate::text::digits::{Hex, Joined, fraction, put};
 use crate::text::{Depth, Lang, escape, findings, notes, services as words};
+use crate::writers::console;
 
 pub use contents::contents;
 pub use info::{DAMAGES, info};
 pub(super) use pdo::marked;
 pub use sdo::transfer;
 
+/// The language of names in machine output: one, whatever that of the texts is.
+pub const NAMES: Lang = Lang::En;
+
 /// What JSON lines need to know beside the events.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
-    /// The language of `text`, `name` and `message`.
+    /// The language of `text` and `message`; names are the same in every language.
     pub lang: Lang,
     /// The name of the file.
     pub file: &'a [u8],
@@ -56,6 +63,22 @@ pub struct Setting<'a> {
     pub buses: &'a Buses,
     /// Digits after the point of the capture's stamps.
     pub decimals: u8,
+    /// How moments are written, and in lines the time.
+    pub clock: Clocked,
+}
+
+impl Setting<'_> {
+    /// A moment in the form that is asked for, or null.
+    pub(in crate::render) fn moment(&self, out: &mut Vec<u8>, t_ns: Option<i64>) {
+        match t_ns.and_then(|t_ns| self.clock.moment(t_ns)) {
+            Some((ns, StampForm::Calendar)) => {
+                put!(out; "\"");
+                console::digits(out, &Stamp { form: StampForm::Calendar, ns, width: 0, decimals: self.decimals });
+                put!(out; "\"");
+            }
+            moment => seconds(out, moment.map(|(ns, _)| ns), self.decimals),
+        }
+    }
 }
 
 /// One frame's object, and what follows from it.
@@ -98,7 +121,7 @@ pub fn frame(out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[E
                 quoted(out, |text| words::message(text, setting.lang, Depth::Default, message, frame));
                 codes(out, events);
                 put!(out; ",\"", service, "\":");
-                services::fields(out, setting.lang, message, frame);
+                services::fields(out, message, frame);
             }
             What::Pdo(data) => {
                 put!(out; ",\"service\":\"pdo\",\"node\":");
@@ -140,7 +163,7 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
         match &event.what {
             What::Note(what) => note(out, setting, event, *what),
             What::Finding(what) => finding(out, setting, what),
-            What::Transfer(what) => transfer(out, setting, what),
+            What::Transfer(what) => transfer(out, setting, what, NAMES),
             What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
         }
     }
@@ -157,6 +180,7 @@ pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Fin
     found(out, setting, finding);
     put!(out; ",\"lines\":[");
     let mut lines = Lines::new(setting.lang, Depth::Default, None);
+    lines.clock = setting.clock;
     for (place, held) in context.iter().enumerate() {
         put!(out; if place == 0 { "" } else { "," }, "{\"frame\":", held.frame.no, ",\"text\":");
         quoted(out, |text| {
@@ -178,7 +202,7 @@ fn found(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
     put!(out; ",\"line\":");
     number_or_null(out, finding.at.line);
     put!(out; ",\"t\":");
-    seconds(out, finding.at.t_ns, setting.decimals);
+    setting.moment(out, finding.at.t_ns);
     put!(out; ",\"cause_frame\":");
     number_or_null(out, finding.cause.map(|cause| cause.no));
     put!(out; ",\"cause_line\":");

@@ -79,7 +79,7 @@ fn signals(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, from: Provenance, p
     for mapped in mapping.entries.iter().filter(|mapped| !mapped.dummy) {
         put!(out; before, Hex::<4>(u64::from(mapped.index)), "\",\"sub\":", mapped.sub, ",\"name\":");
         before = ",{\"index\":\"";
-        super::quoted(out, |text| signal::name(text, lang, mapped));
+        super::quoted(out, |text| signal::name(text, super::NAMES, mapped));
         put!(out; ",\"bit\":", mapped.offset, ",\"bits\":", mapped.bits, ",\"raw\":");
         marked(out, |out| number::raw(out, mapping, mapped, payload));
         put!(out; ",\"value\":");

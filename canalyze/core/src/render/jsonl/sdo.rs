@@ -3,7 +3,7 @@
 //! Keys are only ever added, never renamed. It must not decide anything.
 
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
-use crate::dictionary::Object;
+use crate::dictionary::Described;
 use crate::event::{Place, Step};
 use crate::frame::Frame;
 use crate::od::{self, DataType, Value};
@@ -129,7 +129,7 @@ fn name(command: &Command, by: Side) -> &'static str {
     }
 }
 
-/// Appends a transfer's line.
+/// Appends a transfer's line. `names`: the language of the object's name where only the standard names it.
 ///
 /// `transfer bus node direction mode index sub name type size_indicated size data value requested text
 /// status abort first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
@@ -139,13 +139,13 @@ fn name(command: &Command, by: Side) -> &'static str {
 /// `{"offset","length"}` in bytes of the data: in a hole whose `length` is known `data` are 00; one whose `length` is null
 /// takes no room in `data`, and the bytes behind it have no known offset in the object (at offset 0, the beginning is
 /// missing; at the last byte's end, the end); `abort` is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
-pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
+pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer, names: Lang) {
     put!(out; "{\"kind\":\"transfer\",\"transfer\":", transfer.id.0, ",\"bus\":");
     name_or_null(out, setting.buses.name(transfer.bus));
     put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
     put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-    let data_type = data_type(transfer);
-    object(out, setting.lang, transfer.mux, transfer.described.as_deref());
+    let data_type = transfer.data_type();
+    object(out, names, transfer.mux, &transfer.described);
     put!(out; ",\"type\":");
     name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
     put!(out; ",\"size_indicated\":");
@@ -167,7 +167,7 @@ pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
     put!(out; ",\"status\":\"", transfer.outcome.status.name(), "\",\"abort\":");
     abort_or_null(out, setting.lang, transfer.outcome.abort);
     put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t\":");
-    seconds(out, transfer.first.t_ns, setting.decimals);
+    setting.moment(out, transfer.first.t_ns);
     put!(out; ",\"duration\":");
     seconds(out, transfer.duration_ns(), setting.decimals);
     put!(out; ",\"reordered\":", truth(transfer.outcome.reordered), ",\"retransmissions\":", transfer.outcome.retransmissions);
@@ -197,17 +197,8 @@ fn holes(out: &mut Vec<u8>, holes: &[Hole]) {
     }
 }
 
-/// The type of a transfer's object, where it is known.
-pub(crate) fn data_type(transfer: &Transfer) -> Option<DataType> {
-    let mux = transfer.mux?;
-    match &transfer.described {
-        Some(object) => object.data_type(),
-        None => od::data_type(mux.index, mux.sub),
-    }
-}
-
 /// Appends the keys `index`, `sub` and `name` of an object, null where it is not known.
-pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described: Option<&Object>) {
+pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described: &Described) {
     let mut name = Vec::new();
     match mux {
         Some(mux) => {

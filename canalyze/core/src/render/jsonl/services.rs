@@ -3,7 +3,7 @@
 //! Keys are only ever added, never renamed. It must not decide anything.
 
 use super::object::Object;
-use super::{marked, quoted};
+use super::{NAMES, marked, quoted};
 use crate::cob_id::Role;
 use crate::event::Addressed;
 use crate::frame::Frame;
@@ -21,7 +21,7 @@ use crate::text::{Lang, signal, terms};
 /// Appends `{...}`: the fields of a message, without what the frame's line already says (node, data).
 ///
 /// Hexadecimal numbers are upper-case strings without prefix, bytes hexadecimal strings, other numbers decimal.
-/// `name` and the other words marked (w) are in the chosen language; all else is the same in both.
+/// Words marked (w) are those of the standard in English, but for `text`, which is in the chosen language.
 ///
 /// | service | keys |
 /// |---|---|
@@ -40,12 +40,12 @@ use crate::text::{Lang, signal, terms};
 /// | `error` | `class` hex, `classes` (w) list, `arbitration_bit`, `controller` hex, `protocol` hex, `location` hex, `transceiver` hex (each null unless its class is set), `tx_errors`, `rx_errors` or null |
 /// | `foreign` | `reason` reserved/unassigned/dynamic_sdo/extended |
 /// | any, malformed | `malformed` length/remote/fd, and for length `least`, `most` in bytes |
-pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
     let mut object = Object::open(out);
     match *message {
         Message::Nmt { command, node } => {
             object.hex::<2>("command", u64::from(command));
-            object.optional("name", terms::nmt::command(lang, command));
+            object.optional("name", terms::nmt::command(NAMES, command));
             object.number("target", node);
         }
         Message::Gfc => {}
@@ -61,9 +61,9 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
             object.hex::<1>("reserved", u64::from(reserved));
             date(&mut object, ms, days);
         }
-        Message::Emcy { code, register, manufacturer, active, cleared, .. } => {
+        Message::Emcy { code, profile, register, manufacturer, active, cleared, .. } => {
             object.hex::<4>("code", u64::from(code));
-            object.optional("name", terms::emcy::code(lang, code));
+            object.optional("name", terms::emcy::code(NAMES, profile, code));
             object.hex::<2>("register", u64::from(register));
             object.list("register_bits", (0..8u8).filter(|bit| register & 1 << bit != 0), |out, bit| bit.put(out));
             object.bytes("manufacturer", &manufacturer);
@@ -75,7 +75,7 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
         Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
         Message::Mpdo { transmit, number, content, .. } => {
             process_data(&mut object, transmit, number, false);
-            addressed(&mut object, lang, &content, &Mapping::default(), frame);
+            addressed(&mut object, NAMES, &content, &Mapping::default(), frame);
         }
         Message::Srdo { number, inverted, valid } => {
             object.number("number", number);
@@ -87,19 +87,19 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
         }
         Message::BootUp { .. } => {
             object.hex::<2>("state", 0);
-            object.optional("name", terms::nmt::state(lang, 0));
+            object.optional("name", terms::nmt::state(NAMES, 0));
             object.flag("boot_up", true);
         }
         Message::Heartbeat { state, guarding: false, previous, .. } => {
             object.hex::<2>("state", u64::from(state));
-            object.optional("name", terms::nmt::state(lang, state));
+            object.optional("name", terms::nmt::state(NAMES, state));
             object.flag("boot_up", false);
             before(&mut object, state, previous);
         }
         Message::Heartbeat { state, toggle, guarding: true, previous, .. } => {
             object.flag("request", false);
             object.hex::<2>("state", u64::from(state));
-            object.optional("name", terms::nmt::state(lang, state));
+            object.optional("name", terms::nmt::state(NAMES, state));
             object.number("toggle", u8::from(toggle));
             before(&mut object, state, previous);
         }
@@ -108,18 +108,18 @@ pub fn fields(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
             object.word("from", if from_master { "master" } else { "slave" });
             let [cs, ..] = frame.head();
             object.hex::<2>("command", u64::from(cs));
-            lss(&mut object, lang, command);
+            lss(&mut object, command);
         }
         Message::Usdo { request, destination, command, .. } => {
             object.flag("request", request);
             object.number("destination", destination);
             object.hex::<2>("command", u64::from(command));
-            object.optional("name", terms::usdo::command(lang, command));
+            object.optional("name", terms::usdo::command(NAMES, command));
             object.flag("remote_network", command & 0x80 != 0);
             object.maybe("session", frame.payload().get(2).copied());
-            usdo_object(&mut object, lang, frame.payload());
+            usdo_object(&mut object, frame.payload());
         }
-        Message::ErrorFrame => errors(&mut object, lang, frame),
+        Message::ErrorFrame => errors(&mut object, frame),
         Message::Foreign { role } => object.word(
             "reason",
             match role {
@@ -184,8 +184,8 @@ fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping
     inner.number("sub", content.sub);
     inner.bytes("data", &content.data);
     let known = mapping.entries.first();
-    match known.filter(|mapped| signal::has_name(lang, mapped)) {
-        Some(mapped) => quoted(inner.key("name"), |text| signal::name(text, lang, mapped)),
+    match known.filter(|mapped| signal::has_name(NAMES, mapped)) {
+        Some(mapped) => quoted(inner.key("name"), |text| signal::name(text, NAMES, mapped)),
         None => put!(inner.key("name"); "null"),
     }
     let whole = known.filter(|mapped| mapped.is_whole());
@@ -205,7 +205,7 @@ fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping
     inner.close();
 }
 
-fn lss(object: &mut Object<'_>, lang: Lang, command: Command) {
+fn lss(object: &mut Object<'_>, command: Command) {
     match command {
         Command::SwitchGlobal { mode } => object.number("mode", mode),
         Command::SwitchSelective { part, value } | Command::InquireResponse { part, value } => {
@@ -245,7 +245,7 @@ fn lss(object: &mut Object<'_>, lang: Lang, command: Command) {
                 },
             );
             object.number("error", error);
-            object.optional("error_name", terms::lss::error(lang, of, error));
+            object.optional("error_name", terms::lss::error(NAMES, of, error));
             object.number("specific", specific);
         }
         Command::Fastscan { id_number, bit_check, sub, next } => {
@@ -273,7 +273,7 @@ const fn part_key(part: Part) -> &'static str {
     }
 }
 
-fn usdo_object(object: &mut Object<'_>, lang: Lang, payload: &[u8]) {
+fn usdo_object(object: &mut Object<'_>, payload: &[u8]) {
     let Some(named) = usdo::object(payload) else {
         return;
     };
@@ -286,14 +286,14 @@ fn usdo_object(object: &mut Object<'_>, lang: Lang, payload: &[u8]) {
     }
     if let Some(code) = named.abort {
         object.hex::<2>("abort", u64::from(code));
-        object.optional("abort_name", terms::usdo::abort(lang, code));
+        object.optional("abort_name", terms::usdo::abort(NAMES, code));
     }
 }
 
-fn errors(object: &mut Object<'_>, lang: Lang, frame: &Frame) {
+fn errors(object: &mut Object<'_>, frame: &Frame) {
     let class = error_frame::class(frame);
     object.hex::<8>("class", u64::from(class));
-    let words = error_frame::classes(frame).map(|bit| (bit, terms::find(terms::error_frame::CLASSES, lang, bit)));
+    let words = error_frame::classes(frame).map(|bit| (bit, terms::find(terms::error_frame::CLASSES, NAMES, bit)));
     object.list("classes", words, |out, (bit, word)| match word {
         Some(word) => escape::json(out, word.as_bytes()),
         None => put!(out; "\"", Hex::<8>(u64::from(bit)), "\""),

@@ -86,9 +86,9 @@ fn capture(out: &mut Vec<u8>, setting: Setting<'_>, summary: &Summary) {
     let stamped = capture.span.elapsed_ns.is_some();
     put!(out; "{\"kind\":\"summary_capture\",\"files\":", capture.files, ",\"frames\":", capture.frames);
     put!(out; ",\"unstamped\":", capture.unstamped, ",\"buses\":", summary.buses.len(), ",\"first_t\":");
-    seconds(out, capture.first.and_then(|first| first.t_ns), setting.decimals);
+    setting.moment(out, capture.first.and_then(|first| first.t_ns));
     put!(out; ",\"last_t\":");
-    seconds(out, capture.last.t_ns, setting.decimals);
+    setting.moment(out, capture.last.t_ns);
     put!(out; ",\"seconds\":");
     seconds(out, capture.span.elapsed_ns, setting.decimals);
     put!(out; ",\"backward\":", capture.span.backward, ",\"backward_most_us\":");
@@ -196,7 +196,7 @@ fn node(
         put!(out; if place > 0 { ",{\"state\":" } else { "{\"state\":" });
         state(out, setting.lang, Some(change.state), ["text", "name"]);
         put!(out; ",\"t\":");
-        seconds(out, change.at.t_ns, setting.decimals);
+        setting.moment(out, change.at.t_ns);
         put!(out; ",\"frame\":", change.at.no, ",\"commanded\":", truth(change.commanded), "}");
     }
     put!(out; "],\"boot_ups\":", node.boot_ups, ",\"error_control\":");
@@ -224,7 +224,7 @@ fn node(
     put!(out; "],\"emcys\":", node.emcys, ",\"emcy\":[");
     for (place, Counted { code, count, first, last }) in node.emcy_codes.iter().enumerate() {
         put!(out; if place > 0 { ",{\"code\":\"" } else { "{\"code\":\"" }, Hex::<4>(u64::from(*code)), "\",\"text\":");
-        text_or_null(out, emcy::code(setting.lang, *code));
+        text_or_null(out, emcy::code(setting.lang, node.profile, *code));
         counted(out, *count, *first, *last);
     }
     put!(out; "]}\n");
@@ -296,7 +296,7 @@ fn finding(out: &mut Vec<u8>, setting: Setting<'_>, (code, severity): (Code, Sev
         put!(out; ",\"", key, "_line\":");
         number_or_null(out, at.line);
         put!(out; ",\"", key, "_t\":");
-        seconds(out, at.t_ns, setting.decimals);
+        setting.moment(out, at.t_ns);
     }
     put!(out; ",\"buses\":[");
     let named =

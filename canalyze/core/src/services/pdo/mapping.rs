@@ -12,7 +12,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::od::{self, DataType};
+use crate::od::DataType;
+use crate::profiles::Profile;
 
 /// Dummy entries are data types, which stand below this index (CiA 301, 7.4.3, 7.4.7).
 const DUMMIES_END: u16 = 0x20;
@@ -28,9 +29,10 @@ pub struct Mapped {
     pub bits: u8,
     /// Where it begins: bits from bit 0 of byte 0.
     pub offset: u16,
-    /// The object's type, if known: from a description, else the standard's. It is not given where the device
-    /// is known to follow another profile than CiA 402 and the object stands in 6000h-9FFFh.
+    /// The object's type, if known: from a description, else the standard's by the profile of the device.
     pub data_type: Option<DataType>,
+    /// The profile of the device.
+    pub profile: Profile,
     /// Nothing is mapped here: the bits are skipped.
     pub dummy: bool,
     /// The name in the device's description. It comes from a file: escape it before it reaches a terminal.
@@ -89,14 +91,26 @@ impl Mapping {
     /// A mapping from its entries, sub-indices 1 to n, with the types that the standards give: no name, no unit.
     pub fn from_words(words: &[u32]) -> Self {
         let mut mapping = Self::default();
+        let profile = Profile::UNKNOWN;
         for word in words.iter().filter(|word| **word != 0) {
             let (index, sub, bits) = decode_entry(*word);
             let dummy = is_dummy(index, sub);
-            let data_type = if dummy { DataType::from_code(index) } else { od::data_type(index, sub) };
+            let data_type = if dummy { DataType::from_code(index) } else { profile.data_type(index, sub) };
             let offset = mapping.bits;
             mapping.bits = offset.saturating_add(u16::from(bits));
             let (name, unit) = (None, None);
-            mapping.entries.push(Mapped { index, sub, bits, offset, data_type, dummy, name, unit, factor: 1.0 });
+            mapping.entries.push(Mapped {
+                index,
+                sub,
+                bits,
+                offset,
+                data_type,
+                profile,
+                dummy,
+                name,
+                unit,
+                factor: 1.0,
+            });
         }
         mapping
     }

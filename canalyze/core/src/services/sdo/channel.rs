@@ -14,11 +14,12 @@ use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Initiate, Mux, Side};
 use crate::context::{Chunk, Context};
-use crate::dictionary::{Dictionary, Object};
+use crate::dictionary::{Described, Dictionary};
 use crate::event::{Note, Place, Step, What};
 use crate::evidence::When;
 use crate::evidence::duplicates::Sighting;
 use crate::frame::{BusId, CanId, Frame, FrameRef};
+use crate::profiles::Profile;
 use crate::rules::sdo::{Sdo002, Sdo007};
 
 /// Bytes of a running transfer that are gathered before they are handed out.
@@ -98,6 +99,7 @@ pub(super) struct Server {
     /// The channel's identifier from client to server, where it is not the server's default channel.
     id: Option<CanId>,
     description: Option<Arc<Dictionary>>,
+    pub(super) profile: Profile,
     /// It has sent segments after an initiate with e = s = 0; whether that one had other bytes than 0 in the place of
     /// data.
     pub(super) segments_unmarked: Option<bool>,
@@ -172,7 +174,7 @@ fn empty_step() -> Step {
         side: Side::Client,
         command: Command::Unknown(0),
         mux: None,
-        described: None,
+        described: Described::default(),
         ordinal: 0,
         answered_by: None,
         place: Place::Due,
@@ -184,7 +186,7 @@ impl Channel {
     /// A channel of the server `node` on `bus`, of which nothing was seen.
     pub fn new(bus: BusId, node: u8, id: Option<CanId>) -> Self {
         Self {
-            server: Server { bus, node, id, description: None, segments_unmarked: None },
+            server: Server { bus, node, id, description: None, profile: Profile::UNKNOWN, segments_unmarked: None },
             phase: Phase::Idle,
             transfer: None,
             hypotheses: Hypotheses::default(),
@@ -241,7 +243,7 @@ impl Channel {
 
     /// The transfer that runs, with what the description says of its object; none where the channel's frames are no
     /// SDO.
-    pub fn running(&self) -> Option<(&Transfer, Option<Arc<Object>>)> {
+    pub fn running(&self) -> Option<(&Transfer, Described)> {
         let transfer = self.transfer.as_deref().filter(|_| !self.is_foreign())?;
         Some((transfer, self.described(transfer.mux)))
     }
@@ -251,9 +253,15 @@ impl Channel {
         self.server.description = description;
     }
 
-    pub(super) fn described(&self, mux: Option<Mux>) -> Option<Arc<Object>> {
-        let Mux { index, sub } = mux?;
-        self.server.description.as_ref()?.get(index, sub).cloned()
+    /// By which profile the server's objects have names and types beside its description's.
+    pub fn follows(&mut self, profile: Profile) {
+        self.server.profile = profile;
+    }
+
+    pub(super) fn described(&self, mux: Option<Mux>) -> Described {
+        let of = |description: &Arc<Dictionary>, mux: Mux| description.get(mux.index, mux.sub).cloned();
+        let object = mux.and_then(|mux| of(self.server.description.as_ref()?, mux));
+        Described { object, profile: self.server.profile }
     }
 
     /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it. `next`:
@@ -407,7 +415,7 @@ impl Channel {
             && i.expedited
             && !lacks_data(&i, request.len)
         {
-            transfer.data.requested = expedited(Some(mux), &i, request.len).to_vec();
+            transfer.data.requested = expedited(Some(mux), self.server.profile, &i, request.len).to_vec();
         }
         self.transfer = Some(transfer);
         self.phase = Phase::Initiated(*request);
@@ -620,7 +628,7 @@ impl Channel {
             self.complete(Status::Incomplete, cx);
         }
         self.find_refused(cx);
-        self.report_distrust(cx);
+        self.report_distrust(cx.at.t_ns, cx);
         if self.is_sdo() == Some(true) {
             self.list_withheld(cx);
         }

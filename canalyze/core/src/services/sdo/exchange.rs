@@ -16,7 +16,8 @@ use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::context::Context;
 use crate::event::Place;
 use crate::frame::FrameRef;
-use crate::od::{self, DataType};
+use crate::od::DataType;
+use crate::profiles::Profile;
 use crate::rules::sdo::{
     Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, Sdo017, Sdo020, Sdo021, Sdo022, Sdo024,
 };
@@ -114,7 +115,7 @@ impl Channel {
                 self.complete(Status::Failed, cx);
                 return;
             }
-            transfer.append(expedited(transfer.mux, &i, response.len));
+            transfer.append(expedited(transfer.mux, self.server.profile, &i, response.len));
             transfer.miss(Some(lacking(&i, response.len)));
             self.close_sized(response.at, cx);
             return;
@@ -129,7 +130,7 @@ impl Channel {
         let Some(transfer) = &mut self.transfer else { return };
         transfer.data.initiated = Some(request.at);
         if i.expedited {
-            transfer.append(expedited(transfer.mux, &i, request.len));
+            transfer.append(expedited(transfer.mux, self.server.profile, &i, request.len));
             transfer.miss(Some(lacking(&i, request.len)));
             self.close_sized(request.at, cx);
             return;
@@ -165,7 +166,7 @@ impl Channel {
             && !lacks_data(&i, request.len)
         {
             let mut transfer = Transfer::clone(&left);
-            transfer.append(expedited(Some(mux), &i, request.len));
+            transfer.append(expedited(Some(mux), self.server.profile, &i, request.len));
             (transfer.outcome.status, transfer.outcome.abort) = (Status::Ok, None);
             self.given_up_write.confirmed = Some(Arc::new(transfer));
         }
@@ -457,7 +458,7 @@ impl Channel {
             && let Some(transfer) = &mut self.transfer
             && i.expedited
         {
-            transfer.append(expedited(Some(object), &i, request.len));
+            transfer.append(expedited(Some(object), self.server.profile, &i, request.len));
         }
     }
 }
@@ -484,9 +485,9 @@ fn lacking(i: &Initiate, len: u8) -> u64 {
 
 /// The data of an expedited transfer. Where the size is not indicated (e = 1, s = 0), a standard object's data type
 /// tells how many of the four bytes count.
-pub fn expedited(mux: Option<Mux>, i: &Initiate, len: u8) -> &[u8] {
+pub fn expedited(mux: Option<Mux>, profile: Profile, i: &Initiate, len: u8) -> &[u8] {
     let carried = i.expedited_len(len);
-    let typed = mux.and_then(|mux| od::data_type(mux.index, mux.sub)).and_then(DataType::size);
+    let typed = mux.and_then(|mux| profile.data_type(mux.index, mux.sub)).and_then(DataType::size);
     let count = if i.size_indicated { carried } else { typed.unwrap_or(carried).min(carried) };
     i.data.get(..count).unwrap_or(&[])
 }

@@ -13,7 +13,7 @@ use super::wire::{self, Command, Mux, Side};
 use crate::context::Context;
 use crate::event::Place;
 use crate::frame::{Frame, FrameRef};
-use crate::od;
+use crate::profiles::Profile;
 use crate::rules::sdo::Sdo024;
 
 /// Whether anything but idleness is possible.
@@ -432,5 +432,5 @@ fn is_usable(object: Mux) -> bool {
 
 /// Whether CiA 301 or a profile knows an object.
 fn is_standard(object: Mux) -> bool {
-    od::data_type(object.index, object.sub).is_some()
+    Profile::UNKNOWN.data_type(object.index, object.sub).is_some()
 }

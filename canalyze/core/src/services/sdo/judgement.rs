@@ -168,7 +168,14 @@ pub(super) struct Verdicts {
     pub(super) scanned: bool,
     /// Frames of the server without a request, since the client's last frame.
     pub(super) unasked: Option<Unasked>,
+    /// The request of which the clock has shown that it is not answered: its number, and the frame of the finding.
+    overdue: Option<(u64, FrameRef)>,
+    /// It is reported already that nobody has answered.
+    distrusted: bool,
 }
+
+/// How long a request may wait while no frame comes: clients give up sooner, and servers that are only slow answer.
+const SILENT_NS: i64 = 1_500_000_000;
 
 /// Findings withheld at most.
 const WITHHELD: usize = 32;
@@ -237,6 +244,9 @@ impl Channel {
     pub(super) fn find(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, cx: &mut Context<'_>) {
         let verdict = verdict.into();
         let missing = is_missing(&verdict);
+        if missing && self.is_reported(offender) {
+            return;
+        }
         if let Some(finding) = self.finding(verdict, offender, cx) {
             self.note_with_transfer(finding.code, missing);
             self.report(finding, cx);
@@ -365,6 +375,8 @@ impl Channel {
                 request.when,
                 &evidence.recording,
             );
+            let because_of =
+                self.verdicts.overdue.filter(|(no, _)| *no == request.at.no).map(|(_, at)| at).or(because_of);
             let found = cx.verdict(Sdo020::Slow { delay }, Some(self.server.node), object, Some(request.at));
             cx.report_timed(Finding { because_of, ..found });
         }
@@ -378,6 +390,51 @@ impl Channel {
         let reads = matches!(request.command, Command::InitiateUpload(_) | Command::SegmentRequest { .. });
         let prompt = self.proof.trusted && waited / PROMPT > self.history.slowest_ns;
         waited > if reads && prompt { SHORTEST_TIMEOUT_NS } else { UNANSWERED_NS }
+    }
+
+    /// Whether it is reported already that a request has no response.
+    fn is_reported(&self, request: FrameRef) -> bool {
+        self.verdicts.overdue.is_some_and(|(no, _)| no == request.no)
+    }
+
+    /// The request that waits for its response, where it will be reported if none comes.
+    fn awaited(&self) -> Option<Half> {
+        let pending = self.pending().filter(|pending| !self.is_reported(pending.at))?;
+        let slow = self.transfer.as_ref().and_then(|transfer| transfer.mux).is_some_and(takes_time);
+        let judged = self.proof.trusted && !self.is_one_sided() && !slow;
+        (judged && !self.sequence.may_be_answered(&pending)).then_some(pending)
+    }
+
+    /// When a server that does not answer is reported, in ns, though no frame comes.
+    pub(super) fn overdue_ns(&self) -> Option<i64> {
+        // A client that gives up and asks again is still looking for its server.
+        let in_vain = || Some(self.proof.last).filter(|_| self.asks_in_vain());
+        let from = self.awaited().map(|pending| pending.at).or_else(in_vain)?;
+        Some(from.t_ns?.saturating_add(SILENT_NS))
+    }
+
+    /// Whether the server was asked, and has never answered.
+    fn asks_in_vain(&self) -> bool {
+        let never = self.proof.requests > 0 && self.proof.responses == 0 && !self.proof.proven;
+        never
+            && !self.verdicts.distrusted
+            && !self.verdicts.scanned
+            && !self.proof.goes_on()
+            && self.is_sdo() == Some(true)
+    }
+
+    /// It is `now_ns`: reports that a server does not answer.
+    pub(super) fn judge_silence(&mut self, now_ns: i64, cx: &mut Context<'_>) {
+        if self.overdue_ns().is_none_or(|due_ns| due_ns >= now_ns) {
+            return;
+        }
+        match self.awaited() {
+            Some(pending) => {
+                self.find(Sdo002::NoResponse, pending.at, cx);
+                self.verdicts.overdue = Some((pending.at.no, cx.at));
+            }
+            None => self.report_distrust(Some(now_ns), cx),
+        }
     }
 
     /// The capture is over: writes that were refused stay so, unless the client may have been about to make them
@@ -471,16 +528,16 @@ impl Channel {
         Some(OneSided { side, frames: self.frames(), first: first?, node: self.server.node }).filter(|_| shown)
     }
 
-    /// The capture is over: what was withheld is no SDO, or nobody has answered.
-    pub(super) fn report_distrust(&mut self, cx: &mut Context<'_>) {
-        let Some(first) = self.proof.first else { return };
+    /// The capture is over, or it is `now_ns` and no answer has come: what was withheld is no SDO, or nobody has answered.
+    pub(super) fn report_distrust(&mut self, now_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(first) = self.proof.first.filter(|_| !self.verdicts.distrusted) else { return };
         if self.proof.proven || self.verdicts.scanned || self.proof.paired && !self.is_strange() {
             return;
         }
         let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);
         let frames = self.proof.requests.saturating_add(self.proof.responses);
         // A request at the capture's end may still be answered, and its answer may have been before the capture.
-        let waited = first.t_ns.zip(cx.at.t_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
+        let waited = first.t_ns.zip(now_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
         if frames < 2 && !(unanswered && waited) || unanswered && self.proof.goes_on() {
             return;
         }
@@ -496,6 +553,7 @@ impl Channel {
             (false, true) => Sdo030::Flood { frames, duration: lasted }.into(),
             (false, false) => Sdo030::Frames { frames }.into(),
         };
+        self.verdicts.distrusted = true;
         let found = cx.verdict(what, Some(self.server.node), None, None);
         cx.emit(Finding { at: first, ..found });
     }

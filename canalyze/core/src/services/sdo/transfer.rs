@@ -3,15 +3,14 @@
 //! Memory is bounded: [`KEPT`] bytes are kept, length and CRC run on. A claimed size allocates nothing. The
 //! transfer decides nothing: its channel tells it what happened.
 
-use std::sync::Arc;
-
 use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 
 use super::holes::Holes;
 use super::wire::{Mux, Segment, Side};
-use crate::dictionary::Object;
+use crate::dictionary::Described;
 use crate::finding::{Code, CrcMatch};
 use crate::frame::{BusId, CanId, FrameRef};
+use crate::od::DataType;
 
 /// Most bytes of one transfer that are kept for its value.
 pub const KEPT: usize = 65_536;
@@ -182,8 +181,8 @@ pub struct Transfer {
     pub mode: Mode,
     /// The object; `None` where the initiate request was not captured.
     pub mux: Option<Mux>,
-    /// What the server's description says of the object.
-    pub described: Option<Arc<Object>>,
+    /// What is known of the object.
+    pub described: Described,
     /// First frame.
     pub first: FrameRef,
     /// Last frame so far.
@@ -227,6 +226,11 @@ pub struct Beginning {
 }
 
 impl Transfer {
+    /// The type of its object: that of the server's description, else the standard's.
+    pub fn data_type(&self) -> Option<DataType> {
+        self.mux.and_then(|mux| self.described.data_type(mux.index, mux.sub))
+    }
+
     /// A transfer that begins.
     pub fn new(beginning: Beginning, direction: Direction, mode: Mode, mux: Option<Mux>) -> Self {
         let Beginning { id, bus, node, channel, extract, at } = beginning;
@@ -255,7 +259,20 @@ impl Transfer {
             bad: false,
             findings: Vec::new(),
         };
-        Self { id, bus, node, channel, direction, mode, mux, described: None, first: at, last: at, data, outcome }
+        Self {
+            id,
+            bus,
+            node,
+            channel,
+            direction,
+            mode,
+            mux,
+            described: Described::default(),
+            first: at,
+            last: at,
+            data,
+            outcome,
+        }
     }
 
     /// Counts data bytes and keeps what may be kept.

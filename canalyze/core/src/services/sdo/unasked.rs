@@ -143,8 +143,13 @@ impl Channel {
         self.verdicts.unasked = Some(run);
     }
 
-    /// When the channel is quiet, where something waits for that, in ns.
+    /// When something has to be decided though no frame comes, in ns.
     pub fn due(&self) -> Option<i64> {
+        [self.quiet(), self.overdue_ns()].into_iter().flatten().min()
+    }
+
+    /// When the channel is quiet, where something waits for that, in ns.
+    fn quiet(&self) -> Option<i64> {
         let unasked = || Some(self.verdicts.unasked.as_ref()?.last.t_ns?.saturating_add(UNANSWERED_NS));
         self.sequence.due().or_else(unasked)
     }
@@ -154,9 +159,10 @@ impl Channel {
         while self.sequence.due().is_some_and(|due| due < now_ns) {
             self.release(cx);
         }
-        if self.due().is_some_and(|due| due < now_ns) {
+        if self.quiet().is_some_and(|due| due < now_ns) {
             self.aside(|channel| channel.end_unasked(cx));
         }
+        self.aside(|channel| channel.judge_silence(now_ns, cx));
     }
 
     /// Whether a flood runs: its end is no reason to take its last frames for responses that are listed early.

@@ -12,7 +12,8 @@ use crate::diagnosis::kinds::{Impact, KINDS};
 use crate::drive::State;
 use crate::frame::CanId;
 use crate::network::Description;
-use crate::od;
+use crate::od::{self, DataType};
+use crate::profiles::Profile;
 use crate::rules::{Code, RULES};
 use crate::text::digits::{Hex, put};
 use crate::text::explain::{described, term};
@@ -128,17 +129,17 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
     let Some(row) = KINDS.iter().find(|row| row.name.eq_ignore_ascii_case(text)) else { return false };
     put!(out; row.name, ": ", lang.of(row.words), "\n  ");
     let impact = match row.impact {
-        Impact::A => ("有东西停了下来", "something has stopped"),
-        Impact::B => ("有东西没有启动", "something does not start"),
-        Impact::C => ("有东西工作得不好", "something works worse than it should"),
-        Impact::D => ("总线上的报文有误", "something is wrong on the wire"),
-        Impact::E => ("值得知道", "worth knowing"),
+        Impact::A => ("设备或功能停止", "something stopped"),
+        Impact::B => ("设备或功能未能启动", "something does not start"),
+        Impact::C => ("工作性能下降", "degraded operation"),
+        Impact::D => ("总线上的报文有误", "wrong frames on the bus"),
+        Impact::E => ("供参考", "for information"),
     };
     put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
     if let Some(known) = super::incident::of(row.kind) {
         let (cause, ends) = (lang.pick(known.cause.0, known.cause.1), lang.pick(known.ends.0, known.ends.1));
         put!(out; lang.pick("  常见原因: ", "  Usual cause: "), cause, "\n");
-        put!(out; lang.pick("  由此结束: ", "  Ends by: "), ends, "\n");
+        put!(out; lang.pick("  恢复条件: ", "  Resolved when: "), ends, "\n");
         let codes = || diagnosis::shown_by(row.kind).chain(known.codes.iter().copied());
         for (place, code) in codes().enumerate() {
             put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
@@ -154,10 +155,15 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
 
 fn emcy(out: &mut Vec<u8>, lang: Lang, value: u32) {
     let Ok(code) = u16::try_from(value) else { return };
-    let Some(words) = terms::emcy::code(lang, code) else { return };
+    let Some(words) = terms::emcy::code(lang, Profile::UNKNOWN, code) else { return };
     let hex = Hex::<4>(u64::from(code));
-    say!(out, lang; zh: "EMCY错误代码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
+    say!(out, lang; zh: "EMCY错误码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
     put!(out; "\n  CiA 301 7.2.7.1\n");
+    for profile in Profile::KNOWN {
+        if let Some((zh, en)) = profile.emergency(code) {
+            put!(out; "  CiA ", profile.number(), ": ", lang.pick(zh, en), "\n");
+        }
+    }
 }
 
 fn register(out: &mut Vec<u8>, lang: Lang, value: u32) {
@@ -202,26 +208,38 @@ fn state(out: &mut Vec<u8>, lang: Lang, value: u32) {
 
 fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: &[Description]) {
     let (Ok(index), Ok(number)) = (u16::try_from(value), u8::try_from(sub.unwrap_or(0))) else { return };
-    let name = terms::objects::object_name(lang, index, number);
+    let of_profiles =
+        || Profile::KNOWN.into_iter().filter(|profile| index >= 0x6000 && profile.name(index, number).is_some());
+    let name = terms::object_name(lang, Profile::UNKNOWN, index, number);
     let own = || devices.iter().filter(|one| described::has(&one.dictionary, index, sub.map(|_| number)));
-    if name.is_none() && own().next().is_none() {
+    if name.is_none() && of_profiles().next().is_none() && own().next().is_none() {
         return;
     }
     put!(out; lang.pick("对象 ", "object "), Hex::<4>(u64::from(index)), "h");
     if sub.is_some() {
         put!(out; ":", Hex::<2>(u64::from(number)));
     }
-    put!(out; ": ", name.unwrap_or(lang.pick("制造商或设备子协议的对象", "of the maker or of a device profile")), "\n");
+    put!(out; ": ", name.unwrap_or(lang.pick("制造商或设备规范的对象", "manufacturer-specific or of a device profile")), "\n");
     own().for_each(|one| described::object(out, lang, one, index, sub.map(|_| number)));
     if name.is_some() {
         term::of_object(out, lang, index);
         // Sub-index 0 of what has others only counts them.
-        let counts = sub.is_none() && od::data_type(index, 1).is_some();
-        if let Some(data_type) = od::data_type(index, number).filter(|_| !counts) {
+        let counts = sub.is_none() && od::communication(index, 1).is_some();
+        if let Some(data_type) = od::communication(index, number).filter(|_| !counts) {
             put!(out; "  ", data_type.name(), "\n");
         }
     }
-    put!(out; "  ", clause(lang, index), "\n");
+    if of_profiles().next().is_none() {
+        put!(out; "  ", clause(lang, index), "\n");
+    }
+    for profile in of_profiles() {
+        let of = |sub| profile.data_type(index, sub);
+        let words = terms::object_name(lang, profile, index, number);
+        // Sub-index 0 of what has others only counts them.
+        let data_type = if sub.is_some() { of(number) } else { of(1).or_else(|| of(0)) };
+        put!(out; "  CiA ", profile.number(), ": ", words.unwrap_or_default());
+        put!(out; if data_type.is_some() { ", " } else { "" }, data_type.map_or("", DataType::name), "\n");
+    }
 }
 
 /// Where an object is defined.
@@ -229,8 +247,8 @@ fn clause(lang: Lang, index: u16) -> &'static str {
     let row = CLAUSES.iter().find(|row| (row.0..=row.1).contains(&index));
     row.map_or_else(
         || match index {
-            0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "the maker's area: see the manual of the device"),
-            _ => lang.pick("设备子协议 (驱动: CiA 402)", "device profile (drives: CiA 402)"),
+            0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "manufacturer-specific area: see the device manual"),
+            _ => lang.pick("设备子协议 (CiA 4xx)", "device profile (CiA 4xx)"),
         },
         |row| row.2,
     )
@@ -293,7 +311,7 @@ mod tests {
             assert!(code(&mut zh, Lang::Zh, row.name, &[]) && code(&mut en, Lang::En, row.name, &[]), "{}", row.name);
             let (zh, en) = (String::from_utf8_lossy(&zh), String::from_utf8_lossy(&en));
             for (said, parts) in
-                [(&zh, ["影响", "常见原因: ", "由此结束: "]), (&en, ["impact ", "Usual cause: ", "Ends by: "])]
+                [(&zh, ["影响", "常见原因: ", "恢复条件: "]), (&en, ["impact ", "Usual cause: ", "Resolved when: "])]
             {
                 assert!(parts.iter().all(|part| said.contains(part)), "{said}");
             }

@@ -118,7 +118,7 @@ fn specifier(step: &Step) -> Bits {
         Command::BlockSegment { .. } => bits(7, 7, "还有更多段", "more segments"),
         Command::Abort(..) => bits(7, 5, "中止", "abort transfer"),
         Command::Unknown(_) => bits(7, 5, "未定义", "undefined"),
-        Command::Undetermined(_) => bits(7, 0, "无法确定", "undetermined"),
+        Command::Undetermined(_) => bits(7, 0, "无法判定", "undetermined"),
         Command::Truncated(_) => bits(7, 5, "命令字", "command specifier"),
     }
 }

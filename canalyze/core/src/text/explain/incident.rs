@@ -38,74 +38,74 @@ macro_rules! rows {
 rows! {
     BusOff "ISO 11898-1" [Bus006]
         "CAN_H与CAN_L短路或接反, 波特率不符, 缺少终端电阻, 记录用的适配器自身故障"
-        "CAN_H and CAN_L shorted or swapped, a wrong bit rate, missing termination, a fault of the adapter that records";
+        "CAN_H and CAN_L shorted or swapped, a wrong bit rate, missing termination, a fault of the recording adapter";
         "控制器恢复并再次收到报文(restart-ms 或手动重启接口)"
-        "the controller is restarted (restart-ms, or the interface by hand) and frames come again";
+        "the controller is restarted (restart-ms, or the interface manually) and receives frames again";
     ErrorPassive "ISO 11898-1" [Bus006]
         "终端电阻缺失或多余(断电时H与L间应为60 Ω), 支线过长, 接触不良, 干扰"
-        "termination missing or one too many (60 Ω between H and L with power off), long stubs, a bad contact, noise";
-        "控制器回到主动错误状态"
+        "missing or excess termination (60 Ω between H and L with power off), long stubs, a bad contact, noise";
+        "控制器恢复到错误主动状态"
         "the controller is error active again";
     NotAcknowledged "ISO 11898-1" []
         "总线上没有其他上电的节点, 插头未接好, 其他节点波特率不同或在bus-off"
-        "no other node with power on the bus, a plug not in, other nodes at another bit rate or bus-off";
+        "no other powered node on the bus, a loose plug, other nodes at another bit rate or bus-off";
         "任何其他节点出现并应答"
         "any other node appears and acknowledges";
     BusErrors "ISO 11898-1" []
         "干扰、屏蔽或接地不良; 仅在驱动使能时出现则多为EMC"
-        "noise, shield or ground; where it comes only with enabled drives it is mostly EMC";
+        "noise, shield or ground; if it appears only with enabled drives it is mostly EMC";
         "不再出现错误帧"
         "no more error frames";
     TransceiverFault "ISO 11898-3" []
         "断线、对地或对电源短路、收发器损坏"
         "a broken wire, a short to ground or supply, a damaged transceiver";
         "控制器恢复正常"
-        "the controller is well again";
+        "the controller recovers";
     WrongBitRate "ISO 11898-1" []
         "记录用的接口或某个节点的波特率与总线不同"
-        "the recording interface, or a node, runs at another bit rate than the bus";
+        "the recording interface or a node uses another bit rate than the bus";
         "以正确的波特率重新记录"
         "a capture at the right bit rate";
     SegmentLost "CiA 301 7.2.8.3.2.2" [Hbt002]
         "一段电缆、接插件或一组节点的公共电源中断"
-        "a cable, a connector or the common supply of a group of nodes is open";
+        "a cable segment, a connector or the common supply of a group of nodes is interrupted";
         "这些节点再次发送报文; 有启动报文说明是电源, 没有则是电缆"
-        "the nodes are heard again: with boot-ups it was the supply, without it was the cable";
+        "the nodes come back: boot-ups mean the supply, none means the cable";
     BusSilent "-" []
         "总电源中断, 总线断开, 记录程序停顿"
-        "the main supply or the bus is gone, or the recording stood still";
+        "main supply lost, bus disconnected, or the recording paused";
         "再次收到报文"
-        "frames come again";
+        "frames are received again";
     NotCanopen "-" []
         "记录的是另一种协议(J1939、设备自有协议)的总线"
-        "a bus of another protocol (J1939, one of a device's own) was recorded";
+        "the recorded bus uses another protocol (J1939, a proprietary one)";
         "不会结束: 选择正确的接口"
-        "nothing: choose the right interface";
+        "does not end: choose the right interface";
     CaptureGap "-" []
         "记录的主机过载, 适配器丢帧, 文件损坏或被拼接"
-        "the recording host is overloaded, an adapter drops frames, a file is damaged or put together";
+        "recording host overloaded, frames dropped by the adapter, file damaged or joined";
         "记录继续"
-        "the recording goes on";
+        "recording continues";
     Overload "-" []
         "PDO周期太短, 抑制时间为0的事件型PDO, 重复启动, 波特率太低"
         "PDO periods that are too short, event-driven PDOs without inhibit time, repeated starts, a low bit rate";
         "总线负载降到限值以下"
-        "the load falls again";
+        "the bus load falls below the limit";
     Flood "CiA 301 7.5.2.37" []
         "抑制时间(180xh:03)为0, 事件型PDO映射了变化很快的值, 固件错误"
-        "no inhibit time (180xh:03) on an event-driven PDO with a value that changes fast, a fault of the firmware";
+        "inhibit time (180xh:03) is 0, an event-driven PDO maps a fast-changing value, a firmware bug";
         "发送频率回落"
-        "the rate falls again";
+        "the rate returns to normal";
     BitTiming "CiA 305" []
         "主站用LSS切换波特率"
         "the master switches the bit rate by LSS";
         "切换延迟结束"
         "the switch delay is over";
     Scan "CiA 301 7.2.4.1" []
-        "主站或工具逐个询问节点ID, 没有安装的自然不回答"
-        "the master or a tool asks one node-ID after the other; those that are not installed do not answer";
-        "询问停止"
-        "the asking stops";
+        "主站或工具逐个访问节点ID, 未安装的节点不响应"
+        "the master or a tool requests one node-ID after the other; nodes that are not installed do not respond";
+        "扫描停止"
+        "the scan ends";
     NodeAbsent "CiA 301 7.2.4.1" []
         "节点未上电、未接线, 节点ID或波特率与主站配置不符"
         "the node has no power or no connection, or another node-ID or bit rate than the master expects";
@@ -113,27 +113,27 @@ rows! {
         "the first frame of the node";
     NodeSilent "CiA 301 7.2.8.3.2.2" [Hbt002]
         "断电、接插件松动、节点固件停止、节点进入bus-off"
-        "loss of power, a loose connector, a firmware that has stopped, a node that is bus-off";
+        "power loss, a loose connector, stopped firmware, a node in bus-off";
         "再次收到该节点的报文: 有启动报文说明它断电或复位过"
-        "the node is heard again: with a boot-up it had lost power or reset itself";
+        "the node is heard again; a boot-up shows a power loss or reset";
     HeartbeatStopped "CiA 301 7.2.8.3.2.2" [Hbt002]
         "1017h被写为0, 或固件的心跳任务停止"
         "1017h was written to 0, or the firmware's heartbeat task has stopped";
         "心跳恢复"
-        "heartbeats come again";
+        "heartbeats resume";
     NodeRestarted "CiA 301 7.3.2.1" [Nmt003]
         "供电跌落, 看门狗, 固件错误, 本地复位按钮"
-        "a dip of the supply, a watchdog, a fault of the firmware, a local reset";
+        "a supply dip, a watchdog, a firmware bug, a local reset";
         "重新配置并再次进入操作状态"
         "it is configured and Operational again";
     RestartLoop "CiA 301 7.3.2.1" [Nmt003]
         "看门狗(间隔均匀)、供电不足(随负载出现)、固件在启动后崩溃"
-        "a watchdog (at even distances), a weak supply (with load), a firmware that crashes after its start";
+        "a watchdog (regular intervals), a weak supply (under load), firmware that crashes after start";
         "节点保持运行"
         "the node stays up";
     NoBootUp "CiA 301 7.3.2.1" [Nmt006]
         "复位后固件没有启动, 节点停在bootloader, 节点ID或波特率改变"
-        "the firmware does not come up after a reset, the node stays in its bootloader, another node-ID or bit rate";
+        "the firmware does not start after a reset, the node stays in its bootloader, changed node-ID or bit rate";
         "收到启动报文"
         "a boot-up";
     NotStarted "CiA 302-2" []
@@ -143,14 +143,14 @@ rows! {
         "an NMT start that takes it to Operational";
     BootStuck "CiA 302-2" []
         "身份不符(1F84h-1F88h), 启动超时, 心跳未配置, 某个SDO始终失败"
-        "another identity (1F84h to 1F88h), a boot timeout, no heartbeat configured, an SDO that always fails";
+        "identity mismatch (1F84h to 1F88h), boot timeout, no heartbeat configured, an SDO that always fails";
         "节点被启动"
         "the node is started";
     TwoMasters "CiA 301 7.2.8" []
         "调试工具仍在线, 两个控制器都被配置为主站"
         "a tool is still connected, two controllers are both set up as masters";
         "其中一个停止发送命令"
-        "one of them stops commanding";
+        "one of them stops sending commands";
     LeftOperational "CiA 301 7.5.2.32" [Nmt004, Nmt005]
         "通信错误后按1029h离开操作状态(心跳消费者、节点保护、RPDO超时、bus-off), 或本地故障"
         "by 1029h after a communication error (heartbeat consumer, life guarding, RPDO timeout, bus-off), or a local fault";
@@ -158,344 +158,344 @@ rows! {
         "it is Operational again";
     StartWithoutEffect "CiA 301 7.2.8.3.1" [Nmt002]
         "错误寄存器不为0, 1029h或固件不允许, 两个NMT命令相隔太近被丢失"
-        "an error register that is not 0, a firmware that refuses, two NMT commands too close to be both received";
-        "节点显示命令的状态"
-        "the node shows the state that was commanded";
+        "error register not 0, refused by 1029h or the firmware, one of two NMT commands in quick succession lost";
+        "节点报告所命令的状态"
+        "the node reports the commanded state";
     CommandedReset "CiA 301 7.2.8.3.1" []
         "主站或工具发出复位命令"
         "the master or a tool has commanded a reset";
         "启动报文, 并再次启动"
         "a boot-up, and the next start";
     CommandedStop "CiA 301 7.2.8.3.1" []
-        "主站或工具发出停止或预操作命令"
+        "主站或工具命令进入停止或预操作状态"
         "the master or a tool has commanded Stopped or Pre-operational";
         "NMT启动命令"
         "an NMT start";
     HeartbeatConsumerError "CiA 301 7.2.8.3.2.2, 7.5.2.19" [Emc008]
-        "被监视的节点(1016h)停止心跳, 被复位, 或消费者时间太短"
-        "a watched node (1016h) has stopped its heartbeat or was reset, or the consumer time is too short";
+        "被监视的节点(1016h)停止心跳, 被复位, 或消费者心跳时间太短"
+        "a monitored node (1016h) stopped its heartbeat or was reset, or the consumer heartbeat time is too short";
         "EMCY 0000h且错误寄存器位4清零"
         "EMCY 0000h with bit 4 of the error register cleared";
     GuardingUnanswered "CiA 301 7.2.8.3.2.1" []
-        "节点不在, 不支持远程帧, 保护COB-ID不符"
-        "the node is away, it does not support remote frames, another COB-ID for guarding";
+        "节点不在线, 不支持远程帧, 节点保护COB-ID不符"
+        "the node is offline, does not support remote frames, or uses another COB-ID for guarding";
         "节点应答"
-        "the node answers";
+        "the node responds";
     GuardingStopped "CiA 301 7.2.8.3.2.1" [Emc008]
         "主站停止或过载, 主站程序被中断(断点)"
-        "the master has stopped or is overloaded, or its program was halted (a breakpoint)";
-        "保护请求恢复"
-        "guarding requests come again";
+        "the master stopped, is overloaded, or its program was halted (breakpoint)";
+        "节点保护请求恢复"
+        "node guarding requests resume";
     GuardingAndHeartbeat "CiA 301 7.2.8.3.2" []
         "100Ch、100Dh与1017h同时不为0"
-        "100Ch and 100Dh as well as 1017h are not 0";
+        "both 100Ch/100Dh and 1017h are not 0";
         "改为只用其中一种"
         "only one of them is used";
     DuplicateNodeId "CiA 301 7.3.5" []
         "拨码开关或LSS设置相同, 更换设备后未改节点ID"
-        "equal DIP switches or LSS settings, a replaced device that kept its node-ID";
+        "same DIP switch or LSS setting, a replacement device with an unchanged node-ID";
         "其中一个改用另一个节点ID"
-        "one of them gets another node-ID";
+        "one of them is given another node-ID";
     HeartbeatIrregular "CiA 301 7.2.8.3.2.2" []
         "节点忙(写闪存), 总线负载高, 1017h被改写"
-        "the node is busy (writing flash), a high load of the bus, 1017h was written";
+        "the node is busy (writing flash), high bus load, 1017h was written";
         "心跳恢复均匀"
-        "heartbeats are even again";
+        "heartbeats are regular again";
     ConsumerTimeTooShort "CiA 301 7.5.2.19, 7.5.2.20" [Emc008]
         "1016h的时间没有按生产者的1017h设置, 应至少为其1.5倍"
-        "1016h was not set by the 1017h of the producer; it should be at least 1.5 times that";
+        "1016h does not match the producer's 1017h; it should be at least 1.5 times that";
         "改正1016h或1017h"
-        "1016h or 1017h is put right";
+        "1016h or 1017h is corrected";
     WatchedAbsent "CiA 301 7.5.2.19" [Emc008]
         "1016h里还有不再安装的节点"
-        "1016h holds nodes that are not installed";
+        "1016h still lists nodes that are no longer installed";
         "节点出现或删除该条目"
-        "the node appears, or the entry goes";
+        "the node appears or the entry is removed";
 
     RequestUnanswered "CiA 301 7.2.4.1" [Sdo018]
         "节点忙(1010h、擦除闪存), 处于停止状态, 已离线, 或请求发到错误的COB-ID"
-        "the node is busy (1010h, erasing flash), is Stopped or away, or the request went to a wrong COB-ID";
+        "the node is busy (1010h, erasing flash), Stopped or offline, or the request was sent to a wrong COB-ID";
         "服务器响应"
-        "the server answers";
+        "the server responds";
     LateAnswer "CiA 301 7.2.4.1" []
         "客户端超时设置短于服务器处理时间, 总线负载高"
-        "the client's timeout is shorter than the server takes, a high load of the bus";
+        "client timeout shorter than the server's processing time, high bus load";
         "响应及时到达"
-        "responses come in time";
+        "responses arrive in time";
     ObjectRefused "CiA 301 7.2.4.3.17" [Sdo018]
         "EDS属于另一固件版本, 可选对象未实现"
-        "an EDS of another firmware, an optional object that is not there";
+        "EDS of another firmware version, optional object not implemented";
         "同一对象写入成功"
-        "the same object is written with success";
+        "the same object is written successfully";
     AccessRefused "CiA 301 7.2.4.3.17" [Sdo018]
         "写只读或常量对象, 映射被设为固定"
-        "a write to a read-only or constant object, a mapping that is fixed";
+        "write to a read-only or constant object, fixed mapping";
         "同一对象写入成功"
-        "the same object is written with success";
+        "the same object is written successfully";
     LengthRefused "CiA 301 7.2.4.3.17" [Sdo018]
         "主站里的数据长度与对象类型不符"
-        "the master sends another length than the type of the object has";
+        "the data length in the master does not match the object's type";
         "以正确的长度写入成功"
-        "it is written with the right length";
+        "it is written with the correct length";
     ValueRefused "CiA 301 7.2.4.3.17" [Sdo018]
         "数值超出设备的上下限"
-        "a value beyond the limits of the device";
+        "value outside the limits of the device";
         "写入允许的数值"
-        "a value is written that is allowed";
+        "an allowed value is written";
     StateRefused "CiA 301 7.2.4.3.17" [Sdo018]
         "对象只能在预操作状态、驱动未使能或本地控制关闭时写入"
-        "the object can only be written in Pre-operational, with the drive disabled, or not under local control";
+        "the object can only be written in Pre-operational, with the drive disabled or local control off";
         "在允许的状态下写入成功"
         "it is written in a state that allows it";
     MappingRefused "CiA 301 7.5.2.36, 7.5.2.38" [Sdo018]
         "顺序不对: 应先使PDO无效(位31), 再将:00写0, 写入条目, 写:00=n, 最后使其有效; 或对象不可映射"
-        "a wrong order: make the PDO invalid (bit 31), write :00 = 0, the entries, :00 = n, then make it valid; or an object that cannot be mapped";
+        "wrong order: make the PDO invalid (bit 31), write :00 = 0, the entries, :00 = n, then make it valid; or the object cannot be mapped";
         "整个映射按正确顺序写入成功"
-        "the whole mapping is written in the right order";
+        "the whole mapping is written in the correct order";
     WriteRefused "CiA 301 7.2.4.3.17" [Sdo018]
         "见中止码"
         "see the abort code";
         "同一对象写入成功"
-        "the same object is written with success";
+        "the same object is written successfully";
     HalfConfigured "CiA 302-2" [Sdo018]
         "主站忽略SDO错误, 配置中断后仍启动节点"
-        "the master ignores SDO errors and starts the node all the same";
+        "the master ignores SDO errors and starts the node anyway";
         "缺少的写入补做成功, 或重新配置"
-        "what is missing is written, or all of it is written anew";
+        "the missing writes succeed, or the node is configured again";
     StoreFailed "CiA 301 7.5.2.13, 7.5.2.14" []
         "签名(\"save\"、\"load\")错误, 闪存故障, 设备状态不允许"
-        "a wrong signature (\"save\", \"load\"), a fault of the flash, a state that does not allow it";
+        "wrong signature (\"save\", \"load\"), flash fault, device state does not allow it";
         "再次写入成功"
         "the write succeeds";
     ProgramFailed "CiA 302-3" []
         "擦除时间超过SDO超时, 固件文件与设备不符, 下载中断"
-        "erasing takes longer than the SDO timeout, a program for another device, a transfer that was cut";
+        "erasing takes longer than the SDO timeout, firmware file for another device, interrupted download";
         "下载完整成功"
-        "a download that succeeds";
+        "a complete download succeeds";
     Storing "CiA 301 7.5.2.13" []
         "主站命令存储参数或写入程序, 期间节点可能短时无响应"
-        "the master has commanded it; meanwhile the node may not answer";
+        "commanded by the master; the node may not respond for a short time";
         "节点响应"
-        "the node answers";
+        "the node responds";
     DamagedTransfer "CiA 301 7.2.4.3" []
         "丢帧, 总线负载高, 两个客户端, 协议栈错误"
-        "lost frames, a high load, two clients, a fault of the stack";
+        "lost frames, high bus load, two clients, a stack bug";
         "同一节点的传输成功"
         "a transfer of the node succeeds";
     TwoClients "CiA 301 7.2.4.1" []
         "调试工具与主站同时使用默认SDO通道"
-        "a tool and the master use the default SDO channel at once";
+        "a tool and the master use the default SDO channel at the same time";
         "只剩一个客户端"
-        "one client is left";
+        "only one client remains";
     IdentityMismatch "CiA 306, CiA 301 7.5.2.21" []
         "设备被替换为另一型号或固件, 用错EDS或DCF"
-        "a device of another type or firmware, a wrong EDS or DCF";
-        "使用相符的描述或设备"
-        "a description or a device that fits";
+        "device replaced by another type or firmware, wrong EDS or DCF";
+        "使用相符的设备描述或设备"
+        "a matching description or device is used";
 
     PdoLength "CiA 301 7.5.2.36, 7.5.2.38" [Emc008]
         "生产者与消费者的映射不同, 重启后映射丢失, 主站用固定长度发送"
-        "producer and consumer have different mappings, a mapping lost by a restart, a master that sends a fixed length";
+        "producer and consumer mappings differ, mapping lost at a restart, master sends a fixed length";
         "长度再次与映射一致"
-        "the length fits again";
+        "the length matches the mapping again";
     PdoMissing "CiA 301 7.5.2.37" []
         "PDO被禁用, 传输类型或事件定时器改变, 节点离开操作状态, 固件错误"
-        "the PDO was disabled, another transmission type or event timer, the node left Operational, a firmware fault";
+        "PDO disabled, transmission type or event timer changed, node left Operational, firmware bug";
         "PDO再次出现"
-        "the PDO comes again";
+        "the PDO is sent again";
     RpdoTimeout "CiA 301 7.5.2.35" [Emc008]
         "发送该PDO的节点停止、离开操作状态或被复位; 时限(140xh:05)太短"
-        "the node that sends this PDO stopped, left Operational or was reset; the deadline (140xh:05) is too short";
+        "the sender of this PDO stopped, left Operational or was reset; deadline (140xh:05) too short";
         "EMCY 0000h; 部分协议栈在PDO恢复后也不清除"
-        "EMCY 0000h; some stacks keep the error though the PDO is back";
+        "EMCY 0000h; some stacks keep the error even after the PDO is back";
     SharedCobId "CiA 301 7.3.5" [Emc008]
         "COB-ID被改写到另一节点的标识符"
-        "a COB-ID was moved to the identifier of another node";
+        "a COB-ID was changed to another node's identifier";
         "改正COB-ID"
-        "the COB-ID is put right";
+        "the COB-ID is corrected";
     PdoNotAllowed "CiA 301 7.3.2.2, 7.5.2.37" []
         "固件在非操作状态也发送, 或忽略COB-ID的位31"
-        "a firmware that sends outside Operational or ignores bit 31 of the COB-ID";
+        "firmware sends outside Operational or ignores bit 31 of the COB-ID";
         "不再出现"
-        "it does not come any more";
+        "no longer occurs";
     PdoConfiguration "CiA 301 7.5.2.35 to 7.5.2.38" []
         "在PDO有效时改写, 使用保留的传输类型或受限的COB-ID, 映射超过8字节"
-        "written while the PDO was valid, a reserved transmission type, a restricted COB-ID, a mapping of more than 8 bytes";
+        "changed while the PDO was valid, reserved transmission type, restricted COB-ID, mapping longer than 8 bytes";
         "改正配置"
-        "the configuration is put right";
+        "the configuration is corrected";
     InhibitTime "CiA 301 7.5.2.37" []
         "固件没有实现抑制时间, 单位是100 µs而被当作1 ms"
-        "a firmware without inhibit times, or 100 µs taken for 1 ms";
+        "inhibit time not implemented, or its unit of 100 µs taken for 1 ms";
         "间隔不再短于抑制时间"
-        "it keeps the inhibit time again";
+        "intervals no longer shorter than the inhibit time";
     PdoMultiplied "-" []
         "重复的NMT启动使协议栈重复建立定时器"
-        "a stack that sets up its timers once more with each NMT start";
+        "the stack creates its timers again with each repeated NMT start";
         "频率恢复"
-        "the rate is as before";
+        "the rate returns to normal";
     CommandsNotTaken "CiA 301 7.3.2.2" []
         "节点未被启动或自行离开操作状态, 而主站继续发送"
-        "the node was not started, or left Operational, and the master goes on sending";
+        "the node was not started, or left Operational, but the master keeps sending";
         "节点进入操作状态"
         "the node is Operational";
     SyncStopped "CiA 301 7.2.5, 7.5.2.5, 7.5.2.6" []
         "SYNC生产者(1005h位30)停止、被复位或离线"
-        "the SYNC producer (1005h bit 30) has stopped, was reset or is away";
+        "the SYNC producer (1005h bit 30) stopped, was reset or is offline";
         "SYNC再次出现"
-        "SYNC comes again";
+        "SYNC is sent again";
     SyncIrregular "CiA 301 7.2.5, 7.5.2.6, 7.5.2.7" []
         "主站实时性不足, 总线负载高, 同步窗口(1007h)太短"
-        "a master without real-time behaviour, a high load, a synchronous window (1007h) that is too short";
+        "insufficient real-time behaviour of the master, high bus load, synchronous window (1007h) too short";
         "周期恢复稳定"
-        "the period is steady again";
+        "the period is stable again";
     TwoSyncProducers "CiA 301 7.2.5" []
         "两个节点的1005h位30都置1"
         "bit 30 of 1005h is set in two nodes";
         "只剩一个生产者"
-        "one producer is left";
+        "only one producer remains";
     SyncLength "CiA 301 7.5.2.22" [Emc008]
         "生产者与消费者的1019h(同步计数器溢出值)不同"
-        "producer and consumers differ in 1019h (synchronous counter overflow)";
+        "1019h (synchronous counter overflow value) differs between producer and consumers";
         "1019h一致"
         "1019h is the same everywhere";
 
     AxisFault "CiA 402-2" [Drv005, Emc008, Drv003]
         "见EMCY和603Fh的错误码; 多轴同时且无EMCY多为STO、急停或供电; 也可能是通信丢失的反应(6007h)"
-        "see the code of the EMCY and of 603Fh; several axes at once without an EMCY: STO, emergency stop or supply; it may be the reaction to a loss of communication (6007h)";
+        "see the error code in the EMCY and 603Fh; several axes at the same time without EMCY: mostly STO, emergency stop or supply; may also be the reaction to lost communication (6007h)";
         "原因消除, 控制字位7上升沿, 随后06h 07h 0Fh"
-        "the cause is removed, a rising edge of bit 7 of the controlword, then 06h 07h 0Fh";
+        "cause removed, rising edge of bit 7 of the controlword, then 06h 07h 0Fh";
     FaultResetWithoutEffect "CiA 402-2" [Drv002]
         "故障的原因仍存在"
-        "the cause of the fault still stands";
+        "the cause of the fault is still present";
         "离开故障状态"
-        "the fault is left";
+        "the drive leaves the fault state";
     NotEnabled "CiA 402-2" [Drv002]
         "STO断开, 直流母线未充电(状态字位4), 命令顺序不对, 远程位(位9)为0, 节点不在操作状态"
-        "STO open, no DC link (statusword bit 4), a wrong order of commands, remote (bit 9) is 0, the node is not Operational";
-        "状态字显示命令的状态"
-        "the statusword shows the state that was commanded";
+        "STO open, DC link not charged (statusword bit 4), wrong command order, remote bit (bit 9) is 0, node not Operational";
+        "状态字显示所命令的状态"
+        "the statusword shows the commanded state";
     QuickStop "CiA 402-2" []
         "控制字位2被清零, 限位开关, 605Ah的反应"
-        "bit 2 of the controlword was cleared, a limit switch, a reaction by 605Ah";
-        "再次使能"
-        "it is enabled again";
+        "controlword bit 2 cleared, limit switch, reaction by 605Ah";
+        "重新使能"
+        "enabled again";
     StateLeft "CiA 402-2" []
         "硬件使能被断开, STO, 驱动自身保护"
-        "the hardware enable was opened, STO, a protection of the drive";
-        "再次使能"
-        "it is enabled again";
+        "hardware enable opened, STO, internal protection of the drive";
+        "重新使能"
+        "enabled again";
     IllegalTransition "CiA 402-2" [Drv001]
-        "驱动固件的状态机, 另有主站或面板在控制, 记录中丢了控制字"
-        "the state machine of the drive's firmware, another master or a panel in control, a controlword lost in the capture";
-        "每次单独成立"
-        "each is over at once";
+        "驱动器固件的状态机, 另有主站或面板在控制, 控制字未录到"
+        "state machine of the drive's firmware, another master or a panel in control, a controlword missing from the capture";
+        "每次单独判断"
+        "each occurrence is judged separately";
     ModeNotTaken "CiA 402-2, 6060h, 6061h" [Drv004]
         "6502h不支持该模式, 只能在未使能时切换, 6060h没有映射"
-        "6502h does not have the mode, it can only be changed while disabled, 6060h is not mapped";
-        "6061h显示所设的模式"
-        "6061h shows the mode";
+        "mode not supported (6502h), can only be changed while disabled, 6060h not mapped";
+        "6061h显示请求的模式"
+        "6061h shows the requested mode";
     FaultResetWithoutEdge "CiA 402-2" []
         "位7一直保持为1, 或0与1相隔太短被漏掉"
-        "bit 7 is held at 1, or 0 and 1 are too close to be both seen";
+        "bit 7 held at 1, or 0 and 1 too close together to be noticed";
         "位7先0后1"
-        "bit 7 goes to 0 and then to 1";
+        "bit 7 first 0, then 1";
     FollowingError "CiA 402-2, 6065h" []
         "机械阻力, 增益或加速度不合适, 目标值跳变, 同步不稳"
-        "a mechanical load, gains or accelerations that do not fit, a jump of the target, unsteady SYNC";
+        "mechanical resistance, unsuitable gains or acceleration, jumps in the target, unsteady SYNC";
         "位13清零"
         "bit 13 is cleared";
     InternalLimit "CiA 402-2" []
         "软限位、转矩或速度限值生效"
-        "a software limit, a limit of torque or speed is active";
+        "software limit, torque or speed limit active";
         "位11清零"
         "bit 11 is cleared";
     SetPointIgnored "CiA 402-2, 6040h" []
         "位4没有上升沿, 模式不是轮廓位置, 轴未使能"
-        "no rising edge of bit 4, another mode than profile position, an axis that is not enabled";
+        "no rising edge of bit 4, mode is not profile position, axis not enabled";
         "状态字位12跟随"
         "bit 12 of the statusword follows";
     HomingFailed "CiA 402-2, 6098h" []
         "原点开关未触发, 回零方式不支持, 轴未使能或碰到限位"
-        "the home switch was not met, a method that is not supported, a disabled axis or a limit switch";
+        "home switch not reached, unsupported method, axis not enabled or at a limit switch";
         "位13清零, 位12置1"
-        "bit 13 is cleared and bit 12 set";
+        "bit 13 cleared, bit 12 set";
     TargetsLate "CiA 402-2, 60C2h" []
         "主站周期不稳, 60C2h与1006h不同, 总线负载高"
-        "a master with an unsteady cycle, 60C2h and 1006h that differ, a high load";
+        "unsteady master cycle, 60C2h differs from 1006h, high bus load";
         "目标值再次按周期到达"
-        "targets come in every cycle again";
+        "target values arrive every cycle again";
 
     CommunicationError "CiA 301 7.2.7.1" [Emc008]
         "被监视的节点、SYNC或PDO不再到来; 总线错误"
-        "a watched node, SYNC or a PDO does not come any more; bus errors";
+        "a monitored node, SYNC or a PDO is missing; bus errors";
         "EMCY 0000h或节点重启"
-        "EMCY 0000h or a restart of the node";
+        "EMCY 0000h or node restart";
     Overrun "CiA 301 7.2.7.1 (8110h)" [Emc008]
-        "节点处理太慢, 发送队列无法发出(无应答), 总线负载高"
-        "a node that is too slow, a transmit queue that does not empty (nobody acknowledges), a high load";
+        "节点处理太慢, 发送队列无法发出(无ACK), 总线负载高"
+        "node too slow, transmit queue not emptied (no acknowledgement), high bus load";
         "EMCY 0000h或节点重启"
-        "EMCY 0000h or a restart of the node";
+        "EMCY 0000h or node restart";
     BusTrouble "CiA 301 7.2.7.1 (8120h, 8140h)" [Emc008]
         "布线、终端电阻、波特率; 8140h表示刚从bus-off恢复"
-        "wiring, termination, bit rate; 8140h says that it has just come back from bus-off";
+        "wiring, termination, bit rate; 8140h means just recovered from bus-off";
         "EMCY 0000h或节点重启"
-        "EMCY 0000h or a restart of the node";
+        "EMCY 0000h or node restart";
     DeviceError "CiA 301 7.2.7.1" [Emc007, Emc008, Emc009]
-        "设备自身: 查手册中的错误码和制造商字节"
-        "the device itself: look up the code and the maker's bytes in its manual";
+        "设备自身: 在手册中查错误码和制造商数据"
+        "the device itself: look up error code and manufacturer data in its manual";
         "EMCY 0000h或节点重启"
-        "EMCY 0000h or a restart of the node";
+        "EMCY 0000h or node restart";
     SupplyVoltage "CiA 301 7.2.7.1 (3xxxh)" [Emc007, Emc008]
         "供电或直流母线过低或过高: 电源容量、同时使能、制动电阻"
-        "a supply or DC link too low or too high: size of the supply, axes enabled at once, brake resistor";
+        "supply or DC link too low or too high: supply capacity, axes enabled at the same time, brake resistor";
         "EMCY 0000h"
         "EMCY 0000h";
     Temperature "CiA 301 7.2.7.1 (4xxxh)" [Emc007, Emc008]
         "冷却不足, 负载过大, 环境温度高, 传感器断线"
-        "too little cooling, too much load, a hot place, a broken sensor";
+        "insufficient cooling, overload, high ambient temperature, broken sensor";
         "EMCY 0000h"
         "EMCY 0000h";
     ModuleFailed "CiA 301 7.2.7.1 (5xxxh, 7xxxh)" [Emc007, Emc008]
         "模块松动、内部总线或现场供电中断"
-        "a loose module, the internal bus or the field supply is open";
+        "loose module, internal bus or field supply interrupted";
         "EMCY 0000h"
         "EMCY 0000h";
     RegisterWithoutEmcy "CiA 301 7.5.2.2, 7.5.2.17" []
         "1014h位31=1(EMCY关闭), 或错误在记录开始之前已存在"
-        "1014h bit 31 is set (no EMCY), or the error is older than the capture";
+        "1014h bit 31 = 1 (EMCY disabled), or the error existed before the capture began";
         "1001h读出0"
         "1001h reads 0";
     EmcyFlood "CiA 301 7.2.7.1, 7.5.2.18" []
         "数值在阈值附近抖动, 接触不良, 1015h(抑制时间)为0"
-        "a value that goes to and fro at a threshold, a bad contact, no inhibit time (1015h)";
+        "a value around its threshold, a bad contact, inhibit time (1015h) is 0";
         "不再频繁出现"
-        "they are few again";
+        "no longer frequent";
 
     LssUnanswered "CiA 305" [Lss012]
         "没有未配置的从站, 波特率不同, 从站不支持该命令"
-        "no slave without a node-ID, another bit rate, a slave that does not know the command";
+        "no unconfigured slave, different bit rate, command not supported by the slave";
         "从站响应"
-        "a slave answers";
+        "a slave responds";
     LssRefused "CiA 305" []
         "节点ID或波特率不在支持范围, 存储失败, 同时选中多个从站"
-        "a node-ID or a bit rate that is not supported, a store that failed, several slaves selected at once";
+        "unsupported node-ID or bit rate, storing failed, several slaves selected at the same time";
         "命令成功"
         "the command succeeds";
     TimeJump "CiA 301 7.2.6" []
         "时间生产者校时, 或有两个生产者"
-        "the producer's clock was set, or there are two";
-        "时间再次连续"
-        "time goes on steadily";
+        "the producer's clock was set, or there are two producers";
+        "时间恢复连续"
+        "time is continuous again";
     SrdoInvalid "CiA 304, EN 50325-5" []
         "两帧不互为取反, 超过SRVT或SCT, 生产者离线, 总线负载高"
-        "the two frames are not inverse, SRVT or SCT is over, the producer is away, a high load";
+        "the two frames are not inverse, SRVT or SCT exceeded, producer offline, high bus load";
         "有效的SRDO对再次出现; 安全状态可能需要确认"
-        "valid pairs come again; the safe state may have to be acknowledged";
+        "valid SRDO pairs again; the safe state may need an acknowledgement";
     WireError "CiA 301" []
         "固件或协议栈错误, 其他协议使用同一标识符"
-        "a fault of a firmware or a stack, another protocol on the same identifier";
+        "firmware or stack bug, another protocol on the same identifier";
         "不再出现"
-        "it does not come any more";
+        "no longer occurs";
 }
 
 #[cfg(test)]

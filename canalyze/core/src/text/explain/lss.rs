@@ -49,7 +49,7 @@ pub fn command(out: &mut Vec<u8>, lang: Lang, from_master: bool, command: Comman
         }
         Command::ActivateBitTiming { delay } => {
             put!(out; "#   ", Spaced(&[a, b]), lang.pick("  切换延迟 ", "  switch delay "), Hex::<4>(u64::from(delay)));
-            put!(out; "h = ", delay, lang.pick("ms (小端格式)\n", " ms (little-endian)\n"));
+            put!(out; "h = ", delay, lang.pick(" ms (小端格式)\n", " ms (little-endian)\n"));
             reserved(out, lang, &[c, d, e, f, g]);
         }
         Command::Fastscan { id_number, bit_check, sub, next } => fastscan(out, lang, id_number, bit_check, [sub, next]),
@@ -97,6 +97,7 @@ fn fastscan(out: &mut Vec<u8>, lang: Lang, id_number: u32, bit_check: u8, parts:
     match bit_check {
         BIT_CHECK_ANY => say!(out, lang; zh: "询问是否有未配置的从站"; en: "is there any non-configured slave?"),
         32.. => say!(out, lang; zh: "无效"; en: "invalid"),
+        31 => say!(out, lang; zh: "比较位31"; en: "compare bit 31"),
         _ => say!(out, lang; zh: "比较位31-", bit_check; en: "compare bits 31-", bit_check),
     }
     put!(out; "\n");

@@ -61,7 +61,7 @@ fn entry(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, mapped: &Mapped, payl
     match (mapping.raw(mapped, payload), mapping.octets(mapped, payload)) {
         _ if mapped.bits == 0 => put!(out; lang.pick("没有数据位", "no bits")),
         (None, None) if reaches(mapped, payload) => put!(out; lang.pick("超过64位", "more than 64 bits")),
-        (None, None) => put!(out; lang.pick("数据不足", "the data end before it")),
+        (None, None) => put!(out; lang.pick("数据不足", "beyond the end of the data")),
         _ if mapped.dummy => put!(out; lang.pick("跳过", "skipped")),
         (None, Some(octets)) => {
             signal::name(out, lang, mapped);
@@ -180,7 +180,7 @@ fn words(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
             set_bits(out, lang, raw, |bit| terms::find(terms::drive::CONTROLWORD, lang, bit));
         }
         Some(Object::SupportedModes) => set_bits(out, lang, raw, |bit| match bit {
-            16.. => Some(lang.pick("厂商定义的模式", "manufacturer-specific mode")),
+            16.. => Some(lang.pick("制造商定义的模式", "manufacturer-specific mode")),
             _ => Some(terms::drive::mode(lang, i8::try_from(bit).unwrap_or(i8::MAX).saturating_add(1))),
         }),
         Some(Object::ModesOfOperation | Object::ModesOfOperationDisplay) | None => {}
@@ -255,7 +255,7 @@ mod tests {
                 "#   9C FF FF FF = FFFFFF9Ch (little-endian)  bytes 0-3 | 20000120h: index 2000h, sub-index 01h, 32 bits | 2000h:01=-100",
                 "#   34 12 = 1234h (little-endian)  bytes 4-5 | 20010010h: index 2001h, sub-index 00h, 16 bits | 2001h:00=4660",
                 "#   15 = 0001 0101b  byte 6 bits 2-0: 101b | 20020003h: index 2002h, sub-index 00h, 3 bits | 2002h:00=5",
-                "#   bytes 6-7 bits 15-3 | 2003000Dh: index 2003h, sub-index 00h, 13 bits | the data end before it",
+                "#   bytes 6-7 bits 15-3 | 2003000Dh: index 2003h, sub-index 00h, 13 bits | beyond the end of the data",
             ],
         );
     }
@@ -300,7 +300,7 @@ mod tests {
         let text = shown(Lang::Zh, &Mapping::from_words(&[0x6502_0020]), &[0x81, 0, 1, 0]);
         assert_eq!(
             text.lines().nth(2),
-            Some("#     位0: 1 轮廓位置(PP) | 位7: 1 循环同步位置(CSP) | 位16: 1 厂商定义的模式")
+            Some("#     位0: 1 轮廓位置(PP) | 位7: 1 循环同步位置(CSP) | 位16: 1 制造商定义的模式")
         );
     }
 

@@ -41,7 +41,7 @@ impl Put for Id<'_> {
 
 /// The COB-ID chapter: what the identifier is made of, and who speaks to whom.
 ///
-/// `#   COB-ID 60Ah = 600h + 节点ID 0Ah (10): SDO请求, 客户端 -> 服务器`
+/// `#   COB-ID 60Ah = 600h + 节点ID 0Ah (10): SDO请求, 主站(客户端) -> 从站(服务器)`
 ///
 /// `role` may be another than the pre-defined one, where a configuration moved the service.
 pub fn cob_id(out: &mut Vec<u8>, lang: Lang, role: Role, frame: &Frame) {
@@ -77,16 +77,20 @@ fn purpose(out: &mut Vec<u8>, lang: Lang, role: Role) {
             put!(out; lang.pick("NMT节点控制, NMT主站 -> NMT从站", "NMT node control, NMT master -> NMT slaves"))
         }
         Role::Sync => put!(out; lang.pick("同步报文, 生产者 -> 消费者", "SYNC, producer -> consumers")),
-        Role::Time => put!(out; lang.pick("时间戳, 生产者 -> 消费者", "TIME, producer -> consumers")),
-        Role::Emcy(_) => put!(out; lang.pick("紧急报文, 生产者 -> 消费者", "emergency, producer -> consumers")),
+        Role::Time => put!(out; lang.pick("时间报文(TIME), 生产者 -> 消费者", "TIME, producer -> consumers")),
+        Role::Emcy(_) => put!(out; lang.pick("紧急报文, 生产者 -> 消费者", "EMCY, producer -> consumers")),
         Role::Tpdo { number, .. } => {
             put!(out; "TPDO", number, lang.pick(", 该节点 -> 消费者", ", this node -> consumers"));
         }
         Role::Rpdo { number, .. } => {
             put!(out; "RPDO", number, lang.pick(", 生产者 -> 该节点", ", producer -> this node"));
         }
-        Role::SdoRequest(_) => put!(out; lang.pick("SDO请求, 客户端 -> 服务器", "SDO request, client -> server")),
-        Role::SdoResponse(_) => put!(out; lang.pick("SDO响应, 服务器 -> 客户端", "SDO response, server -> client")),
+        Role::SdoRequest(_) => {
+            put!(out; lang.pick("SDO请求, 主站(客户端) -> 从站(服务器)", "SDO request, client -> server"))
+        }
+        Role::SdoResponse(_) => {
+            put!(out; lang.pick("SDO响应, 从站(服务器) -> 主站(客户端)", "SDO response, server -> client"))
+        }
         Role::ErrorControl(_) => put!(out; lang.pick("错误控制 (启动报文, 心跳, 节点保护)",
             "error control (boot-up, heartbeat, node guarding)",
         )),

@@ -22,7 +22,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
             if *why == Unmapped::Unconfirmed {
                 say!(out, lang;
                     zh: "#   COB-ID来源: 记录中的SDO写请求, 未见响应\n";
-                    en: "#   COB-ID known from: an SDO write request in the capture, without a response\n");
+                    en: "#   COB-ID from: SDO write request in the capture, no response seen\n");
             }
             data(out, lang, frame.payload());
         }
@@ -31,21 +31,21 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
 
 /// From where the mapping is known.
 fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
-    put!(out; lang.pick("#   映射来源: ", "#   mapping known from: "));
+    put!(out; lang.pick("#   映射来源: ", "#   mapping from: "));
     match from {
         Provenance::Observed(frame) => say!(out, lang;
             zh: "记录中的SDO, 到第", frame, "帧为止";
             en: "SDO in the capture, up to frame ", frame),
         Provenance::Doubted(frame) => say!(out, lang;
             zh: "记录中的SDO, 到第", frame, "帧为止, 此后有帧丢失";
-            en: "SDO in the capture, up to frame ", frame, "; frames were lost since"),
+            en: "SDO in the capture, up to frame ", frame, "; frames lost since then"),
         Provenance::Unconfirmed(frame) => say!(out, lang;
             zh: "未确认: 记录中的SDO写请求, 到第", frame, "帧为止, 未见响应";
-            en: "unconfirmed: SDO write requests in the capture, up to frame ", frame, ", without a response"),
-        Provenance::Option => say!(out, lang; zh: "选项"; en: "an option"),
+            en: "unconfirmed: SDO write requests in the capture, up to frame ", frame, ", no response seen"),
+        Provenance::Option => say!(out, lang; zh: "命令行选项"; en: "command line option"),
         Provenance::Dcf => put!(out; "DCF"),
-        Provenance::Eds => say!(out, lang; zh: "EDS默认值"; en: "the EDS's defaults"),
-        Provenance::Default => say!(out, lang; zh: "预定义连接集"; en: "the pre-defined connection set"),
+        Provenance::Eds => say!(out, lang; zh: "EDS默认值"; en: "EDS defaults"),
+        Provenance::Default => say!(out, lang; zh: "预定义连接集"; en: "pre-defined connection set"),
     }
     put!(out; "\n");
 }

@@ -6,6 +6,7 @@ use super::{cob_id, line, parameter};
 use crate::cob_id::Role;
 use crate::event::Step;
 use crate::frame::Frame;
+use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Mode, Status, Transfer};
 use crate::services::sdo::wire::{Command, Initiate, Mux, Segment, Side};
 use crate::text::digits::{Hex, Spaced, put};
@@ -23,9 +24,9 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
     if frame.len > 0 {
         command_byte(out, lang, command, step);
     }
-    fields(out, lang, step.command, rest, frame);
+    fields(out, lang, step.described.profile, step.command, rest, frame);
     if frame.len != 8 {
-        line!(out; lang.pick("长度(字节)=", "length (bytes)="), frame.len, lang.pick(", 应为8", ", shall be 8"));
+        line!(out; lang.pick("长度(字节)=", "length (bytes)="), frame.len, lang.pick(", 应为8", ", expected 8"));
     }
     if let Some(transfer) = &step.result {
         joined(out, lang, transfer);
@@ -33,41 +34,44 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
 }
 
 /// The bytes behind the command byte: `rest`.
-fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame: &Frame) {
+fn fields(out: &mut Vec<u8>, lang: Lang, profile: Profile, command: Command, rest: [u8; 7], frame: &Frame) {
+    // Of a short frame those that it has.
+    let there = usize::from(frame.len.saturating_sub(1)).min(rest.len());
+    let rest = rest.get(..there).unwrap_or(&rest);
     match command {
         Command::InitiateDownload(mux, i) | Command::UploadInitiated(mux, i) => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             initiate(out, lang, i, frame.len);
             if i.expedited {
                 parameter::bits(out, lang, mux, i.data.get(..i.expedited_len(frame.len)).unwrap_or_default());
             }
         }
         Command::InitiateUpload(mux) | Command::DownloadInitiated(mux) => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             padding(out, lang, rest.get(3..).unwrap_or(&[]));
         }
         Command::Segment(Segment { unused, data, .. }) => {
             let carried = (7 - usize::from(unused)).min(usize::from(frame.len.saturating_sub(1)));
-            segment_data(out, lang, &data, carried);
+            segment_data(out, lang, data.get(..there).unwrap_or(&data), carried);
         }
         Command::SegmentRequest { .. }
         | Command::SegmentResponse { .. }
         | Command::StartBlockUpload
-        | Command::BlockEnded => padding(out, lang, &rest),
+        | Command::BlockEnded => padding(out, lang, rest),
         Command::InitiateBlockDownload { mux, size, .. } | Command::BlockUploadInitiated { mux, size, .. } => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             match size {
                 Some(size) => data_size(out, lang, size),
                 None => padding(out, lang, rest.get(3..).unwrap_or(&[])),
             }
         }
         Command::BlockDownloadInitiated { mux, blksize, .. } => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             block_size(out, lang, blksize);
             padding(out, lang, rest.get(4..).unwrap_or(&[]));
         }
         Command::InitiateBlockUpload { mux, blksize, threshold, .. } => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             block_size(out, lang, blksize);
             put!(out; "#   ", Hex::<2>(u64::from(threshold)));
             say!(out, lang;
@@ -89,20 +93,20 @@ fn fields(out: &mut Vec<u8>, lang: Lang, command: Command, rest: [u8; 7], frame:
             line!(out; Spaced(&[low, high]), what, Hex::<4>(u64::from(crc)), "h");
             padding(out, lang, rest.get(2..).unwrap_or(&[]));
         }
-        Command::BlockSegment { data, .. } => segment_data(out, lang, &data, 7),
+        Command::BlockSegment { data, .. } => segment_data(out, lang, data.get(..there).unwrap_or(&data), 7),
         Command::Abort(mux, code) => {
-            multiplexor(out, lang, mux);
+            multiplexor(out, lang, profile, mux);
             abort_code(out, lang, code);
         }
-        Command::Unknown(_) | Command::Undetermined(_) => super::data(out, lang, &rest),
+        Command::Unknown(_) | Command::Undetermined(_) => super::data(out, lang, rest),
         Command::Truncated(_) => super::data(out, lang, frame.payload().get(1..).unwrap_or(&[])),
     }
 }
 
-fn multiplexor(out: &mut Vec<u8>, lang: Lang, mux: Mux) {
+fn multiplexor(out: &mut Vec<u8>, lang: Lang, profile: Profile, mux: Mux) {
     let [low, high] = mux.index.to_le_bytes();
     put!(out; "#   ", Spaced(&[low, high]), lang.pick("  索引 ", "  index "), Hex::<4>(u64::from(mux.index)), "h");
-    if let Some(name) = terms::object_name(lang, mux.index, 0) {
+    if let Some(name) = terms::object_name(lang, profile, mux.index, 0) {
         put!(out; " ", name);
     }
     put!(out; lang.pick(" (小端格式: 低字节在前)\n", " (little-endian: low byte first)\n"));
@@ -118,7 +122,8 @@ fn initiate(out: &mut Vec<u8>, lang: Lang, i: Initiate, len: u8) {
         padding(out, lang, &i.data);
         return;
     }
-    segment_data(out, lang, &i.data, i.expedited_len(len));
+    let there = usize::from(len.saturating_sub(4)).min(i.data.len());
+    segment_data(out, lang, i.data.get(..there).unwrap_or(&i.data), i.expedited_len(len));
 }
 
 fn data_size(out: &mut Vec<u8>, lang: Lang, size: u32) {
@@ -148,12 +153,15 @@ fn padding(out: &mut Vec<u8>, lang: Lang, bytes: &[u8]) {
     line!(out; Spaced(bytes), if zero {
         lang.pick("  填充字节, 保留", "  padding, reserved")
     } else {
-        lang.pick("  保留, 应为0", "  reserved, shall be 0")
+        lang.pick("  保留, 应为0", "  reserved, expected 0")
     });
 }
 
 /// `64 65  数据 "de"     00 00 00 00 00  未使用(5字节)`
 fn segment_data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8], carried: usize) {
+    if bytes.is_empty() {
+        return;
+    }
     let (data, unused) = bytes.split_at_checked(carried).unwrap_or((bytes, &[]));
     put!(out; "#   ");
     if !data.is_empty() {

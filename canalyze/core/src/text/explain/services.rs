@@ -4,6 +4,7 @@ use super::{cob_id, data, line, node_id, reserved};
 use crate::cob_id::Role;
 use crate::frame::Frame;
 use crate::message::Message;
+use crate::profiles::Profile;
 use crate::services::pdo::{Multiplexed, communication_parameter, mapping_parameter};
 use crate::services::{error_frame, usdo};
 use crate::text::digits::{Bin, Hex, Nibbles, Spaced, put};
@@ -32,13 +33,15 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             put!(out; "#   ", Hex::<2>(u64::from(counter)));
             say!(out, lang;
                 zh: "  同步计数器 (1019h不为0时才有) = ", counter, "\n";
-                en: "  synchronous counter (only where 1019h is not 0) = ", counter, "\n");
+                en: "  synchronous counter (only if 1019h is not 0) = ", counter, "\n");
         }
         Message::Sync { counter: None } => {
             line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
         }
         Message::Time { ms, days, reserved } => time_of_day(out, lang, ms, days, reserved, payload),
-        Message::Emcy { code, register, manufacturer, .. } => emcy(out, lang, code, register, &manufacturer),
+        Message::Emcy { code, profile, register, manufacturer, .. } => {
+            emcy(out, lang, (code, profile), register, &manufacturer)
+        }
         Message::Pdo { transmit, number, .. } => {
             parameters(out, lang, transmit, number);
             data(out, lang, payload);
@@ -132,7 +135,7 @@ fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, 
     put!(out; "#   ", Spaced(payload.get(..4).unwrap_or_default()), " = ", Hex::<8>(word));
     put!(out; lang.pick("h (小端格式)  位31-28: ", "h (little-endian)  bits 31-28: "), Bin::<4>(u64::from(reserved)));
     say!(out, lang;
-        zh: "b 保留 | 位27-0: 午夜起", ms, "ms = ", Clock(ms), "\n";
+        zh: "b 保留 | 位27-0: 午夜起", ms, " ms = ", Clock(ms), "\n";
         en: "b reserved | bits 27-0: since midnight ", ms, " ms = ", Clock(ms), "\n");
     put!(out; "#   ", Spaced(&days.to_le_bytes()), " = ", Hex::<4>(u64::from(days)));
     say!(out, lang;
@@ -140,10 +143,10 @@ fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, 
         en: "h (little-endian)  since 1984-01-01: ", days, " days = ", Date(days), "\n");
 }
 
-fn emcy(out: &mut Vec<u8>, lang: Lang, code: u16, register: u8, manufacturer: &[u8; 5]) {
+fn emcy(out: &mut Vec<u8>, lang: Lang, (code, profile): (u16, Profile), register: u8, manufacturer: &[u8; 5]) {
     put!(out; "#   ", Spaced(&code.to_le_bytes()), lang.pick("  错误码 ", "  error code "), Hex::<4>(u64::from(code)));
     put!(out; lang.pick("h (小端格式): ", "h (little-endian): "));
-    put!(out; terms::emcy::code(lang, code).unwrap_or(lang.pick("未知", "unknown")), "\n");
+    put!(out; terms::emcy::code(lang, profile, code).unwrap_or(lang.pick("未知", "unknown")), "\n");
     put!(out; "#   ", Hex::<2>(u64::from(register)), " = ", Nibbles(register));
     put!(out; lang.pick("  错误寄存器(1001h)", "  error register (1001h)"));
     let mut between = "  ";
@@ -155,7 +158,7 @@ fn emcy(out: &mut Vec<u8>, lang: Lang, code: u16, register: u8, manufacturer: &[
         put!(out; lang.pick("  无错误", "  no error"));
     }
     put!(out; "\n");
-    line!(out; Spaced(manufacturer), lang.pick("  厂商字节", "  manufacturer bytes"));
+    line!(out; Spaced(manufacturer), lang.pick("  制造商数据", "  manufacturer data"));
 }
 
 fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
@@ -176,7 +179,7 @@ pub(super) fn parameters(out: &mut Vec<u8>, lang: Lang, transmit: bool, number: 
     put!(out; Hex::<4>(u64::from(communication_parameter(transmit, number))));
     put!(out; lang.pick("h, 映射参数 ", "h, mapping parameter "));
     put!(out; Hex::<4>(u64::from(mapping_parameter(transmit, number))));
-    put!(out; lang.pick("h: 数据的含义由映射决定\n", "h: the mapping says what the data mean\n"));
+    put!(out; lang.pick("h: 数据的含义由映射决定\n", "h: the mapping defines the data\n"));
 }
 
 fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed) {

@@ -1,16 +1,17 @@
 //! Emergencies in words (CiA 301, 7.2.7).
 
 use crate::message::Errors;
+use crate::profiles::Profile;
 use crate::text::digits::{Hex, Spaced, put};
 use crate::text::{Lang, say, terms};
 
-/// What an emergency carries: `: 8130h 寿命保护错误或心跳错误, 错误寄存器=11h (一般错误, 通信错误), 厂商字节 00 ...`.
-pub fn content(out: &mut Vec<u8>, lang: Lang, code: u16, register: u8, manufacturer: &[u8; 5]) {
-    let meaning = terms::emcy::code(lang, code).unwrap_or(lang.pick("未知错误码", "unknown error code"));
+/// What an emergency carries: `: 8130h 寿命保护错误或心跳错误, 错误寄存器=11h (一般错误, 通信错误), 制造商数据 00 ...`.
+pub fn content(out: &mut Vec<u8>, lang: Lang, (code, profile): (u16, Profile), register: u8, manufacturer: &[u8; 5]) {
+    let meaning = terms::emcy::code(lang, profile, code).unwrap_or(lang.pick("未知错误码", "unknown error code"));
     put!(out; ": ", Hex::<4>(u64::from(code)), "h ", meaning);
     put!(out; lang.pick(", 错误寄存器=", ", error register="), Hex::<2>(u64::from(register)), "h");
     register_bits(out, lang, register);
-    say!(out, lang; zh: ", 厂商字节 ", Spaced(manufacturer); en: ", manufacturer bytes ", Spaced(manufacturer));
+    say!(out, lang; zh: ", 制造商数据 ", Spaced(manufacturer); en: ", manufacturer data ", Spaced(manufacturer));
 }
 
 /// Which errors a reset takes back.

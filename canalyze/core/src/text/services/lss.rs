@@ -25,14 +25,14 @@ fn phrase(out: &mut Vec<u8>, lang: Lang, command: Command) {
             say!(out, lang; zh: "选择性切换状态, ", part_of(part); en: "switch state selective, ", part_of(part));
         }
         Command::SwitchSelectiveResponse => say!(out, lang;
-            zh: "选择性切换状态应答 (已进入配置状态)";
+            zh: "选择性切换状态响应 (已进入配置状态)";
             en: "switch state selective response (in configuration state)"),
         Command::ConfigureNodeId { .. } => say!(out, lang; zh: "配置节点ID"; en: "configure node-ID"),
         Command::ConfigureBitTiming { .. } => say!(out, lang; zh: "配置位定时"; en: "configure bit timing"),
         Command::Store => say!(out, lang; zh: "存储配置"; en: "store configuration"),
         Command::Confirmation { of, .. } => {
             let setting = terms::lss::setting(lang, of);
-            say!(out, lang; zh: setting, "的应答"; en: setting, " response");
+            say!(out, lang; zh: setting, "响应"; en: setting, " response");
         }
         Command::ActivateBitTiming { .. } => say!(out, lang; zh: "激活位定时"; en: "activate bit timing"),
         Command::Identify { bound, .. } => {
@@ -42,17 +42,17 @@ fn phrase(out: &mut Vec<u8>, lang: Lang, command: Command) {
         Command::IdentifyNonConfigured => {
             say!(out, lang; zh: "识别未配置的从站"; en: "identify non-configured remote slave");
         }
-        Command::IdentifySlave => say!(out, lang; zh: "从站识别应答"; en: "identify slave"),
+        Command::IdentifySlave => say!(out, lang; zh: "从站识别响应"; en: "identify slave"),
         Command::IdentifyNonConfiguredSlave => {
-            say!(out, lang; zh: "未配置从站的识别应答"; en: "identify non-configured slave");
+            say!(out, lang; zh: "未配置从站的识别响应"; en: "identify non-configured slave");
         }
         Command::Fastscan { .. } => say!(out, lang; zh: "快速扫描(Fastscan)"; en: "Fastscan"),
         Command::Inquire { part } => say!(out, lang; zh: "查询", part_of(part); en: "inquire ", part_of(part)),
         Command::InquireResponse { part, .. } => {
-            say!(out, lang; zh: part_of(part), "查询应答"; en: "inquire response, ", part_of(part));
+            say!(out, lang; zh: part_of(part), "查询响应"; en: "inquire response, ", part_of(part));
         }
         Command::InquireNodeId => say!(out, lang; zh: "查询节点ID"; en: "inquire node-ID"),
-        Command::InquireNodeIdResponse { .. } => say!(out, lang; zh: "节点ID查询应答"; en: "inquire response, node-ID"),
+        Command::InquireNodeIdResponse { .. } => say!(out, lang; zh: "节点ID查询响应"; en: "inquire response, node-ID"),
         Command::Unknown(cs) => {
             let cs = Hex::<2>(u64::from(cs));
             say!(out, lang; zh: "未知命令字 ", cs, "h"; en: "unknown command specifier ", cs, "h");
@@ -79,7 +79,7 @@ fn content(out: &mut Vec<u8>, lang: Lang, command: Command) {
         Command::ConfigureBitTiming { selector, index } => bit_timing(out, lang, selector, index),
         Command::Confirmation { of, error, specific } => confirmation(out, lang, of, error, specific),
         Command::ActivateBitTiming { delay } => {
-            say!(out, lang; zh: ": 切换延迟=", delay, "ms"; en: ": switch delay=", delay, " ms");
+            say!(out, lang; zh: ": 切换延迟=", delay, " ms"; en: ": switch delay=", delay, " ms");
         }
         Command::Fastscan { id_number, bit_check, sub, next } => fastscan(out, lang, id_number, bit_check, sub, next),
         Command::SwitchSelectiveResponse
@@ -125,15 +125,22 @@ fn fastscan(out: &mut Vec<u8>, lang: Lang, id_number: u32, bit_check: u8, sub: u
         _ => {
             let part = address_part(lang, sub);
             say!(out, lang;
-                zh: ": ", part, ", 比较位31-", bit_check;
-                en: ": ", part, ", compare bits 31-", bit_check);
+                zh: ": ", part, ", 比较位31";
+                en: ": ", part, if bit_check == 31 { ", compare bit 31" } else { ", compare bits 31" });
+            if bit_check < 31 {
+                put!(out; "-", bit_check);
+            }
             if sub != next && bit_check == 0 {
-                put!(out; lang.pick(", 确认并转到", ", confirm and go on to "), address_part(lang, next));
+                put!(out; lang.pick(", 确认并转到", ", confirm and continue with "), address_part(lang, next));
             }
         }
     }
-    put!(out; " (IDNumber=", Hex::<8>(u64::from(id_number)), "h, BitCheck=", Hex::<2>(u64::from(bit_check)));
-    put!(out; "h, LSSSub=", sub, ", LSSNext=", next, ")");
+    put!(out; " (IDNumber=", Hex::<8>(u64::from(id_number)), "h, BitCheck=");
+    match bit_check {
+        32.. => put!(out; Hex::<2>(u64::from(bit_check)), "h"),
+        _ => put!(out; bit_check),
+    }
+    put!(out; ", LSSSub=", sub, ", LSSNext=", next, ")");
 }
 
 fn address_part(lang: Lang, number: u8) -> &'static str {

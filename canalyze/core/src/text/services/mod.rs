@@ -54,10 +54,10 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
             }
         }
         Message::GuardingRequest { node } => nmt::guarding_request(out, lang, full, node, frame.len),
-        Message::Emcy { node, code, register, manufacturer, cleared, .. } => {
+        Message::Emcy { node, code, profile, register, manufacturer, cleared, .. } => {
             put!(out; Named(lang, Role::Emcy(node)));
             if full {
-                emcy::content(out, lang, code, register, &manufacturer);
+                emcy::content(out, lang, (code, profile), register, &manufacturer);
                 emcy::cleared(out, lang, cleared);
             }
         }
@@ -97,7 +97,7 @@ fn inverse(lang: Lang, valid: Option<bool>) -> &'static str {
 fn flying_master(out: &mut Vec<u8>, lang: Lang, full: bool, kind: u8, master: Option<(u8, u8)>) {
     say!(out, lang; zh: "飞行主站: "; en: "flying master: ");
     match kind {
-        1 => say!(out, lang; zh: "活动NMT主站的应答"; en: "answer of the active NMT master"),
+        1 => say!(out, lang; zh: "活动NMT主站的响应"; en: "response of the active NMT master"),
         2 => say!(out, lang; zh: "协商请求"; en: "negotiation request"),
         3 => say!(out, lang; zh: "查询活动NMT主站"; en: "request for the active NMT master"),
         4 => say!(out, lang; zh: "存在可作NMT主站的设备"; en: "a device capable of NMT master is present"),
@@ -113,7 +113,7 @@ fn flying_master(out: &mut Vec<u8>, lang: Lang, full: bool, kind: u8, master: Op
 /// A frame that has not the form of its service.
 fn malformed(out: &mut Vec<u8>, lang: Lang, full: bool, role: Role, flaw: Flaw, frame: &Frame) {
     let (named, size) = (Named(lang, role), Size(lang, frame.len.into()));
-    say!(out, lang; zh: "不合规的报文 (", named, ")"; en: "malformed (", named, ")");
+    say!(out, lang; zh: "格式错误 (", named, ")"; en: "malformed (", named, ")");
     if !full {
         return;
     }

@@ -17,7 +17,7 @@ pub fn node_control(out: &mut Vec<u8>, lang: Lang, full: bool, command: u8, node
         nmt::START => say!(out, lang; zh: "NMT主站命令: 启动", whom; en: "NMT ", name, ": ", whom),
         nmt::STOP => say!(out, lang; zh: "NMT主站命令: 停止", whom; en: "NMT ", name, ": ", whom),
         nmt::PRE_OPERATIONAL => {
-            say!(out, lang; zh: "NMT主站命令: ", whom, "进入预操作"; en: "NMT ", name, ": ", whom);
+            say!(out, lang; zh: "NMT主站命令: ", whom, "进入预操作状态"; en: "NMT ", name, ": ", whom);
         }
         nmt::RESET_NODE => say!(out, lang; zh: "NMT主站命令: 复位", whom; en: "NMT ", name, ": ", whom),
         nmt::RESET_COMMUNICATION => {
@@ -51,7 +51,7 @@ fn effect(out: &mut Vec<u8>, lang: Lang, command: u8) {
 /// A heartbeat or the answer to a guarding request.
 pub fn error_control(out: &mut Vec<u8>, lang: Lang, node: u8, guarding: bool) {
     if guarding {
-        say!(out, lang; zh: "节点", node, "的保护应答"; en: "node guarding answer of node ", node);
+        say!(out, lang; zh: "节点", node, "的节点保护应答"; en: "node guarding response of node ", node);
     } else {
         say!(out, lang; zh: "节点", node, "的心跳"; en: "heartbeat of node ", node);
     }
@@ -60,7 +60,7 @@ pub fn error_control(out: &mut Vec<u8>, lang: Lang, node: u8, guarding: bool) {
 /// A guarding request; `len`: the length that it asks for.
 pub fn guarding_request(out: &mut Vec<u8>, lang: Lang, full: bool, node: u8, len: u8) {
     say!(out, lang;
-        zh: "NMT主站对节点", node, "的保护请求";
+        zh: "NMT主站对节点", node, "的节点保护请求";
         en: "node guarding request of the NMT master to node ", node);
     if full && len > 1 {
         let size = Size(lang, len.into());
@@ -68,7 +68,7 @@ pub fn guarding_request(out: &mut Vec<u8>, lang: Lang, full: bool, node: u8, len
     }
 }
 
-/// The state that they carry: `: 操作 (toggle=1) (此前: 预操作)`.
+/// The state that they carry: `: 操作状态 (toggle=1) (此前: 预操作状态)`.
 pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: Option<bool>, previous: Option<u8>) {
     match terms::nmt::state(lang, state) {
         Some(word) => put!(out; ": ", word),
@@ -82,6 +82,6 @@ pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: Option<bool>, pre
     }
     let before = previous.filter(|before| *before != state);
     if let Some(before) = before.and_then(|before| terms::nmt::state(lang, before)) {
-        say!(out, lang; zh: " (此前: ", before, ")"; en: " (before: ", before, ")");
+        say!(out, lang; zh: " (此前: ", before, ")"; en: " (previously: ", before, ")");
     }
 }

@@ -32,7 +32,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessD
             Unmapped::Unknown => lang.pick(", 映射未知", ", mapping unknown"),
             Unmapped::Unconfirmed => lang.pick(", 映射未知, COB-ID未确认", ", mapping unknown, COB-ID unconfirmed"),
             Unmapped::Disabled => lang.pick(", 映射已禁用", ", mapping disabled"),
-            Unmapped::Multiplex => lang.pick(", 不是完整的MPDO", ", no complete MPDO"),
+            Unmapped::Multiplex => lang.pick(", 不是完整的MPDO", ", not a complete MPDO"),
         }),
     }
     if let Some(sync) = &data.sync {
@@ -83,13 +83,13 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
 /// What is only preset, or was only asked for, may not be what the device sends.
 fn preset(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
     match from {
-        Provenance::Eds => say!(out, lang; zh: " (EDS默认映射)"; en: " (default mapping of the EDS)"),
+        Provenance::Eds => say!(out, lang; zh: " (EDS默认映射)"; en: " (EDS default mapping)"),
         Provenance::Unconfirmed(_) => say!(out, lang; zh: " (PDO配置未确认)"; en: " (PDO configuration unconfirmed)"),
         _ => {}
     }
 }
 
-/// `[SYNC 41 +0.8ms]`.
+/// `[SYNC 41 +0.8 ms]`.
 fn placement(out: &mut Vec<u8>, sync: &Placement) {
     put!(out; " [SYNC ", sync.cycle);
     if let Some(delay) = sync.delay_ns {

@@ -37,7 +37,7 @@ impl Put for Nodes {
     }
 }
 
-/// What an identifier stands for: `节点10的紧急报文`, `emergency of node 10`.
+/// What an identifier stands for: `节点10的紧急报文`, `EMCY of node 10`.
 #[derive(Clone, Copy, Debug)]
 pub struct Named(pub Lang, pub Role);
 
@@ -49,8 +49,8 @@ impl Put for Named {
             Role::Gfc => say!(out, lang; zh: "全局故障安全命令(GFC)"; en: "global fail-safe command (GFC)"),
             Role::FlyingMaster(_) => say!(out, lang; zh: "飞行主站报文"; en: "flying master"),
             Role::Sync => say!(out, lang; zh: "同步报文"; en: "SYNC"),
-            Role::Emcy(node) => say!(out, lang; zh: "节点", node, "的紧急报文"; en: "emergency of node ", node),
-            Role::Time => say!(out, lang; zh: "时间戳"; en: "TIME"),
+            Role::Emcy(node) => say!(out, lang; zh: "节点", node, "的紧急报文"; en: "EMCY of node ", node),
+            Role::Time => say!(out, lang; zh: "时间报文(TIME)"; en: "TIME"),
             Role::Srdo { number, inverted: false } => {
                 say!(out, lang; zh: "SRDO", number, "的正常数据"; en: "normal data of SRDO", number);
             }
@@ -78,7 +78,7 @@ impl Put for Named {
                 say!(out, lang; zh: "29位ID, 非CANopen预定义"; en: "29-bit ID, not pre-defined in CANopen");
             }
             Role::Unassigned => {
-                say!(out, lang; zh: "未分配的ID"; en: "ID that is not assigned");
+                say!(out, lang; zh: "未分配的ID"; en: "unassigned ID");
             }
         }
     }

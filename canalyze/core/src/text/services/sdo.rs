@@ -11,7 +11,7 @@ use crate::text::{Depth, Lang, say, terms, transferred};
 
 /// Appends the phrase of an SDO frame, and at other depths than brief its content. No line end.
 pub fn step(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step, len: u8) {
-    phrase(out, lang, step);
+    phrase(out, lang, depth, step);
     if depth == Depth::Brief {
         return;
     }
@@ -30,14 +30,18 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step, len: u8) {
     place(out, lang, step);
     if len != 8 {
         let size = Size(lang, len.into());
-        say!(out, lang; zh: " [长度", size, ", 应为8字节]"; en: " [", size, " instead of 8]");
+        say!(out, lang; zh: " [长度", size, ", 应为8字节]"; en: " [", size, ", expected 8]");
     }
 }
 
-fn phrase(out: &mut Vec<u8>, lang: Lang, step: &Step) {
+/// A request to write is named as such only where no content says it.
+fn phrase(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step) {
     match step.command {
         Command::Segment(Segment { last: false, .. }) if step.ordinal > 0 => {
             return numbered(out, lang, step.side == Side::Client, step.ordinal);
+        }
+        Command::InitiateDownload(..) if depth != Depth::Brief => {
+            say!(out, lang; zh: "主站发送的SDO请求"; en: "SDO request sent by the client");
         }
         _ => {
             let (zh, en) = words(step);
@@ -59,6 +63,9 @@ fn words(step: &Step) -> (&'static str, &'static str) {
     match step.command {
         Command::InitiateUpload(_) => ("主站发送的SDO请求", "SDO request sent by the client"),
         Command::InitiateDownload(..) => ("主站发送的SDO写请求", "SDO write request sent by the client"),
+        Command::UploadInitiated(_, initiate) if initiate.expedited => {
+            ("从站回复的读响应", "initiate upload response from the server")
+        }
         Command::UploadInitiated(..) => ("从站回复的初始化响应", "initiate upload response from the server"),
         Command::DownloadInitiated(_) => ("从站回复的写响应", "initiate download response from the server"),
         Command::SegmentRequest { .. } => ("主站发送的段请求", "segment request from the client"),
@@ -189,7 +196,7 @@ fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
     let [command, data @ ..] = bytes;
     let seqno = command & 0x7F;
     value::segment(out, &data);
-    say!(out, lang; zh: ", 无法确定: 块数据段", seqno; en: ", undetermined: block segment ", seqno);
+    say!(out, lang; zh: ", 无法判定: 块数据段", seqno; en: ", undetermined: block segment ", seqno);
     let plain = wire::decode(step.side, bytes);
     if !plain.is_unreadable() {
         let (zh, en) = words(&Step { command: plain, ..step.clone() });
@@ -207,15 +214,15 @@ fn shows_result(step: &Step) -> bool {
 
 fn named(out: &mut Vec<u8>, lang: Lang, mux: Mux, step: &Step) {
     put!(out; mux);
-    value::name(out, lang, mux, step.described.as_deref());
+    value::name(out, lang, mux, &step.described);
 }
 
 /// Behind the object of an expedited transfer its value, of a segmented one its size.
 fn initiated(out: &mut Vec<u8>, lang: Lang, mux: Mux, initiate: Initiate, step: &Step, len: u8) {
     if initiate.expedited {
-        let bytes = expedited(Some(mux), &initiate, len);
+        let bytes = expedited(Some(mux), step.described.profile, &initiate, len);
         put!(out; " = ");
-        value::of_object(out, lang, mux, step.described.as_deref(), bytes);
+        value::of_object(out, lang, mux, &step.described, bytes);
     } else {
         let size = Announced(lang, initiate.size());
         say!(out, lang; zh: ", 分段传输, 长度", size; en: ", segmented, ", size);
@@ -269,7 +276,7 @@ fn aborted(out: &mut Vec<u8>, lang: Lang, mux: Mux, code: u32, step: &Step) {
     put!(out; step.mux.unwrap_or(mux), " ");
     abort(out, lang, code);
     if step.mux.is_some_and(|known| known != mux) {
-        say!(out, lang; zh: " (帧中为", mux, ")"; en: " (the frame names ", mux, ")");
+        say!(out, lang; zh: " (帧中为", mux, ")"; en: " (frame names ", mux, ")");
     }
 }
 
@@ -284,8 +291,8 @@ pub fn result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let upload = transfer.direction == Direction::Upload;
     match transfer.mux {
         Some(mux) => put!(out; mux),
-        None if upload => say!(out, lang; zh: "起始未记录的上传"; en: "upload whose start was not captured"),
-        None => say!(out, lang; zh: "起始未记录的下载"; en: "download whose start was not captured"),
+        None if upload => say!(out, lang; zh: "未录到开头的上传"; en: "upload (start not captured)"),
+        None => say!(out, lang; zh: "未录到开头的下载"; en: "download (start not captured)"),
     }
     if let (Status::Aborted, Some(by)) = (transfer.outcome.status, transfer.outcome.abort) {
         match (upload, by.by) {
@@ -320,7 +327,7 @@ pub fn result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
 /// The same where it becomes known only at a later frame.
 pub fn later_result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let first = transfer.first.no;
-    say!(out, lang; zh: "第", first, "帧开始的传输: "; en: "transfer that began in frame ", first, ": ");
+    say!(out, lang; zh: "第", first, "帧开始的传输: "; en: "transfer started in frame ", first, ": ");
     result(out, lang, transfer);
 }
 
@@ -328,25 +335,27 @@ pub fn later_result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
 fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
     match (step.place, step.answered_by) {
         (Place::Late, Some(request)) => say!(out, lang;
-            zh: " [对第", request.no, "帧请求的迟到应答]";
-            en: " [late answer to frame ", request.no, "]"),
-        (Place::Late, None) => say!(out, lang; zh: " [迟到的应答]"; en: " [late answer]"),
+            zh: " [第", request.no, "帧请求的延迟响应]";
+            en: " [late response to frame ", request.no, "]"),
+        (Place::Late, None) => say!(out, lang; zh: " [延迟的响应]"; en: " [late response]"),
         (_, Some(answer)) => {
-            say!(out, lang; zh: " [应答见第", answer.no, "帧]"; en: " [answered by frame ", answer.no, "]");
+            say!(out, lang; zh: " [响应在第", answer.no, "帧, 记录次序颠倒]"; en: " [response in frame ", answer.no, ", captured in reverse order]");
         }
         (Place::Due, None) => {}
         (Place::Repeated, None) => say!(out, lang; zh: " [重复的请求]"; en: " [repeated request]"),
         (Place::Uncaptured, None) if step.side == Side::Server => {
-            say!(out, lang; zh: " [此前未见请求]"; en: " [no request seen before]");
+            say!(out, lang; zh: " [此前未见请求]"; en: " [no previous request]");
         }
         (Place::Uncaptured, None) => {
-            say!(out, lang; zh: " [传输起始未记录]"; en: " [start of the transfer not captured]");
+            say!(out, lang; zh: " [未录到传输开头]"; en: " [transfer start not captured]");
         }
-        (Place::InFlight, None) => say!(out, lang; zh: " [在途帧, 不计入]"; en: " [under way, does not count]"),
+        (Place::InFlight, None) => {
+            say!(out, lang; zh: " [中止时已在途, 不计入传输]"; en: " [already in flight, not counted]")
+        }
         (Place::OutOfSequence(due), None) => say!(out, lang;
             zh: " [序列号不连续, 应为", due, "]";
-            en: " [out of sequence, ", due, " was due]"),
+            en: " [out of sequence, expected ", due, "]"),
         (Place::Twin, None) => say!(out, lang; zh: " [同一帧被记录两次]"; en: " [captured twice]"),
-        (Place::Outside, None) => say!(out, lang; zh: " [此处不应出现]"; en: " [not due here]"),
+        (Place::Outside, None) => say!(out, lang; zh: " [此处不应出现]"; en: " [not expected here]"),
     }
 }

@@ -29,14 +29,14 @@ impl Put for Date {
     }
 }
 
-/// TIME and what it carries: `时间戳: 2024-05-20 12:34:56.789 (45296789ms, 第14750天)`.
+/// TIME and what it carries: `时间报文(TIME): 2024-05-20 12:34:56.789 (45296789 ms, 第14750天)`.
 pub fn time_of_day(out: &mut Vec<u8>, lang: Lang, full: bool, ms: u32, days: u16, reserved: u8) {
     put!(out; Named(lang, Role::Time));
     if !full {
         return;
     }
     put!(out; ": ", Date(days), " ", Clock(ms));
-    say!(out, lang; zh: " (", ms, "ms, 第", days, "天)"; en: " (", ms, " ms, day ", days, ")");
+    say!(out, lang; zh: " (", ms, " ms, 第", days, "天)"; en: " (", ms, " ms, day ", days, ")");
     if ms >= time::DAY_MS {
         say!(out, lang; zh: ", 超出一天"; en: ", beyond a day");
     }

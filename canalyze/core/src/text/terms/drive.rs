@@ -11,17 +11,17 @@ pub static STATES: &[Row<State>] = &[
     (State::ReadyToSwitchOn, "准备接通", "ready to switch on"),
     (State::SwitchedOn, "已接通", "switched on"),
     (State::OperationEnabled, "运行使能", "operation enabled"),
-    (State::QuickStopActive, "快速停止激活", "quick stop active"),
-    (State::FaultReactionActive, "故障响应激活", "fault reaction active"),
+    (State::QuickStopActive, "快速停止有效(Quick stop active)", "quick stop active"),
+    (State::FaultReactionActive, "故障反应中(Fault reaction active)", "fault reaction active"),
     (State::Fault, "故障", "fault"),
 ];
 
 /// The commands of the controlword.
 pub static COMMANDS: &[Row<Command>] = &[
     (Command::FaultReset, "故障复位", "fault reset"),
-    (Command::DisableVoltage, "禁止电压", "disable voltage"),
+    (Command::DisableVoltage, "断开电压(Disable voltage)", "disable voltage"),
     (Command::QuickStop, "快速停止", "quick stop"),
-    (Command::Shutdown, "关机", "shutdown"),
+    (Command::Shutdown, "关闭(Shutdown)", "shutdown"),
     (Command::SwitchOn, "接通", "switch on"),
     (Command::DisableOperation, "禁止运行", "disable operation"),
     (Command::SwitchOnOrDisableOperation, "接通/禁止运行", "switch on / disable operation"),
@@ -53,14 +53,14 @@ pub static STATUSWORD: &[Row<u8>] = &[
     (5, "快速停止(0有效)", "quick stop (active at 0)"),
     (6, "禁止接通", "switch on disabled"),
     (7, "警告", "warning"),
-    (8, "厂商定义", "manufacturer-specific"),
+    (8, "制造商定义", "manufacturer-specific"),
     (9, "远程(接受控制字)", "remote (the controlword is obeyed)"),
     (10, "目标到达", "target reached"),
     (11, "内部限制有效", "internal limit active"),
     (12, "由操作模式定义", "operation mode specific"),
     (13, "由操作模式定义", "operation mode specific"),
-    (14, "厂商定义", "manufacturer-specific"),
-    (15, "厂商定义", "manufacturer-specific"),
+    (14, "制造商定义", "manufacturer-specific"),
+    (15, "制造商定义", "manufacturer-specific"),
 ];
 
 /// The bits of the controlword.
@@ -76,11 +76,11 @@ pub static CONTROLWORD: &[Row<u8>] = &[
     (8, "暂停", "halt"),
     (9, "由操作模式定义", "operation mode specific"),
     (10, "保留", "reserved"),
-    (11, "厂商定义", "manufacturer-specific"),
-    (12, "厂商定义", "manufacturer-specific"),
-    (13, "厂商定义", "manufacturer-specific"),
-    (14, "厂商定义", "manufacturer-specific"),
-    (15, "厂商定义", "manufacturer-specific"),
+    (11, "制造商定义", "manufacturer-specific"),
+    (12, "制造商定义", "manufacturer-specific"),
+    (13, "制造商定义", "manufacturer-specific"),
+    (14, "制造商定义", "manufacturer-specific"),
+    (15, "制造商定义", "manufacturer-specific"),
 ];
 
 /// The word for a state.
@@ -96,7 +96,7 @@ pub fn command(lang: Lang, command: Command) -> &'static str {
 /// The word for a mode of operation (6060h, 6061h). Every value has one.
 pub fn mode(lang: Lang, mode: i8) -> &'static str {
     find(MODES, lang, mode).unwrap_or(match mode {
-        ..0 => lang.pick("厂商定义的模式", "manufacturer-specific mode"),
+        ..0 => lang.pick("制造商定义的模式", "manufacturer-specific mode"),
         0.. => lang.pick("保留的模式", "reserved mode"),
     })
 }
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(command(Lang::Zh, Command::EnableOperation), "使能运行");
         assert_eq!(mode(Lang::Zh, 8), "循环同步位置(CSP)");
         assert_eq!(mode(Lang::En, 1), "profile position (PP)");
-        assert_eq!(mode(Lang::Zh, -1), "厂商定义的模式");
+        assert_eq!(mode(Lang::Zh, -1), "制造商定义的模式");
         assert_eq!(mode(Lang::En, 5), "reserved mode");
         assert_eq!((abbreviation(11), abbreviation(0), abbreviation(5)), (Some("CSTCA"), None, None));
     }

@@ -1,6 +1,7 @@
 //! Emergency error codes (CiA 301, table 26) and the bits of the error register (object 1001h).
 
 use super::{Row, find};
+use crate::profiles::Profile;
 use crate::text::Lang;
 
 /// Codes and classes. A row whose low byte is 00 stands for its whole high byte; one whose low twelve bits are 0
@@ -55,8 +56,12 @@ pub static REGISTER: &[Row<u8>] = &[
     (7, "制造商定义", "manufacturer specific"),
 ];
 
-/// What a code means: the code itself, else its high byte's class, else its first digit's.
-pub fn code(lang: Lang, code: u16) -> Option<&'static str> {
+/// What a code means on a device of a profile: by the profile where it has the code or what it is a case of; else by
+/// CiA 301 the code itself, else its high byte's class, else its first digit's.
+pub fn code(lang: Lang, profile: Profile, code: u16) -> Option<&'static str> {
+    if let Some((zh, en)) = profile.emergency(code) {
+        return Some(lang.pick(zh, en));
+    }
     find(CODES, lang, code).or_else(|| find(CODES, lang, code & 0xFF00)).or_else(|| {
         // 01xx..0Fxx are no codes at all; 00xx alone means that an error has gone.
         if code & 0xF000 == 0 { None } else { find(CODES, lang, code & 0xF000) }

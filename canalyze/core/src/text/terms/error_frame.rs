@@ -9,7 +9,7 @@ pub static CLASSES: &[Row<u32>] = &[
     (0x004, "控制器问题", "controller problem"),
     (0x008, "协议违规", "protocol violation"),
     (0x010, "收发器状态", "transceiver status"),
-    (0x020, "发送未得到应答", "no acknowledgement on transmission"),
+    (0x020, "发送未得到应答(ACK)", "no acknowledgement on transmission"),
     (0x040, "总线关闭", "bus off"),
     (0x080, "总线错误", "bus error"),
     (0x100, "控制器已重启", "controller restarted"),

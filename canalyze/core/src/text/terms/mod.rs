@@ -35,6 +35,7 @@ pub fn word<K>(lang: Lang, row: &Row<K>) -> &'static str {
 pub(crate) mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
+    use crate::profiles::Profile;
 
     /// Rows are strictly ascending, and each has both words, the English one in ASCII.
     pub(crate) fn sound<K: Ord + Copy + std::fmt::Debug>(rows: &[Row<K>]) {
@@ -79,21 +80,21 @@ pub(crate) mod tests {
 
     #[test]
     fn emergency_codes_from_special_to_general() {
-        assert_eq!(emcy::code(Lang::Zh, 0x8130), Some("寿命保护错误或心跳错误"));
-        assert_eq!(emcy::code(Lang::En, 0x8131), Some("communication"));
-        assert_eq!(emcy::code(Lang::En, 0x5530), Some("device hardware"));
-        assert_eq!(emcy::code(Lang::En, 0x7305), Some("additional modules"));
-        assert_eq!(emcy::code(Lang::En, 0x0012), Some("error reset or no error"));
-        assert_eq!(emcy::code(Lang::En, 0x0100), None);
-        assert_eq!(emcy::code(Lang::En, 0xFF12), Some("device specific"));
-        assert_eq!(emcy::code(Lang::En, 0xF112), Some("additional functions"));
-        assert_eq!(emcy::code(Lang::En, 0xA000), None);
+        assert_eq!(emcy::code(Lang::Zh, Profile::UNKNOWN, 0x8130), Some("寿命保护错误或心跳错误"));
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0x8131), Some("communication"));
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0x5530), Some("device hardware"));
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0x7305), Some("additional modules"));
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0x0012), Some("error reset or no error"));
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0x0100), None);
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0xFF12), Some("device specific"));
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0xF112), Some("additional functions"));
+        assert_eq!(emcy::code(Lang::En, Profile::UNKNOWN, 0xA000), None);
     }
 
     #[test]
     fn words_of_the_notes() {
         let states: Vec<_> = nmt::STATES.iter().map(|row| row.1).collect();
-        assert_eq!(states, ["预操作 (启动报文)", "停止", "操作", "预操作"]);
+        assert_eq!(states, ["启动(Boot-up)", "停止状态", "操作状态", "预操作状态"]);
         let parts: Vec<_> = lss::PARTS.iter().map(|row| row.1).collect();
         assert_eq!(parts, ["制造商ID", "产品码", "修订号", "序列号"]);
         let objects = [
@@ -112,9 +113,9 @@ pub(crate) mod tests {
             (0x6060, 0, "操作模式"),
         ];
         for (index, sub, word) in objects {
-            assert_eq!(object_name(Lang::Zh, index, sub), Some(word));
+            assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, index, sub), Some(word));
         }
-        assert_eq!(abort_code(Lang::Zh, 0x0503_0000), Some("触发位(toggle)未交替"));
+        assert_eq!(abort_code(Lang::Zh, 0x0503_0000), Some("toggle位未交替"));
         assert_eq!(abort_code(Lang::Zh, 0x0602_0000), Some("对象字典中不存在该对象"));
         assert_eq!(abort_code(Lang::Zh, 0), None);
     }

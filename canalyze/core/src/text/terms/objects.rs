@@ -1,8 +1,7 @@
-//! Names of the standard objects: the communication profile area (CiA 301, 302, 304) and CiA 402's drives.
-//!
-//! The names of 6000h-9FFFh are right for a drive only: without a device description the profile is not known.
-//! The caller has to let a name from an EDS win.
+//! Names of the standard objects: the communication profile area (CiA 301, 302, 304). Those of 6000h-9FFFh are the
+//! device profile's. The caller has to let a name from an EDS win.
 
+use crate::profiles::Profile;
 use crate::text::Lang;
 
 /// A range of objects with one name: first and last index, zh, en. Sorted, without overlap.
@@ -11,10 +10,10 @@ type Object = (u16, u16, &'static str, &'static str);
 type Sub = (u16, u16, u8, &'static str, &'static str);
 
 /// The name of an object or of one of its sub-indices. Where the sub-index has no name of its own, the object's.
-///
-/// The eight logical devices of 6000h-9FFFh share their names.
-pub fn object_name(lang: Lang, index: u16, sub: u8) -> Option<&'static str> {
-    let index = crate::od::first_axis(index);
+pub fn object_name(lang: Lang, profile: Profile, index: u16, sub: u8) -> Option<&'static str> {
+    if index >= 0x6000 {
+        return profile.name(index, sub).map(|(zh, en)| lang.pick(zh, en));
+    }
     let subs = SUBS.iter().filter(|row| (row.0..=row.1).contains(&index) && row.2 == sub);
     let (zh, en) = match subs.map(|row| (row.3, row.4)).next() {
         Some(words) => words,
@@ -45,7 +44,7 @@ static OBJECTS: &[Object] = &[
     (0x100D, 0x100D, "寿命因子", "life time factor"),
     (0x1010, 0x1010, "存储参数", "store parameters"),
     (0x1011, 0x1011, "恢复默认参数", "restore default parameters"),
-    (0x1012, 0x1012, "时间戳COB-ID", "COB-ID time stamp object"),
+    (0x1012, 0x1012, "时间报文COB-ID", "COB-ID time stamp object"),
     (0x1013, 0x1013, "高分辨率时间戳", "high resolution time stamp"),
     (0x1014, 0x1014, "紧急报文COB-ID", "COB-ID EMCY"),
     (0x1015, 0x1015, "紧急报文抑制时间", "inhibit time EMCY"),
@@ -105,95 +104,6 @@ static OBJECTS: &[Object] = &[
     (0x1F91, 0x1F91, "自启动节点定时参数", "self starting nodes timing parameters"),
     (0x1FA0, 0x1FCF, "对象扫描列表", "object scanner list"),
     (0x1FD0, 0x1FFF, "对象分派列表", "object dispatching list"),
-    (0x6007, 0x6007, "连接中断选项代码", "abort connection option code"),
-    (0x603F, 0x603F, "错误码", "error code"),
-    (0x6040, 0x6040, "控制字", "controlword"),
-    (0x6041, 0x6041, "状态字", "statusword"),
-    (0x6042, 0x6042, "vl目标速度", "vl target velocity"),
-    (0x6043, 0x6043, "vl速度需求值", "vl velocity demand"),
-    (0x6044, 0x6044, "vl速度实际值", "vl velocity actual value"),
-    (0x6046, 0x6046, "vl速度最小最大值", "vl velocity min max amount"),
-    (0x6048, 0x6048, "vl加速度", "vl velocity acceleration"),
-    (0x6049, 0x6049, "vl减速度", "vl velocity deceleration"),
-    (0x604A, 0x604A, "vl快速停止减速度", "vl velocity quick stop"),
-    (0x604C, 0x604C, "vl量纲因子", "vl dimension factor"),
-    (0x605A, 0x605A, "快速停止选项代码", "quick stop option code"),
-    (0x605B, 0x605B, "关机选项代码", "shutdown option code"),
-    (0x605C, 0x605C, "禁止运行选项代码", "disable operation option code"),
-    (0x605D, 0x605D, "暂停选项代码", "halt option code"),
-    (0x605E, 0x605E, "故障响应选项代码", "fault reaction option code"),
-    (0x6060, 0x6060, "操作模式", "modes of operation"),
-    (0x6061, 0x6061, "操作模式显示", "modes of operation display"),
-    (0x6062, 0x6062, "位置需求值", "position demand value"),
-    (0x6063, 0x6063, "位置内部实际值", "position actual internal value"),
-    (0x6064, 0x6064, "位置实际值", "position actual value"),
-    (0x6065, 0x6065, "跟随误差窗口", "following error window"),
-    (0x6066, 0x6066, "跟随误差超时", "following error time out"),
-    (0x6067, 0x6067, "位置窗口", "position window"),
-    (0x6068, 0x6068, "位置窗口时间", "position window time"),
-    (0x6069, 0x6069, "速度传感器实际值", "velocity sensor actual value"),
-    (0x606A, 0x606A, "传感器选择代码", "sensor selection code"),
-    (0x606B, 0x606B, "速度需求值", "velocity demand value"),
-    (0x606C, 0x606C, "速度实际值", "velocity actual value"),
-    (0x606D, 0x606D, "速度窗口", "velocity window"),
-    (0x606E, 0x606E, "速度窗口时间", "velocity window time"),
-    (0x606F, 0x606F, "速度阈值", "velocity threshold"),
-    (0x6070, 0x6070, "速度阈值时间", "velocity threshold time"),
-    (0x6071, 0x6071, "目标转矩", "target torque"),
-    (0x6072, 0x6072, "最大转矩", "max torque"),
-    (0x6073, 0x6073, "最大电流", "max current"),
-    (0x6074, 0x6074, "转矩需求值", "torque demand"),
-    (0x6075, 0x6075, "电机额定电流", "motor rated current"),
-    (0x6076, 0x6076, "电机额定转矩", "motor rated torque"),
-    (0x6077, 0x6077, "转矩实际值", "torque actual value"),
-    (0x6078, 0x6078, "电流实际值", "current actual value"),
-    (0x6079, 0x6079, "直流母线电压", "DC link circuit voltage"),
-    (0x607A, 0x607A, "目标位置", "target position"),
-    (0x607B, 0x607B, "位置范围限制", "position range limit"),
-    (0x607C, 0x607C, "原点偏移", "home offset"),
-    (0x607D, 0x607D, "软件位置限制", "software position limit"),
-    (0x607E, 0x607E, "极性", "polarity"),
-    (0x607F, 0x607F, "最大轮廓速度", "max profile velocity"),
-    (0x6080, 0x6080, "最大电机转速", "max motor speed"),
-    (0x6081, 0x6081, "轮廓速度", "profile velocity"),
-    (0x6082, 0x6082, "终点速度", "end velocity"),
-    (0x6083, 0x6083, "轮廓加速度", "profile acceleration"),
-    (0x6084, 0x6084, "轮廓减速度", "profile deceleration"),
-    (0x6085, 0x6085, "快速停止减速度", "quick stop deceleration"),
-    (0x6086, 0x6086, "运动轮廓类型", "motion profile type"),
-    (0x6087, 0x6087, "转矩斜率", "torque slope"),
-    (0x6088, 0x6088, "转矩轮廓类型", "torque profile type"),
-    (0x608F, 0x608F, "位置编码器分辨率", "position encoder resolution"),
-    (0x6090, 0x6090, "速度编码器分辨率", "velocity encoder resolution"),
-    (0x6091, 0x6091, "齿轮比", "gear ratio"),
-    (0x6092, 0x6092, "进给常数", "feed constant"),
-    (0x6098, 0x6098, "回零方式", "homing method"),
-    (0x6099, 0x6099, "回零速度", "homing speeds"),
-    (0x609A, 0x609A, "回零加速度", "homing acceleration"),
-    (0x60B0, 0x60B0, "位置偏移", "position offset"),
-    (0x60B1, 0x60B1, "速度偏移", "velocity offset"),
-    (0x60B2, 0x60B2, "转矩偏移", "torque offset"),
-    (0x60B8, 0x60B8, "探针功能", "touch probe function"),
-    (0x60B9, 0x60B9, "探针状态", "touch probe status"),
-    (0x60BA, 0x60BA, "探针1上升沿位置", "touch probe 1 positive edge"),
-    (0x60BB, 0x60BB, "探针1下降沿位置", "touch probe 1 negative edge"),
-    (0x60BC, 0x60BC, "探针2上升沿位置", "touch probe 2 positive edge"),
-    (0x60BD, 0x60BD, "探针2下降沿位置", "touch probe 2 negative edge"),
-    (0x60C0, 0x60C0, "插补子模式选择", "interpolation sub mode select"),
-    (0x60C1, 0x60C1, "插补数据记录", "interpolation data record"),
-    (0x60C2, 0x60C2, "插补周期", "interpolation time period"),
-    (0x60C5, 0x60C5, "最大加速度", "max acceleration"),
-    (0x60C6, 0x60C6, "最大减速度", "max deceleration"),
-    (0x60E0, 0x60E0, "正向转矩限制", "positive torque limit value"),
-    (0x60E1, 0x60E1, "反向转矩限制", "negative torque limit value"),
-    (0x60F2, 0x60F2, "定位选项代码", "positioning option code"),
-    (0x60F4, 0x60F4, "跟随误差实际值", "following error actual value"),
-    (0x60FA, 0x60FA, "控制输出量", "control effort"),
-    (0x60FC, 0x60FC, "位置内部需求值", "position demand internal value"),
-    (0x60FD, 0x60FD, "数字输入", "digital inputs"),
-    (0x60FE, 0x60FE, "数字输出", "digital outputs"),
-    (0x60FF, 0x60FF, "目标速度", "target velocity"),
-    (0x6502, 0x6502, "支持的驱动模式", "supported drive modes"),
 ];
 
 static SUBS: &[Sub] = &[
@@ -237,22 +147,6 @@ static SUBS: &[Sub] = &[
     (0x1F90, 0x1F90, 3, "NMT主站优先级", "NMT master priority"),
     (0x1F90, 0x1F90, 4, "优先级时隙", "priority time slot"),
     (0x1F90, 0x1F90, 5, "设备时隙", "device time slot"),
-    (0x607B, 0x607B, 1, "位置范围下限", "min position range limit"),
-    (0x607B, 0x607B, 2, "位置范围上限", "max position range limit"),
-    (0x607D, 0x607D, 1, "软件位置下限", "min position limit"),
-    (0x607D, 0x607D, 2, "软件位置上限", "max position limit"),
-    (0x608F, 0x608F, 1, "编码器增量", "encoder increments"),
-    (0x608F, 0x608F, 2, "电机转数", "motor revolutions"),
-    (0x6091, 0x6091, 1, "电机轴转数", "motor shaft revolutions"),
-    (0x6091, 0x6091, 2, "驱动轴转数", "driving shaft revolutions"),
-    (0x6092, 0x6092, 1, "进给量", "feed"),
-    (0x6092, 0x6092, 2, "轴转数", "shaft revolutions"),
-    (0x6099, 0x6099, 1, "寻找限位开关速度", "speed during search for switch"),
-    (0x6099, 0x6099, 2, "寻找零点速度", "speed during search for zero"),
-    (0x60C2, 0x60C2, 1, "插补周期值", "interpolation time period value"),
-    (0x60C2, 0x60C2, 2, "插补周期指数", "interpolation time index"),
-    (0x60FE, 0x60FE, 1, "数字输出值", "physical outputs"),
-    (0x60FE, 0x60FE, 2, "数字输出屏蔽", "bit mask of digital outputs"),
 ];
 
 #[cfg(test)]
@@ -275,7 +169,7 @@ mod tests {
             assert!(OBJECTS.iter().any(|object| object.0 <= *first), "{first:04X}");
             for index in [first, last] {
                 // A sub-index that has a name has a type, and no other row names it.
-                assert!(crate::od::data_type(*index, *sub).is_some(), "{index:04X}:{sub}");
+                assert!(crate::od::communication(*index, *sub).is_some(), "{index:04X}:{sub}");
                 let rows = SUBS.iter().filter(|row| (row.0..=row.1).contains(index) && row.2 == *sub);
                 assert_eq!(rows.count(), 1, "{index:04X}:{sub}");
             }
@@ -284,24 +178,24 @@ mod tests {
 
     #[test]
     fn names() {
-        assert_eq!(object_name(Lang::Zh, 0x1008, 0), Some("设备名称"));
-        assert_eq!(object_name(Lang::En, 0x1008, 0), Some("manufacturer device name"));
-        assert_eq!(object_name(Lang::Zh, 0x1018, 1), Some("制造商ID"));
-        assert_eq!(object_name(Lang::En, 0x1018, 0), Some("identity object"));
-        assert_eq!(object_name(Lang::En, 0x1805, 1), Some("COB-ID used by TPDO"));
-        assert_eq!(object_name(Lang::En, 0x1A05, 3), Some("TPDO mapping parameter"));
-        assert_eq!(object_name(Lang::Zh, 0x6841, 0), Some("状态字"));
+        assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, 0x1008, 0), Some("设备名称"));
+        assert_eq!(object_name(Lang::En, Profile::UNKNOWN, 0x1008, 0), Some("manufacturer device name"));
+        assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, 0x1018, 1), Some("制造商ID"));
+        assert_eq!(object_name(Lang::En, Profile::UNKNOWN, 0x1018, 0), Some("identity object"));
+        assert_eq!(object_name(Lang::En, Profile::UNKNOWN, 0x1805, 1), Some("COB-ID used by TPDO"));
+        assert_eq!(object_name(Lang::En, Profile::UNKNOWN, 0x1A05, 3), Some("TPDO mapping parameter"));
+        assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, 0x6841, 0), Some("状态字"));
         for unknown in [0x0000, 0x0FFF, 0x1004, 0x1341, 0x1C00, 0x2000, 0x6000, 0xA040, 0xFFFF] {
-            assert_eq!(object_name(Lang::Zh, unknown, 0), None, "{unknown:04X}");
+            assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, unknown, 0), None, "{unknown:04X}");
         }
     }
 
     #[test]
     fn every_standard_type_has_a_name() {
-        for index in 0..=u16::MAX {
+        for index in 0x1000..=0x1FFF {
             for sub in 0..=8 {
-                if crate::od::data_type(index, sub).is_some() {
-                    assert!(object_name(Lang::Zh, index, sub).is_some(), "{index:04X}:{sub}");
+                if crate::od::communication(index, sub).is_some() {
+                    assert!(object_name(Lang::Zh, Profile::UNKNOWN, index, sub).is_some(), "{index:04X}:{sub}");
                 }
             }
         }

@@ -5,7 +5,7 @@ use crate::text::Lang;
 
 /// All codes that CiA 301 defines. Device profiles and vendors have others.
 pub static CODES: &[Row<u32>] = &[
-    (0x0503_0000, "触发位(toggle)未交替", "toggle bit not alternated"),
+    (0x0503_0000, "toggle位未交替", "toggle bit not alternated"),
     (0x0504_0000, "SDO协议超时", "SDO protocol timed out"),
     (0x0504_0001, "命令字无效或未知", "client/server command specifier not valid or unknown"),
     (0x0504_0002, "无效的块大小(仅块传输)", "invalid block size (block mode only)"),

@@ -18,7 +18,7 @@ pub static SERVICES: &[Row<&str>] = &[
     ("sdo", "SDO", "SDO"),
     ("srdo", "SRDO", "SRDO"),
     ("sync", "同步报文", "SYNC"),
-    ("time", "时间戳", "TIME"),
+    ("time", "时间报文", "TIME"),
     ("usdo", "USDO", "USDO"),
 ];
 

@@ -250,7 +250,10 @@ fn a_heartbeat_that_stops_on_a_silent_bus_is_told_by_time_alone() {
     out.clear();
     session.feed(&ticks(2_200, 60_000), &mut out);
     let text = String::from_utf8(out).unwrap();
-    assert_eq!(text, "#   HBT002 error: frame 20 node 5: no heartbeat for 360ms after it, the limit is 330ms\n");
+    assert_eq!(
+        text,
+        "#   HBT002 error: frame 20 node 5: no heartbeat for 360 ms since then (limit 330 ms: 3 periods plus tolerance)\n"
+    );
 }
 
 #[test]
@@ -397,7 +400,7 @@ fn dropped_frames_are_told_and_counted() {
     assert!(text.contains("DROPCOUNT: dropped 4 CAN frames on 'can1' socket (total drops 7)"), "{text}");
     assert_eq!(
         session.take_complaints(),
-        ["can1: CAP002 3 frames lost (3 in total)", "can1: CAP002 4 frames lost (7 in total)"]
+        ["can1: CAP002 3 frames lost (total 3)", "can1: CAP002 4 frames lost (total 7)"]
     );
     let tally: Value = serde_json::from_slice(&session.tally()).unwrap();
     assert_eq!(tally["buses"][1]["dropped"], 7);

@@ -28,7 +28,7 @@ fn told(items: &[Item]) -> Vec<String> {
     let one = |item: &Item| match item {
         Item::Frame(frame) => format!("{}:{}", frame.bus.0, frame.t_ns.unwrap_or(-1)),
         Item::Until { now_ns } => format!("until {now_ns}"),
-        Item::Gap { bus } => format!("gap {}", bus.0),
+        Item::Gap { bus, .. } => format!("gap {}", bus.0),
         Item::Marker(Marker::Dropped { bus, count, total, place: Place::Live }) => {
             format!("dropped {} {count} {total}", bus.0)
         }
@@ -306,7 +306,7 @@ proptest! {
         let of = |items: &[Item]| {
             let mine = |item: &&Item| match item {
                 Item::Frame(frame) => frame.bus == BusId(bus),
-                Item::Gap { bus: of } | Item::Marker(Marker::Dropped { bus: of, .. }) => *of == BusId(bus),
+                Item::Gap { bus: of, .. } | Item::Marker(Marker::Dropped { bus: of, .. }) => *of == BusId(bus),
                 _ => false,
             };
             let mine: Vec<Item> = items.iter().filter(mine).copied().collect();

@@ -33,11 +33,13 @@ use self::values::Values;
 use super::Seen;
 use super::column::{Batch, Numbers, Table, Words, columns};
 use super::cycle_numbers::CycleNumbers;
+use crate::dictionary::Described;
 use crate::drive::{self, Object};
 use crate::event::{Event, Note, ProcessData, What};
 use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{BusId, Frame};
 use crate::message::Message;
+use crate::profiles::Profile;
 use crate::render::jsonl::Setting;
 use crate::render::selection::Selection;
 use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -197,13 +199,13 @@ impl Lanes {
         let node = bus.nodes.entry(transfer.node).or_insert_with(|| Node::new(transfer.node));
         match *transfer.data.kept.as_slice() {
             [low, high, _, _] if mux.index == 0x1000 => {
-                node.is_other = drive::is_other(u32::from(u16::from_le_bytes([low, high])));
+                node.profile = Profile::of(u32::from(u16::from_le_bytes([low, high])));
             }
             [low, high] if Object::at(mux.index) == Some(Object::Statusword) => {
-                let described = transfer.described.as_deref();
-                let is_drives = match described {
-                    Some(object) => signal::is_drives(&value::as_mapped(object)),
-                    None => !node.is_other,
+                let Described { object, profile } = &transfer.described;
+                let is_drives = match object {
+                    Some(object) => signal::is_drives(&value::as_mapped(object, *profile)),
+                    None => node.profile.may_be_drive(),
                 };
                 if is_drives {
                     let axis = drive::axis(mux.index).unwrap_or(0);
@@ -333,11 +335,12 @@ impl Lanes {
             }
             Message::GuardingRequest { node } => bus.node(node).asked = true,
             Message::Nmt { command, node } => self.command(done, place, command, node),
-            Message::Emcy { node, code, register, .. } => {
+            Message::Emcy { node, code, profile, register, .. } => {
                 if bus.present & bit(node) == 0 {
                     bus.appears(&mut pen, place, node);
                 }
                 let (prefix, one) = bus.parts(node);
+                one.profile = profile;
                 one.emergency(&mut pen, prefix, (code, register), place.at, place.shown);
             }
             _ => {}

@@ -7,6 +7,7 @@ use super::rows::{At, Pen};
 use crate::drive::State;
 use crate::frame::FrameRef;
 use crate::message::Errors;
+use crate::profiles::Profile;
 use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::text::lane::{self, Word};
 use crate::text::terms;
@@ -100,8 +101,8 @@ pub(super) struct Node {
     toggles: bool,
     /// Frames without toggle bit.
     plain: u8,
-    /// Its device type is not that of a drive.
-    pub(super) is_other: bool,
+    /// By its device type.
+    pub(super) profile: Profile,
     axes: Vec<Axis>,
     /// What was told before this frame holds no more.
     restarted: u64,
@@ -286,8 +287,10 @@ impl Node {
         }
         if self.errors != before || !self.failing {
             self.failing = true;
-            let errors = self.errors;
-            pen.says(&self.name("emcy", prefix), at, Some("active"), |out, lang| lane::errors(out, lang, errors));
+            let (profile, errors) = (self.profile, self.errors);
+            pen.says(&self.name("emcy", prefix), at, Some("active"), |out, lang| {
+                lane::errors(out, lang, profile, errors)
+            });
         }
     }
 

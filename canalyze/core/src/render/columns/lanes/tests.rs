@@ -278,17 +278,17 @@ fn a_clock_that_is_wrong_for_a_moment() {
 fn a_guarded_node() {
     let rows = rows(&sample("network/guarding"), options(Lang::Zh));
     let expected = "\
-1 nmt/vcan0/node4 pre-operational 预操作 (启动报文)
-17 nmt/vcan0/node4 pre-operational 预操作
-24 nmt/vcan0/node4 operational 操作 (命令)
-26 nmt/vcan0/node4 operational 操作
-49 nmt/vcan0/node4 stopped 停止 (命令)
-51 nmt/vcan0/node4 stopped 停止
-56 nmt/vcan0/node4 pre-operational 预操作 (命令)
-58 nmt/vcan0/node4 pre-operational 预操作
-63 nmt/vcan0/node4 initialising 初始化 (命令)
-64 nmt/vcan0/node4 pre-operational 预操作 (启动报文)
-67 nmt/vcan0/node4 pre-operational 预操作
+1 nmt/vcan0/node4 pre-operational 启动(Boot-up)
+17 nmt/vcan0/node4 pre-operational 预操作状态
+24 nmt/vcan0/node4 operational 操作状态 (已命令)
+26 nmt/vcan0/node4 operational 操作状态
+49 nmt/vcan0/node4 stopped 停止状态 (已命令)
+51 nmt/vcan0/node4 stopped 停止状态
+56 nmt/vcan0/node4 pre-operational 预操作状态 (已命令)
+58 nmt/vcan0/node4 pre-operational 预操作状态
+63 nmt/vcan0/node4 initialising 初始化 (已命令)
+64 nmt/vcan0/node4 pre-operational 启动(Boot-up)
+67 nmt/vcan0/node4 pre-operational 预操作状态
 ";
     assert_eq!(text(&rows, &["nmt/"]), expected);
 }

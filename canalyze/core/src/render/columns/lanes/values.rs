@@ -10,6 +10,7 @@ use crate::drive::{self, Object};
 use crate::event::{ProcessData, Signals};
 use crate::frame::{BusId, Frame};
 use crate::od::{self, DataType};
+use crate::profiles::Profile;
 use crate::render::selection::{Chosen, Selection, Whose};
 use crate::services::pdo::mapping::{Mapped, Mapping};
 use crate::text::signal;
@@ -123,12 +124,21 @@ fn truth(raw: u64) -> Option<&'static str> {
     }
 }
 
+/// Whether an object of CiA 401 holds the digital inputs or outputs themselves, eight, sixteen or thirty-two at once.
+fn is_line(index: u16) -> bool {
+    matches!(index, 0x6000 | 0x6100 | 0x6120 | 0x6200 | 0x6300 | 0x6320)
+}
+
 /// Whether single bits of a value say something: of error codes, COB-IDs and identities they do not.
 fn has_bits(mapped: &Mapped) -> bool {
     match mapped.index {
         0x1001 | 0x1002 => true,
         0x6000..=0x9FFF => {
-            signal::is_drives(mapped) && matches!(od::first_axis(mapped.index), 0x6040 | 0x6041 | 0x60FD | 0x60FE)
+            let drives = matches!(od::first_axis(mapped.index), 0x6040 | 0x6041 | 0x60FD | 0x60FE);
+            match mapped.profile {
+                Profile::IO => signal::is_of_profile(mapped) && is_line(mapped.index),
+                _ => drives && signal::is_drives(mapped),
+            }
         }
         _ => false,
     }

@@ -98,7 +98,7 @@ pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &s
     let duration = transfer.duration_ns().map_or(f64::NAN, |ns| ns as f64 / 1e9);
     let mut name = Vec::new();
     if let Some(mux) = transfer.mux {
-        value::name(&mut name, lang, mux, transfer.described.as_deref());
+        value::name(&mut name, lang, mux, &transfer.described);
     }
     // A blank stands before the name.
     let name = name.get(1..).unwrap_or(&[]);

@@ -1,0 +1,66 @@
+"""canalyze.toml, CANALYZE_LANG and the global options -> one frozen Config.
+
+The only place that decides the language. It must not print: what is wrong is a ConfigError, worded by who shows it.
+"""
+
+import os
+import re
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from canalyze.configuration import network
+from canalyze.errors import ConfigError
+from canalyze.words import LANGUAGES
+
+if TYPE_CHECKING:
+    from canalyze.check.policy import Policy
+
+FILE: Final = "canalyze.toml"
+
+
+class Config(NamedTuple):
+    """What holds for the whole run."""
+
+    lang: str = "zh"
+    """zh or en."""
+    chosen: bool = False
+    """Whether anybody chose the language: then it stands, whatever the terminal can show."""
+    known: network.Known = network.Known()
+    """What canalyze.toml says of the network; options may overrule it."""
+    check: "Policy | None" = None
+    """What canalyze.toml says of findings; options may overrule it."""
+
+
+def settle(lang: str | None, file: str | None) -> Config:
+    """Decide by option, CANALYZE_LANG and file, in that order; raise ConfigError for what cannot be."""
+    given = language(lang)
+    if lang is not None and given is None:
+        raise ConfigError("config.lang_option", value=lang or '""')
+    wanted = os.environ.get("CANALYZE_LANG") or None
+    if lang is None and wanted is not None and language(wanted) is None:
+        raise ConfigError("config.lang_env", value=wanted)
+    filed = read(file)  # always: a broken file is said even where another choice wins
+    choice = given or language(wanted) or (filed.lang if filed.chosen else None)
+    return Config(lang=choice or "zh", chosen=choice is not None, known=filed.known, check=filed.check)
+
+
+def spoken(lang: str | None) -> Config:
+    """Give what holds where the file does not count (a ConfigError, help): the first valid choice that needs none."""
+    choice = language(lang) or language(os.environ.get("CANALYZE_LANG"))
+    return Config(lang=choice or "zh", chosen=choice is not None)
+
+
+def language(value: str | None) -> str | None:
+    """Give the language that is meant by one of LANGUAGES in any case, or by a locale such as zh_CN.UTF-8."""
+    name = re.split("[_.@-]", value or "", maxsplit=1)[0].lower()
+    return name if name in LANGUAGES else None
+
+
+def read(file: str | None) -> Config:
+    """Read the named file, or canalyze.toml of the current directory if there is one."""
+    if file is None and not os.path.lexists(FILE):
+        return Config()
+    from pathlib import Path
+
+    from canalyze.configuration import filed
+
+    return filed.read(Path(FILE if file is None else file))

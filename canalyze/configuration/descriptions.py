@@ -1,0 +1,120 @@
+"""What is known of a network -> the core's `Network`: reads each device description once and says what is odd about it.
+
+The core and python-canopen are imported only where something is known, and where a description is given.
+"""
+
+import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from canalyze.configuration.network import Known
+from canalyze.errors import ConfigError, SourceError
+from canalyze.output import complain
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze import _core
+    from canalyze.dictionary.model import Dictionary
+
+Carrier = tuple[str | None, int]
+"""Bus (None is every bus) and node-ID."""
+
+
+def network(
+    filed: Known,
+    given: Known,
+    words: Words | None,
+    say: Callable[[str], None] = complain,
+    read: "dict[str, Dictionary] | None" = None,
+) -> "_core.Network | None":
+    """Give what the core is to know, None for nothing; `given` (options) overrules `filed` (canalyze.toml).
+
+    words: what is odd about a description is said in them, a line each to `say`; None: it was said before. read: has
+    descriptions that are no files, by their names, and gets those that are read. SourceError
+    and ConfigError for a description that cannot be used; ValueError is the core's.
+    """
+    known = filed.overruled(given)
+    if known == Known():
+        return None
+    from canalyze import _core
+
+    read = {} if read is None else read
+    carried = carriers(filed, given, read) if known.descriptions else {}
+    tables = {}
+    if carried:
+        from canalyze.dictionary.rows import flat
+
+        for file in dict.fromkeys(carried.values()):
+            if words is not None:
+                _say(read[file], [node for (_, node), other in carried.items() if other == file], words, say)
+            tables[file] = flat(read[file])
+    return _core.Network(
+        descriptions=[(_name(bus), node, tables[file]) for (bus, node), file in carried.items()],
+        cobs=[(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
+        sdos=[(_name(sdo.bus), *sdo.client, *sdo.server, sdo.node) for sdo in known.sdos],
+        sync_period_ns=known.sync_period_ns,
+        sync_window_ns=known.sync_window_ns,
+        jitter_ns=known.jitter_ns,
+        bitrate=known.bitrate,
+    )
+
+
+def carriers(filed: Known, given: Known, read: "dict[str, Dictionary]") -> dict[Carrier, str]:
+    """Settle which node carries which file; what is read goes to `read`, by the name of its file.
+
+    An option for a node puts aside what canalyze.toml says of it; two files of one origin for one node are an error.
+    """
+    from canalyze.dictionary import load
+
+    chosen: dict[Carrier, str] = {}
+    for known in (given, filed):
+        overruled = frozenset(chosen)
+        for description in known.descriptions:
+            bus, file = description.bus, description.file
+            nodes = [node for node in description.nodes if not _among(overruled, bus, node)]
+            if description.nodes and not nodes:
+                continue
+            if file not in read:
+                read[file] = load(file)
+            if not nodes:
+                own = read[file].node
+                if own is None:
+                    raise SourceError("network.no_node", name=file)
+                nodes = [] if _among(overruled, bus, own) else [own]
+            for node in nodes:
+                other = chosen.setdefault((bus, node), file)
+                if other != file:
+                    raise ConfigError("network.twice", node=node, one=other, other=file)
+    return chosen
+
+
+def _among(chosen: frozenset[Carrier], bus: str | None, node: int) -> bool:
+    return (None, node) in chosen or (bus, node) in chosen
+
+
+def _say(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str], None]) -> None:
+    """Say what a user should know of a file: once, in a line each."""
+    from canalyze.dictionary.model import EFFECTS
+
+    others = sorted({node for node in nodes if node != found.node})
+    if found.form == "dcf" and found.node is not None and others:
+        shown = ", ".join(map(str, others))
+        say(f"canalyze: {words('network.other_node', name=found.file, own=found.node, nodes=shown)}")
+    import shlex
+    from collections import Counter
+
+    effects: Counter[str] = Counter()
+    for defect in found.defects:
+        if defect.code == "more":  # stands for many that are not listed
+            effects[EFFECTS[str(defect.facts["code"])]] += int(str(defect.facts["count"]))
+        else:
+            effects[defect.effect] += 1
+    facts = {effect: effects[effect] for effect in ("repaired", "unused")}
+    if any(facts.values()):
+        command = f"canalyze eds {shlex.quote(found.file)}"
+        say(f"canalyze: {words('network.defects', name=found.file, **facts, command=command)}")
+
+
+def _name(bus: str | None) -> str | None:
+    """Give the name of a bus as text, also where the command line had bytes that are none."""
+    return None if bus is None else os.fsencode(bus).decode("utf-8", "backslashreplace")

@@ -1,0 +1,277 @@
+"""Options that several commands have, and what becomes of them.
+
+Descriptions stand in `words`. An option of one command only stands in that command's file.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Final, TypedDict
+
+import click
+
+from canalyze.configuration import network
+from canalyze.configuration.config import Config
+from canalyze.words import LANGUAGES, Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Session
+
+
+ANY_PATH: Final = click.Path(allow_dash=True, readable=False)
+"""A name of a file, also `-`: what is wrong with it is said when it is opened, in the words of the run."""
+
+
+class OneOf(click.Choice[str]):
+    """A choice whose error is in the words of the run."""
+
+    def __init__(self, values: Sequence[str], words: Words) -> None:
+        """Take the values in the order in which help shows them."""
+        super().__init__(list(values))
+        self._words = words
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        """Give the values, as help shows them."""
+        return "|".join(self.choices)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Give the value if it is one of ours."""
+        if value in self.choices:
+            return str(value)
+        option = param.opts[-1] if param else ""
+        choices = ", ".join(self.choices)
+        raise click.UsageError(self._words("usage.choice", option=option, value=value or '""', choices=choices), ctx)
+
+
+class Spelled(click.ParamType[Any]):
+    """A value that is read from its text; one that cannot be is a usage error in the words `usage.FORM`."""
+
+    name = "text"
+
+    def __init__(self, read: Callable[[str], object], form: str, words: Words) -> None:
+        """`read` gives None for what cannot be."""
+        self._read = read
+        self._form = form
+        self._words = words
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Give what the text says."""
+        found = self._read(value)
+        if found is not None:
+            return found
+        option = param.opts[-1] if param else ""
+        form = self._form
+        if form in ("eds", "cob", "sdo") and (no_node := network.no_node(value, form)) is not None:
+            form, value = "node", no_node
+        raise click.UsageError(self._words(f"usage.{form}", option=option, value=value or '""'), ctx)
+
+
+class NetworkOptions(TypedDict, total=False):
+    """What `network_options` give a command, by the names of its parameters."""
+
+    eds: tuple[network.Description, ...]
+    cob: tuple[network.Cob, ...]
+    sdo: tuple[network.SdoChannel, ...]
+    sync_period: int | None
+    sync_window: int | None
+    jitter: int | None
+    bitrate: int | None
+
+
+class CaptureOptions(NetworkOptions, total=False):
+    """What `capture_options` give a command beside files, filter, stamps and output, by the names of its parameters."""
+
+    input_format: str | None
+    merge: bool
+    topic: tuple[str, ...]
+    time_source: str | None
+    mcap_map: tuple[str, ...]
+
+
+def common_options(words: Words) -> list[click.Parameter]:
+    """Give the options that every command has. Language and configuration are settled before click sees them."""
+    return [
+        click.Option(["--lang"], type=OneOf(LANGUAGES, words), expose_value=False, help=words("opt.lang")),
+        click.Option(["--config"], type=ANY_PATH, metavar="FILE", expose_value=False, help=words("opt.config")),
+        click.Option(
+            ["-h", "--help"],
+            is_flag=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_show_help,
+            help=words("opt.help"),
+        ),
+    ]
+
+
+def _show_help(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        from canalyze.output import Output
+
+        Output().text(ctx.get_help() + "\n")
+        ctx.exit()
+
+
+def capture_options(words: Words) -> list[click.Parameter]:
+    """Give what every command that reads captures has."""
+    return [
+        click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
+        *reading_options(words),
+        *output_options(words),
+    ]
+
+
+def reading_options(words: Words) -> list[click.Parameter]:
+    """Give how captures are read, whatever becomes of them."""
+    from canalyze.sources.format import input_formats
+
+    return [
+        click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
+        click.Option(
+            ["--stamps"],
+            type=OneOf(("auto", "absolute", "zero", "delta"), words),
+            default="auto",
+            help=words("opt.stamps"),
+        ),
+        click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
+        click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
+        *topic_options(words),
+        *network_options(words),
+    ]
+
+
+def topic_options(words: Words) -> list[click.Parameter]:
+    """Give what says how a file of topics (MCAP) is read."""
+    return [
+        click.Option(["--topic"], metavar="GLOB", multiple=True, help=words("opt.topic")),
+        click.Option(["--time-source"], type=OneOf(("stamp", "publish", "log"), words), help=words("opt.time_source")),
+        click.Option(["--mcap-map"], metavar="KEY=FIELD,...", multiple=True, help=words("opt.mcap_map")),
+    ]
+
+
+def network_options(words: Words) -> list[click.Parameter]:
+    """Give what says which devices are on the bus; a command takes them as `**given: Unpack[NetworkOptions]`."""
+
+    def option(
+        name: str, read: Callable[[str], object], form: str, metavar: str, *, multiple: bool = False
+    ) -> click.Option:
+        key = name.lstrip("-").replace("-", "_")
+        kind = Spelled(read, form, words)
+        return click.Option([name], type=kind, metavar=metavar, multiple=multiple, help=words(f"opt.{key}"))
+
+    return [
+        option("--eds", network.description, "eds", "[[BUS:]NODE=]FILE", multiple=True),
+        option("--cob", network.cob, "cob", "[BUS:]ID=NODE.PDO", multiple=True),
+        option("--sdo", network.sdo_channel, "sdo", "[BUS:]ID,ID=NODE", multiple=True),
+        option("--sync-period", network.period, "period", "US"),
+        option("--sync-window", network.period, "period", "US"),
+        option("--jitter", network.tolerance, "tolerance", "US"),
+    ]
+
+
+def bitrate_option(words: Words, help_key: str = "opt.bitrate") -> click.Option:
+    """Give --bitrate, for a command that says how much of the bus is used."""
+    kind = Spelled(network.bit_rate, "bit_rate", words)
+    return click.Option(["--bitrate"], type=kind, metavar="BPS", help=words(help_key))
+
+
+def output_options(words: Words) -> list[click.Parameter]:
+    """Give what every command that may write a file has."""
+    return [
+        click.Option(["-o", "--output"], type=ANY_PATH, metavar="FILE", help=words("opt.output")),
+        click.Option(["--force"], is_flag=True, help=words("opt.force")),
+    ]
+
+
+def format_option(words: Words, command: str, forms: tuple[str, ...] = ("text", "jsonl")) -> click.Option:
+    """Give --format with the command's own description; the first form is the default."""
+    return click.Option(
+        ["--format", "form"], type=OneOf(forms, words), default=forms[0], help=words(f"{command}.format")
+    )
+
+
+def listing_options(words: Words) -> list[click.Parameter]:
+    """Give the options of an annotated listing: --brief, --explain, --format, -t, --number and --color."""
+    return [
+        click.Option(["--brief"], is_flag=True, help=words("decode.brief")),
+        click.Option(["--explain"], is_flag=True, help=words("decode.explain")),
+        format_option(words, "decode"),
+        time_option(words, "decode.time", deltas=True),
+        click.Option(["-n", "--number"], is_flag=True, help=words("opt.number")),
+        color_option(words),
+    ]
+
+
+def time_option(words: Words, help_key: str = "opt.time", *, deltas: bool = False) -> click.Option:
+    """Give -t. deltas: one line follows another, so that there is a time between them."""
+    forms = ("a", "d", "z", "A", "n") if deltas else ("a", "z", "A", "n")
+    return click.Option(["-t", "time"], type=OneOf(forms, words), help=words(help_key))
+
+
+def color_option(words: Words) -> click.Option:
+    """Give --color, for a command whose text may stand out by colours."""
+    return click.Option(
+        ["--color"], type=OneOf(("auto", "always", "never"), words), default="auto", help=words("opt.color")
+    )
+
+
+def depth_of(form: str, words: Words, *, brief: bool, explain: bool, number: bool = False) -> str:
+    """Give how much a line of a listing says, as the core calls it; what does not go together is a usage error."""
+    context = click.get_current_context()
+    if brief and explain:
+        raise click.UsageError(words("usage.exclusive", one="--brief", other="--explain"), context)
+    wanted = {"--brief": brief, "--explain": explain, "--number": number}
+    for option in (option for option, given in wanted.items() if given and form != "text"):
+        raise click.UsageError(words("usage.text_only", option=option), context)
+    return "brief" if brief else "explain" if explain else "default"
+
+
+class CoreUsageError(click.UsageError):
+    """What the core cannot accept, in its own words."""
+
+
+def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
+    """Start the core with these settings and what is known of the network.
+
+    What the core cannot accept (a filter, a map) is a usage error; a setting that is None is left to the core.
+    """
+    from canalyze.configuration.descriptions import network as known
+
+    context = click.get_current_context()
+    filed = (context.find_object(Config) or Config()).known
+    try:
+        return start_session(words, given, network=known(filed, known_of(given), words), **settings)
+    except ValueError as error:
+        raise CoreUsageError(str(error), context) from error
+
+
+def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
+    """Start the core with these settings, the network among them; ValueError for what it cannot accept."""
+    from canalyze._core import Session
+
+    settings["topics"], settings["mcap_maps"] = given.get("topic", ()), given.get("mcap_map", ())
+    settings["time_source"] = given.get("time_source")
+    return Session(lang=words.lang, **{name: value for name, value in settings.items() if value is not None})
+
+
+def known_of(given: CaptureOptions) -> network.Known:
+    """Give what options say of the network."""
+    return network.Known(
+        given.get("eds", ()),
+        given.get("cob", ()),
+        given.get("sdo", ()),
+        given.get("sync_period"),
+        given.get("sync_window"),
+        given.get("jitter"),
+        given.get("bitrate"),
+    )
+
+
+def inputs(files: tuple[str, ...], words: Words) -> tuple[str, ...]:
+    """Give the inputs: those named, else standard input if it is a pipe or a file; none is a usage error."""
+    from canalyze.running.run import piped
+    from canalyze.sources.file import STDIN
+
+    if files:
+        return files
+    if piped():
+        return (STDIN,)
+    raise click.UsageError(words("usage.no_input"), click.get_current_context())

@@ -1,0 +1,75 @@
+//! What filters ask of a frame that it does not say by itself, from the events that follow from it.
+//!
+//! What is said of it is put together only where a filter asks for that. Must not: compare; that does the filter.
+
+use super::sink::service;
+use crate::event::{Event, Signals, What};
+use crate::filter::Subject;
+use crate::finding::{Finding, Severity};
+use crate::frame::Frame;
+use crate::render::text::Lines;
+use crate::services::sdo::wire::Mux;
+use crate::text::{Depth, Lang};
+
+/// A frame with its events.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen<'a> {
+    pub(super) lang: Lang,
+    pub(super) frame: &'a Frame,
+    pub(super) events: &'a [Event],
+    /// A further event, which stands elsewhere but is about it.
+    pub(super) further: Option<&'a Event>,
+}
+
+impl<'a> Seen<'a> {
+    fn all(&self) -> impl Iterator<Item = &'a Event> {
+        self.events.iter().chain(self.further)
+    }
+
+    fn findings(&self) -> impl Iterator<Item = &'a Finding> {
+        self.all().filter_map(|event| if let What::Finding(finding) = &event.what { Some(&**finding) } else { None })
+    }
+}
+
+impl Subject for Seen<'_> {
+    fn service(&self) -> (&str, Option<u8>) {
+        service(self.events)
+    }
+
+    fn has_object(&self, wanted: &dyn Fn(Mux) -> bool) -> bool {
+        self.all().any(|event| objects(&event.what, wanted))
+    }
+
+    fn has_finding(&self, wanted: &dyn Fn(&str, Severity) -> bool) -> bool {
+        self.findings().any(|finding| wanted(finding.code.rule().id, finding.severity()))
+    }
+
+    fn annotation(&self, out: &mut Vec<u8>) {
+        let lines = Lines::new(self.lang, Depth::Default, None);
+        for event in self.all() {
+            lines.said(out, event, self.frame);
+        }
+    }
+}
+
+/// Whether an event is about an object that is wanted.
+fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
+    let mapped =
+        |one: &crate::services::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
+    match what {
+        What::Sdo(step) => step.mux.or(step.command.mux()).is_some_and(wanted),
+        What::Pdo(data) => match &data.content {
+            Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..) => mapping.entries.iter().any(mapped),
+            Signals::None(_) => false,
+        },
+        What::Mpdo(data) => data.mapping.entries.iter().any(mapped),
+        What::Transfer(transfer) => transfer.mux.is_some_and(wanted),
+        What::Finding(finding) => finding.object.is_some_and(wanted),
+        What::Message(_) | What::Note(_) => false,
+    }
+}
+
+/// What is said of something that belongs to no frame at hand.
+pub(super) fn aside(lang: Lang, event: &Event) -> impl Fn(&mut Vec<u8>) {
+    move |out| Lines::new(lang, Depth::Default, None).aside(out, event, 0)
+}

@@ -1,0 +1,195 @@
+"""Options of the library, checked, as the settings of the core's sessions: one way for captures, listeners and buses.
+
+Descriptions are read here, captures are not. It must not print. What cannot be is a TypeError or a ValueError that
+names the option.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from canalyze.configuration import network
+from canalyze.library import Described, Descriptions, Known, Options
+from canalyze.library.rows import one_of
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canopen import ObjectDictionary
+
+    from canalyze._core import Session
+    from canalyze.dictionary.model import Dictionary
+
+T = TypeVar("T")
+
+_KINDS: Final[Mapping[str, tuple[type, ...]]] = {
+    **dict.fromkeys(("sync_period", "sync_window", "jitter", "bitrate"), (str, int)),
+    **dict.fromkeys(("filter", "lang", "stamps", "input_format", "time_source"), (str,)),
+    **dict.fromkeys(("config", "folder"), (str, os.PathLike)),
+    "merge": (bool,),
+}
+"""Of which type an option is, where it is not several values; None stands for no option."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How something is read, checked."""
+
+    folder: Path
+    """Where relative names are looked for."""
+    settings: Mapping[str, Any]
+    """Arguments of the core's session."""
+    filter: str | None
+    """Which frames are told of."""
+    words: Words
+    """The language of complaints."""
+    input_format: str | None
+    """What the files are, where their content does not tell."""
+    merge: bool
+    """Whether files are joined by time."""
+    said: tuple[str, ...]
+    """Lines about descriptions."""
+    described: "Mapping[tuple[str | None, int], Dictionary | ObjectDictionary]"
+    """Descriptions by bus and node."""
+
+    def session(self, form: str, filter: str | None = None, **more: Any) -> "Session":  # noqa: A002  an option's name
+        """Start the core; ValueError for what it cannot accept."""
+        from canalyze._core import Session
+
+        return Session(format=form, filter=filter or self.filter, **self.settings, **more)
+
+    def dictionary(self, bus: str | None, node: int) -> "ObjectDictionary | None":
+        """Give the description of a node as python-canopen has it; None where it has none."""
+        found = self.described.get((bus, node), self.described.get((None, node)))
+        from canalyze.dictionary.model import Dictionary
+
+        if not isinstance(found, Dictionary):
+            return found
+        from canalyze.dictionary.library import given
+
+        return given(found, node)
+
+
+def plan(who: str, options: Known | Options) -> Plan:
+    """Check options and read descriptions. who: the function that was given them."""
+    from canalyze.configuration import config as configuration
+    from canalyze.configuration.descriptions import carriers
+    from canalyze.configuration.descriptions import network as known
+    from canalyze.sources.format import input_formats
+
+    asked: dict[str, Any] = dict(options)
+    for name, value in asked.items():
+        if name not in Options.__annotations__:
+            raise TypeError(f"{who}: there is no option {name}")
+        kinds = _KINDS.get(name)
+        if kinds and value is not None and not isinstance(value, kinds):
+            wanted = " or ".join(kind.__name__ for kind in kinds)
+            raise TypeError(f"{name}={value!r}: {wanted} is needed, not {type(value).__name__}")
+    lang, stamps, form = asked.get("lang", "en"), asked.get("stamps", "auto"), asked.get("input_format")
+    one_of("lang", lang, ("en", "zh"))
+    one_of("input_format", form, input_formats())
+    words = Words(lang)
+    base = Path.cwd() / (asked.get("folder") or "")
+    read: dict[str, Dictionary] = {}
+    own: dict[str, ObjectDictionary] = {}
+
+    def spelled(name: str, reader: Callable[[str], T | None]) -> tuple[T, ...]:
+        return tuple(_spelled(name, text, reader, name, words) for text in _texts(name, asked.get(name, ())))
+
+    def amount(name: str, reader: Callable[[str], int | None], kind: str) -> int | None:
+        value = asked.get(name)
+        return None if value is None else _spelled(name, str(value), reader, kind, words)
+
+    given = network.Known(
+        tuple(_described(asked.get("eds", ()), base, words, read, own)),
+        spelled("cob", network.cob),
+        spelled("sdo", network.sdo_channel),
+        amount("sync_period", network.period, "period"),
+        amount("sync_window", network.period, "period"),
+        amount("jitter", network.tolerance, "tolerance"),
+        amount("bitrate", network.bit_rate, "bit_rate"),
+    )
+    config = asked.get("config")
+    filed = network.Known() if config is None else configuration.read(str(base / os.fspath(config))).known
+    said: list[str] = []
+    settings = {
+        "lang": lang,
+        "stamps": stamps,
+        "network": known(filed, given, words, said.append, read),
+        "topics": _texts("topic", asked.get("topic", ())),
+        "time_source": asked.get("time_source"),
+        "mcap_maps": _texts("mcap_map", asked.get("mcap_map", ())),
+    }
+    carried = carriers(filed, given, read) if read else {}
+    made = Plan(
+        folder=base,
+        settings={name: value for name, value in settings.items() if value is not None},
+        filter=asked.get("filter"),
+        words=words,
+        input_format=form,
+        merge=asked.get("merge", False),
+        said=tuple(said),
+        described={where: own.get(file, read[file]) for where, file in carried.items()},
+    )
+    made.session("info")  # ValueError for what the core cannot accept
+    return made
+
+
+def shown_as(path: Path) -> str:
+    """Give the name for messages: relative to the current directory where the file is below it."""
+    here = Path.cwd()
+    return str(path.relative_to(here)) if path.is_relative_to(here) else str(path)
+
+
+def _described(
+    eds: Descriptions, base: Path, words: Words, read: "dict[str, Dictionary]", own: "dict[str, ObjectDictionary]"
+) -> Iterable[network.Description]:
+    """Take descriptions; those that are no files are read now, each by a name of its own."""
+    if not isinstance(eds, Sequence):
+        if not hasattr(eds, "items"):
+            raise TypeError(f"eds={eds!r}: a dictionary of descriptions by node is needed, not {type(eds).__name__}")
+        for key, given in eds.items():
+            bus, node = key if isinstance(key, tuple) and len(key) == 2 else (None, key)
+            if type(node) is not int or node not in network.NODES or not (bus is None or isinstance(bus, str)):
+                raise ValueError(words("usage.node", option="eds", value=repr(key)))
+            yield network.Description(bus, (node,), _file(given, key, base, read, own))
+        return
+    for text in _texts("eds", eds):
+        found = _spelled("eds", text, network.description, "eds", words)
+        yield network.Description(found.bus, found.nodes, shown_as(base / found.file))
+
+
+def _file(
+    given: Described, key: object, base: Path, read: "dict[str, Dictionary]", own: "dict[str, ObjectDictionary]"
+) -> str:
+    if isinstance(given, str | os.PathLike):
+        return shown_as(base / os.fspath(given))
+    if not hasattr(given, "indices"):
+        raise TypeError(f"eds[{key!r}]: a file or a canopen.ObjectDictionary is needed, not {type(given).__name__}")
+    name = next((name for name, one in own.items() if one is given), None)
+    if name is None:
+        from canalyze.dictionary import taken
+
+        product = given.device_information.product_name or "ObjectDictionary"
+        name = product if product not in read else f"{product} {len(own) + 1}"
+        own[name], read[name] = given, taken(given, name)
+    return name
+
+
+def _texts(name: str, given: Any) -> list[str]:
+    """Take several texts; one text alone is several letters, which nobody means."""
+    try:
+        texts = [given] if isinstance(given, str) else list(given)
+    except TypeError:
+        texts = [given]
+    if not all(isinstance(text, str) for text in texts):
+        raise ValueError(f"{name}={given!r}: not texts as on the command line")
+    return texts
+
+
+def _spelled(name: str, text: str, read: Callable[[str], T | None], form: str, words: Words) -> T:
+    found = read(text)
+    if found is None:
+        raise ValueError(words(f"usage.{form}", option=name, value=text or '""'))
+    return found

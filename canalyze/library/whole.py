@@ -1,0 +1,178 @@
+"""What a program does with whole captures: compare two, write one in another format, its figures, the rules.
+
+What the commands of these names print, these give. Must not: print.
+"""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Unpack
+
+from canalyze.library import Options, Source, StrPath
+from canalyze.library import open as open_
+from canalyze.library.capture import Capture
+from canalyze.library.columns import html_table
+from canalyze.library.rows import one_of
+from canalyze.output import Output
+
+if TYPE_CHECKING:
+    from canalyze._core import Rule
+
+
+class Diff(Sequence[Mapping[str, Any]]):
+    """In what two captures differ: false where they do not, `str()` the text of `canalyze diff`."""
+
+    def __init__(self, text: str, records: Sequence[Mapping[str, Any]], count: int) -> None:
+        """Take what the core says."""
+        self._text = text
+        self._records = tuple(records)
+        self.differences = count
+        """How many there are; several of the same count once."""
+
+    def __bool__(self) -> bool:
+        return self.differences > 0
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def __getitem__(self, place: Any) -> Any:
+        """Give one record, as `canalyze diff --format jsonl` has it, or some."""
+        return self._records[place]
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return f"<Diff: {self.differences} differences>"
+
+
+class Summary:
+    """A capture in figures: the records of `canalyze summary --format jsonl`, and `str()` the text of the command."""
+
+    def __init__(self, records: Sequence[Mapping[str, Any]], text: str) -> None:
+        """Take what the core says."""
+        self.records = tuple(records)
+        """All records, each with its `kind`."""
+        self._text = text
+
+    def of(self, kind: str) -> list[Mapping[str, Any]]:
+        """Give the records of a kind: capture, bus, node, identifier ... ValueError for a kind that is not there."""
+        one_of("kind", kind, sorted({one["kind"].removeprefix("summary_") for one in self.records}))
+        return [one for one in self.records if one["kind"] == f"summary_{kind}"]
+
+    def __iter__(self) -> Iterator[Mapping[str, Any]]:
+        return iter(self.records)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def __repr__(self) -> str:
+        return f"<Summary: {len(self.records)} records>"
+
+    def _repr_html_(self) -> str:
+        """Give what a notebook shows: nodes and their frames."""
+        nodes = [one for one in self.records if one["kind"] == "summary_node"]
+        rows = [(one["bus"], one["node"], one["name"], one["state_name"], one["frames"]) for one in nodes]
+        return html_table(("bus", "node", "name", "state", "frames"), rows, f"{len(nodes)} nodes")
+
+
+class _Text(Output):
+    """Takes what a report would print."""
+
+    is_terminal = False
+    is_quiet = True
+
+    def __init__(self) -> None:
+        self.data = bytearray()
+
+    def write(self, data: bytes) -> None:
+        self.data += data
+
+
+def diff(
+    a: "Source | Capture",
+    b: "Source | Capture",
+    *,
+    tolerance: float = 0.1,
+    buses: Iterable[tuple[str, str]] = (),
+    **options: Unpack[Options],
+) -> Diff:
+    """Compare two captures as CANopen; captures of `open`, or what `open` takes, with its options.
+
+    tolerance: by how much periods may differ, as a part of the shorter one. buses: names of buses that are one bus, in
+    `a` and in `b`; others are matched by name, else by their nodes. ValueError for a bus that is not there.
+    """
+    from canalyze._core import Comparison
+
+    if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 0 <= tolerance <= 10:
+        raise ValueError(f"tolerance={tolerance!r}: a number from 0 to 10")
+    pairs = [tuple(pair) for pair in buses]
+    if not all(len(pair) == 2 and all(isinstance(one, str) for one in pair) for pair in pairs):
+        raise ValueError(f"buses={pairs!r}: pairs of names are needed")
+    both = [_capture(one, options) for one in (a, b)]
+    sessions = [one.through("digest")[0] for one in both]
+    lang = both[0].lang
+    names = (both[0].name, both[1].name)
+    found = Comparison(*sessions, names=names, lang=lang, tolerance=tolerance, buses=[(x, y) for x, y in pairs])
+    for pair in pairs:
+        for name, there in zip(pair, found.buses, strict=True):
+            one_of("buses", name, there)
+    text = (found.head() + found.body()).decode("utf-8", "replace")
+    return Diff(text, [json.loads(line) for line in found.jsonl().splitlines()], found.differences)
+
+
+def summary(source: "Source | Capture", **options: Unpack[Options]) -> Summary:
+    """Give a capture in figures; a capture of `open`, or what `open` takes, with its options."""
+    from canalyze.reports.summary_text import show
+    from canalyze.words import Words
+
+    capture = _capture(source, options)
+    records = [json.loads(line) for line in capture.through("summary")[1].splitlines()]
+    text = _Text()
+    show(records, text, Words(capture.lang))
+    return Summary(records, text.data.decode("utf-8", "replace"))
+
+
+def convert(
+    source: "Source | Capture", out: StrPath, *, to: str | None = None, force: bool = False, **options: Unpack[Options]
+) -> tuple[str, ...]:
+    """Write a capture in another format, by the name of the file or `to`; give what that cannot hold, in words.
+
+    The file is there only when it is complete. force: one that is there is replaced. OutputError for what cannot be
+    written, ValueError for a format that there is none of.
+    """
+    import os
+
+    from canalyze.errors import OutputError
+    from canalyze.sinks.target import forms, open_target, target
+
+    if not isinstance(out, str | os.PathLike):
+        raise TypeError(f"out={out!r}: the name of a file is needed, not {type(out).__name__}")
+    one_of("to", to, forms())
+    capture = _capture(source, options)
+    path = capture.folder / os.fspath(out)
+    where = target(str(path), to)
+    if where is None or (where.compression and where.written == "packed"):
+        raise ValueError(f"out={os.fspath(out)!r}: its name does not say a format; to= one of {', '.join(forms())}")
+    if any(path.exists() and one.samefile(path) for one in capture.paths):
+        raise OutputError("convert.itself", name=str(path))
+    output, losses = open_target(where, force=force)
+    with output:
+        session, _ = capture.through("convert", output.write, to=where.written)
+    return tuple(session.losses(str(Path(out).name), dict(losses)))
+
+
+def rules(lang: Literal["en", "zh"] = "en") -> "tuple[Rule, ...]":
+    """Give every rule: code, name, severity, clause of the standard, and in words message, meaning and cause."""
+    from canalyze import _core
+
+    one_of("lang", lang, ("en", "zh"))
+    return tuple(_core.rules(lang))
+
+
+def _capture(source: Any, options: Options) -> Capture:
+    if isinstance(source, Capture):
+        if options:
+            raise TypeError(f"{', '.join(options)}: a capture that is open has its own options")
+        return source
+    return open_(source, **options)

@@ -1,0 +1,125 @@
+"""Pages above the rooms: the keys, what is known of a node, what a frame or a rule means.
+
+A page is made once, of what is known when it is opened, and can be scrolled. Any other key closes it. Must not: decode,
+or ask for what the screen has not handed it.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import Binding
+from textual.containers import VerticalScroll
+from textual.screen import ModalScreen
+from textual.widgets import Static
+
+from canalyze import _core
+from canalyze.monitor.grid import STYLES
+from canalyze.output import printable
+from canalyze.words import Words
+
+_CLASSIC: Final = 8
+"""Bytes that a frame of classic CAN has at most."""
+
+
+class Page(ModalScreen[bool]):
+    """A page; closed with True where Enter is pressed."""
+
+    CSS = """
+    Page { background: ansi_default; }
+    Page VerticalScroll { background: ansi_default; scrollbar-size-vertical: 1; }
+    """
+    BINDINGS: ClassVar = [Binding("ctrl+c,ctrl+q", "app.end", show=False, priority=True)]
+
+    def __init__(self, shown: RenderableType) -> None:
+        """Take what stands on it."""
+        super().__init__()
+        self._shown = shown
+
+    def compose(self) -> ComposeResult:
+        """Give the page."""
+        with VerticalScroll():
+            yield Static(self._shown)
+
+    def on_key(self, event: events.Key) -> None:
+        """Close the page."""
+        event.stop()
+        event.prevent_default()
+        self.dismiss(event.key == "enter")
+
+
+def listed(title: str, rows: Sequence[tuple[str, str]], below: str) -> RenderableType:
+    """Give a page of names and what stands beside each."""
+    table = _grid(2)
+    for name, what in rows:
+        table.add_row(_text(f" {name}", "key"), _text(what))
+    return Group(_text(f" {title}", "strong"), table, _text(f" {below}", "dim"))
+
+
+def of_node(node: Mapping[str, Any], known: Mapping[str, Any], words: Words) -> RenderableType:
+    """Give what is known of a node: `node` is its row of a snapshot, `known` its page of the core."""
+    head = words("monitor.of_node", node=words("monitor.node", node=node["node"]), name=node["name"]).strip()
+    identity = _grid(3)
+    for one in known["identity"]:
+        identity.add_row(_text(f"  {_object(one)}", "strong"), _text(one["name"] or ""), _text(one["text"]))
+    pdos = _grid(4)
+    for pdo in known["pdos"]:
+        kind = "" if pdo["type"] is None else words("monitor.transmission", type=pdo["type"])
+        off = "" if pdo["valid"] else words("monitor.pdo_off")
+        pdos.add_row(
+            _text(f"  {pdo['pdo']}", "strong" if pdo["valid"] else "dim"),
+            _text(f"{pdo['id']}h"),
+            _text("  ".join(filter(None, (off or kind, words.of("monitor_from", pdo["from"] or "")))), "dim"),
+            Text("\n").join(_mapped(one, words) for one in pdo["objects"]),
+        )
+    parts: list[RenderableType] = [_text(f" {head}", "strong")]
+    for key, table in (("identity", identity), ("pdos", pdos)):
+        title = "monitor_known" if table.row_count else "monitor_unknown"
+        parts += ["", _text(f" {words.of(title, key)}", "" if table.row_count else "dim"), table]
+    return Group(*parts, "", _text(f" {words('monitor.page_frames')}", "dim"))
+
+
+def of_finding(words: Words, code: str, text: str) -> RenderableType:
+    """Give what the rule of a finding says."""
+    explained = _core.explain(code, words.lang) or ""
+    end = words("monitor.page_frame")
+    return Group(_text(f" {code}  {text}", "strong"), "", *_lines(explained), "", _text(f" {end}", "dim"))
+
+
+def of_frame(words: Words, cob: str, data: str, text: str) -> RenderableType:
+    """Give a frame field by field; what its line says stands above."""
+    octets = "".join(part for part in data.split() if len(part) == 2)
+    remote = bool(data) and not octets
+    separator = "##0" if len(octets) > 2 * _CLASSIC else "#"
+    explained = _core.explain(f"{cob}{separator}{'R' if remote else octets}", words.lang) if cob else None
+    lines = (explained or "").splitlines()[1:]
+    head = [_text(f" {part}", "strong") for part in (f"{cob}  {data}".strip(), text)]
+    return Group(*head, "", *_lines("\n".join(lines)), "", _text(f" {words('monitor.page_back')}", "dim"))
+
+
+def _lines(text: str) -> list[Text]:
+    return [_text(f" {line.removeprefix('#')}") for line in text.splitlines()]
+
+
+def _mapped(one: Mapping[str, Any], words: Words) -> Text:
+    return _text(words("monitor.mapped", object=_object(one), name=one["name"] or "", bits=one["bits"]))
+
+
+def _object(one: Mapping[str, Any]) -> str:
+    return f"{one['index']}h:{one['sub']:02X}"
+
+
+def _grid(columns: int) -> Table:
+    table = Table.grid(padding=(0, 2))
+    for _ in range(columns):
+        table.add_column()
+    return table
+
+
+def _text(text: str, look: str = "") -> Text:
+    """Give a text as it is: no markup, and nothing that drives a terminal."""
+    return Text(printable(text), STYLES[look])

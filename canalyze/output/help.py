@@ -1,0 +1,163 @@
+"""Help pages and usage errors in our words, on top of click.
+
+click's own pages are English and measure text in characters; these speak the language of the run and are laid out by
+`layout`. Sentences stand in `words`; nothing here knows a command.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Final
+
+import click
+
+from canalyze.configuration.options import CoreUsageError, common_options
+from canalyze.output.layout import definitions, width, wrap
+from canalyze.words import Words
+
+_MARGIN: Final = 2
+_FEW: Final = 8
+"""So many options need no headings."""
+_TERM: Final = 24
+"""Columns of an option, at most, beside which its explanation stands."""
+_USUAL: Final = 5
+"""Options that stand first."""
+_FIRST: Final = (
+    *("-n", "--all", "--html", "--record", "--extract", "--to", "--fail-on", "--baseline", "--junit", "--explain"),
+    *("--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output", "--save", "--format"),
+    *("--merge", "--force"),
+)
+"""The usual ones, of whichever command: it shows the first of these that it has."""
+_TOPICS: Final = {
+    "own": (),
+    "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--bus", "--select"),
+    "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
+    "network": ("--eds", "--cob", "--sdo", "--bitrate"),
+    "input": ("--input-format", "--merge", "--topic", "--time-source", "--mcap-map"),
+    "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
+    "recording": ("--record", "--rotate", "--keep"),
+    "timeline": ("--rerun", "--save", "--web", "--bind", "--port"),
+    "output": ("--format", "--number", "--color", "--output", "--force"),
+    "general": ("--lang", "--config", "--help", "--version"),
+}
+"""All others, by what they are about; one that is in none of these is the command's own."""
+
+
+class Command(click.Command):
+    """A command whose help is a page in the language of the run."""
+
+    def __init__(self, name: str, words: Words, run: Callable[..., int], params: list[click.Parameter]) -> None:
+        """Take the command's words by its name; `run` gives the exit code."""
+        super().__init__(
+            name,
+            callback=run,
+            params=[*params, *common_options(words)],
+            add_help_option=False,
+            short_help=words(f"{name}.short"),
+        )
+        self._words = words
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse; an error knows then in which command it is."""
+        with located(ctx):
+            return super().parse_args(ctx, args)
+
+    def get_help(self, ctx: click.Context) -> str:
+        """Give the page."""
+        return page(self, ctx, self._words)
+
+
+@contextmanager
+def located(ctx: click.Context) -> Iterator[None]:
+    """Give a usage error its context, which click's parser leaves out of some."""
+    try:
+        yield
+    except click.UsageError as error:
+        error.ctx = error.ctx or ctx
+        raise
+
+
+def page(
+    command: click.Command, ctx: click.Context, words: Words, topics: Mapping[str, Sequence[str]] | None = None
+) -> str:
+    """Lay out the help of a command; its words are found by its name. topics: its commands, where it is a group."""
+    import shutil
+
+    name = command.name or ""
+    columns = max(40, min(shutil.get_terminal_size().columns, 100))
+    lines = [words("page.usage") + f"{ctx.command_path} {words(f'{name}.usage')}", ""]
+    for paragraph in words(f"{name}.help").splitlines():
+        lines += [" " * _MARGIN + line for line in wrap(paragraph, columns - _MARGIN)]
+    sections = [
+        (words(f"page.{topic}"), [(other, words(f"{other}.short")) for other in names])
+        for topic, names in (topics or {}).items()
+    ]
+    left = max((width(name) for _, rows in sections for name, _ in rows), default=0)
+    for heading, rows in sections:
+        lines += ["", heading, *definitions(rows, left=left, columns=columns)]
+    sections = [
+        (words(f"page.{topic}"), [_record(option, ctx) for option in options])
+        for topic, options in _grouped([one for one in command.params if isinstance(one, click.Option)]).items()
+    ]
+    left = min(max(width(name) for _, rows in sections for name, _ in rows), _TERM)
+    for heading, rows in sections:
+        lines += ["", heading, *definitions(rows, left=left, columns=columns)]
+    lines += ["", words("page.examples"), *_verbatim(words(f"{name}.examples"))]
+    if isinstance(command, click.Group):
+        lines += ["", words("page.completion"), *_verbatim(words(f"{name}.completion"))]
+    return "\n".join(lines)
+
+
+def _grouped(options: list[click.Option]) -> dict[str, list[click.Option]]:
+    """Give the options under the headings that help shows, in their order."""
+    if len(options) <= _FEW:
+        return {"options": options}
+    named = {option.opts[-1]: option for option in options}
+    found = {"usual": list(dict.fromkeys(named[name] for name in _FIRST if name in named))[:_USUAL]}
+    found |= {topic: [] for topic in _TOPICS}
+    for option in options:
+        if option not in found["usual"]:
+            found[next((topic for topic, names in _TOPICS.items() if option.opts[-1] in names), "own")].append(option)
+    return {topic: chosen for topic, chosen in found.items() if chosen}
+
+
+def _record(option: click.Option, ctx: click.Context) -> tuple[str, str]:
+    names = ", ".join(sorted(option.opts, key=len))
+    if not option.is_flag:
+        names += f" {option.make_metavar(ctx)}"
+    return names, option.help or ""
+
+
+def _verbatim(text: str) -> list[str]:
+    return [(" " * _MARGIN + line).rstrip() for line in text.splitlines()]
+
+
+def usage_line(error: click.UsageError, words: Words) -> str:
+    """Give a usage error as one line: what is wrong, and where help is."""
+    command = error.ctx.command_path if error.ctx else "canalyze"
+    key = "usage.core_line" if isinstance(error, CoreUsageError) else "usage.line"
+    return words(key, command=command, problem=_problem(error, words))
+
+
+def _near(error: click.NoSuchOption) -> list[str]:
+    """Give the options that may have been meant: those that begin so, or are spelt nearly so without their dashes."""
+    from difflib import get_close_matches
+
+    typed = error.option_name.lstrip("-").lower()
+    known = [name for param in error.ctx.command.params for name in param.opts] if error.ctx else []
+    names = {name.lstrip("-").lower(): name for name in known if name.startswith("--")}
+    begun = [names[name] for name in names if len(typed) > 1 and name.startswith(typed)]
+    return begun or [names[name] for name in get_close_matches(typed, names, cutoff=0.7)]
+
+
+def _problem(error: click.UsageError, words: Words) -> str:
+    if isinstance(error, click.NoSuchOption):
+        if near := _near(error):
+            return words("usage.no_option_near", option=error.option_name, near=words("usage.or").join(near))
+        return words("usage.no_option", option=error.option_name)
+    if isinstance(error, click.BadOptionUsage):
+        option = error.ctx and next((p for p in error.ctx.command.params if error.option_name in p.opts), None)
+        flag = isinstance(option, click.Option) and option.is_flag
+        return words("usage.takes_no_value" if flag else "usage.needs_value", option=error.option_name)
+    if isinstance(error, click.MissingParameter) and error.param is not None:
+        return words("usage.missing", what=error.param.make_metavar(error.ctx or click.Context(click.Command(None))))
+    return error.format_message().rstrip(".")

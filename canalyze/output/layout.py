@@ -1,0 +1,91 @@
+"""Text on a terminal: the columns that it takes, filled up to a width, broken into lines, beside its term.
+
+A Chinese character takes two columns, and a line does not begin with its punctuation. Must not: know what is said.
+"""
+
+import unicodedata
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+_OPENING: Final = "（“‘《"
+_CLOSING: Final = "，。；：、？！）”’》,.;:?!)"
+
+
+def width(text: str) -> int:
+    """Give the columns that a text takes on a terminal."""
+    if text.isascii():
+        return len(text)
+    return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
+
+
+def pad(text: str, columns: int, *, right: bool = False) -> str:
+    """Fill a text up to `columns`, on its right side or, for numbers, on its left."""
+    blanks = " " * (columns - width(text))
+    return blanks + text if right else text + blanks
+
+
+def wrap(text: str, columns: int) -> list[str]:
+    """Break a text into lines: between words, and between Chinese characters, but never before their punctuation."""
+    lines = [""]
+    for piece in _pieces(text):
+        if lines[-1] and width(lines[-1]) + width(piece.rstrip()) > columns:
+            lines[-1] = lines[-1].rstrip()
+            lines.append("")
+        lines[-1] += piece
+    lines[-1] = lines[-1].rstrip()
+    return lines
+
+
+def folded(text: str, columns: int) -> list[str]:
+    """Break a text into lines as `wrap` does, and inside of what has no blank."""
+    lines = []
+    for line in wrap(text, columns):
+        piece = ""
+        room = columns
+        for char in line:
+            if width(char) > room:
+                lines.append(piece)
+                piece, room = "", columns
+            piece += char
+            room -= width(char)
+        lines.append(piece)
+    return lines
+
+
+def definitions(
+    rows: Sequence[tuple[str, str]], *, left: int | None = None, columns: int | None = None, margin: int = 2
+) -> list[str]:
+    """Lay out terms with their texts beside; a term wider than `left` stands alone above.
+
+    columns: where lines are broken; None: nowhere.
+    """
+    if left is None:
+        left = max((width(term) for term, _ in rows), default=0)
+    indent = " " * (margin + left + 2)
+    lines = []
+    for term, text in rows:
+        first, *rest = [text] if columns is None else wrap(text, columns - len(indent))
+        if width(term) > left:
+            lines += [" " * margin + term, indent + first]
+        else:
+            lines.append((" " * margin + pad(term, left) + "  " + first).rstrip())
+        lines += [indent + line for line in rest]
+    return lines
+
+
+def _pieces(text: str) -> Iterable[str]:
+    """Cut a text where a line may end."""
+    piece = ""
+    for char in text:
+        if piece and _may_part(piece[-1], char):
+            yield piece
+            piece = ""
+        piece += char
+    if piece:
+        yield piece
+
+
+def _may_part(before: str, after: str) -> bool:
+    if after in _CLOSING or after == " " or before in _OPENING:
+        return False
+    return before == " " or width(before) == 2 or width(after) == 2

@@ -1,0 +1,50 @@
+"""The pages for users, as data: `LANG/TOPIC.md`, for the web and for `canalyze help TOPIC`.
+
+Here stands which topics there are, in the order in which they are listed, and which command each is about. Must not:
+hold a sentence of its own, or lay anything out.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+FOLDER: Final = Path(__file__).parent
+TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
+    "decode": ("decode", "explain"),
+    "sdo": ("sdo",),
+    "pdo": ("signals", "eds"),
+    "summary": ("summary",),
+    "diagnosis": ("diagnose", "examples"),
+    "live": ("sniff",),
+    "monitor": ("monitor",),
+    "timeline": ("view",),
+    "ci": ("check", "diff"),
+    "expectations": ("expect",),
+    "formats": ("convert", "info"),
+    "configuration": (),
+    "library": (),
+    "pytest": (),
+    "columns": (),
+    "rules": ("rules",),
+    "problems": (),
+    "glossary": (),
+}
+"""The topics, and the commands whose names lead to each."""
+
+
+def page(topic: str, lang: str) -> str:
+    """Give the markdown of a topic, one of TOPICS."""
+    return (FOLDER / lang / f"{topic}.md").read_text(encoding="utf-8")
+
+
+def title(topic: str, lang: str) -> str:
+    """Give its title, the first line."""
+    return page(topic, lang).partition("\n")[0].removeprefix("# ")
+
+
+def topic_of(name: str) -> str | None:
+    """Give the topic that is meant by its name or by that of a command; None where it is neither."""
+    name = name.lower().removesuffix(".md")
+    if name in TOPICS:
+        return name
+    return next((topic for topic, commands in TOPICS.items() if name in commands), None)

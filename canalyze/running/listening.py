@@ -1,0 +1,298 @@
+"""The options of commands that listen to a bus: what is listened to, and what of it is recorded.
+
+From names and options to open sources and open files, and to their end; usage errors in the words of the run. Must not:
+read a source, or decide where a line for people goes.
+"""
+
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, Final, NamedTuple, TypedDict
+
+import click
+
+from canalyze.configuration import network
+from canalyze.configuration.config import Config
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option
+from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
+from canalyze.sources import buses, netdevices
+from canalyze.sources.file import STDIN
+from canalyze.sources.live import MOST_BUSES, Bus, Live
+from canalyze.words import Words
+
+OWN: Final = "socketcan"
+"""The interface that is not python-can's."""
+_UNITS: Final = {"": 1.0, "ms": 0.001, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+_FILTER: Final = re.compile("[0-9A-Fa-f]+[:~][0-9A-Fa-f]+|#[0-9A-Fa-f]+")
+"""One of candump's filters: no interface can be called so."""
+_LONGEST_S: Final = 366 * 86400.0
+
+
+class OwnOptions(TypedDict, total=False):
+    """What only `listening_options` give a command, by the names of its parameters."""
+
+    interface: str | None
+    data_bitrate: int | None
+    fd: bool
+    option: tuple[tuple[str, Any], ...]
+    reconnect: bool
+    hardware_stamps: bool
+    record: tuple[str, ...]
+    rotate: Limit | None
+    keep: int | None
+    force: bool
+
+
+class ListeningOptions(CaptureOptions, OwnOptions, total=False):
+    """What a command that listens is given: `listening_options`, --bitrate among them, and those about the network."""
+
+
+class Channel(NamedTuple):
+    """A channel as the user has named it."""
+
+    name: str
+    """As the interface knows it."""
+    bus: str
+    """As listings call it."""
+    filters: str
+    """candump's filters that stood behind its name; "" if there were none."""
+
+    @property
+    def mask(self) -> str:
+        """What the core is told of the filters."""
+        return f"{self.bus},{self.filters}"
+
+
+class Listening(NamedTuple):
+    """A bus that is listened to, and its recordings; there may be none."""
+
+    live: Live
+    recordings: Recordings
+
+    def complete(self, words: Words) -> list[str]:
+        """End the receiving, then the files; give what is still to be told of them, a line each."""
+        self.live.close()
+        self.recordings.close()
+        return [*(remark.in_words(words) for remark in self.recordings.remarks()), *self.recordings.losses()]
+
+
+def listening_options(words: Words) -> list[click.Parameter]:
+    """Give the options of a command that listens; it takes them as `**given`."""
+
+    def option(names: list[str], read: Callable[[str], object], form: str, metavar: str, **more: Any) -> click.Option:
+        key = names[-1].lstrip("-").replace("-", "_")
+        return click.Option(
+            names, type=Spelled(read, form, words), metavar=metavar, help=words(f"listen.{key}"), **more
+        )
+
+    def flag(name: str) -> click.Option:
+        return click.Option([name], is_flag=True, help=words(f"listen.{name.lstrip('-').replace('-', '_')}"))
+
+    return [
+        click.Option(["-i", "--interface"], metavar="NAME", help=words("listen.interface")),
+        bitrate_option(words, "listen.bitrate"),
+        option(["--data-bitrate"], data_rate, "data_rate", "BPS"),
+        flag("--fd"),
+        option(["--option"], buses.option, "option", "KEY=VALUE", multiple=True),
+        flag("--reconnect"),
+        flag("--hardware-stamps"),
+        click.Option(["--record"], type=ANY_PATH, metavar="FILE", multiple=True, help=words("listen.record")),
+        option(["--rotate"], limit, "rotate", "SIZE|TIME"),
+        option(["--keep"], positive, "positive", "N"),
+        click.Option(["--force"], is_flag=True, help=words("opt.force")),
+    ]
+
+
+def set_rates(names: Sequence[str], given: ListeningOptions) -> list[int | None]:
+    """Give the bit rate of each channel, in bit/s: as was said, else as the system has it; None where nobody knows."""
+    if rate := given.get("bitrate"):
+        return [rate] * len(names)
+    own = given.get("interface") in (None, OWN)
+    return [netdevices.bit_rate(name) if own else None for name in names]
+
+
+def positive(text: str) -> int | None:
+    """Read a number above 0."""
+    return int(text) or None if text.isdecimal() and len(text) < 19 else None
+
+
+def seconds(text: str) -> float | None:
+    """Read a time above 0: 10, 10s, 500ms, 5m, 1h."""
+    number = text.rstrip("abcdefghijklmnopqrstuvwxyz")
+    unit = _UNITS.get(text[len(number) :])
+    try:
+        found = float(number) * unit if unit is not None and number[:1].isdecimal() else 0.0
+    except ValueError:
+        return None
+    return found if 0 < found <= _LONGEST_S else None
+
+
+def data_rate(text: str) -> int | None:
+    """Read a bit rate of CAN FD data, up to 20M."""
+    amount = text.rstrip("kKM")
+    factor = {"": 1, "k": 1000, "K": 1000, "M": 1_000_000}.get(text[len(amount) :])
+    if factor is None or not amount.isdecimal() or len(amount) > 9:
+        return network.bit_rate(text)
+    rate = int(amount) * factor
+    return rate if 1000 <= rate <= 20_000_000 else None
+
+
+def channels_of(texts: Sequence[str], given: ListeningOptions, words: Words, *, writes: bool = False) -> list[Channel]:
+    """Take the names of channels apart; what is wrong with them or the options of listening is a usage error.
+
+    A channel named twice, and none, are wrong too. Nothing is opened. writes: the command writes something else that
+    --force may be for.
+    """
+    channels = _channels(texts, words)
+    _refuse_others(channels, given, words)
+    _interface(given, words)
+    _check_recordings(given, words, writes=writes)
+    return channels
+
+
+@contextmanager
+def listening(
+    channels: Sequence[Channel],
+    given: ListeningOptions,
+    words: Words,
+    tell: Callable[[str], None],
+    *,
+    duration_s: float | None = None,
+) -> Iterator[Listening]:
+    """Open what is listened to, then the files; all of it is closed at the end, whatever came.
+
+    tell: gets what is to be known before, in words. SourceError and OutputError for what cannot be opened.
+    """
+    with ExitStack() as stack:
+        opened = _open_buses(channels, given, words, tell)
+        for bus in opened:
+            stack.callback(bus.close)
+        recordings = open_recordings(
+            given.get("record", ()),
+            words,
+            limit=given.get("rotate"),
+            keep=given.get("keep"),
+            force=given.get("force", False),
+        )
+        stack.callback(recordings.close)
+        live = Live(opened, recording=recordings, reconnect=given.get("reconnect", False), duration_s=duration_s)
+        stack.callback(live.close)
+        yield Listening(live, recordings)
+
+
+def _channels(texts: Sequence[str], words: Words) -> list[Channel]:
+    context = click.get_current_context()
+    channels: list[Channel] = []
+    for text in texts:
+        name, _, filters = text.partition(",")
+        if not name:
+            raise click.UsageError(words("listen.no_name", value=text or '""'), context)
+        bus = buses.bus_name(name)
+        if any(other.name == name or other.bus == bus for other in channels):
+            raise click.UsageError(words("listen.twice", name=name), context)
+        channels.append(Channel(name, bus, filters))
+    if not channels:
+        raise click.UsageError(words("listen.none"), context)
+    if len(channels) > MOST_BUSES:
+        raise click.UsageError(words("listen.many", most=MOST_BUSES), context)
+    return channels
+
+
+def _refuse_others(channels: Sequence[Channel], given: ListeningOptions, words: Words) -> None:
+    """Make sure that what is given as an interface of the system may be one: a file, or a filter, is a usage error."""
+    if given.get("interface") not in (None, OWN):
+        return
+    there = [name for names in netdevices.interfaces() for name in names]
+    for name, _, _ in channels:
+        if name == STDIN:
+            raise click.UsageError(words("listen.stdin"), click.get_current_context())
+        if name not in there and Path(name).is_file():
+            raise click.UsageError(words("listen.a_file", name=name), click.get_current_context())
+        if _FILTER.fullmatch(name):
+            raise click.UsageError(words("listen.no_name", value=name), click.get_current_context())
+
+
+def _interface(given: ListeningOptions, words: Words) -> str:
+    """Give the interface that is listened to; one that does not exist is a usage error."""
+    context = click.get_current_context()
+    asked = given.get("interface")
+    if asked is None and sys.platform.startswith("linux"):
+        asked = OWN
+    if asked is None:
+        raise click.UsageError(words("listen.needs_interface", names=_listed(words)), context)
+    if asked == OWN and not sys.platform.startswith("linux"):
+        raise click.UsageError(words("listen.only_linux", names=_listed(words)), context)
+    if asked != OWN and not buses.known(asked):
+        near = buses.near(asked)
+        key = "listen.unknown_near" if near else "listen.unknown"
+        facts = {"name": asked or '""', "near": words("usage.or").join(near), "names": _listed(words)}
+        raise click.UsageError(words(key, **facts), context)
+    wrong = [
+        ("--hardware-stamps", given.get("hardware_stamps") and asked != OWN, "listen.only_own"),
+        ("--data-bitrate", given.get("data_bitrate") and asked == OWN, "listen.own_rate"),
+        ("--option", given.get("option") and asked == OWN, "listen.not_own"),
+        ("--data-bitrate", given.get("data_bitrate") and not given.get("fd"), "listen.needs_fd"),
+    ]
+    for option, is_wrong, key in wrong:
+        if is_wrong:
+            raise click.UsageError(words(key, option=option), context)
+    return asked
+
+
+def _listed(words: Words) -> str:
+    own = {OWN} if not sys.platform.startswith("linux") else set()
+    return words("listen.comma").join(name for name in buses.names() if name not in own)
+
+
+def _open_buses(
+    channels: Sequence[Channel], given: ListeningOptions, words: Words, tell: Callable[[str], None]
+) -> list[Bus]:
+    interface = _interface(given, words)
+    patient = given.get("reconnect", False)
+    if interface == OWN:
+        from canalyze.sources.socketcan import SocketCan
+
+        names = [channel.name for channel in channels]
+        return [SocketCan(names, hardware_stamps=given.get("hardware_stamps", False), patient=patient)]
+    filed = (click.get_current_context().find_object(Config) or Config()).known.bitrate
+    opened: list[buses.PythonCan] = []
+    with ExitStack() as stack:
+        for place, channel in enumerate(channels):
+            one = buses.PythonCan(
+                interface,
+                channel.name,
+                first=place,
+                bitrate=given.get("bitrate") or filed,
+                data_bitrate=given.get("data_bitrate"),
+                fd=given.get("fd", False),
+                options=dict(given.get("option", ())),
+                name=channel.bus,
+                patient=patient,
+            )
+            stack.callback(one.close)
+            opened.append(one)
+        stack.pop_all()
+    if opened[0].acknowledges:
+        tell(f"canalyze: {words('bus.acknowledges', interface=interface)}")
+    return list(opened)
+
+
+def _check_recordings(given: ListeningOptions, words: Words, *, writes: bool) -> None:
+    """Make sure that what is to be recorded can be told from the names and options."""
+    context = click.get_current_context()
+    names = given.get("record", ())
+    for name in names:
+        if form_of(name) is None:
+            raise click.UsageError(words("record.suffix", name=name, allowed=" ".join(recordable())), context)
+        if sum(os.path.realpath(other) == os.path.realpath(name) for other in names) > 1:  # also by another way
+            raise click.UsageError(words("record.twice", name=name), context)
+    for option, value, needed in (
+        ("--rotate", given.get("rotate"), "--record" if not names else ""),
+        ("--keep", given.get("keep"), "--rotate" if not given.get("rotate") else ""),
+        ("--force", given.get("force") or None, "--record" if not names and not writes else ""),
+    ):
+        if value is not None and needed:
+            raise click.UsageError(words("record.needs", option=option, other=needed), context)

@@ -1,0 +1,257 @@
+"""One pass over a capture: sources in, a session between, results out.
+
+The only loop that reads, of the command and of the library. It hands over every result at once and complaints in their
+place. It must not write, print or know a signal: what becomes of a result, of a complaint, of an input that cannot be
+read, and of a wish to end, says who reads.
+"""
+
+import os
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack
+from functools import partial
+from typing import TYPE_CHECKING, Final, Protocol, TypeVar
+
+from canalyze.errors import SourceError
+from canalyze.sources.format import Capture, input_formats, open_capture
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Session
+    from canalyze.sources.live import Live
+    from canalyze.sources.pythoncan import PythonCanCapture
+
+T = TypeVar("T")
+
+_HELD: Final = 100
+"""Complaints kept about a file in which no frame was found yet."""
+_LISTED: Final = 20
+"""Topics of a file without frames that are named."""
+_JOINED: Final = 4 << 20
+"""Bytes that are fed of all files together at once, where they are joined by time: their frames wait in memory."""
+_LEAST: Final = 16 << 10
+"""Bytes that are fed of one of them at least."""
+
+
+class Reader(Protocol):
+    """Who reads: what a pass has to tell, and asks."""
+
+    @property
+    def ended(self) -> bool:
+        """Whether the end is wished before all is read."""
+
+    def during(self, wait: Callable[[], T]) -> T | None:
+        """Do what may wait long; None where a wish for the end came first."""
+
+    def complain(self, line: str) -> None:
+        """Take a line about what a capture contains, for people."""
+
+    def failed(self, error: SourceError) -> None:
+        """Take it that an input cannot be read, or no further; what is raised here ends the pass."""
+
+    def step(self, size: int, frames: int) -> None:
+        """Take it that `size` bytes more were read, and how many frames there are by now."""
+
+
+class _Input:
+    """One open file of those that are read together."""
+
+    def __init__(self, capture: "Capture | PythonCanCapture | Live") -> None:
+        self.capture = capture
+        self.taken = 0
+        self.rest = b""
+        """What was read and not fed yet."""
+        self.fresh = False
+        """What was given last is the beginning of what was read."""
+
+    def read(self, most: int | None) -> bytes:
+        """Give the next bytes, at most so many; b"" at the end."""
+        self.fresh = not self.rest
+        if self.fresh:
+            self.rest = self.capture.read()
+        given, self.rest = (self.rest, b"") if most is None else (self.rest[:most], self.rest[most:])
+        return given
+
+
+class Reading:
+    """One capture of one or several inputs through one session."""
+
+    def __init__(
+        self,
+        session: "Session",
+        words: Words,
+        reader: Reader,
+        *,
+        open_input: Callable[[str], "Capture | PythonCanCapture | Live"] = open_capture,
+        merge: bool = False,
+        given_format: bool = False,
+        frameless: bool = False,
+    ) -> None:
+        """`open_input` opens an input by its name.
+
+        merge: joined by time, not one after the other. given_format: nobody has guessed what the inputs are.
+        frameless: a file without any frame is fine, if it has the sign of its format.
+        """
+        self._open_input = open_input
+        self._merge = merge
+        self._given_format = given_format
+        self._frameless = frameless
+        self._session = session
+        self._words = words
+        self._reader = reader
+        self._name = ""
+        self._held: list[str] = []
+        self._more = 0
+        self.last: Capture | PythonCanCapture | Live | None = None
+        """The input that was read last, closed: what is known of it."""
+        self.understood = False
+        """Something could be read of it."""
+
+    def over(self, names: Sequence[str]) -> Generator[bytes, None, None]:
+        """Read all of them and finish the capture: give every result of the session, in order, also an empty one."""
+        for group in [names] if self._merge else [(name,) for name in names]:
+            if self._reader.ended:
+                break
+            try:
+                yield from self._read(group)
+            except SourceError as error:
+                self._reader.failed(error)
+        yield from self._results(self._session.finish(), hold=False)
+
+    def _read(self, names: Sequence[str]) -> Iterator[bytes]:
+        """Read files together: each goes on when the session needs it."""
+        with ExitStack() as stack:
+            inputs: list[_Input] = []
+            for name in names:
+                capture: Capture | PythonCanCapture | Live | None
+                try:
+                    capture = self._reader.during(partial(self._open_input, name))
+                except SourceError as error:
+                    self._reader.failed(error)
+                    continue
+                if capture is None:
+                    break
+                stack.callback(capture.__exit__, None, None, None)
+                inputs.append(_Input(capture))
+            yield from self._through(inputs)
+
+    def _through(self, inputs: list[_Input]) -> Iterator[bytes]:
+        session = self._session
+        for place, one in enumerate(inputs):
+            capture = self.last = one.capture
+            session.begin(_utf8(capture.name), capture.regular, capture.format, place)
+            if isinstance(capture, Capture) and (end := capture.ahead()):
+                session.foresee(end, place)
+            self._name, self._held, self._more = capture.name, [], 0
+        joined = len(inputs) > 1
+        most = max(_LEAST, _JOINED // len(inputs)) if joined else None
+        open_ = dict(enumerate(inputs))
+        while open_ and not session.done and (number := session.wants()) is not None:
+            one = open_[number]
+            stopped: SourceError | None = None
+            try:
+                data = self._reader.during(partial(one.read, most))
+            except SourceError as error:  # what came before it is said first
+                data, stopped = b"", error
+            self._remarks(one.capture)
+            if data is None:
+                break
+            hold = one.capture.regular and not joined
+            if data:
+                if one.capture.begins and one.fresh:
+                    session.covered(number)
+                yield from self._results(session.feed(data, number), hold=hold)
+                self._remarks(one.capture)
+                self._reader.step(one.capture.taken - one.taken, session.frames)
+                one.taken = one.capture.taken
+                if session.holds and self._reader.during(one.capture.rests):
+                    yield from self._results(session.rest(), hold=hold)
+                continue
+            self._remarks(one.capture)
+            del open_[number]
+            yield from self._ended(number, one.capture, stopped, hold=hold)
+        refusal = session.refusal()
+        if refusal:
+            reason, numbers = refusal
+            names = [inputs[number].capture.name for number in numbers]
+            raise SourceError(f"merge.{reason}", name=names[0], other=names[-1])
+        for place, one in open_.items():  # broken off
+            hold = one.capture.regular and not joined
+            yield from self._results(session.end(interrupted=True, input=place), hold=hold)
+        self._release()
+
+    def _ended(
+        self, number: int, capture: "Capture | PythonCanCapture | Live", stopped: SourceError | None, *, hold: bool
+    ) -> Iterator[bytes]:
+        session = self._session
+        self.understood = stopped is None or session.file_frames > 0
+        if capture.damage:
+            kind, offset, lost, since = capture.damage
+            if since is not None:
+                kind, offset = "doubtful", since
+            session.damaged(kind, offset, lost, number)
+        yield from self._results(session.end(input=number), hold=hold)
+        if session.file_frames == 0:
+            if stopped is None:
+                stopped = self._nothing(capture)
+                if stopped and capture.format == "candump" and not capture.damage:
+                    self._held, self._more = [], 0  # it is none: one line says it all
+            self.understood = stopped is None
+        self._release()
+        if stopped:
+            self._reader.failed(stopped)
+
+    def _remarks(self, capture: "Capture | PythonCanCapture | Live") -> None:
+        for remark in capture.remarks():
+            self._reader.complain(remark.in_words(self._words))
+
+    def _nothing(self, capture: "Capture | PythonCanCapture | Live") -> SourceError | None:
+        """Say why there is no frame, unless that is no fault: of a file with topics, which ones there are."""
+        if capture.format == "live":  # on a bus there may be silence
+            return None
+        if not capture.taken:
+            return SourceError("source.empty", name=capture.name)
+        if self._frameless and capture.format != "candump":
+            return None
+        import json
+
+        if capture.format == "mcap":
+            topics = json.loads(self._session.contents())["topics"]
+            topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last
+            listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
+            more = ", ..." if len(topics) > _LISTED else ""
+            if topics:
+                return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
+        # Of what could not be unpacked, or is said to be something, there is nothing to guess.
+        if capture.format == "candump" and not self._given_format and not capture.damage:
+            return SourceError("source.nothing", name=capture.name)
+        form = self._words.of("info.title", capture.kind)
+        dialect = json.loads(self._session.contents())["dialect"]
+        if dialect.get("identifiers") == "implausible":
+            return SourceError("source.implausible", name=capture.name, form=form)
+        if self._given_format:
+            return SourceError("source.unfit", name=capture.name, form=form, formats=", ".join(input_formats()))
+        return SourceError("source.frameless", name=capture.name, form=form)
+
+    def _results(self, result: bytes, *, hold: bool) -> Iterator[bytes]:
+        """Pass a result on, then what is to be complained of; of a file that is no capture one line will do."""
+        yield result
+        complaints = self._session.complaints()
+        if hold and self._session.file_frames == 0:
+            room = _HELD - len(self._held)
+            self._held += complaints[:room]
+            self._more += len(complaints[room:])
+            return
+        self._release()
+        for line in complaints:
+            self._reader.complain(line)
+
+    def _release(self) -> None:
+        for line in self._held:
+            self._reader.complain(line)
+        if self._more:
+            self._reader.complain(self._words("source.more_complaints", name=self._name, count=self._more))
+        self._held, self._more = [], 0
+
+
+def _utf8(name: str) -> str:
+    return os.fsencode(name).decode("utf-8", "backslashreplace")

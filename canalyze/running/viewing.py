@@ -1,0 +1,295 @@
+"""The options of commands that show a timeline, and a live bus on its way to where it is shown or written.
+
+From options to viewers and files, and to their end; usage errors in the words of the run. Must not: know what a
+timeline is made of, or read a source.
+"""
+
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self, TypedDict
+
+import click
+
+from canalyze.configuration.config import Config
+from canalyze.configuration.network import Known
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, known_of
+from canalyze.errors import CanalyzeError, OutputError
+from canalyze.output.writing import in_place
+from canalyze.timeline.fonts import has_chinese
+from canalyze.timeline.viewer import LOCAL, Viewer, address, completed, free_ports, load, need_display, require
+from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Batch, Session
+    from canalyze.timeline.feed import Feed
+
+SUFFIX: Final = ".rrd"
+"""How the name of a timeline's file ends: Rerun opens no other."""
+LAYOUT: Final = ".rbl"
+"""How the name of a layout alone ends."""
+_EVERY_S: Final = 0.1
+"""How often what came is handed on: ten times a second."""
+_STEP_S: Final = 0.1
+
+
+class ViewingOptions(TypedDict, total=False):
+    """What `viewing_options` give a command, by the names of its parameters."""
+
+    save: str | None
+    web: bool
+    bind: str | None
+    port: int | None
+
+
+def viewing_options(words: Words, command: str) -> list[click.Parameter]:
+    """Give --save, in the words of the command, --web, --bind and --port."""
+
+    def option(name: str, read: Callable[[str], object], metavar: str) -> click.Option:
+        kind = Spelled(read, name, words)
+        return click.Option([f"--{name}"], type=kind, metavar=metavar, help=words(f"view.{name}"))
+
+    return [
+        click.Option(["--save"], type=ANY_PATH, metavar="FILE.rrd", help=words(f"{command}.save")),
+        click.Option(["--web"], is_flag=True, help=words("view.web")),
+        option("bind", address, "ADDRESS"),
+        option("port", port, "PORT"),
+    ]
+
+
+def port(text: str) -> int | None:
+    """Read the number of a port; those that only the system may use are none."""
+    number = int(text) if text.isdecimal() and len(text) < 6 else 0
+    return number if 1024 <= number <= 65534 else None
+
+
+def check(
+    given: ViewingOptions,
+    words: Words,
+    *,
+    shown: bool,
+    why_not: tuple[str, str],
+    drawn: bool = True,
+    suffixes: tuple[str, ...] = (SUFFIX,),
+) -> None:
+    """Make sure that the options fit each other, and that this machine can do it, before anything is opened.
+
+    shown: there is to be a viewer; else an option of it is a usage error, in the words `why_not` (key, other option).
+    drawn: there is to be a timeline at all.
+    suffixes: how the name of --save may end.
+    """
+    context = click.get_current_context()
+    key, other = why_not
+    for name in () if shown else ("web", "bind", "port"):
+        if given.get(name):
+            facts = {"one": f"--{name}", "option": f"--{name}", "other": other}
+            raise click.UsageError(words(key, **facts), context)
+    save = given.get("save")
+    if save is not None and (Path(save).suffix.lower() not in suffixes or save == "-"):
+        raise click.UsageError(words("view.suffix", name=save or '""'), context)
+    if drawn:
+        require()
+    if shown and not given.get("web"):
+        need_display()
+    if shown:
+        free_ports(given.get("bind") or LOCAL, given.get("port"), web=given.get("web", False))
+
+
+def configuration(given: CaptureOptions) -> list[str]:
+    """Give what was said of the network, so that one can be told from another."""
+    filed = (click.get_current_context().find_object(Config) or Config()).known
+    known: Known = filed.overruled(known_of(given))
+    return [str(one) for one in (*known.descriptions, *known.cobs, *known.sdos)]
+
+
+def open_viewer(given: ViewingOptions, path: str | None = None) -> Viewer:
+    """Start a viewer as the options say; CanalyzeError where that cannot be."""
+    return Viewer(path=path, bind=given.get("bind") or LOCAL, port=given.get("port"), web=given.get("web", False))
+
+
+def drawn_in(words: Words, tell: Callable[[str], None], *, web: bool) -> Words:
+    """Give the words of a timeline that is shown: English where no font has Chinese; `tell` gets the line about it."""
+    if words.lang != "zh" or has_chinese(web=web):
+        return words
+    tell(words("view.no_font_page" if web else "view.no_font"))
+    return Words("en")
+
+
+def opened(viewer: Viewer, given: ViewingOptions, words: Words) -> list[str]:
+    """Give what is to be told of a viewer that is ready, a line each."""
+    lines = [words("view.page", url=viewer.page)] if viewer.page else []
+    bind = given.get("bind") or LOCAL
+    if not (bind.startswith("127.") or bind == "::1"):
+        lines.append(words("view.exposed", address=bind))
+    return lines
+
+
+class _Way(NamedTuple):
+    """Where a live bus goes."""
+
+    feed: "Feed"
+    file: str
+    """The file that is written; "" for the viewer."""
+
+
+class Showing:
+    """A live bus in a viewer, in a file, or both, as it comes; a context manager."""
+
+    def __init__(self, given: ViewingOptions, words: Words, *, shown: bool, force: bool) -> None:
+        """Start the viewer if it is to be shown, and look at the file; CanalyzeError for what cannot be."""
+        self._given = given
+        self._words = words
+        self._file = _claim(given.get("save"), force=force)
+        self._viewer = open_viewer(given) if shown else None
+        self._ways: list[_Way] = []
+        self._every: list[_Way] = []
+        self._next = 0.0
+
+    def begin(
+        self, name: str, settings: CaptureOptions, tell: Callable[[str], None], unless: Callable[[], bool]
+    ) -> None:
+        """Wait until the viewer is ready; CanalyzeError where it never is.
+
+        tell: gets what is to be known of it. unless: ends the waiting; nothing is shown then.
+        """
+        load()
+        from canalyze.timeline.feed import Feed
+        from canalyze.timeline.recording import Timeline
+
+        facts: dict[str, Any] = {"name": name, "configuration": configuration(settings), "live": True}
+        if self._viewer is not None:
+            self._viewer.ready(unless)
+            if not unless():
+                for line in opened(self._viewer, self._given, self._words):
+                    tell(line)
+                self._ways.append(_Way(Feed(Timeline(self._words, connect=self._viewer.connect, **facts)), ""))
+        if self._file is not None:
+            self._ways.append(_Way(Feed(Timeline(self._words, save=self._file, **facts)), self._file))
+        self._every = list(self._ways)
+
+    def step(self, session: "Session", tell: Callable[[str], None]) -> None:
+        """Hand on what came, ten times a second at most; never waits. tell: gets what has gone wrong."""
+        now = time.monotonic()
+        if now < self._next:
+            return
+        self._next = now + _EVERY_S
+        self._give(session.batches(flush=True), tell)
+
+    def complete(self, session: "Session", seen: Sequence[str], tell: Callable[[str], None]) -> list[str]:
+        """Hand on the rest and complete the file; give what is to be told of it, a line each.
+
+        seen: what there was, for the summary on the timeline.
+        """
+        self._give(session.batches(), tell)
+        for way in self._every:
+            way.feed.end(seen)
+        lines = []
+        for feed, file in self._every:
+            if file:
+                while not feed.ended(_STEP_S):
+                    pass
+                self._complain(feed, file, tell)
+                self._join(feed, file, tell)
+                if feed.failure is None and (size := _size(file)):
+                    lines.append(self._words("view.written", name=file, size=f"{size / 1e6:.1f}"))
+            if feed.left_out:
+                key = "view.left_out_file" if file else "view.left_out"
+                lines.append(self._words(key, count=feed.left_out, name=file))
+        return lines
+
+    @property
+    def failed(self) -> bool:
+        """Whether the file was broken off."""
+        return any(way.file and way.feed.failure for way in self._every)
+
+    @property
+    def stays(self) -> str:
+        """What is to be told of a viewer that is still open; "" where there is none."""
+        if self._viewer is None or not self._viewer.running or all(way.file for way in self._every):
+            return ""
+        return self._words("view.stays_page" if self._viewer.page else "view.stays", url=self._viewer.page)
+
+    def wait(self) -> None:
+        """Wait until the user has closed the viewer."""
+        if self._viewer is not None:
+            self._viewer.wait()
+
+    def close(self) -> None:
+        """End the viewer, and what was on its way to it; in bounded time."""
+        if self._viewer is not None:
+            self._viewer.close()
+        for way in self._every:
+            way.feed.end()
+            way.feed.ended(1.0)
+        if self._file is not None and _size(self._file) == 0:  # nothing came
+            with suppress(OSError):
+                Path(self._file).unlink()
+
+    def __enter__(self) -> Self:
+        """Give it."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """End it."""
+        self.close()
+
+    def _give(self, batches: "Iterable[tuple[str, Batch]]", tell: Callable[[str], None]) -> None:
+        given = list(batches)
+        for way in list(self._ways):
+            if way.feed.failure is not None or (not way.file and not self._watched(tell)):
+                self._ways.remove(way)
+                self._complain(*way, tell)
+            else:
+                way.feed.give(given)
+
+    def _join(self, feed: "Feed", file: str, tell: Callable[[str], None]) -> None:
+        """Give a file that was written in pieces its order and its end."""
+        if feed.failure is None and _size(file):
+            try:
+                completed(file)
+            except OutputError as error:
+                tell(error.in_words(self._words))
+
+    def _watched(self, tell: Callable[[str], None]) -> bool:
+        """Tell whether the viewer is still open."""
+        if self._viewer is None or self._viewer.running:
+            return True
+        failure = self._viewer.failure
+        tell(self._words("view.lost", **failure.facts) if failure else self._words("view.closed"))
+        return False
+
+    def _complain(self, feed: "Feed", file: str, tell: Callable[[str], None]) -> None:
+        error = feed.failure
+        if error is None or (not file and self._viewer is not None and not self._viewer.running):
+            return
+        if isinstance(error, CanalyzeError):
+            tell(error.in_words(self._words))
+        else:
+            problem = " ".join(f"{type(error).__name__}: {error}".split())[:300]
+            tell(self._words("view.broken", name=file or self._words("view.viewer"), problem=problem))
+
+
+def _claim(name: str | None, *, force: bool) -> str | None:
+    """Make sure that a file can be written, and that none is replaced unasked; OutputError where it cannot be.
+
+    It is written in its place, as recordings are: a process that is killed leaves what was seen.
+    """
+    if name is None:
+        return None
+    try:
+        os.close(in_place(name, force=force, typed=True))
+    except FileExistsError as error:
+        raise OutputError("output.exists", name=name) from error
+    except (OSError, ValueError) as error:
+        raise OutputError("output.write", name=name, error=error) from error
+    return name
+
+
+def _size(name: str) -> int:
+    try:
+        return Path(name).stat().st_size
+    except OSError:
+        return 0

@@ -1,0 +1,71 @@
+"""Times and objects as records of the core have them, with what a program computes with: seconds, ns, integers.
+
+It must not read or print anything, and knows no record.
+"""
+
+from typing import Final, Self
+
+_SECONDS_MS: Final = 2000
+
+
+def nanoseconds(t: str | None) -> int | None:
+    """Give a time of the core, a decimal string of seconds, in nanoseconds: exact, as a double is not."""
+    if t is None:
+        return None
+    whole, _, fraction = t.partition(".")
+    ns = int(whole or "0") * 1_000_000_000
+    part = int(f"{fraction:0<9}"[:9])
+    return ns - part if t.startswith("-") else ns + part
+
+
+def milliseconds(ns: int, *, signed: bool = False) -> str:
+    """Give a time in ms, from 2 s on in s, with as many digits as are read."""
+    ms, sign = ns / 1e6, "+" if signed else ""
+    if abs(ms) >= _SECONDS_MS:
+        return f"{ms / 1000:{sign}.2f} s"
+    return f"{ms:{sign}.{0 if abs(ms) >= 10 or ns % 1_000_000 == 0 else 1}f} ms"
+
+
+class Timed:
+    """What has a time `t`, as a decimal string of seconds with all its digits."""
+
+    __slots__ = ()
+    t: str | None
+
+    @property
+    def t_ns(self) -> int | None:
+        """The time in nanoseconds; None without stamps."""
+        return nanoseconds(self.t)
+
+    @property
+    def t_s(self) -> float | None:
+        """The time in seconds, of a date exact to about a microsecond; None without stamps."""
+        return None if self.t is None else float(self.t)
+
+
+class ObjectRef(str):
+    """An object as the standard writes it, `1017h:00`: equal to that text, and with its numbers as integers.
+
+    It is a text in everything, also as a key, but for its `index`. `capture.transfers.of(object="1017:00")` and the
+    like take every way in which an object is written.
+    """
+
+    __slots__ = ("index", "sub")
+    index: int  # type: ignore[assignment]  # in place of the search for a part of the text
+    """The index, 0x1017."""
+    sub: int
+    """The sub-index."""
+
+    def __new__(cls, index: int, sub: int) -> Self:
+        """Make the text of two integers."""
+        made = super().__new__(cls, f"{index:04X}h:{sub:02X}")
+        made.index, made.sub = index, sub
+        return made
+
+    def __getnewargs__(self) -> tuple[int, int]:  # type: ignore[override]  # what `__new__` takes, not a text
+        return self.index, self.sub
+
+
+def object_ref(index: str | None, sub: int | None) -> ObjectRef | None:
+    """Give the object of a record, whose index is four hexadecimal digits; None where it has none."""
+    return None if index is None else ObjectRef(int(index, 16), sub or 0)

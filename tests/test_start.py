@@ -1,0 +1,63 @@
+"""What the command loads before its first line: the start is short because this is little."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from captures import TESTS
+
+SAMPLE = TESTS.parent / "samples" / "zephyr-sdo.log"
+RUN = """
+import json, sys
+bare = set(sys.modules)
+from canalyze.__main__ import main
+sys.argv = ["canalyze", *sys.argv[1:]]
+code = main()
+print(json.dumps([code, sorted(set(sys.modules) - bare)]), file=sys.stderr)
+"""
+ELSEWHERE = {
+    *("asammdf", "asyncio", "backports", "can", "canopen", "importlib.metadata", "jinja2", "logging", "mcap"),
+    *("multiprocessing", "numpy", "pyarrow", "rerun", "rich", "secrets", "socket", "sqlite3", "ssl", "subprocess"),
+    *("tempfile", "textual", "tomllib", "urllib.request", "xml", "zstandard"),
+}
+"""What a pass over a file never needs: others' libraries, and what is slow to load of Python's own."""
+BESIDE = {"dataclasses", "pathlib", "json", "shlex", "canalyze.check", "canalyze.library", "canalyze.reports"}
+"""What a listing does not need either."""
+
+
+def loaded(directory: Path, *args: str) -> set[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", RUN, *args], capture_output=True, text=True, check=True, cwd=directory, encoding="utf-8"
+    )
+    code, modules = json.loads(done.stderr.splitlines()[-1])
+    assert code in (0, 1)
+    return set(modules)
+
+
+@pytest.mark.parametrize(
+    ("args", "least", "most"),
+    [(["decode"], 15, 30), ([], 15, 35), (["diagnose"], 15, 35), (["check"], 15, 45)],
+    ids=["decode", "no command", "diagnose", "check"],
+)
+def test_a_file_loads_little(tmp_path: Path, args: list[str], least: int, most: int) -> None:
+    modules = loaded(tmp_path, *args, str(SAMPLE))
+    assert not {name for name in modules for heavy in ELSEWHERE if name == heavy or name.startswith(f"{heavy}.")}
+    assert least <= sum(name.split(".")[0] == "canalyze" for name in modules) <= most
+
+
+def test_a_listing_loads_least(tmp_path: Path) -> None:
+    modules = loaded(tmp_path, "decode", str(SAMPLE))
+    assert not BESIDE & modules
+    assert {name for name in modules if name.startswith("canalyze.words.")} == {
+        "canalyze.words.pages",
+        "canalyze.words.commands",
+    }
+
+
+def test_what_a_run_asks_for_is_loaded_then(tmp_path: Path) -> None:
+    """The lists above would be empty of meaning if nothing were ever loaded."""
+    (tmp_path / "canalyze.toml").write_text('lang = "en"\n')
+    modules = loaded(tmp_path, "decode", str(SAMPLE), "-o", "out.txt", "--eds", f"5={TESTS.parent / 'eds/drive.eds'}")
+    assert {"tomllib", "pathlib", "canalyze.configuration.filed", "canalyze.dictionary"} <= modules

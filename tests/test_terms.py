@@ -1,0 +1,132 @@
+"""What is printed keeps to the house's terms (`canalyze/words/terms.toml`): the core and Python, in both languages.
+
+The core's sentences are read from its source: most of them are printed in a state of the bus that no test can bring
+about for all. What it must not do: judge a sentence beyond the table.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from captures import TESTS
+
+from canalyze.words import ROWS
+
+PACKAGE = TESTS.parent / "canalyze"
+CORE = PACKAGE / "core" / "src"
+CHINESE = re.compile("[\u4e00-\u9fff]")
+LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
+ROOMS = ("text", "rules", "diagnosis")
+
+STRICT_ROWS = False
+"""Whether Python's rows have to keep to the table, too; until then a row may be wrong, and is listed as such."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """A row of the table."""
+
+    lang: str
+    use: str
+    wrong: re.Pattern[str]
+    but: tuple[str, ...]
+    where: str
+
+    def found(self, place: str, sentence: str) -> str:
+        """What of a sentence is not the house's; nothing where all is."""
+        if not place.startswith(self.where):
+            return ""
+        quoted = f'"{sentence}"'
+        for right in self.but:
+            quoted = quoted.replace(right, '""' if right.startswith('"') else "")
+        hit = self.wrong.search(quoted[1:-1])
+        return hit.group() if hit else ""
+
+
+def _terms() -> tuple[Term, ...]:
+    table = tomllib.loads((PACKAGE / "words" / "terms.toml").read_text("utf-8"))
+    return tuple(
+        Term(lang, row["use"], re.compile("|".join(row["not"])), tuple(row.get("but", ())), row.get("where", ""))
+        for lang in ("zh", "en")
+        for row in table[lang]
+    )
+
+
+TERMS = _terms()
+
+
+def _printed(path: Path) -> Iterator[str]:
+    """The literals of a source file that may be printed: no comments, no attributes, no tests."""
+    text = path.read_text("utf-8").split("#[cfg(test)]")[0]
+    text = re.sub(r"^\s*//.*$|\s// .*$|^\s*#\[.*\]$", "", text, flags=re.MULTILINE)
+    return (found.group(1) for found in LITERAL.finditer(text))
+
+
+def _of_core() -> Iterator[tuple[str, str]]:
+    for room in ROOMS:
+        for path in sorted((CORE / room).rglob("*.rs")):
+            if path.name != "tests.rs" and "tests" not in path.parts:
+                place = path.relative_to(PACKAGE).as_posix()
+                yield from ((place, one) for one in _printed(path) if CHINESE.search(one) or " " in one.strip())
+
+
+def _of_python() -> Iterator[tuple[str, str]]:
+    for key, zh, en in ROWS:
+        yield f"words: {key}", zh
+        yield f"words: {key}", en
+
+
+def _faults(sentences: Iterator[tuple[str, str]]) -> list[str]:
+    faults = []
+    for place, sentence in sentences:
+        lang = "zh" if CHINESE.search(sentence) else "en"
+        for term in TERMS:
+            if term.lang == lang and (found := term.found(place, sentence)):
+                faults.append(f"{place}: {found!r} (use {term.use}) in: {sentence[:160]}")
+    return faults
+
+
+def test_the_core_keeps_to_the_terms() -> None:
+    assert sum(1 for _ in _of_core()) > 1500
+    assert _faults(_of_core()) == []
+
+
+def test_python_keeps_to_the_terms() -> None:
+    faults = _faults(_of_python())
+    if faults and not STRICT_ROWS:
+        pytest.xfail(f"{len(faults)} rows:\n" + "\n".join(faults))
+    assert faults == []
+
+
+@pytest.mark.parametrize(
+    ("sentence", "wrong"),
+    [
+        ("没有不合格的发现", True),
+        ("未发现问题", False),
+        ("厂商字节 00", True),
+        ("节点守护无应答", True),
+        ("节点5的保护应答", True),
+        ("节点5的节点保护应答", False),
+        ("没有心跳300ms", True),
+        ("没有心跳300 ms", False),
+        ("1 was due", True),
+        ("it is told once", True),
+        ("expected 1", False),
+        ("2 bytes passed over", True),
+        ("emergency of node 5", True),
+        ("STO, emergency stop or supply", False),
+    ],
+)
+def test_the_table_finds_what_it_should(sentence: str, wrong: bool) -> None:
+    assert bool(_faults(iter([("core", sentence)]))) == wrong
+
+
+def test_each_row_finds_something() -> None:
+    """A row whose expression can find nothing is none."""
+    for term in TERMS:
+        assert term.wrong.pattern and not term.wrong.search(""), term.use
