@@ -6,6 +6,8 @@ Words in the core's output are in the session's language; nothing here raises on
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, final
 
+from canalyze.running.options import SessionOptions
+
 __version__: str
 
 FORMATS: list[str]
@@ -115,73 +117,11 @@ class Session:
     standard output as it is. Only complete lines are answered; every call releases the GIL.
     """
 
-    def __init__(
-        self,
-        *,
-        lang: str = "zh",
-        format: str = "text",
-        depth: str = "default",
-        stamps: str = "auto",
-        time: str | None = None,
-        filter: str | None = None,
-        extract: bool = False,
-        network: Network | None = None,
-        select: str | None = None,
-        topics: Sequence[str] = (),
-        time_source: str | None = None,
-        mcap_maps: Sequence[str] = (),
-        to: str = "candump",
-        decoded: bool = False,
-        mcap_fd_schema: str = "ros2",
-        mcap_archive: bool = False,
-        tables: Sequence[str] = (),
-        expectations: Expectations | None = None,
-        incidents: bool = False,
-        masks: Sequence[str] = (),
-        count: int | None = None,
-        coloured: bool = False,
-        numbered: bool = False,
-    ) -> None:
+    def __init__(self, options: SessionOptions) -> None:
         """Start a capture.
 
-        lang: zh | en.
-        format: text | jsonl (frame, note, finding, transfer) | events (the same, for a library: with `incidents` what
-        diagnosis has at the end, too) | transfers (JSON lines of transfers only) |
-        transfers-text (the same with names in the language of the session, for a table) |
-        transfers-csv (the same as CSV, a line of headings first) |
-        signals (JSON lines of decoded signals) | signals-csv (the same as CSV, a line of headings first) |
-        summary (JSON lines, one object a record, all of them from finish()) |
-        observed (the lines of transfers as they end; from finish() those of summary, then observed_...) |
-        lines (JSON lines of `line`: what text has of each frame, with its number) |
-        records (JSON lines: transfers and findings as they come, and what summary has from finish()) |
-        info (JSON lines, one object a file, from its end(); nothing is decoded) |
-        check (JSON lines of findings only, with `lines`, the annotated lines that led to each) |
-        columns (nothing comes out as bytes: for tables alone) |
-        course (nothing comes out: it is kept for a Comparison) |
-        monitor (nothing comes out: what holds now is asked for with snapshot() and trace()) |
-        convert (the frames that pass the filter, in another capture format; its trailer comes from finish()).
-        depth: brief | default | explain (text only).
-        stamps: auto | absolute | zero | delta.
-        time: None (as they came) or one of a d z A n; in jsonl each t is that of the capture whatever it is.
-        filter: the expression of --filter.
-        network: what is known of the network before its capture is read.
-        select: the globs of --select; signals, signals-csv and tables only.
-        topics: globs of the topics that are read of an MCAP file; none: all.
-        time_source: stamp | publish | log, the time of its messages; None: found out for each topic.
-        mcap_maps: fields of its messages, each `topic=/x,id=can_id,data=payload` as in --mcap-map.
-        to: one of WRITERS; convert only.
-        decoded: topics of what the frames mean as well, where the format has such.
-        mcap_fd_schema: ros2 | dataspeed. mcap_archive: without message indexes.
-        tables: which of TABLES are built beside, to be taken with batches(); with every format but info.
-        incidents: whether they are written, too: in text as they begin, are linked to a cause and end, in jsonl both so
-            and at the end, in check and observed at the end.
-        expectations: what the capture is held against; what does not hold is a finding like others.
-        masks: channels, each with candump's filters behind its name (`can0,123:7FF,#1F`): which of its frames are
-        shown; of channels that are not named, or have no filters, all are.
-        coloured, numbered: text in the colours of a terminal, and behind the numbers of frames.
-        count: frames that are shown at most: the capture ends behind the last of them, see done.
-        ValueError (one line, in the session's language) for a value that is none of these or a filter, map or mask
-        that cannot be read.
+        ValueError (one line, in the session's language) for a value that is none of those listed there, or a filter,
+        map or mask that cannot be read.
         """
     def begin(self, name: str, regular: bool, format: str = "candump", input: int = 0) -> None:
         """The next file starts, in one of FORMATS.

@@ -111,7 +111,8 @@ FORMATS = [
 ]
 _COLUMNS = """
 from canalyze import _core
-session = _core.Session(format="columns", tables=_core.TABLES)
+from canalyze.running.options import SessionOptions
+session = _core.Session(SessionOptions(format="columns", tables=_core.TABLES))
 session.begin("capture", True)
 with open(sys.argv[1], "rb") as source:
     while data := source.read(1 << 20):
@@ -142,7 +143,8 @@ JUDGED = [
 _LIVE = """
 import os, sys
 from canalyze import _core
-session = _core.Session({settings})
+from canalyze.running.options import SessionOptions
+session = _core.Session(SessionOptions({settings}))
 session.begin("live", False, "live")
 with open(sys.argv[1], "rb") as source, open(os.devnull, "wb") as out:
     while data := source.read(1 << 16):

@@ -21,6 +21,7 @@ from canalyze import _core
 from canalyze.dictionary import load
 from canalyze.dictionary.rows import flat
 from canalyze.expectations import normalize
+from canalyze.running.options import SessionOptions
 
 TESTS = Path(__file__).resolve().parent
 SAMPLES = TESTS.parent / "samples"
@@ -211,7 +212,9 @@ def session_output(
     expectations: _core.Expectations | None = None,
 ) -> bytes:
     """The output of one session over one file (or pipe: not regular) that came in these chunks."""
-    session = _core.Session(lang=lang, format=output_format, depth=depth, network=network, expectations=expectations)
+    session = _core.Session(
+        SessionOptions(lang=lang, format=output_format, depth=depth, network=network, expectations=expectations)
+    )
     chunks = list(chunks)
     form = input_format or _core.sniff(b"".join(chunks), True)
     session.begin(name, regular, form if form in _core.FORMATS else "candump")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from captures import CanFrame, Row
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class Compared:
 
 def recorded(data: bytes, network: _core.Network | None = None, form: str | None = None) -> _core.Session:
     """A session that has kept what is to be compared."""
-    session = _core.Session(format="digest", network=network)
+    session = _core.Session(SessionOptions(format="digest", network=network))
     form = form or _core.sniff(data, True)
     session.begin("capture", True, form if form in _core.FORMATS else "candump")
     session.feed(data)

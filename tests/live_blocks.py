@@ -10,6 +10,7 @@ import struct
 from collections.abc import Iterator
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 from canalyze.sources.live import RELEASE_ALL, dropped_block, name_block, records_block, until_block
 
 TICK_NS = 100_000_000
@@ -20,7 +21,7 @@ FRAME, BUS, DROPPED = 1, 2, 8
 
 def records(text: bytes, form: str) -> Iterator[tuple[int, int, int | None, bytes]]:
     """Kind, bus, stamp and bytes of each record of a capture."""
-    session = _core.Session(format="convert", to="packed")
+    session = _core.Session(SessionOptions(format="convert", to="packed"))
     session.begin("capture", True, form)
     packed = b"".join([session.feed(text), session.end(), session.finish()])
     at = 0
@@ -67,7 +68,7 @@ def live_output(
     tick_ns: int = TICK_NS,
 ) -> bytes:
     """What `sniff` shows of a bus on which a capture comes."""
-    session = _core.Session(lang=lang, format=output_format, network=network, incidents=True)
+    session = _core.Session(SessionOptions(lang=lang, format=output_format, network=network, incidents=True))
     session.begin("live", False, "live")
     out = [session.feed(block) for block in blocks(text, form=form, tick_ns=tick_ns)]
     return b"".join([*out, session.end(), session.finish()])

@@ -18,6 +18,7 @@ from canalyze import _core
 from canalyze.monitor.app import Monitor
 from canalyze.monitor.keys import VIEWS
 from canalyze.monitor.watch import Watch
+from canalyze.running.options import SessionOptions
 from canalyze.running.reading import Reading
 from canalyze.sources.format import open_capture
 from canalyze.sources.replay import Replay
@@ -49,8 +50,8 @@ def replayed(capture: Path, lang: str) -> Watch:
     """A capture that was replayed as fast as can be."""
     words = Words(lang)
     known = described_beside(capture) or _core.Network(bitrate=500_000)
-    session = _core.Session(lang=lang, format="monitor", network=known)
-    frames = _core.Session(lang=lang, format="convert", to="packed")
+    session = _core.Session(SessionOptions(lang=lang, format="monitor", network=known))
+    frames = _core.Session(SessionOptions(lang=lang, format="convert", to="packed"))
 
     def open_source(watch: Watch) -> Replay:
         names = (str(capture),)

@@ -43,6 +43,7 @@ from captures import SAMPLES, SHARED, Row, sort_rows
 from conftest import command, environment
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 START_NS = 1_700_000_000_000_000_000
 MS = 1_000_000
@@ -126,7 +127,7 @@ def frames_of(log: Path) -> list[Recorded]:
     """The frames of a candump log, as the program itself reads it: the candump reader has tests of its own."""
     frames = _FRAMES_OF.get(log)
     if frames is None:
-        session = _core.Session(lang="en", format="jsonl")
+        session = _core.Session(SessionOptions(lang="en", format="jsonl"))
         session.begin(str(log), True, "candump")
         rows = sort_rows(session.feed(log.read_bytes()) + session.end() + session.finish()).frames
         frames = _FRAMES_OF[log] = [replace(recorded(row), sent=False) for row in rows if row["t"] is not None]
@@ -430,7 +431,7 @@ def comparable(rows: Sequence[Row]) -> list[Row]:
 
 def core_output(form: str, file: bytes, piece: int) -> bytes:
     """What a session of the core says on a file that comes in pieces."""
-    session = _core.Session(lang="en", format="jsonl")
+    session = _core.Session(SessionOptions(lang="en", format="jsonl"))
     session.begin("capture", True, form)
     output = [session.feed(file[at : at + piece]) for at in range(0, len(file), max(piece, 1))]
     return b"".join([*output, session.end(), session.finish()])

@@ -15,6 +15,7 @@ from conftest import Runner
 from other_writers import pcapng_named
 
 from canalyze._core import Session
+from canalyze.running.options import SessionOptions
 
 MOST = 64
 START_US = 1_700_000_000_000_000
@@ -146,7 +147,7 @@ def test_live_buses() -> None:
         return bytes((kind, bus, 0, 0)) + len(body).to_bytes(4, "little") + bytes(8) + body
 
     record = bytes((1, 1 | 16, 0, 0, 0, 6, 0, 0)) + (0x705).to_bytes(4, "little") + bytes(12)
-    session = Session(lang="en", format="jsonl")
+    session = Session(SessionOptions(lang="en", format="jsonl"))
     session.begin("live", False, "live")
     out = session.feed(b"".join(block(1, n, b"can%d" % n) for n in range(70)))
     out += session.feed(b"".join(block(3, n, record) for n in range(70)))

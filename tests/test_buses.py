@@ -21,6 +21,7 @@ from can.interfaces.virtual import VirtualBus
 import canalyze
 from canalyze._core import Session
 from canalyze.errors import SourceError
+from canalyze.running.options import SessionOptions
 from canalyze.sources import adapters, buses, live
 from canalyze.sources.buses import PythonCan
 from canalyze.words import Words
@@ -173,7 +174,7 @@ def test_options(text: str, found: object) -> None:
 )
 def test_the_name_of_a_bus_can_be_read_again(channel: str, name: str) -> None:
     assert buses.bus_name(channel) == name
-    session = Session(lang="en", format="jsonl")
+    session = Session(SessionOptions(lang="en", format="jsonl"))
     session.begin("x", True, "candump")
     out = session.feed(f"(1.000000) {name} 123#00\n".encode()) + session.end() + session.finish()
     assert f'"bus":"{name}"'.encode() in out
@@ -228,7 +229,7 @@ def taken(source: PythonCan, wait_s: float = 0.05) -> list[tuple[int, int, int, 
 
 
 def decoded(blocks: bytes) -> list[str]:
-    session = Session(lang="en", format="convert", to="candump")
+    session = Session(SessionOptions(lang="en", format="convert", to="candump"))
     session.begin("live", False, "live")
     out = session.feed(blocks) + session.end() + session.finish()
     return out.decode().splitlines()

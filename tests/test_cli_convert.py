@@ -22,6 +22,7 @@ from test_cli_terminal import on_terminal
 
 from canalyze._core import WRITERS, Session
 from canalyze.output import Output, Progress
+from canalyze.running.options import SessionOptions
 from canalyze.running.run import Run
 from canalyze.sinks.target import RECORDS, Target, forms, open_target, suffixes, target
 from canalyze.sources import apart
@@ -63,7 +64,7 @@ def _pass(session: Session, path: Path) -> bytes:
 def _log(path: Path) -> list[tuple[str, str | None, str | None]]:
     """Give moment, flags and raw DLC of each frame, from candump's log form."""
     found = []
-    for line in _pass(Session(format="convert"), path).decode().splitlines():
+    for line in _pass(Session(SessionOptions(format="convert")), path).decode().splitlines():
         if not line.startswith("("):
             continue
         moment, _, payload = line.split()[:3]
@@ -76,7 +77,7 @@ def _log(path: Path) -> list[tuple[str, str | None, str | None]]:
 
 def _frames(path: Path) -> tuple[list[Frame], list[tuple[Any, ...]]]:
     """Give the frames of a capture, and the findings on them (what is said of the capture itself apart)."""
-    rows = [json.loads(line) for line in _pass(Session(lang="en", format="jsonl"), path).splitlines()]
+    rows = [json.loads(line) for line in _pass(Session(SessionOptions(lang="en", format="jsonl")), path).splitlines()]
     frames = [row for row in rows if row["kind"] == "frame"]
     keys = ("bus", "dir", "id", "ext", "rtr", "err", "len", "data")
     read = [
@@ -102,7 +103,7 @@ def _converted(path: Path, name: Path, form: str) -> list[str]:
     """Convert in this process; give what is said of losses."""
     where = target(str(name), form)
     assert where is not None
-    session = Session(lang="en", format="convert", to=where.written)
+    session = Session(SessionOptions(lang="en", format="convert", to=where.written))
     output, losses = open_target(where, force=False)
     with output:
         code = Run(session, EN, Progress(EN, output, None), output.write, {}).over((str(path),))

@@ -17,6 +17,7 @@ import pytest
 from captures import SAMPLES, Row, described, described_beside, session_output, sort_rows
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 FIXED = [table for table in _core.TABLES if table != "pdo"]
 PDO = ["t_ns", "frame", "provenance", "cycle", "delay_ns", "running_cycle"]
@@ -39,7 +40,9 @@ def batches_of(
     **options: Any,
 ) -> list[tuple[str, _core.Batch]]:
     """All batches of one file that came in these chunks."""
-    session = _core.Session(format="columns", tables=tables, network=network, **({"lang": "en"} | options))
+    session = _core.Session(
+        SessionOptions(format="columns", tables=tables, network=network, **({"lang": "en"} | options))
+    )
     chunks = list(chunks)
     sniffed = _core.sniff(b"".join(chunks), True)
     session.begin(name, True, form or (sniffed if sniffed in _core.FORMATS else "candump"))
@@ -382,7 +385,7 @@ def test_nothing_but_what_is_asked_for() -> None:
 
 def test_what_is_refused() -> None:
     with pytest.raises(ValueError, match='tables="frame": frames transfers'):
-        _core.Session(format="columns", tables=["frame"])
+        _core.Session(SessionOptions(format="columns", tables=["frame"]))
     with pytest.raises(ValueError):
         _core.Table([])
     one, two = (batches_of([b""], [table])[0][1] for table in ("frames", "emcy"))
@@ -421,7 +424,7 @@ def test_batches_end() -> None:
 
 
 def test_a_live_source_ends_them_itself() -> None:
-    session = _core.Session(format="columns", tables=["frames", "signals"], network=DRIVE)
+    session = _core.Session(SessionOptions(format="columns", tables=["frames", "signals"], network=DRIVE))
     session.begin("-", False)
     session.feed(log(3))
     session.rest()  # equal frames wait until it is known whether the capture shows them twice

@@ -14,6 +14,7 @@ import pytest
 from captures import SAMPLES, Row, described, described_beside, placed, session_output, sort_rows
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 CAPTURES = sorted(
     path for path in SAMPLES.rglob("*") if path.suffix in {".log", ".asc", ".mcap"} and "recorded" not in path.parts
@@ -29,7 +30,7 @@ WINDOW = 100_000_000
 
 def both(text: bytes, form: str, tables: list[str], **options: Any) -> tuple[bytes, dict[str, list[Row]]]:
     """What a session gives as bytes, and the rows of its tables."""
-    session = _core.Session(format=form, tables=tables, **({"lang": "en"} | options))
+    session = _core.Session(SessionOptions(format=form, tables=tables, **({"lang": "en"} | options)))
     sniffed = _core.sniff(text, True)
     session.begin("capture.log", True, sniffed if sniffed in _core.FORMATS else "candump")
     output = session.feed(text) + session.end() + session.finish()
@@ -172,7 +173,7 @@ def test_a_silence_is_two_rows() -> None:
 
 
 def test_a_silent_live_bus_is_told_as_time_goes_on() -> None:
-    session = _core.Session(format="text", tables=["load"])
+    session = _core.Session(SessionOptions(format="text", tables=["load"]))
     session.begin("-", False)
     session.feed(b"(1000.000000) can0 701#05\n(1000.010000) can0 701#05\n")
     assert session.batches(flush=True) == []
@@ -207,7 +208,7 @@ def test_cycles_run_on() -> None:
 def test_what_is_plotted() -> None:
     text = (SAMPLES / "network/sync-and-pdos.log").read_bytes()
     pa = pytest.importorskip("pyarrow")
-    session = _core.Session(format="columns", tables=["pdo"], network=DRIVE, lang="en")
+    session = _core.Session(SessionOptions(format="columns", tables=["pdo"], network=DRIVE, lang="en"))
     session.begin("capture.log", True)
     session.feed(text)
     session.end()

@@ -13,6 +13,7 @@ import pytest
 from captures import SAMPLES
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 CAPTURES = sorted(
     path for path in SAMPLES.rglob("*") if path.suffix in {".log", ".asc", ".mcap"} and "recorded" not in path.parts
@@ -24,7 +25,7 @@ CLASSES = {"boot-up": "pre-operational"}
 
 def lanes_of(path: Path, lang: str = "en") -> dict[str, list[dict[str, Any]]]:
     """The rows of a capture by lane, in their order."""
-    session = _core.Session(format="columns", tables=["lanes"], lang=lang)
+    session = _core.Session(SessionOptions(format="columns", tables=["lanes"], lang=lang))
     data = path.read_bytes()
     sniffed = _core.sniff(data, True)
     session.begin(path.name, True, sniffed if sniffed in _core.FORMATS else "candump")

@@ -11,6 +11,7 @@ import struct
 import pytest
 
 from canalyze._core import Session
+from canalyze.running.options import SessionOptions
 
 START_NS = 1_700_000_000_000_000_000
 RECORD = struct.Struct("<BBBBBBBBIIq")
@@ -31,7 +32,7 @@ def heartbeats(count: int, bus: int = 0) -> bytes:
 
 
 def test_blocks_become_lines_and_time_tells_what_is_missing() -> None:
-    session = Session(lang="en")
+    session = Session(SessionOptions(lang="en"))
     session.begin("can0", False, "live")
     out = session.feed(block(1, 0, body=b"can0") + heartbeats(10))
     assert out.count(b"  # heartbeat of node 5") == 10
@@ -56,7 +57,7 @@ def test_blocks_become_lines_and_time_tells_what_is_missing() -> None:
 
 
 def test_as_many_frames_as_asked_for() -> None:
-    session = Session(lang="en", format="jsonl", count=3, masks=["can1,705~7FF"])
+    session = Session(SessionOptions(lang="en", format="jsonl", limit=3, masks=["can1,705~7FF"]))
     session.begin("can0,can1", False, "live")
     assert not session.done
     names = block(1, 0, body=b"can0") + block(1, 1, body=b"can1")
@@ -73,15 +74,15 @@ def test_as_many_frames_as_asked_for() -> None:
 @pytest.mark.parametrize("part", ["123", "12G:7FF", "#", "x", ""])
 def test_what_is_no_filter_of_candump_is_said(part: str) -> None:
     with pytest.raises(ValueError) as caught:
-        Session(lang="en", masks=[f"can0,{part}"])
+        Session(SessionOptions(lang="en", masks=[f"can0,{part}"]))
     assert f"filter '{part}' of 'can0,{part}' is unknown" in str(caught.value) and "\n" not in str(caught.value)
     with pytest.raises(ValueError) as caught:
-        Session(lang="zh", masks=[f"can0,{part}"])
+        Session(SessionOptions(lang="zh", masks=[f"can0,{part}"]))
     assert f"“can0,{part}”中的过滤条件“{part}”无法识别" in str(caught.value)
 
 
 def test_frames_that_are_lost_are_named_by_bus() -> None:
-    session = Session(lang="zh")
+    session = Session(SessionOptions(lang="zh"))
     session.begin("can0,can1", False, "live")
     lost = block(1, 0, body=b"can0") + block(1, 1, body=b"can1") + block(4, 1, 7)
     assert session.feed(lost + block(6, 0) + block(5, 0, START_NS)).startswith(
@@ -91,7 +92,7 @@ def test_frames_that_are_lost_are_named_by_bus() -> None:
 
 
 def test_a_stream_that_is_none_is_one_damage() -> None:
-    session = Session(lang="en")
+    session = Session(SessionOptions(lang="en"))
     session.begin("can0", False, "live")
     session.feed(b"\xff" * 40)
     session.feed(heartbeats(3))
@@ -126,7 +127,7 @@ def told(session: Session, frames: list[tuple[float, int, str]], seconds: float)
 
 def silent(frames: list[tuple[float, int, str]], seconds: float = 6) -> tuple[list[tuple[float, str]], str]:
     """What is told of a bus with these frames while it runs, and at its end."""
-    session = Session(lang="en", incidents=True)
+    session = Session(SessionOptions(lang="en", incidents=True))
     session.begin("can0", False, "live")
     session.feed(block(1, 0, body=b"can0"))
     return told(session, frames, seconds), (session.end() + session.finish()).decode()
@@ -169,7 +170,7 @@ def test_a_scan_names_no_one() -> None:
 
 
 def test_a_bus_that_was_away_leaves_states_unknown() -> None:
-    session = Session(lang="en", format="monitor")
+    session = Session(SessionOptions(lang="en", format="monitor"))
     session.begin("can0", False, "live")
     session.feed(block(1, 0, body=b"can0") + heartbeats(10))
 
@@ -189,7 +190,7 @@ def test_a_bus_that_was_away_leaves_states_unknown() -> None:
 
 
 def test_a_lost_heartbeat_does_not_come_back_by_an_interface_that_goes() -> None:
-    session = Session(lang="en", format="monitor")
+    session = Session(SessionOptions(lang="en", format="monitor"))
     session.begin("can0", False, "live")
     others = b"".join(frame(1.0 + step / 10, 0x706, "05") for step in range(20))
     session.feed(block(1, 0, body=b"can0") + heartbeats(10) + others)
@@ -212,7 +213,7 @@ def test_a_lost_heartbeat_does_not_come_back_by_an_interface_that_goes() -> None
 
 
 def test_nodes_in_figures() -> None:
-    session = Session(lang="en")
+    session = Session(SessionOptions(lang="en"))
     session.begin("can0", False, "live")
     others = b"".join(frame(1.0 + step / 10, 0x706, "7F") for step in range(20))
     session.feed(block(1, 0, body=b"can0") + heartbeats(10) + others)
@@ -239,7 +240,7 @@ def test_nodes_in_figures() -> None:
 
 
 def test_a_page_of_a_node() -> None:
-    session = Session(lang="en", format="monitor")
+    session = Session(SessionOptions(lang="en", format="monitor"))
     session.begin("can0", False, "live")
     write = [(0.3, 0x605, "2300180185010000"), (0.31, 0x585, "6000180100000000")]
     session.feed(block(1, 0, body=b"can0") + b"".join(frame(*one) for one in [*BEFORE, *write]))

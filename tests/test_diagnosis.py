@@ -20,6 +20,7 @@ from network_sessions import SESSIONS
 import canalyze
 from canalyze import _core
 from canalyze.commands.diagnose import KEYS
+from canalyze.running.options import SessionOptions
 
 REPORTED = {
     "boot-and-states": ["overrun", "supply-voltage"],
@@ -152,14 +153,14 @@ def test_incidents_of_the_library(tmp_path: Path) -> None:
 
 def test_incidents_are_told_as_they_begin_and_end() -> None:
     text = lost(20, until=30) + lost(60, until=60).replace(b"(170000000", b"(170000001")
-    session = _core.Session(lang="en", format="text", incidents=True)
+    session = _core.Session(SessionOptions(lang="en", format="text", incidents=True))
     session.begin("a.log", True, "candump", 0)
     out = b"".join([session.feed(text, 0), session.end(False, 0), session.finish()]).decode()
     told = [line for line in out.splitlines() if line.startswith(("# ✖", "# ✔"))]
     assert len(told) == 2
     assert told[0].startswith("# ✖ problem 1: node 5: silent since")
     assert told[1].startswith("# ✔ resolved 1: node 5: silent for")
-    session = _core.Session(lang="en", format="jsonl", incidents=True)
+    session = _core.Session(SessionOptions(lang="en", format="jsonl", incidents=True))
     session.begin("a.log", True, "candump", 0)
     out = b"".join([session.feed(text, 0), session.end(False, 0), session.finish()]).decode()
     rows = [json.loads(line) for line in out.splitlines() if '"kind":"incident"' in line]

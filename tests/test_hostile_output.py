@@ -11,6 +11,7 @@ from test_hostile_files import XDD
 
 from canalyze._core import Session
 from canalyze.output import commandless, jsonl, printable
+from canalyze.running.options import SessionOptions
 from canalyze.sources import packed
 
 EVIL = "\x7f\x85\x9b\u200b\u202e\u2028\u2066\ufeff"
@@ -175,9 +176,7 @@ def test_captures_that_differ_are_told_to_who_reads(canalyze: Runner, tmp_path: 
 
 def test_stamps_out_of_range_are_told(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "far.log").write_text("(1.0) can0 123#11\n(99999999999999999999.0) can0 123#22\n(2.0) can0 123#33\n")
-    said = (
-        "far.log: 1 timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit"
-    )
+    said = "far.log: 1 timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit"
     for line in (["info"], ["check"], ["decode"], ["summary"], ["convert", "--to", "candump"]):
         done = canalyze("--lang", "en", *line, "far.log", *(["-"] if line[0] == "convert" else []))
         assert done.complaints.count(said) == 1
@@ -200,7 +199,7 @@ def test_stamps_within_range_are_not_told(canalyze: Runner, tmp_path: Path, stam
 @pytest.mark.parametrize("kind", [packed.CHECKSUM, packed.STRUCTURE, packed.COMPRESSION])
 def test_damage_of_unknown_size_is_said_so(kind: int, lang: str, known: str, unknown: str) -> None:
     for size, said in ((7, known), (None, unknown)):
-        session = Session(lang=lang, format="check")
+        session = Session(SessionOptions(lang=lang, format="check"))
         session.begin("a.blf", True, "packed")
         out = session.feed(packed.damage(kind, 144, size)) + session.end() + session.finish()
         (finding,) = map(json.loads, out.splitlines())

@@ -22,13 +22,14 @@ from mcap.writer import CompressionType, IndexType
 from mcap_files import Message, cdr, classic, header, raw, records
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 PACKINGS = (CompressionType.NONE, CompressionType.ZSTD, CompressionType.LZ4)
 
 
 def say(data: bytes, *, size: int = 1 << 20, **settings: Any) -> tuple[Analysis, dict[str, Any]]:
     """What the program says about a file that comes in pieces of this size, and what it knows of it."""
-    session = _core.Session(lang="en", format="jsonl", **settings)
+    session = _core.Session(SessionOptions(lang="en", format="jsonl", **settings))
     session.begin("capture.mcap", True, "mcap")
     out = [session.feed(data[at : at + size]) for at in range(0, len(data), size)]
     out += [session.end(), session.finish()]
@@ -284,7 +285,7 @@ def test_our_own_files_have_no_echoes() -> None:
         f"({frame.t_us // 10**6}.{frame.t_us % 10**6:06}) can0 601#{frame.data.hex()} {'TR'[number % 2]}\n"
         for number, frame in enumerate(frames)
     )
-    session = _core.Session(format="convert", to="mcap")
+    session = _core.Session(SessionOptions(format="convert", to="mcap"))
     session.begin("x.log", True, "candump")
     made = session.feed(log.encode()) + session.end() + session.finish()
     assert taken(say(made)[0]) == frames

@@ -23,6 +23,7 @@ from mcap_files import cdr, raw, records
 from ros_messages import FRAME
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 from canalyze.sources.summary import summary_of
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -82,7 +83,7 @@ def read(data: bytes, end: bytes | None = None, size: int = 1 << 20) -> tuple[Co
     """The frames, what is said to be wrong, and the messages of each topic. `end`: what was seen of the file's end."""
     rows = []
     for form in ("jsonl", "info"):
-        session = _core.Session(lang="en", format=form)
+        session = _core.Session(SessionOptions(lang="en", format=form))
         session.begin("capture.mcap", True, "mcap")
         if end is not None:
             session.foresee(end)
@@ -158,7 +159,7 @@ def test_what_waits_for_a_definition_is_bounded() -> None:
     many = chunk(body, part)
     count = 120
     bad = chunk(WRONG["the topic"], part, sound=False)
-    session = _core.Session(lang="en", format="info")
+    session = _core.Session(SessionOptions(lang="en", format="info"))
     session.begin("capture.mcap", False, "mcap")
     session.feed(MAGIC + record(HEADER, counted(b"") + counted(b"")) + bad)
     for _ in range(count):
@@ -281,7 +282,7 @@ def test_each_definition_takes_the_same_time() -> None:
         ),
     }
     for name, body in many.items():
-        session = _core.Session(lang="en", format="info")
+        session = _core.Session(SessionOptions(lang="en", format="info"))
         session.begin("capture.mcap", True, "mcap")
         began = time.process_time()
         session.feed(whole(body))

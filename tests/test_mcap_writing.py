@@ -20,6 +20,7 @@ from mcap.reader import SeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from canalyze._core import Session
+from canalyze.running.options import SessionOptions
 
 EDS = Path(__file__).parents[1] / "eds"
 NETWORK = ["--eds", f"5={EDS / 'drive.eds'}", "--eds", f"6={EDS / 'io.eds'}", "--eds", f"7={EDS / 'encoder.eds'}"]
@@ -44,7 +45,7 @@ class Said(NamedTuple):
 
 
 def session(form: str, capture: bytes, step: int = 0, **more: Any) -> bytes:
-    it = Session(lang="en", format=form, **more)
+    it = Session(SessionOptions(lang="en", format=form, **more))
     it.begin("folder/x.log", True)
     step = step or len(capture) or 1
     out = [it.feed(capture[at : at + step]) for at in range(0, len(capture), step)]
@@ -285,7 +286,7 @@ def test_findings_of_every_rule(capture: Path) -> None:
 
 
 def test_words_in_the_chosen_language() -> None:
-    it = Session(lang="zh", format="convert", to="mcap", decoded=True)
+    it = Session(SessionOptions(lang="zh", format="convert", to="mcap", decoded=True))
     it.begin("x.log", True)
     (_, state) = said(it.feed(b"(1.0) can0 705#05 R\n") + it.end() + it.finish())
     assert (state.topic, state.message.state, state.message.name) == ("/can0/node5/nmt_state", 5, "操作")

@@ -17,6 +17,7 @@ from test_monitor_grid import Still
 
 from canalyze import _core
 from canalyze.monitor.app import Monitor
+from canalyze.running.options import SessionOptions
 
 PROBLEMS = SAMPLES / "problems.log"
 CAPTURES = [PROBLEMS, SAMPLES / "sdo-abort.log", *sorted((SHARED / "stories").glob("*.log"))]
@@ -26,7 +27,7 @@ LOST, REPORTED = 126, 134
 
 def session_of(lines: list[bytes], lang: str = "en") -> _core.Session:
     """A capture that is watched and goes on."""
-    session = _core.Session(format="monitor", lang=lang)
+    session = _core.Session(SessionOptions(format="monitor", lang=lang))
     session.begin("capture.log", False, "candump")
     session.feed(b"".join(lines))
     session.rest()

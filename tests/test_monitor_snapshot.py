@@ -12,6 +12,7 @@ import pytest
 from captures import SAMPLES, Row, described_beside, session_output
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 SOURCE = Path(__file__).parent.parent / "canalyze/core/src/monitor/snapshot.rs"
 TRANSFER = {"transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "size"}
@@ -56,7 +57,7 @@ def ns(seconds: str | None) -> int | None:
 
 
 def watched(text: bytes, name: str, lang: str, network: _core.Network | None, *, over: bool = True) -> _core.Session:
-    session = _core.Session(format="monitor", lang=lang, network=network)
+    session = _core.Session(SessionOptions(format="monitor", lang=lang, network=network))
     form = _core.sniff(text, True)
     session.begin(name, True, form if form in _core.FORMATS else "candump")
     assert session.feed(text) + session.end() == b""
@@ -210,13 +211,13 @@ def test_keys_are_those_that_are_documented() -> None:
 
 
 def test_other_formats_have_neither_snapshot_nor_trace() -> None:
-    session = _core.Session(format="text")
+    session = _core.Session(SessionOptions(format="text"))
     assert session.snapshot() == "" and session.trace() == []
 
 
 @pytest.mark.parametrize(("lang", "words"), [("zh", "过滤"), ("en", "filter")])
 def test_a_bad_filter_is_said_in_words(lang: str, words: str) -> None:
-    session = _core.Session(format="monitor", lang=lang)
+    session = _core.Session(SessionOptions(format="monitor", lang=lang))
     with pytest.raises(ValueError, match=words):
         session.trace(filter="service=nothing")
 

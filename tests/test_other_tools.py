@@ -20,6 +20,7 @@ from captures import SAMPLES, CanFrame, Row, log_text, read_log
 from conftest import Runner
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 from canalyze.sources.format import open_capture
 
 SESSIONS = [
@@ -144,7 +145,7 @@ FORMS: dict[str, Form] = {
 
 def rows_of(path: Path) -> list[Row]:
     """What `decode --format jsonl` says, in process."""
-    session = _core.Session(lang="en", format="jsonl")
+    session = _core.Session(SessionOptions(lang="en", format="jsonl"))
     output = []
     with open_capture(str(path)) as capture:
         session.begin(capture.name, True, capture.format)

@@ -17,6 +17,7 @@ import pytest
 from captures import CanFrame, Row, analyze, log_text, spaced
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 NODE = 5
 TYPES = {
@@ -123,7 +124,9 @@ def test_python_canopen_reads_the_same() -> None:
                 (one.index, 0, f"v{one.index:X}", one.code, "rw", None, False, False, True, "", 1.0) for one in fields
             ],
         )
-        core = _core.Session(lang="en", format="signals", network=_core.Network(descriptions=[(None, NODE, described)]))
+        core = _core.Session(
+            SessionOptions(lang="en", format="signals", network=_core.Network(descriptions=[(None, NODE, described)]))
+        )
         core.begin("x.log", True)
         text = core.feed(session(fields, payload)) + core.finish()
         rows = [json.loads(line) for line in text.splitlines()]
@@ -157,7 +160,9 @@ def test_signs_and_reals() -> None:
     for code, bits, payload, wanted in cases:
         row = (0x2000, 0, "v", code, "rw", None, False, False, True, "", 1.0)
         described = _core.Dictionary(file="x.eds", form="eds", device="", rows=[row])
-        core = _core.Session(format="signals-csv", network=_core.Network(descriptions=[(None, NODE, described)]))
+        core = _core.Session(
+            SessionOptions(format="signals-csv", network=_core.Network(descriptions=[(None, NODE, described)]))
+        )
         core.begin("x.log", True)
         text = core.feed(session([Field(0x2000, code, bits)], payload)) + core.finish()
         assert float(text.decode().splitlines()[1].split(",")[6]) == wanted

@@ -22,6 +22,7 @@ from conftest import Runner, command
 
 from canalyze._core import Session
 from canalyze.errors import OutputError, SourceError
+from canalyze.running.options import SessionOptions
 from canalyze.sinks.pythoncan import LOSSES, open_sink
 from canalyze.sources import apart, packed
 from canalyze.sources.file import Source
@@ -62,7 +63,7 @@ class Given(Source):
 
 def told(capture: Any) -> tuple[list[dict[str, Any]], list[str]]:
     """Give the frames of a capture as the core's JSON has them, and what was complained of."""
-    session = Session(lang="en", format="jsonl")
+    session = Session(SessionOptions(lang="en", format="jsonl"))
     session.begin(capture.name, True, capture.format)
     out, complaints = b"", []
     with capture:

@@ -15,6 +15,7 @@ import pytest
 from canalyze._core import Session
 from canalyze.errors import OutputError
 from canalyze.running import recording
+from canalyze.running.options import SessionOptions
 from canalyze.running.recording import Limit, Recording, Recordings, limit, open_recordings
 from canalyze.sources import live
 from canalyze.sources.packed import Packer
@@ -40,7 +41,7 @@ def lines(path: Path, form: str = "") -> list[str]:
     """The frames of a file as candump writes them, however it ends."""
     from canalyze.sources.format import open_capture
 
-    session = Session(lang="en", format="convert", to="candump")
+    session = Session(SessionOptions(lang="en", format="convert", to="candump"))
     out = b""
     with open_capture(str(path)) as capture:
         assert not form or capture.format == form
@@ -52,7 +53,7 @@ def lines(path: Path, form: str = "") -> list[str]:
 
 
 def expected(first: int, count: int) -> list[str]:
-    session = Session(lang="en", format="convert", to="candump")
+    session = Session(SessionOptions(lang="en", format="convert", to="candump"))
     session.begin("live", False, "live")
     return (session.feed(blocks(first, count)) + session.end() + session.finish()).decode().splitlines()
 

@@ -11,6 +11,7 @@ from captures import SAMPLES, CanFrame, log_text, run_canalyze, spaced
 
 from canalyze import _core
 from canalyze.errors import SourceError
+from canalyze.running.options import SessionOptions
 from canalyze.running.reading import Reading
 from canalyze.sources.format import open_capture
 from canalyze.sources.live import RECORDS, RELEASE_ALL, UNTIL, heads
@@ -44,14 +45,14 @@ class Listener:
 
 
 def replay(*files: Path, speed: float = 0.0, listener: Listener | None = None) -> Replay:
-    frames = _core.Session(format="convert", to="packed")
+    frames = _core.Session(SessionOptions(format="convert", to="packed"))
     names = [str(file) for file in files]
     results = Reading(frames, WORDS, listener or Listener(), open_input=open_capture).over(names)
     return Replay(names[0], results, speed=speed)
 
 
 def through(source: Replay, form: str = "jsonl") -> bytes:
-    session = _core.Session(lang="en", format=form)
+    session = _core.Session(SessionOptions(lang="en", format=form))
     taken: Any = source
     loop = Reading(session, WORDS, Listener(), open_input=lambda _: taken, given_format=True, frameless=True)
     return b"".join(loop.over(["replay"]))

@@ -8,13 +8,14 @@ import pytest
 from captures import SAMPLES, Row
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 CAPTURES = ("network/sync-and-pdos.log", "rules/SDO001.log")
 FILTERS = ("", "node=5", "service=sdo", "service=pdo", "frame=1-60", "id=585", "id=605", "t=0..1")
 
 
 def rows(name: str, form: str, expression: str) -> list[Row]:
-    session = _core.Session(format=form, lang="en", filter=expression)
+    session = _core.Session(SessionOptions(format=form, lang="en", filter=expression))
     session.begin(name, True)
     output = session.feed((SAMPLES / name).read_bytes()) + session.end() + session.finish()
     return [json.loads(line) for line in output.splitlines()]

@@ -15,6 +15,7 @@ from conftest import Runner
 from mcap.reader import make_reader
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 
 BOOTED = b"(1700000000.000000) can0 705#00\n"
 
@@ -25,7 +26,7 @@ def test_after_the_boot_up(lang: str, word: str, canalyze: Runner, tmp_path: Pat
     assert json.loads(row)["heartbeat"]["name"] == word
     assert word in session_output([BOOTED], output_format="summary", lang=lang).decode()
 
-    session = _core.Session(lang=lang, format="columns", tables=["lanes", "states"])
+    session = _core.Session(SessionOptions(lang=lang, format="columns", tables=["lanes", "states"]))
     session.begin("boot.log", True, "candump")
     session.feed(BOOTED)
     session.end()
@@ -51,7 +52,7 @@ def test_after_the_boot_up(lang: str, word: str, canalyze: Runner, tmp_path: Pat
 @pytest.mark.parametrize(("lang", "word"), [("zh", "初始化 (已命令)"), ("en", "Initialisation (commanded)")])
 def test_after_a_reset(lang: str, word: str) -> None:
     """Until it boots again."""
-    session = _core.Session(lang=lang, format="columns", tables=["lanes"])
+    session = _core.Session(SessionOptions(lang=lang, format="columns", tables=["lanes"]))
     session.begin("reset.log", True, "candump")
     session.feed(b"(1.000000) can0 705#7F\n(2.000000) can0 000#8105\n(3.000000) can0 705#00\n")
     session.end()

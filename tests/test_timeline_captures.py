@@ -22,6 +22,7 @@ from captures import SAMPLES, Analysis, Row, console_text, described_beside, log
 from recordings import Recording, recording, verified
 
 from canalyze import _core
+from canalyze.running.options import SessionOptions
 from canalyze.timeline import TABLES
 from canalyze.timeline.colours import COLOURS
 from canalyze.timeline.recording import Timeline
@@ -46,7 +47,7 @@ class Shown:
         """Read it by canalyze several times."""
 
         def session(form: str, **more: Any) -> _core.Session:
-            return _core.Session(lang=lang, format=form, network=network, **more, **settings)
+            return _core.Session(SessionOptions(lang=lang, format=form, network=network, **more, **settings))
 
         self.said: Analysis = sort_rows(_read(session("jsonl"), data))
         self.signals: list[Row] = [json.loads(line) for line in _read(session("signals"), data).splitlines()]

@@ -73,15 +73,15 @@ def command(words: Words) -> click.Command:
         named = channels_of(channels, given, words, writes=given.get("save") is not None)
         drawn = rerun or given.get("save") is not None
         check(given, words, drawn=drawn, shown=rerun, why_not=("sniff.needs_rerun", "--rerun"))
-        settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "count": count}
+        settings: dict[str, Any] = {"format": form, "depth": depth, "time": time, "filter": expression, "limit": count}
         settings |= {"numbered": number, "coloured": form == "text" and out.coloured}
-        settings["masks"] = [channel.mask for channel in named if channel.filters] or None
+        settings["masks"] = [channel.mask for channel in named if channel.filters]
         settings["incidents"] = depth != "brief"
         if expect is not None:
             settings["expectations"] = expectations.read(Path(expect))
         # What is printed and what is drawn come from one session, in one language.
         drawing = drawn_in(words, _tell, web=given.get("web", False)) if rerun else words
-        session = open_session(drawing, given, tables=TABLES if drawn else None, **settings)
+        session = open_session(drawing, given, tables=TABLES if drawn else (), **settings)
         with ExitStack() as stack:
             force = given.get("force", False)
             showing = stack.enter_context(Showing(given, drawing, shown=rerun, force=force)) if drawn else None

@@ -231,7 +231,7 @@ class CoreUsageError(click.UsageError):
 def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
     """Start the core with these settings and what is known of the network.
 
-    What the core cannot accept (a filter, a map) is a usage error; a setting that is None is left to the core.
+    What the core cannot accept (a filter, a map) is a usage error.
     """
     from canalyze.configuration.descriptions import network as known
 
@@ -246,10 +246,10 @@ def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sessi
 def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
     """Start the core with these settings, the network among them; ValueError for what it cannot accept."""
     from canalyze._core import Session
+    from canalyze.running.options import SessionOptions
 
-    settings["topics"], settings["mcap_maps"] = given.get("topic", ()), given.get("mcap_map", ())
-    settings["time_source"] = given.get("time_source")
-    return Session(lang=words.lang, **{name: value for name, value in settings.items() if value is not None})
+    topics, maps, source = given.get("topic", ()), given.get("mcap_map", ()), given.get("time_source")
+    return Session(SessionOptions(words.lang, topics=topics, mcap_maps=maps, time_source=source, **settings))
 
 
 def known_of(given: CaptureOptions) -> network.Known:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from canalyze.configuration import network
 from canalyze.library import Described, Descriptions, Known, Options
 from canalyze.library.rows import one_of
+from canalyze.running.options import SessionOptions
 from canalyze.words import Words
 
 if TYPE_CHECKING:
@@ -38,10 +39,8 @@ class Plan:
 
     folder: Path
     """Where relative names are looked for."""
-    settings: Mapping[str, Any]
-    """Arguments of the core's session."""
-    filter: str | None
-    """Which frames are told of."""
+    options: SessionOptions
+    """What its sessions have in common."""
     words: Words
     """The language of complaints."""
     input_format: str | None
@@ -57,7 +56,7 @@ class Plan:
         """Start the core; ValueError for what it cannot accept."""
         from canalyze._core import Session
 
-        return Session(format=form, filter=filter or self.filter, **self.settings, **more)
+        return Session(self.options._replace(format=form, filter=filter or self.options.filter, **more))
 
     def dictionary(self, bus: str | None, node: int) -> "ObjectDictionary | None":
         """Give the description of a node as python-canopen has it; None where it has none."""
@@ -113,19 +112,19 @@ def plan(who: str, options: Known | Options) -> Plan:
     config = asked.get("config")
     filed = network.Known() if config is None else configuration.read(str(base / os.fspath(config))).known
     said: list[str] = []
-    settings = {
-        "lang": lang,
-        "stamps": stamps,
-        "network": known(filed, given, words, said.append, read),
-        "topics": _texts("topic", asked.get("topic", ())),
-        "time_source": asked.get("time_source"),
-        "mcap_maps": _texts("mcap_map", asked.get("mcap_map", ())),
-    }
+    session = SessionOptions(
+        lang,
+        stamps=stamps,
+        filter=asked.get("filter"),
+        network=known(filed, given, words, said.append, read),
+        topics=_texts("topic", asked.get("topic", ())),
+        time_source=asked.get("time_source"),
+        mcap_maps=_texts("mcap_map", asked.get("mcap_map", ())),
+    )
     carried = carriers(filed, given, read) if read else {}
     made = Plan(
         folder=base,
-        settings={name: value for name, value in settings.items() if value is not None},
-        filter=asked.get("filter"),
+        options=session,
         words=words,
         input_format=form,
         merge=asked.get("merge", False),

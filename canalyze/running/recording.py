@@ -170,6 +170,7 @@ class Recording:
 
     def _open(self, name: str) -> None:
         from canalyze._core import Session
+        from canalyze.running.options import SessionOptions
 
         self._replaces = os.path.lexists(name)
         with suppress(OSError, ValueError):  # opening it says what is wrong
@@ -187,7 +188,7 @@ class Recording:
             raise OutputError("output.write", name=name, error=error) from error
         self._name, self._size = name, 0
         self._began = self._looked = time.monotonic()
-        self._session = Session(lang=self._words.lang, format="convert", to=self._form)
+        self._session = Session(SessionOptions(self._words.lang, "convert", to=self._form))
         self._session.begin("live", False, "live")
         self.written.files.append(name)
         if self._names:

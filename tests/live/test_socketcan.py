@@ -21,6 +21,7 @@ import pytest
 
 from canalyze._core import Session
 from canalyze.errors import SourceError
+from canalyze.running.options import SessionOptions
 from canalyze.sources import live, netdevices, socketcan
 from canalyze.sources.live import LinkLost, Live
 from canalyze.sources.socketcan import SocketCan
@@ -120,7 +121,7 @@ def refused(*channels: str, first: int = 0) -> tuple[str, str]:
 
 def session(blocks: bytes) -> tuple[int, list[str]]:
     """How many frames the core finds in blocks, and its complaints."""
-    one = Session(lang="en", format="text", depth="brief")
+    one = Session(SessionOptions(lang="en", format="text", depth="brief"))
     one.begin("live", False, "live")
     one.feed(blocks)
     one.end()

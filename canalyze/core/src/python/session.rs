@@ -34,6 +34,34 @@ pub(super) struct Session {
     lang: Lang,
 }
 
+/// What a session is to do, by the names and in the words of `canalyze/running/options.py`.
+#[derive(FromPyObject)]
+struct SessionOptions {
+    lang: String,
+    format: String,
+    depth: String,
+    stamps: String,
+    time: Option<String>,
+    filter: Option<String>,
+    extract: bool,
+    network: Option<Py<Network>>,
+    select: Option<String>,
+    topics: Vec<String>,
+    time_source: Option<String>,
+    mcap_maps: Vec<String>,
+    to: String,
+    decoded: bool,
+    mcap_fd_schema: String,
+    mcap_archive: bool,
+    tables: Vec<String>,
+    expectations: Option<Py<Expectations>>,
+    incidents: bool,
+    masks: Vec<String>,
+    limit: Option<u64>,
+    coloured: bool,
+    numbered: bool,
+}
+
 /// File name, more bytes, status once the transfer has ended, and then its holes: offset and length.
 type Piece<'py> = (String, Bound<'py, PyBytes>, &'static str, Vec<(u64, Option<u64>)>);
 /// Frame, severity, time in ns, bus, identifier, data, words.
@@ -67,36 +95,14 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (*, lang = "zh", format = "text", depth = "default", stamps = "auto", time = None, filter = None, extract = false, network = None, select = None, topics = Vec::new(), time_source = None, mcap_maps = Vec::new(), to = "candump", decoded = false, mcap_fd_schema = "ros2", mcap_archive = false, tables = Vec::new(), expectations = None, incidents = false, masks = Vec::new(), count = None, coloured = false, numbered = false))]
-    #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python constructor")]
-    fn new(
-        lang: &str,
-        format: &str,
-        depth: &str,
-        stamps: &str,
-        time: Option<&str>,
-        filter: Option<&str>,
-        extract: bool,
-        network: Option<&Network>,
-        select: Option<&str>,
-        topics: Vec<String>,
-        time_source: Option<&str>,
-        mcap_maps: Vec<String>,
-        to: &str,
-        decoded: bool,
-        mcap_fd_schema: &str,
-        mcap_archive: bool,
-        tables: Vec<String>,
-        expectations: Option<&Expectations>,
-        incidents: bool,
-        masks: Vec<String>,
-        count: Option<u64>,
-        coloured: bool,
-        numbered: bool,
-    ) -> PyResult<Self> {
-        let lang = language(lang)?;
+    fn new(given: SessionOptions) -> PyResult<Self> {
+        let SessionOptions { network, expectations, extract, limit, incidents, coloured, numbered, .. } = given;
+        let lang = language(&given.lang)?;
         // What no user can ask for: records for another program's writer.
-        let to = if to == "packed" { Written::Packed } else { choose("to", to, Written::NAMES)? };
+        let to = match given.to.as_str() {
+            "packed" => Written::Packed,
+            to => choose("to", to, Written::NAMES)?,
+        };
         let formats = [
             ("text", Format::Text),
             ("jsonl", Format::Jsonl),
@@ -127,31 +133,31 @@ impl Session {
             Map::parse(text).map_err(|mistake| PyValueError::new_err(complaints::mcap_map(lang, &mistake)))
         };
         let mcap = Choice {
-            topics: Select::parse(&topics.join(",")),
-            clock: time_source.map(|source| choose("time_source", source, Clock::NAMES)).transpose()?,
-            maps: mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
+            topics: Select::parse(&given.topics.join(",")),
+            clock: given.time_source.map(|source| choose("time_source", &source, Clock::NAMES)).transpose()?,
+            maps: given.mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
         };
-        let fd_schema = choose("mcap_fd_schema", mcap_fd_schema, FdSchema::NAMES)?;
-        let written = mcap::Settings { fd_schema, archive: mcap_archive, decoded: decoded.then_some(lang) };
+        let fd_schema = choose("mcap_fd_schema", &given.mcap_fd_schema, FdSchema::NAMES)?;
+        let written = mcap::Settings { fd_schema, archive: given.mcap_archive, decoded: given.decoded.then_some(lang) };
         let options = Options {
             lang,
-            format: choose("format", format, &formats)?,
-            depth: choose("depth", depth, &depths)?,
-            stamps: choose("stamps", stamps, &kinds)?,
-            time: time.map(|time| choose("time", time, &times)).transpose()?,
+            format: choose("format", &given.format, &formats)?,
+            depth: choose("depth", &given.depth, &depths)?,
+            stamps: choose("stamps", &given.stamps, &kinds)?,
+            time: given.time.map(|time| choose("time", &time, &times)).transpose()?,
             look: Look { coloured, numbered },
-            filter: Filter::parse(filter.unwrap_or(""))
+            filter: Filter::parse(given.filter.as_deref().unwrap_or(""))
                 .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
-            masks: Masks::parse(&masks).map_err(|mistake| PyValueError::new_err(complaints::masks(lang, &mistake)))?,
-            count,
+            masks: Masks::parse(&given.masks).map_err(|mistake| PyValueError::new_err(complaints::masks(lang, &mistake)))?,
+            count: limit,
             extract,
-            network: network.map(|network| Arc::clone(&network.known)).unwrap_or_default(),
-            select: Select::parse(select.unwrap_or("")),
+            network: network.map(|network| Arc::clone(&network.get().known)).unwrap_or_default(),
+            select: Select::parse(given.select.as_deref().unwrap_or("")),
             mcap,
-            tables: tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
+            tables: given.tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
             writing: writers::Settings { mcap: written },
             incidents,
-            expectations: expectations.map(|given| Arc::clone(&given.expected)),
+            expectations: expectations.map(|given| Arc::clone(&given.get().expected)),
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())), lang })
     }
