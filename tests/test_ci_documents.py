@@ -1,6 +1,6 @@
-"""What the repository says to other programs that run it: workflows, and the README's snippets for GitHub and GitLab.
+"""What the repository says to other programs that run it: workflows, and the snippets for GitHub and GitLab of its pages.
 
-Each is valid by the consumer's schema, and the commands of the snippets do what the README says. What it must not do:
+Each is valid by the consumer's schema, and the commands of the snippets do what the page says. What it must not do:
 know what `check` writes; its own tests do.
 """
 
@@ -17,14 +17,14 @@ import pytest
 from captures import SAMPLES
 
 ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "canalyze/pages/en/ci.md").read_text(encoding="utf-8")
 SNIPPETS = {"github": ".github/workflows/captures.yml", "gitlab": ".gitlab-ci.yml"}
 SCHEMAS = {"github": "vendor.github-workflows", "gitlab": "vendor.gitlab-ci"}
 
 
 def snippet(kind: str) -> str:
-    """The README's snippet that begins with the name of its file."""
-    found = re.search(rf"^```yaml\n(# {re.escape(SNIPPETS[kind])}\n.+?)^```$", README, re.DOTALL | re.MULTILINE)
+    """The page's snippet that begins with the name of its file."""
+    found = re.search(rf"^```yaml\n(# {re.escape(SNIPPETS[kind])}\n.+?)^```$", PAGE, re.DOTALL | re.MULTILINE)
     assert found
     return found[1]
 
@@ -71,10 +71,10 @@ def test_snippets_do_what_they_say(kind: str, sample: str, code: int, tmp_path: 
     assert written == set(re.findall(r"captures\.(?:xml|sarif)", snippet(kind))), "what the snippet goes on with"
 
 
-def test_the_baseline_of_the_readme_holds(tmp_path: Path) -> None:
+def test_the_baseline_of_the_page_holds(tmp_path: Path) -> None:
     (tmp_path / "captures").mkdir()
     shutil.copy(SAMPLES / "rules/SDO001.log", tmp_path / "captures/old.log")
-    lines = re.findall(r"^    canalyze (check --baseline .+)$", README.split("## In CI")[1], re.MULTILINE)
+    lines = re.findall(r"^canalyze (check --baseline .+)$", PAGE, re.MULTILINE)
     assert len(lines) == 2
     for line in lines:
         done = subprocess.run([sys.executable, "-m", "canalyze", *shlex.split(line)], capture_output=True, cwd=tmp_path)

@@ -298,7 +298,7 @@ def test_multiplex_pdo_by_the_description_of_the_addressed_node(canalyze: Runner
     rows = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", *known).lines]
     found = [row["pdo"]["mpdo"] for row in rows if row["kind"] == "frame" and row["service"] == "pdo"]
     assert [(one["name"], one["type"], one["value"], one["unit"], one["text"]) for one in found] == [
-        ("目标位置", "INTEGER32", 12345, None, "12345"),
+        ("target position", "INTEGER32", 12345, None, "12345"),
         ("Motor temperature", "INTEGER16", 4.2, "degC", "4.2 degC"),
         (None, None, None, None, None),
     ]

@@ -440,8 +440,8 @@ rules! {
             "节点不存在或未上电(主站扫描), 或者只记录到一个方向。"
             "The node does not exist or has no power (a master scans), or only one direction was captured.";
         Frames { frames: Count }
-            "该节点对SDO请求从未响应(共{frames}帧)"
-            "the node never answered an SDO request ({frames|frame|frames})";
+            "该节点尚未响应任何SDO请求(共{frames}帧)"
+            "the node has not answered any SDO request ({frames|frame|frames})";
     }
 
     /// Of SDO channels only one direction was recorded.

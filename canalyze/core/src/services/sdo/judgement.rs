@@ -168,7 +168,8 @@ pub(super) struct Verdicts {
     pub(super) scanned: bool,
     /// Frames of the server without a request, since the client's last frame.
     pub(super) unasked: Option<Unasked>,
-    /// The request of which the clock has shown that it is not answered: its number, and the frame of the finding.
+    /// The request of which it is reported that it is not answered, since its time is up: its number, and the frame at
+    /// which that was known.
     overdue: Option<(u64, FrameRef)>,
     /// It is reported already that nobody has answered.
     distrusted: bool,
@@ -244,7 +245,7 @@ impl Channel {
     pub(super) fn find(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, cx: &mut Context<'_>) {
         let verdict = verdict.into();
         let missing = is_missing(&verdict);
-        if missing && self.is_reported(offender) {
+        if (missing || verdict.code == Code::Sdo015) && self.is_reported(offender) {
             return;
         }
         if let Some(finding) = self.finding(verdict, offender, cx) {
@@ -428,13 +429,17 @@ impl Channel {
         if self.overdue_ns().is_none_or(|due_ns| due_ns >= now_ns) {
             return;
         }
-        match self.awaited() {
+        let pending = match self.awaited() {
             Some(pending) => {
                 self.find(Sdo002::NoResponse, pending.at, cx);
-                self.verdicts.overdue = Some((pending.at.no, cx.at));
+                Some(pending)
             }
-            None => self.report_distrust(Some(now_ns), cx),
-        }
+            None => {
+                self.report_distrust(Some(now_ns), cx);
+                self.pending()
+            }
+        };
+        self.verdicts.overdue = pending.map(|pending| (pending.at.no, cx.at)).or(self.verdicts.overdue);
     }
 
     /// The capture is over: writes that were refused stay so, unless the client may have been about to make them
