@@ -175,9 +175,7 @@ def test_captures_that_differ_are_told_to_who_reads(canalyze: Runner, tmp_path: 
 
 def test_stamps_out_of_range_are_told(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "far.log").write_text("(1.0) can0 123#11\n(99999999999999999999.0) can0 123#22\n(2.0) can0 123#33\n")
-    said = (
-        "far.log: 1 timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit"
-    )
+    said = "far.log: 1 timestamps outside the representable range (1677-09-21 to 2262-04-11), set to its limit"
     for line in (["info"], ["check"], ["decode"], ["summary"], ["convert", "--to", "candump"]):
         done = canalyze("--lang", "en", *line, "far.log", *(["-"] if line[0] == "convert" else []))
         assert done.complaints.count(said) == 1
@@ -195,7 +193,7 @@ def test_stamps_within_range_are_not_told(canalyze: Runner, tmp_path: Path, stam
 
 
 @pytest.mark.parametrize(
-    ("lang", "known", "unknown"), [("en", "; 7 bytes", "is not known"), ("zh", "跳过7字节", "不明")]
+    ("lang", "known", "unknown"), [("en", "; 7 bytes", "unknown number of bytes"), ("zh", "跳过7字节", "字节数未知")]
 )
 @pytest.mark.parametrize("kind", [packed.CHECKSUM, packed.STRUCTURE, packed.COMPRESSION])
 def test_damage_of_unknown_size_is_said_so(kind: int, lang: str, known: str, unknown: str) -> None:

@@ -110,7 +110,7 @@ def test_it_shows_what_the_other_forms_say(name: str, lang: str) -> None:
     assert order == sorted(order, key=lambda one: (buses.index(one[0]), *one[1:]))
 
     check_nodes(shown, summary)
-    check_transfers(shown, rows, told(text, path.name, "transfers", lang, known))
+    check_transfers(shown, rows, told(text, path.name, "transfers-text", lang, known))
     check_findings(shown, summary)
     check_trace(session, frames, rows)
 
