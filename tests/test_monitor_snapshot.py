@@ -25,7 +25,7 @@ KEYS = {
     "nodes": {
         *("bus", "node", "name", "state", "state_text", "frames", "sent", "frames_per_s", "heartbeat_age_ns"),
         *("heartbeat_period_ns", "silent", "guarded", "emcy", "boot_ups", "drive", "findings"),
-        "incident",
+        *("incident", "unknown"),
     },
     "objects": {
         *("bus", "id", "ext", "rtr", "service", "node", "name", "count", "last_ns", "period_ns", "jitter_ns", "rate"),
