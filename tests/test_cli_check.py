@@ -271,15 +271,15 @@ def test_baseline_round_trip(canalyze: Runner, set_of_captures: Path, tmp_path: 
 
 def test_more_than_the_baseline_fails(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:
     args = ("check", "--lang", "en", "--baseline", "known.json")
-    emcy = "(2.000000) can0 085#1081000000000000\n"
-    (tmp_path / "two.log").write_text("(1.000000) can0 705#00\n" + emcy * 2)
-    (tmp_path / "three.log").write_text("(1.000000) can0 705#00\n" + emcy * 3)
+    two, three = ("".join(f"({2 + at}.000000) can0 085#1081000000000000\n" for at in range(count)) for count in (2, 3))
+    (tmp_path / "two.log").write_text(f"(1.000000) can0 705#00\n{two}")
+    (tmp_path / "three.log").write_text(f"(1.000000) can0 705#00\n{three}")
     assert canalyze(*args, "--update-baseline", "two.log").code == 0
     assert canalyze(*args, "two.log").code == 0
     done = canalyze(*args, "two.log", "three.log")
     assert done.code == 1
     assert any(line.startswith("two.log, ") and ": clean, " in line for line in done.lines)
-    assert any(line.startswith("    3 times (baseline: 2)") or line.startswith("    3 times") for line in done.lines)
+    assert "    3 times, 2 in baseline; also at frames 3, 4" in done.lines
 
 
 def test_fewer_than_the_baseline_is_said(canalyze: Runner, set_of_captures: Path, tmp_path: Path) -> None:

@@ -163,7 +163,11 @@ USAGE: list[tuple[list[str], str, str]] = [
     (["view", "--web", "--bind", "198.51.100.1", "f"], "请用 --bind 指定本机地址", "on 198.51.100.1: "),
     (["sniff", "bus", "-i", "virtual", "--web"], "--web 需要 --rerun", "--web needs --rerun"),
     (["sniff", "bus", "-i", "virtual", "--port", "9999"], "--port 需要", "--port needs --rerun"),
-    (["sniff", "bus", "-i", "virtual", "--save", "x.log"], "x.log：文件名应以 .rrd 结尾", "x.log: the name must end in .rrd"),
+    (
+        ["sniff", "bus", "-i", "virtual", "--save", "x.log"],
+        "x.log：文件名应以 .rrd 结尾",
+        "x.log: the name must end in .rrd",
+    ),
     (["sniff", "bus", "-i", "virtual", "--rerun", "--force"], "--force 需要 --record", "--force needs --record"),
 ]
 

@@ -194,7 +194,7 @@ def test_stamps_within_range_are_not_told(canalyze: Runner, tmp_path: Path, stam
 
 
 @pytest.mark.parametrize(
-    ("lang", "known", "unknown"), [("en", "; 7 bytes", "is not known"), ("zh", "跳过7字节", "不明")]
+    ("lang", "known", "unknown"), [("en", "; 7 bytes", "unknown number of bytes"), ("zh", "跳过7字节", "字节数未知")]
 )
 @pytest.mark.parametrize("kind", [packed.CHECKSUM, packed.STRUCTURE, packed.COMPRESSION])
 def test_damage_of_unknown_size_is_said_so(kind: int, lang: str, known: str, unknown: str) -> None:

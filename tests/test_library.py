@@ -186,7 +186,7 @@ def test_what_cannot_be_opened_is_said(tmp_path: Path) -> None:
     ("options", "said"),
     [
         ({"filter": "colour=red"}, "colour=red"),
-        ({"eds": {200: "x.eds"}}, "200 is not a node-ID"),
+        ({"eds": {200: "x.eds"}}, "option eds 200: node-IDs are 1 to 127"),
         ({"eds": ["x=y=z"]}, "eds"),
         ({"eds": [5]}, "eds"),
         ({"cob": ["xyz"]}, "cob"),
@@ -317,7 +317,7 @@ def test_rows_are_shown_short() -> None:
 def test_one_of_everything_is_shown_in_a_line() -> None:
     capture = canalyze.open(NETWORK, eds={5: DRIVE})
     assert repr(capture.frames[3]).startswith(
-        "<Frame 4: 605 [8] 2B 17 10 00 64 00 00 00: SDO write request sent by the "
+        "<Frame 4: 605 [8] 2B 17 10 00 64 00 00 00: SDO request sent by the client: write 1017h:00 "
     )
     assert repr(capture.nodes[5]) == "<Node 5 on vcan0 'Servo drive': pre-operational, 118 frames>"
     assert repr(capture.signals["5.TPDO4.velocity actual value"][0]) == (

@@ -26,7 +26,7 @@ KEYS = {
     "nodes": {
         *("bus", "node", "name", "state", "state_text", "frames", "sent", "frames_per_s", "heartbeat_age_ns"),
         *("heartbeat_period_ns", "silent", "guarded", "emcy", "boot_ups", "drive", "findings"),
-        "incident",
+        *("incident", "unknown"),
     },
     "objects": {
         *("bus", "id", "ext", "rtr", "service", "node", "name", "count", "last_ns", "period_ns", "jitter_ns", "rate"),
@@ -111,7 +111,7 @@ def test_it_shows_what_the_other_forms_say(name: str, lang: str) -> None:
     assert order == sorted(order, key=lambda one: (buses.index(one[0]), *one[1:]))
 
     check_nodes(shown, summary)
-    check_transfers(shown, rows, told(text, path.name, "transfers", lang, known))
+    check_transfers(shown, rows, told(text, path.name, "transfers-text", lang, known))
     check_findings(shown, summary)
     check_trace(session, frames, rows)
 
