@@ -90,7 +90,7 @@ def test_what_may_change_is_marked() -> None:
 def test_nodes_have_the_word_of_their_problem() -> None:
     words = {node["node"]: node["incident"] and node["incident"]["word"] for node in so_far(174)["nodes"]}
     reported = "heartbeat consumer reports a loss"
-    assert words == {3: None, 4: reported, 5: None, 9: "a node is silent"}
+    assert words == {3: None, 4: reported, 5: None, 9: "node silent"}
 
     async def act(app: Monitor, pilot: Any) -> None:
         await pilot.press("2")
@@ -120,7 +120,7 @@ def test_the_first_line_says_how_many_stand_and_which_came_last(lang: str, size:
 
 
 @pytest.mark.parametrize(
-    ("lang", "words"), [("en", ("stands", "over", "harmless")), ("zh", ("仍存在", "已恢复", "无害"))]
+    ("lang", "words"), [("en", ("open", "ended", "harmless")), ("zh", ("仍存在", "已恢复", "无害"))]
 )
 def test_harmless_ones_are_one_row_until_asked_for(lang: str, words: tuple[str, ...]) -> None:
     async def act(app: Monitor, pilot: Any) -> None:
@@ -155,7 +155,7 @@ def test_enter_goes_to_the_first_evidence_and_the_row_is_told_in_full() -> None:
     on_screen(replayed(PROBLEMS, "en"), "en", (80, 24), act)
 
 
-@pytest.mark.parametrize(("lang", "said"), [("en", "stands?"), ("zh", "仍存在?")])
+@pytest.mark.parametrize(("lang", "said"), [("en", "open?"), ("zh", "仍存在?")])
 def test_the_age_of_what_stands_runs_and_what_may_change_has_a_mark(lang: str, said: str) -> None:
     watch = Still(**so_far(REPORTED, lang))
 

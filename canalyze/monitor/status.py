@@ -151,12 +151,15 @@ class Status(Lines):
             pieces.append((f" {self._words.of('bus_state', bus['state'])}", "error"))
         return tuple(pieces)
 
-    def _views(self, snapshot: dict[str, Any], view: str, conditions: list[str]) -> Cell:
-        counts = {
-            "nodes": len(snapshot["nodes"]),
-            "objects": len(snapshot["objects"]) + snapshot.get("objects_more", 0),
-            "transfers": len(snapshot["transfers"]["running"]),
-        }
+    def _views(self, snapshot: dict[str, Any], view: str, conditions: list[str], *, scarce: bool = False) -> Cell:
+        """Give the views by number; scarce: how much there is of what is no trouble has no room."""
+        counts: dict[str, int] = {}
+        if not scarce:
+            counts = {
+                "nodes": len(snapshot["nodes"]),
+                "objects": len(snapshot["objects"]) + snapshot.get("objects_more", 0),
+                "transfers": len(snapshot["transfers"]["running"]),
+            }
         stand = len(standing(snapshot))
         pieces: list[Piece] = []
         for number, name in enumerate(VIEWS, 1):
@@ -178,6 +181,8 @@ class Status(Lines):
             pieces = [
                 one for place, one in enumerate(pieces) if place == 0 or one[0] != " " or pieces[place - 1][0] != " "
             ]
+        if _width(tuple(pieces)) > self.size.width and not scarce:
+            return self._views(snapshot, view, conditions, scarce=True)
         return tuple(pieces)
 
 
