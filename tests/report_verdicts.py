@@ -81,7 +81,7 @@ def _finding(random_: random.Random, file: str) -> Finding:
         return random_.choice(values)
 
     text = random_.choice
-    index, sub = some((None, None), ("1008", 0), ("6041", 255), (text(TEXTS), 3))
+    index, sub = some((None, None), ("1008", 0), ("6041", 255), ("FFFF", 3))
     frame = some(None, 1, 8, 10**12)
     return Finding(
         code=some("SDO001", "HBT004", "CAP001", "EXP001", "XXX999"),

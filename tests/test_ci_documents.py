@@ -1,4 +1,4 @@
-"""What the repository says to other programs that run it: workflows, and the snippets for GitHub and GitLab of its pages.
+"""What the repository says to other programs that run it: workflows, and its pages' snippets for GitHub and GitLab.
 
 Each is valid by the consumer's schema, and the commands of the snippets do what the page says. What it must not do:
 know what `check` writes; its own tests do.

@@ -3,6 +3,7 @@
 import re
 import string
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from captures import TESTS
@@ -11,7 +12,7 @@ from canalyze.words import FOLDER, LANGUAGES, Words, sentences
 
 PACKAGE = TESTS.parent / "canalyze"
 CHINESE = re.compile("[\u4e00-\u9fff]")
-TOPICS = sorted(path.stem for path in FOLDER.glob("*.txt"))
+TOPICS = sorted(path.stem for path in Path(FOLDER).glob("*.txt"))
 
 
 def rows() -> Iterator[tuple[str, str, str]]:
@@ -28,7 +29,7 @@ ROWS = list(rows())
 @pytest.mark.parametrize("topic", TOPICS)
 def test_topic_is_well_formed(topic: str) -> None:
     """A line that means nothing, or a key a second time or in another topic's file, would be lost without a word."""
-    text = (FOLDER / f"{topic}.txt").read_text(encoding="utf-8")
+    text = (Path(FOLDER) / f"{topic}.txt").read_text(encoding="utf-8")
     assert not [line for line in text.splitlines() if not re.fullmatch(r"|# .+|\[.+\]|(zh|en|both):( .*\S)?", line)]
     keys = re.findall(r"^\[(.+)\]$", text, re.MULTILINE)
     assert len(set(keys)) == len(keys) and set(keys) == {key for key, _, _ in ROWS if key in keys}

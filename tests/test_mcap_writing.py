@@ -289,4 +289,4 @@ def test_words_in_the_chosen_language() -> None:
     it = Session(SessionOptions(lang="zh", format="convert", to="mcap", decoded=True))
     it.begin("x.log", True)
     (_, state) = said(it.feed(b"(1.0) can0 705#05 R\n") + it.end() + it.finish())
-    assert (state.topic, state.message.state, state.message.name) == ("/can0/node5/nmt_state", 5, "操作")
+    assert (state.topic, state.message.state, state.message.name) == ("/can0/node5/nmt_state", 5, "操作状态")

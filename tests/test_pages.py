@@ -21,7 +21,7 @@ from page_examples import PAGES, README, ROOT, Block, blocks, invocations
 
 from canalyze import expectations, pages
 from canalyze.cli import COMMANDS, build
-from canalyze.configuration import config
+from canalyze.configuration import config, filed
 from canalyze.words import LANGUAGES
 
 OTHERS = {"--no-deps", "--canalyze-update"}
@@ -194,11 +194,11 @@ def test_files_in_toml_load(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
 def test_every_key_of_the_configuration_is_on_its_page(lang: str) -> None:
     (block,) = (one for one in blocks(pages.page("configuration", lang)) if one.kind == "toml")
     given = tomllib.loads(block.text)
-    assert {*config.KEYS, *config.TABLES, *config.ENTRIES} == set(given)
-    assert set(config.SYNC) == set(given["sync"])
-    assert {*config.CHECK, "override"} == set(given["check"])
-    assert set(config.OVERRIDE) == set(given["check"]["override"][0])
-    for name, keys in config.ENTRIES.items():
+    assert {*filed.KEYS, *filed.TABLES, *filed.ENTRIES} == set(given)
+    assert set(filed.SYNC) == set(given["sync"])
+    assert {*filed.CHECK, "override"} == set(given["check"])
+    assert set(filed.OVERRIDE) == set(given["check"]["override"][0])
+    for name, keys in filed.ENTRIES.items():
         assert set(keys) - {"bus"} <= set(given[name][0])
 
 

@@ -213,7 +213,7 @@ def test_identifiers_in_the_wrong_byte_order_are_read(
     assert [int(one[0], 16) for one in expected][: len(ids)] == [can_id & 0x1FFF_FFFF for can_id in ids]
     rows = map(json.loads, canalyze("decode", "--format", "jsonl", "wrong.pcap").lines)
     assert [short(row) for row in rows if row["kind"] == "frame"] == expected
-    for lang, words in (("en", "little-endian, against the format"), ("zh", "小端序")):
+    for lang, words in (("en", "are little-endian, the format requires big-endian"), ("zh", "小端序")):
         said, clean = (canalyze("summary", "--lang", lang, name) for name in ("wrong.pcap", "right.pcap"))
         assert ([words in line for line in said.complaints], clean.err) == ([True], "")
     assert "identifiers: little-endian" in canalyze("info", "--lang", "en", "wrong.pcap").out

@@ -105,10 +105,10 @@ def test_failures_show_annotated_lines(tests: pytest.Pytester) -> None:
         parts[name] = rest.partition("=== short test")[0]
     aborted = "# abort transfer from the server: 1008h:00 05030000h toggle bit not alternated"
     assert "canalyze: findings" in parts["test_findings"] and aborted in parts["test_findings"]
-    assert "SDO001 error, frame 13: node 10 1008h:00: toggle=1" in parts["test_findings"]
+    assert "SDO001 error, frame 13: node 10 1008h:00: client sent toggle=1" in parts["test_findings"]
     assert "SDO017 info, frame" not in parts["test_findings"]
     assert "canalyze: SDO transfers" in parts["test_generator"] and "... 9 more" in parts["test_generator"]
-    assert "2B 17 10 00 64 00 00 00  # SDO write request" in parts["test_value"]
+    assert "2B 17 10 00 64 00 00 00  # SDO request sent by the client: write 1017h:00" in parts["test_value"]
     assert "node: 5, expected 6" in parts["test_two"] and parts["test_two"].count("<Transfer") >= 4
     assert "3 found, 0 expected" in parts["test_none"]
     assert "velocity actual value=900 rpm" in parts["test_signal"] and "=-900 rpm" in parts["test_signal"]
@@ -185,7 +185,7 @@ def test_a_snapshot_is_written_and_compared(tests: pytest.Pytester) -> None:
     missing.assert_outcomes(failed=2)
     missing.stdout.fnmatch_lines(
         [
-            "*no snapshot tests?__canalyze__?test_it.TestBoot.test_it-sdo-abort.txt; look at it and write it: "
+            "*no snapshot tests?__canalyze__?test_it.TestBoot.test_it-sdo-abort.txt; check it, then write it: "
             'python -m pytest "tests?test_it.py::TestBoot::test_it*sdo-abort*" --canalyze-update',
             "*sdo download 2005h:00 expedited aborted 06010002h by server*",
         ]

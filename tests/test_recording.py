@@ -106,7 +106,7 @@ def test_what_was_written_can_be_read_before_the_end(tmp_path: Path, suffix: str
 def test_an_existing_file_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "bus.log"
     path.write_text("precious\n")
-    with pytest.raises(OutputError, match=r"bus\.log: exists; --force"):
+    with pytest.raises(OutputError, match=r"bus\.log: file exists; use --force"):
         Recording(str(path), EN)
     assert path.read_text() == "precious\n"
     one = Recording(str(path), EN, force=True)
@@ -117,7 +117,7 @@ def test_an_existing_file_is_kept(tmp_path: Path) -> None:
 
 def test_a_file_of_an_earlier_rotation_is_kept(tmp_path: Path) -> None:
     (tmp_path / "bus-0003.log").write_text("precious\n")
-    with pytest.raises(OutputError, match=r"bus-0003\.log: exists"):
+    with pytest.raises(OutputError, match=r"bus-0003\.log: file exists"):
         Recording(str(tmp_path / "bus.log"), EN, limit=Limit(1000, None))
     assert [one.name for one in tmp_path.iterdir()] == ["bus-0003.log"]
 

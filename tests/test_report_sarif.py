@@ -86,7 +86,7 @@ def test_a_finding_is_a_result() -> None:
     assert (found["ruleId"], found["level"], found["occurrenceCount"]) == ("SDO001", "error", 12)
     assert found["message"]["text"] == (
         "node 10 1008h:00: toggle=0 from the server, 1 was due "
-        "(frame 7, line 8, known by [frame 8](1), 1700000000.003200 s, 12 times)"
+        "(frame 7, line 8, shown by [frame 8](1), 1700000000.003200 s, 12 times)"
     )
     (location,) = found["locations"]
     physical = location["physicalLocation"]

@@ -373,7 +373,7 @@ def test_every_rule_has_words_in_both_languages() -> None:
         for part in ("message", "meaning", "cause"):
             left, right = getattr(chinese, part), getattr(english, part)
             assert left.strip() and right.strip() and left != right, (chinese.code, part)
-            assert is_chinese(left) and right.isascii(), (chinese.code, part)
+            assert is_chinese(left) and right.replace("µ", "u").isascii(), (chinese.code, part)
         same = ("code", "name", "severity", "clause")
         assert [getattr(chinese, part) for part in same] == [getattr(english, part) for part in same]
 

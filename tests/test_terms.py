@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from captures import TESTS
 
-from canalyze.words import ROWS
+from canalyze.words import FOLDER, LANGUAGES, sentences
 
 PACKAGE = TESTS.parent / "canalyze"
 CORE = PACKAGE / "core" / "src"
@@ -76,9 +76,9 @@ def _of_core() -> Iterator[tuple[str, str]]:
 
 
 def _of_python() -> Iterator[tuple[str, str]]:
-    for key, zh, en in ROWS:
-        yield f"words: {key}", zh
-        yield f"words: {key}", en
+    for topic in sorted(path.stem for path in Path(FOLDER).glob("*.txt")):
+        for lang in LANGUAGES:
+            yield from ((f"words: {key}", sentence) for key, sentence in sentences(topic, lang).items())
 
 
 def _faults(sentences: Iterator[tuple[str, str]]) -> list[str]:

@@ -50,7 +50,12 @@ class Shown:
             return _core.Session(SessionOptions(lang=lang, format=form, network=network, **more, **settings))
 
         self.said: Analysis = sort_rows(_read(session("jsonl"), data))
-        self.signals: list[Row] = [json.loads(line) for line in _read(session("signals"), data).splitlines()]
+        # JSON has the names of no language; those that a reader sees are in the table.
+        rows: list[Row] = [json.loads(line) for line in _read(session("signals"), data).splitlines()]
+        tables = session("columns", tables=["signals"])
+        seen: list[tuple[str, str | None]] = []
+        _read(tables, data, lambda: seen.extend(pair for _, one in tables.batches() for pair in _named(one)))
+        self.signals = [row | {"signal": name, "text": text} for row, (name, text) in zip(rows, seen, strict=True)]
         self.path = folder / "out.rrd"
         timeline = Timeline(Words(lang), name="capture.log", save=str(self.path))
         shown = session("summary", tables=TABLES)
@@ -72,6 +77,11 @@ class Shown:
 
     def under(self, top: str) -> list[str]:
         return sorted(entity for entity in self.recording.entities() if entity.startswith(top))
+
+
+def _named(signals: _core.Batch) -> Iterator[tuple[str, str | None]]:
+    """Name and text of each row of the table of signals."""
+    return zip(signals.column("signal"), signals.column("text"), strict=True)
 
 
 def _ns(stamp: str) -> int:

@@ -165,7 +165,7 @@ def test_states_have_their_colours(view: Runner, tmp_path: Path) -> None:
         if "StateConfiguration:values" in batch.schema.names:
             values = batch.column("StateConfiguration:values")[0].as_py()
             colours |= dict(zip(values, batch.column("StateConfiguration:colors")[0].as_py(), strict=True))
-    assert colours["故障"] == colours["停止"] != colours["操作"] == colours["运行使能"]
+    assert colours["故障"] == colours["停止状态"] != colours["操作状态"] == colours["运行使能"]
 
 
 def test_log_and_transfers(view: Runner, tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def command(words: Words) -> click.Command:
             stamps=stamps,
             filter=expression,
             decoded=decoded,
-            mcap_fd_schema=mcap_fd_schema,
+            mcap_fd_schema=mcap_fd_schema or "ros2",
             mcap_archive=mcap_archive,
         )
         itself = _is_input(out, files)

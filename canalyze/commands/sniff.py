@@ -148,7 +148,7 @@ def _listen(
                 live.stop(now=True)
 
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
-    if sys.stderr.isatty():
+    if sys.stderr is not None and sys.stderr.isatty():
         _tell(_listens(live.names, given, words))
     broken: CanalyzeError | None = None
     early = Interrupt(stop)

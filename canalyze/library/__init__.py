@@ -27,8 +27,7 @@ class McapReader(Protocol):
 
 
 Source: TypeAlias = (
-    "StrPath | bytes | bytearray | memoryview | IO[bytes] | McapReader"
-    " | Iterable[StrPath] | Iterable[Message] | Iterable[tuple[Any, ...]]"
+    "StrPath | bytes | bytearray | memoryview | IO[bytes] | McapReader | Iterable[StrPath | Message | tuple[Any, ...]]"
 )
 """What a capture is read from; `open` says which things."""
 

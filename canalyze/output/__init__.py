@@ -12,7 +12,6 @@ import sys
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
-from canalyze._core import COLOURS, PLAIN, may_hold_command
 from canalyze.errors import BrokenOff, OutputError, ReaderGone
 from canalyze.output.writing import AS_IT_IS, Part, write_all
 from canalyze.words import Words
@@ -42,6 +41,8 @@ def _escaped(char: str) -> str:
 
 def commandless(lines: bytes) -> bytes:
     """Give lines without what the runner of GitHub takes for a command: `::` first in a line, `##[` anywhere."""
+    from canalyze._core import may_hold_command
+
     if not may_hold_command(lines):
         return lines
     return _COMMAND.sub(rb"\1\\x3a", lines.replace(b"##[", b"##\\x5b"))
@@ -237,7 +238,11 @@ class FileOutput(Output):
 
 def dyed(text: str, colour: str, *, out: Output) -> str:
     """Give a text in a colour of the core's table, where the output has colours."""
-    return f"{COLOURS[colour]}{text}{PLAIN}" if out.coloured else text
+    if not out.coloured:
+        return text
+    from canalyze._core import COLOURS, PLAIN
+
+    return f"{COLOURS[colour]}{text}{PLAIN}"
 
 
 def _is_device(path: "Path") -> bool:

@@ -17,11 +17,10 @@ Words about frames stand in the core (`text/`), never here, and nothing outside 
 """
 
 from functools import cache
-from pathlib import Path
 from typing import Final
 
 LANGUAGES: Final = ("zh", "en")
-FOLDER: Final = Path(__file__).parent
+FOLDER: Final = __file__.rpartition("__init__")[0]
 
 
 class Words:
@@ -61,7 +60,9 @@ def sentences(topic: str, lang: str) -> dict[str, str]:
     """Read the file of one topic: its sentences in one language, by their keys."""
     found: dict[str, str] = {}
     key = ""
-    for line in (FOLDER / f"{topic}.txt").read_text(encoding="utf-8").split("\n"):
+    with open(f"{FOLDER}{topic}.txt", encoding="utf-8") as file:
+        lines = file.read().split("\n")
+    for line in lines:
         tag, _, text = line.partition(":")
         if line.startswith("["):
             key = line[1:-1]

@@ -248,7 +248,7 @@ fn clause(lang: Lang, index: u16) -> &'static str {
     row.map_or_else(
         || match index {
             0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "manufacturer-specific area: see the device manual"),
-            _ => lang.pick("设备子协议 (CiA 4xx)", "device profile (CiA 4xx)"),
+            _ => lang.pick("设备规范 (CiA 4xx)", "device profile (CiA 4xx)"),
         },
         |row| row.2,
     )
