@@ -243,6 +243,7 @@ const MAY_USE: &[Row] = &[
         &[
             "profiles",
             "frame",
+            "dictionary",
             "message",
             "finding",
             "event",

@@ -148,7 +148,8 @@ impl Session {
             look: Look { coloured, numbered },
             filter: Filter::parse(given.filter.as_deref().unwrap_or(""))
                 .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
-            masks: Masks::parse(&given.masks).map_err(|mistake| PyValueError::new_err(complaints::masks(lang, &mistake)))?,
+            masks: Masks::parse(&given.masks)
+                .map_err(|mistake| PyValueError::new_err(complaints::masks(lang, &mistake)))?,
             count: limit,
             extract,
             network: network.map(|network| Arc::clone(&network.get().known)).unwrap_or_default(),

@@ -5,8 +5,8 @@
 
 use super::capture::View;
 use super::records::Records;
-use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text, service};
-use super::subject::{self, Seen};
+use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text};
+use super::subject::{self, Seen, said_of, service};
 use super::{Format, Options};
 use crate::diagnosis::incident::IncidentId;
 use crate::diagnosis::{Diagnosis, Phase};
@@ -22,8 +22,6 @@ use crate::readers::Marker;
 use crate::render::columns::{Batch, Columns};
 use crate::render::signals::Signals;
 use crate::render::text::Lines;
-use crate::services::sdo::transfer::Transfer;
-use crate::text::lane;
 use crate::writers::{Losses, Writer};
 
 /// What of the frames passes the filter, in one format.
@@ -293,9 +291,4 @@ fn passing<'a>(
     let seen = Seen { lang: view.jsonl.lang, frame, events, further: None };
     let shown = filter.shows(frame, &seen, view.buses, view.clock) && masks.shows(frame, view.buses);
     Passing { frame, service: service(events), filter, shown, sync }
-}
-
-/// What is said of a transfer.
-pub(super) fn said_of<'a>(view: View<'a>, transfer: &'a Transfer) -> impl Fn(&mut Vec<u8>) + 'a {
-    move |out| lane::transfer(out, view.jsonl.lang, transfer, true)
 }

@@ -6,7 +6,7 @@
 use std::fmt::Debug;
 
 use super::capture::View;
-use super::output::said_of;
+use super::subject::said_of;
 use crate::diagnosis::incident::IncidentId;
 use crate::diagnosis::{Diagnosis, Phase};
 use crate::diff::digest::Digest;
@@ -126,15 +126,6 @@ pub(super) trait Sink: Debug + Send + Sync {
     fn info(&mut self) -> Option<&mut Info> {
         None
     }
-}
-
-/// The service that a frame belongs to and the node that it is about, by the first of its events.
-pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
-    events.first().map_or(("foreign", None), |event| match &event.what {
-        What::Message(message) => (message.service(), event.node),
-        What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
-        _ => ("sdo", event.node),
-    })
 }
 
 /// Nothing but the tables beside it is written.

@@ -2,14 +2,15 @@
 //!
 //! What is said of it is put together only where a filter asks for that. Must not: compare; that does the filter.
 
-use super::sink::service;
+use super::capture::View;
 use crate::event::{Event, Signals, What};
 use crate::filter::Subject;
 use crate::finding::{Finding, Severity};
 use crate::frame::Frame;
 use crate::render::text::Lines;
+use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::Mux;
-use crate::text::{Depth, Lang};
+use crate::text::{Depth, Lang, lane};
 
 /// A frame with its events.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +53,15 @@ impl Subject for Seen<'_> {
     }
 }
 
+/// The service that a frame belongs to and the node that it is about, by the first of its events.
+pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
+    events.first().map_or(("foreign", None), |event| match &event.what {
+        What::Message(message) => (message.service(), event.node),
+        What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
+        _ => ("sdo", event.node),
+    })
+}
+
 /// Whether an event is about an object that is wanted.
 fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
     let mapped =
@@ -72,4 +82,9 @@ fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
 /// What is said of something that belongs to no frame at hand.
 pub(super) fn aside(lang: Lang, event: &Event) -> impl Fn(&mut Vec<u8>) {
     move |out| Lines::new(lang, Depth::Default, None).aside(out, event, 0)
+}
+
+/// What is said of a transfer.
+pub(super) fn said_of<'a>(view: View<'a>, transfer: &'a Transfer) -> impl Fn(&mut Vec<u8>) + 'a {
+    move |out| lane::transfer(out, view.jsonl.lang, transfer, true)
 }
