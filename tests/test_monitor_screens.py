@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from captures import TESTS
 from monitor_screens import FOLDER, SCREENS, SIZES, golden, goldens, screens
 from rich.cells import cell_len
 
@@ -26,8 +25,3 @@ def test_golden_screen_fits_the_terminal(capture: Path, size: tuple[int, int], l
 def test_every_golden_screen_is_compared() -> None:
     assert {path.name for path in FOLDER.iterdir()} == {golden(*one).name for one in goldens()}
     assert len(SCREENS) * len(SIZES) * 2 == len(goldens())
-
-
-def test_screen_in_the_readme_is_a_golden_one() -> None:
-    overview = golden(SCREENS[0], SIZES[0], "zh").read_text().split("--- ")[1].split("\n", 1)[1]
-    assert f"```\n{overview}```\n" in (TESTS.parent / "README.md").read_text(encoding="utf-8")
