@@ -387,7 +387,7 @@ WRONG = [
     (["bus", "-i", "virtual", "--option", "x"], "write it as NAME=VALUE"),
     (["bus", "-i", "virtual", "--duration", "soon"], "--duration soon: expected a time"),
     (["bus", "-i", "virtual", "--count", "0"], "--count 0: expected a whole number above 0"),
-    (["bus", "-i", "virtual", "--record", "bus.blf"], "cannot tell the recording format from the file name bus.blf; "),
+    (["bus", "-i", "virtual", "--record", "bus.blf"], "file name bus.blf does not show the recording format; "),
     (["bus", "-i", "virtual", "--record", "bus.log.gz"], ".log .candump .asc .mcap .pcapng"),
     (["bus", "-i", "virtual", "--record", "a.log", "--record", "a.log"], "--record a.log given twice"),
     (["bus", "-i", "virtual", "--record", "a.log", "--record", "./a.log", "--force"], "--record a.log given twice"),

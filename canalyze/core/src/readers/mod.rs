@@ -6,6 +6,7 @@
 
 pub mod asc;
 pub mod candump;
+mod lines;
 pub mod listing;
 pub mod live;
 pub mod mcap;

@@ -25,12 +25,11 @@ use self::notes::Note;
 pub(crate) use self::words::fd_code;
 use self::words::{Fail, Words};
 use super::candump::lex::skip_blanks;
+use super::lines::Begun;
 use super::listing::{self, Gaps, Omission};
 use super::{Contents, Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, Frame, Kind, Stamp};
 
-/// A line longer than this is no line. The longest real one is a CAN XL frame of 2048 bytes.
-const MAX_LINE: usize = 64 * 1024;
 
 /// A channel's number as the file has it.
 pub(crate) type Channel = u16;
@@ -47,10 +46,7 @@ pub struct Asc {
     channels: Vec<(Channel, BusId)>,
     /// Which of them the last frame was on.
     last: usize,
-    /// A line whose end has not come yet.
-    partial: Vec<u8>,
-    /// Whether the rest of the line is thrown away: it was too long.
-    skipping: bool,
+    begun: Begun,
     lines: u64,
     /// The directions are only as the format wants them.
     without_directions: bool,
@@ -93,36 +89,23 @@ impl Asc {
         self.split(&bytes, buses, sink);
     }
 
-    fn split(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.skipping || !self.partial.is_empty() {
-            let Some(end) = memchr(b'\n', bytes) else { return self.keep(bytes, buses, sink) };
-            let (piece, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
-            self.keep(piece, buses, sink);
-            let mut whole = std::mem::take(&mut self.partial);
-            if !std::mem::take(&mut self.skipping) {
-                self.line(&whole, false, buses, sink);
-            }
-            whole.clear();
-            self.partial = whole;
-            bytes = rest.get(1..).unwrap_or_default();
-        }
-        while let Some(end) = memchr(b'\n', bytes) {
-            let (text, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
-            self.line(text, false, buses, sink);
-            bytes = rest.get(1..).unwrap_or_default();
-        }
-        self.keep(bytes, buses, sink);
+    fn split(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let mut begun = std::mem::take(&mut self.begun);
+        begun.cut(bytes, &mut |line| match line {
+            Some(line) => self.line(line, false, buses, sink),
+            None => self.too_long(buses, sink),
+        });
+        self.begun = begun;
     }
 
     /// Takes the end: a last line without a newline.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let held = self.head.finish();
         self.release(held, buses, sink);
-        let last = std::mem::take(&mut self.partial);
+        let last = self.begun.end();
         if !last.is_empty() {
             self.line(&last, true, buses, sink);
         }
-        self.skipping = false;
         self.gaps.settle(buses, sink);
     }
 
@@ -131,8 +114,7 @@ impl Asc {
         let held = self.head.finish();
         self.release(held, buses, sink);
         self.gaps.settle(buses, sink);
-        self.partial.clear();
-        self.skipping = false;
+        self.begun.end();
     }
 
     /// What is known of the file beyond frames.
@@ -145,20 +127,6 @@ impl Asc {
         self.lines
     }
 
-    /// Keeps a piece of a line, unless the line gets too long to be one.
-    fn keep(&mut self, piece: &[u8], buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.skipping || piece.is_empty() {
-            return;
-        }
-        if self.partial.len() + piece.len() > MAX_LINE {
-            self.partial.clear();
-            self.skipping = true;
-            self.too_long(buses, sink);
-        } else {
-            self.partial.extend_from_slice(piece);
-        }
-    }
-
     #[cold]
     fn too_long(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
@@ -169,9 +137,6 @@ impl Asc {
     /// One line without its newline; `last` when it had none.
     #[inline(always)]
     fn line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if text.len() > MAX_LINE {
-            return self.too_long(buses, sink);
-        }
         self.lines += 1;
         match classic::plain(text) {
             Some((mut frame, channel)) if !self.header.decimal => {

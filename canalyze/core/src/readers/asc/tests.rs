@@ -5,7 +5,8 @@ use std::fmt::Write;
 use proptest::prelude::*;
 
 use super::super::Contents;
-use super::{Asc, MAX_LINE};
+use super::Asc;
+use crate::readers::lines::MAX_LINE;
 use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::readers::{Item, Marker};
 
@@ -418,7 +419,7 @@ fn a_line_without_end() {
     let mut buses = Buses::default();
     for _ in 0..100 {
         reader.feed(&[0; 100_000], &mut buses, &mut |_, _| {});
-        assert!(reader.partial.capacity() <= 4 * MAX_LINE);
+        assert!(reader.begun.capacity() <= 4 * MAX_LINE);
     }
 }
 

@@ -17,12 +17,11 @@ use memchr::{memchr, memchr3};
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
 use self::stamp::Clock;
 use self::wreck::Behind;
+use super::lines::Begun;
 use super::listing::{self, Base, Gaps, Omission};
 use super::{Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
 
-/// A line longer than this is no line. The longest real one is an FD frame in bits, about 700 bytes.
-const MAX_LINE: usize = 64 * 1024;
 /// What is looked at of a file to learn what its stamps mean.
 const HEAD: usize = 64 * 1024;
 
@@ -46,10 +45,7 @@ pub struct Candump {
     clock: Clock,
     /// The beginning of a file, held back until it is known what its stamps mean.
     head: Option<Vec<u8>>,
-    /// A line whose end has not come yet.
-    partial: Vec<u8>,
-    /// Whether the rest of the line is thrown away: it was too long.
-    skipping: bool,
+    begun: Begun,
     /// Room for a line without its colours.
     plain: Vec<u8>,
     /// The interface of the last plain line, and its bus.
@@ -72,8 +68,7 @@ impl Candump {
         Self {
             clock: Clock::new(stamps),
             head: (regular && stamps == Stamps::Auto).then(Vec::new),
-            partial: Vec::new(),
-            skipping: false,
+            begun: Begun::default(),
             plain: Vec::new(),
             interface: Vec::new(),
             bus: BusId::default(),
@@ -101,11 +96,10 @@ impl Candump {
     /// Takes the end: a last line without a newline, and what was held back.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.release_head(buses, sink);
-        let last = std::mem::take(&mut self.partial);
+        let last = self.begun.end();
         if !last.is_empty() {
             self.line(&last, true, buses, sink);
         }
-        self.skipping = false;
         self.gaps.settle(buses, sink);
     }
 
@@ -113,8 +107,7 @@ impl Candump {
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.release_head(buses, sink);
         self.gaps.settle(buses, sink);
-        self.partial.clear();
-        self.skipping = false;
+        self.begun.end();
     }
 
     /// Lines seen so far.
@@ -141,40 +134,13 @@ impl Candump {
         self.split(&head, buses, sink);
     }
 
-    fn split(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.skipping || !self.partial.is_empty() {
-            let Some(end) = memchr(b'\n', bytes) else { return self.keep(bytes, buses, sink) };
-            let (piece, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
-            self.keep(piece, buses, sink);
-            let mut whole = std::mem::take(&mut self.partial);
-            if !std::mem::take(&mut self.skipping) {
-                self.line(&whole, false, buses, sink);
-            }
-            whole.clear();
-            self.partial = whole;
-            bytes = rest.get(1..).unwrap_or_default();
-        }
-        while let Some(end) = memchr(b'\n', bytes) {
-            let (text, rest) = bytes.split_at_checked(end).unwrap_or((bytes, &[]));
-            self.line(text, false, buses, sink);
-            bytes = rest.get(1..).unwrap_or_default();
-        }
-        self.keep(bytes, buses, sink);
-    }
-
-    /// Keeps a piece of a line, unless the line gets too long to be one.
-    fn keep(&mut self, piece: &[u8], buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        // The caller hands an empty piece too; it must not depend on the chunking whether a line was begun.
-        if self.skipping || piece.is_empty() {
-            return;
-        }
-        if self.partial.len() + piece.len() > MAX_LINE {
-            self.partial.clear();
-            self.skipping = true;
-            self.too_long(buses, sink);
-        } else {
-            self.partial.extend_from_slice(piece);
-        }
+    fn split(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let mut begun = std::mem::take(&mut self.begun);
+        begun.cut(bytes, &mut |line| match line {
+            Some(line) => self.line(line, false, buses, sink),
+            None => self.too_long(buses, sink),
+        });
+        self.begun = begun;
     }
 
     #[cold]
@@ -193,9 +159,6 @@ impl Candump {
     /// One line without its newline; `last` when it had none.
     #[inline(always)]
     fn line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if text.len() > MAX_LINE {
-            return self.too_long(buses, sink);
-        }
         if let Some((mut frame, interface)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text), &self.interface) {
             self.lines += 1;
             self.explained = None;

@@ -11,6 +11,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::frame::Direction;
+use crate::readers::lines::MAX_LINE;
 
 /// All items of a capture, one a line, in a short notation.
 fn items(text: &[u8], stamps: Stamps, regular: bool, cuts: &[usize]) -> String {
@@ -549,7 +550,7 @@ fn memory_stays_bounded() {
     let mut buses = Buses::default();
     for _ in 0..100 {
         reader.feed(&[0; 100_000], &mut buses, &mut |_, _| {});
-        assert!(reader.partial.capacity() <= 4 * MAX_LINE);
+        assert!(reader.begun.capacity() <= 4 * MAX_LINE);
     }
     assert_eq!(reader.lines(), 1);
 }
