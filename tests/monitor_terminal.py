@@ -66,6 +66,14 @@ class Terminal:
     def type(self, keys: bytes) -> None:
         os.write(self._ours, keys)
 
+    def close(self) -> int:
+        """Let the terminal go, as a window that is closed; give the exit code."""
+        os.close(self._theirs)
+        os.close(self._ours)
+        assert self.process.stderr is not None
+        self.process.stderr.close()
+        return self.process.wait(30)
+
     def is_restored(self) -> bool:
         return termios.tcgetattr(self._theirs) == self.before
 

@@ -139,3 +139,10 @@ def test_it_can_be_stopped_and_goes_on_with_the_whole_screen(tmp_path: Path) -> 
     assert terminal.until(lambda shown: b"heartbeat" in shown[before:] and b"annotation" in shown[before:])
     terminal.type(b"q")
     assert terminal.end() == (0, "")
+
+
+def test_a_terminal_that_is_gone_ends_it(tmp_path: Path) -> None:
+    """Without the signal that a session leader gets."""
+    terminal = Terminal(tmp_path, str(CAPTURE), "--speed", "0.01")
+    assert terminal.until(drawn(b"overview"))
+    assert terminal.close() == 129

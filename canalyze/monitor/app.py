@@ -5,6 +5,8 @@ decode, judge, or wait for the source.
 """
 
 import asyncio
+import os
+import select
 import signal
 import sys
 from contextlib import suppress
@@ -53,6 +55,18 @@ NOTHING: Final[dict[str, Any]] = {
 """A snapshot before there is one."""
 
 
+def _hangup() -> "select.poll | None":
+    """Give what shows that the terminal is gone, as one in a window whose program has ended: no signal says so there.
+
+    None where standard input is no terminal, and where the system has no such thing.
+    """
+    if not hasattr(select, "poll") or not os.isatty(0):
+        return None
+    gone = select.poll()
+    gone.register(0, 0)
+    return gone
+
+
 class Monitor(App[int]):
     """The screen of `canalyze monitor`; its return value is the exit code."""
 
@@ -99,6 +113,7 @@ class Monitor(App[int]):
             self.grids[name].empty = words.of("monitor_empty", name)
         self._latest, self._whole, self._said = Below("latest"), Below("whole"), Below("notice")
         self._prompt = Prompt()
+        self._hangup: select.poll | None = None
 
     def compose(self) -> ComposeResult:
         """Give all rooms; which of them can be seen says the view."""
@@ -126,6 +141,7 @@ class Monitor(App[int]):
             for name, code in (("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 0)):  # not every system has all
                 with suppress(AttributeError, NotImplementedError, ValueError, RuntimeError):
                     loop.add_signal_handler(getattr(signal, name), self.exit, code)
+            self._hangup = _hangup()
             self.set_interval(_BEAT_S, self.beat)
         self.app_resume_signal.subscribe(self, lambda _: self.refresh(layout=True))  # what the shell drew is on it
         self._arrange()
@@ -141,6 +157,9 @@ class Monitor(App[int]):
         """Bring the screen up to date."""
         if self._watch.crash is not None:
             self.exit(2)
+            return
+        if self._hangup is not None and self._hangup.poll(0):
+            self.exit(129)
             return
         for complaint in self._watch.complaints():
             self._notice = complaint
