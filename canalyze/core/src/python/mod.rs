@@ -54,6 +54,13 @@ struct Rule {
     cause: &'static str,
 }
 
+#[pymethods]
+impl Rule {
+    fn __repr__(&self) -> String {
+        format!("<Rule {} {}: {}>", self.code, self.name, self.severity)
+    }
+}
+
 #[pyfunction]
 #[pyo3(signature = (lang = "zh"))]
 fn rules(lang: &str) -> PyResult<Vec<Rule>> {
