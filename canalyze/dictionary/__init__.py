@@ -1,10 +1,11 @@
-"""EDS and DCF (CiA 306) -> a frozen `Dictionary`: python-canopen reads them after a tolerant front has repaired them.
+"""EDS and DCF (CiA 306) -> a frozen `Dictionary`, by a reader that takes them as they are found.
 
-    bytes --encoding--> text --ini--> sections --objects, values--> repaired text --library--> objects --pdo--> PDOs
+    bytes --encoding--> text --ini--> sections --objects, values--> objects --pdo--> PDOs
                         XML  --xdd-----^
 
 What had to be repaired or could not be used becomes a `Defect`; only a file in which there is no object at all, or
-which the system does not give, is an error (`SourceError`). python-canopen is imported when the first file is read.
+which the system does not give, is an error (`SourceError`). python-canopen is imported only where its own objects are
+taken or given.
 """
 
 from typing import TYPE_CHECKING, Final, Literal
@@ -41,7 +42,7 @@ def load(name: str, node: int | None = None) -> Dictionary:
 
 def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
     """Read a description from its bytes; `name` is for messages."""
-    from canalyze.dictionary import library, pdo
+    from canalyze.dictionary import pdo
     from canalyze.dictionary.encoding import decode
     from canalyze.dictionary.objects import Objects
     from canalyze.dictionary.xdd import is_xml, sections
@@ -57,10 +58,9 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
         ini.complain(_first_beyond_ascii(text), "encoding", encoding=encoding)
     values = Values(ini)
     device, mask = _device(ini, values)
-    written = Objects(ini, values, has_lists=not xml).write(mask, (device.rpdos or 0, device.tpdos or 0))
-    if not written.places:
+    objects = Objects(ini, values, has_lists=not xml).read(mask, (device.rpdos or 0, device.tpdos or 0))
+    if not objects:
         raise SourceError("eds.nothing", name=name)
-    objects = library.objects(library.read(written.text()), written)
     dummies = _dummies(ini, values)
     commissioning = _commissioning(ini)
     filed, node_name, rate = _node(commissioning, ini, values)

@@ -1,18 +1,18 @@
-"""The sections of objects -> the same objects in the one form that python-canopen reads without loss.
+"""The sections of objects -> objects, with what CompactSubObj and CompactPDO stand for, and every key that is needed.
 
-That form: an index section before its sub-sections, every key present and spelled as it wants them, no CompactSubObj,
-no CompactPDO, plain numbers, data types that it knows. What it cannot hold goes beside it, as `Beside`.
+A key that is missing or cannot be gets what is most likely meant, and a defect says so. Must not: know what a mapping
+or a COB-ID means.
 """
 
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, cast
 
 from canalyze.dictionary.ini import Ini, Key, Section
-from canalyze.dictionary.model import ARRAY, DEFSTRUCT, DEFTYPE, DOMAIN, NULL, RECORD, VAR
+from canalyze.dictionary.model import ARRAY, DEFSTRUCT, DEFTYPE, DOMAIN, NULL, RECORD, VAR, Access, Entry, Object
 from canalyze.dictionary.pdo import implied
-from canalyze.dictionary.values import KNOWN, OPAQUE, UNSIGNED8, Values, guarded, integer, without_comment
+from canalyze.dictionary.values import KNOWN, OPAQUE, UNSIGNED8, Values, integer, without_comment
 
 _MOST_ENTRIES: Final = 30_000
 """CompactSubObj lets a small file claim millions; no device has a third of it."""
@@ -26,38 +26,6 @@ _SECTION: Final = re.compile(
 _CLEAN: Final = re.compile(r"[0-9a-f]{1,4}(sub[0-9a-f]+|name|value|denotation|objectlinks)?", re.IGNORECASE)
 _ACCESSES: Final = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
 _ALMOST: Final = {"r": "ro", "w": "wo", "r/w": "rw", "wr": "rw", "read": "ro", "write": "wo", "readonly": "ro"}
-
-
-@dataclass(slots=True)
-class Beside:
-    """What python-canopen does not hold of an entry."""
-
-    type: int
-    low: int | float | None
-    high: int | float | None
-    line: int
-
-
-@dataclass(slots=True)
-class Written:
-    """Sections for python-canopen, and what stands beside them."""
-
-    lines: list[str] = field(default_factory=list)
-    beside: dict[tuple[int, int], Beside] = field(default_factory=dict)
-    places: dict[int, int] = field(default_factory=dict)
-    """Line of each object's section."""
-    codes: dict[int, int] = field(default_factory=dict)
-    """Object code of each object."""
-
-    def text(self) -> str:
-        """Give the sections as one text, and keep them no longer."""
-        lines, self.lines = self.lines, []
-        return "\n".join(["[DeviceInfo]", *lines, ""])
-
-    def put(self, section: str, **keys: object) -> None:
-        """Add a section."""
-        self.lines.append(f"[{section}]")
-        self.lines += (f"{key}={value}" for key, value in keys.items() if value is not None)
 
 
 @dataclass(slots=True)
@@ -80,7 +48,8 @@ class Objects:
         self._values = values
         self._parts: dict[int, _Parts] = {}
         self._types: dict[int, _Parts] = {}
-        self._written = Written()
+        self._found: dict[int, Object] = {}
+        self._count_of_entries = 0
         for section in list(ini.sections.values()):
             self._find(section)
 
@@ -115,19 +84,20 @@ class Objects:
         self._ini.complain(later.line, "duplicate-section", section=later.name, first=earlier.line)
         return Section(earlier.name, earlier.line, earlier.keys | later.keys)
 
-    def write(self, compact_pdo: int, pdos: tuple[int, int]) -> Written:
-        """Write all objects; `pdos` are the numbers of RPDOs and TPDOs that exist implicitly by CompactPDO."""
+    def read(self, compact_pdo: int, pdos: tuple[int, int]) -> dict[int, Object]:
+        """Read all objects, by index; `pdos` are the numbers of RPDOs and TPDOs that exist implicitly by CompactPDO."""
         lists = self._listed()
         for index in sorted(self._parts):
             self._object(index, self._parts[index], lists)
-        for name, section, first in implied(compact_pdo, pdos, set(self._parts)):
-            written = Section(name, 0, {key.lower(): Key(key, value, 0) for key, value in section.items()})
-            if first:
-                self._written.put(name, ParameterName=section["ParameterName"], ObjectType=RECORD)
-                self._written.places[int(name, 16)] = 0
-            else:
-                self._entry(name, int(name[:4], 16), int(name[7:], 16), written)
-        return self._written
+        for index, name, subs in implied(compact_pdo, pdos, set(self._parts)):
+            made = {sub: {key.lower(): Key(key, text, 0) for key, text in keys.items()} for sub, keys in subs.items()}
+            entries = [self._entry(index, sub, Section(name, 0, keys), 0) for sub, keys in made.items()]
+            self._put(index, name, RECORD, entries, 0)
+        return dict(sorted(self._found.items()))
+
+    def _put(self, index: int, name: str, code: int, entries: list[Entry], line: int) -> None:
+        self._found[index] = Object(index, name, code, tuple(entries), line)
+        self._count_of_entries += len(entries)
 
     def _listed(self) -> set[int] | None:
         """Give the indices in the lists, None if the file has no list; say which of them have no section."""
@@ -167,25 +137,26 @@ class Objects:
         code = self._code(index, head, bool(parts.subs or compact))
         if code in (NULL, DEFTYPE, DEFSTRUCT):
             return
-        if len(self._written.beside) >= _MOST_ENTRIES:
+        if self._count_of_entries >= _MOST_ENTRIES:
             ini.complain(head.line, "too-many", object=f"{index:04X}h", most=_MOST_ENTRIES)
             return
-        name = f"{index:04X}"
-        self._written.places[index] = head.line
-        self._written.codes[index] = code
         if code in (VAR, DOMAIN):
-            self._entry(name, index, 0, head, code)
+            entry, kind = self._typed(f"{index:04X}h", index, 0, head, head.line, code)
+            self._put(index, entry.name, DOMAIN if code == DOMAIN and kind == OPAQUE else VAR, [entry], head.line)
             return
-        self._written.put(name, ParameterName=self._name(head), ObjectType=code)
+        name = self._name(head)
         if not compact:
-            self._count(head.get("SubNumber"), name, len(parts.subs))
+            self._count(head.get("SubNumber"), f"{index:04X}", len(parts.subs))
+        entries: list[Entry] = []
         for sub in sorted({*parts.subs, *range(compact + 1 if compact else 0)}):
-            if len(self._written.beside) >= _MOST_ENTRIES:
+            if self._count_of_entries + len(entries) >= _MOST_ENTRIES:
                 ini.complain(head.line, "too-many", object=f"{index:04X}h", most=_MOST_ENTRIES)
-                return
+                break
             section = parts.subs.get(sub) or self._compact(head, sub, compact)
-            self._entry(f"{name}sub{sub:X}", index, sub, self._with_lists(section, sub, parts))
-        self._say_strays(parts, {*parts.subs, *range(compact + 1)} if compact else set(parts.subs))
+            entries.append(self._entry(index, sub, self._with_lists(section, sub, parts), head.line))
+        else:
+            self._say_strays(parts, {*parts.subs, *range(compact + 1)} if compact else set(parts.subs))
+        self._put(index, name, code, entries, head.line)
 
     def _code(self, index: int, head: Section, has_subs: bool) -> int:
         key = head.get("ObjectType")
@@ -203,7 +174,7 @@ class Objects:
         return read
 
     def _compact(self, head: Section, sub: int, last: int) -> Section:
-        """Give the section that CompactSubObj stands for; names as python-canopen forms them."""
+        """Give the section that CompactSubObj stands for."""
         if sub == 0:
             fixed = {"ParameterName": "Number of entries", "DataType": "5", "AccessType": "ro"}
             fixed["DefaultValue"] = str(last)
@@ -230,34 +201,36 @@ class Objects:
                 if place and sub not in subs:
                     self._ini.complain(key.line, "no-such-sub", section=place.name, sub=f"{sub:02X}h")
 
-    def _entry(self, section: str, index: int, sub: int, keys: Section, code: int = VAR) -> None:
+    def _entry(self, index: int, sub: int, keys: Section, line: int) -> Entry:
+        """Read one entry of an array or record, whose own section begins on `line`."""
+        return self._typed(f"{index:04X}h:{sub:02X}", index, sub, keys, line, VAR)[0]
+
+    def _typed(self, where: str, index: int, sub: int, keys: Section, line: int, code: int) -> tuple[Entry, int]:
+        """Read one entry; give it and the type that its values have, which is none of the file's own."""
         values = self._values
-        where = f"{index:04X}h" if "sub" not in section else f"{index:04X}h:{sub:02X}"
         given = self._type(where, sub, keys, code)
         kind = self._resolved(where, given, keys)
         # Of the values of a type that nobody knows nothing more is to be said.
         filled = _silent(keys) if kind == OPAQUE != given else keys
         low, high = (values.limit(filled.get(name), kind) for name in ("LowLimit", "HighLimit"))
-        self._written.beside[index, sub] = Beside(given, low, high, keys.line or self._written.places[index])
-        self._written.put(
-            section,
-            ParameterName=self._name(keys),
-            ObjectType=f"{code:#x}",
-            DataType=f"{kind:#06x}",
-            AccessType=self._access(where, keys),
-            DefaultValue=values.plain(filled.get("DefaultValue"), kind),
-            ParameterValue=values.plain(filled.get("ParameterValue"), kind),
-            PDOMapping=int(bool(values.whole(keys.get("PDOMapping")))),
-            Factor=values.plain(keys.get("Factor"), 0x11),
-            Unit=guarded(keys.text("Unit") or "") or None,
+        name, access = self._name(keys), self._access(where, keys)
+        default, parameter = (values.value(filled.get(name), kind) for name in ("DefaultValue", "ParameterValue"))
+        mappable = bool(values.whole(keys.get("PDOMapping")))
+        factor = values.real(keys.get("Factor"))
+        entry = Entry(
+            *(index, sub, name, given, access, default, parameter, mappable, low, high),
+            unit=keys.text("Unit") or "",
+            factor=1.0 if factor is None else factor,
+            line=keys.line or line,
         )
+        return entry, kind
 
     def _name(self, keys: Section) -> str:
         """Give the name; without one, that of the section."""
         name = keys.text("ParameterName")
         if not name:
             self._missing(keys, "ParameterName", keys.name)
-        return guarded(name or keys.name)
+        return name or keys.name
 
     def _missing(self, keys: Section, key: str, read: str) -> None:
         if keys.line:
@@ -275,7 +248,7 @@ class Objects:
         return guess
 
     def _resolved(self, where: str, kind: int, keys: Section) -> int:
-        """Give a type that python-canopen knows: a type the file defines itself by what it is made of."""
+        """Give a type of CiA 301: one that the file defines itself is what it is made of."""
         if kind in KNOWN:
             return kind
         definition = (self._types.get(kind) or self._parts.get(kind) or _Parts()).subs.get(1)
@@ -287,19 +260,19 @@ class Objects:
             self._ini.complain(key.line, "unknown-type", object=where, type=f"{kind:04X}h")
         return OPAQUE
 
-    def _access(self, where: str, keys: Section) -> str:
+    def _access(self, where: str, keys: Section) -> Access:
         key = keys.get("AccessType")
         if key is None:
             self._missing(keys, "AccessType", "rw")
             return "rw"
         access = key.value.lower()
         if access in _ACCESSES:
-            return access
+            return cast(Access, access)
         bare = re.sub(r"[\s_-]", "", without_comment(access))
         read = bare if bare in _ACCESSES else _ALMOST.get(bare, "rw")
         if key.line:
             self._ini.complain(key.line, "access", object=where, value=key.value[:60], read=read)
-        return read
+        return cast(Access, read)
 
 
 def _silent(section: Section) -> Section:

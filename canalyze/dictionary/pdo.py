@@ -145,10 +145,12 @@ def _whole(entry: Entry | None) -> int | None:
     return value if isinstance(value, int) else None
 
 
-def implied(mask: int, numbers: tuple[int, int], existing: set[int]) -> Iterator[tuple[str, dict[str, str], bool]]:
-    """Give the sections of PDOs that exist by CompactPDO alone: bit k-1 stands for sub k (CiA 306 4.5.2).
+def implied(
+    mask: int, numbers: tuple[int, int], existing: set[int]
+) -> Iterator[tuple[int, str, dict[int, dict[str, str]]]]:
+    """Give the objects of PDOs that exist by CompactPDO alone: index, name, and the keys of each sub-index.
 
-    Each comes with whether it begins an object.
+    Bit k-1 of the mask stands for sub k (CiA 306 4.5.2).
     """
     mask &= (1 << len(_SUBS)) - 1
     if not mask:
@@ -156,22 +158,19 @@ def implied(mask: int, numbers: tuple[int, int], existing: set[int]) -> Iterator
     for direction, count in zip(_COMMUNICATION, numbers, strict=True):
         for number in range(1, min(count, MOST_PDOS) + 1):
             index = _COMMUNICATION[direction] + number - 1
-            kind = direction.upper()
             if index not in existing:
-                yield f"{index:04X}", {"ParameterName": f"{kind} communication parameter"}, True
-                highest = mask.bit_length()
-                yield f"{index:04X}sub0", _sub("Highest sub-index supported", UNSIGNED8, "const", f"{highest}"), False
+                subs = {0: _sub("Highest sub-index supported", UNSIGNED8, "const", f"{mask.bit_length()}")}
+                base = _FIRST_ID[direction] + _STEP * (number - 1)
+                default = f"$NODEID+{base:#x}" if number <= _PREDEFINED else f"{_INVALID:#x}"
                 for sub, (name, width) in enumerate(_SUBS, 1):
                     if mask & 1 << (sub - 1):
-                        base = _FIRST_ID[direction] + _STEP * (number - 1)
-                        default = f"$NODEID+{base:#x}" if number <= _PREDEFINED else f"{_INVALID:#x}"
-                        yield f"{index:04X}sub{sub:X}", _sub(name, width, "rw", default if sub == 1 else ""), False
+                        subs[sub] = _sub(name, width, "rw", default if sub == 1 else "")
+                yield index, f"{direction.upper()} communication parameter", subs
             index += _TO_MAPPING
             if index not in existing:
-                yield f"{index:04X}", {"ParameterName": f"{kind} mapping parameter"}, True
-                yield f"{index:04X}sub0", _sub("Number of mapped objects", UNSIGNED8, "rw", "0"), False
-                for sub in range(1, _LONGEST + 1):
-                    yield f"{index:04X}sub{sub:X}", _sub(f"Application object {sub}", UNSIGNED32, "rw", ""), False
+                subs = {0: _sub("Number of mapped objects", UNSIGNED8, "rw", "0")}
+                subs |= {sub: _sub(f"Application object {sub}", UNSIGNED32, "rw", "") for sub in range(1, _LONGEST + 1)}
+                yield index, f"{direction.upper()} mapping parameter", subs
 
 
 def _sub(name: str, kind: int, access: str, default: str) -> dict[str, str]:

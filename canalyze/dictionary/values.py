@@ -1,4 +1,4 @@
-"""Numbers and values as files write them -> the one spelling that python-canopen reads rightly.
+"""Numbers and values as files write them -> what they are.
 
 Numbers are decimal, hexadecimal (0x) or octal (leading 0); signed ones may be written as the two's complement of their
 width; `$NODEID` may be a summand (CiA 306 4.6 and 4.7). Whatever has to be changed is noted as a defect, and what
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from canalyze.dictionary.ini import Ini, Key
+from canalyze.dictionary.model import NodeOffset, Value
 
 BOOLEAN, UNSIGNED8, UNSIGNED32, OPAQUE = 0x01, 0x05, 0x07, 0x0F
 SIGNED: Final = {0x02: 8, 0x03: 16, 0x04: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
@@ -53,10 +54,6 @@ _NO_BYTES: Final = frozenset({"0", "0x0"})
 """What exporters write as the default of bytes or of a domain that has none."""
 _NODE: Final = re.compile(r"\$?NODEID", re.IGNORECASE)
 _MOST_SUMMANDS: Final = 16
-_HELD_BACK: Final = {code: 0x10F000 + code for code in (*range(0x20), ord(";"), *range(0x7F, 0xA0))}
-"""What stands for `;` and for control characters in a text on its way through python-canopen, which takes the one for a
-comment and breaks lines at the others."""
-_GIVEN_BACK: Final = {held: code for code, held in _HELD_BACK.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,16 +111,6 @@ def with_node(text: str) -> Whole | None:
     return Whole(offset, odd, relative=True)
 
 
-def guarded(text: str) -> str:
-    """Give a text that python-canopen's parser keeps whole; `unguarded` undoes it."""
-    return text.translate(_HELD_BACK)
-
-
-def unguarded(text: str) -> str:
-    """Give the text as the file has it."""
-    return text.translate(_GIVEN_BACK)
-
-
 def without_comment(text: str) -> str:
     """Give what stands before a comment behind a value."""
     match = _COMMENT.search(text)
@@ -149,21 +136,24 @@ class Values:
             self._odd(key, number.odd, read=number.value)
         return number.value
 
-    def plain(self, key: Key | None, kind: int) -> str | None:
-        """Give the value of a type in the spelling for python-canopen; None if it is empty or cannot be used."""
+    def value(self, key: Key | None, kind: int) -> Value | None:
+        """Read a value of a type; None if it is empty or cannot be used."""
         if key is None or not key.value:
             return None
         if kind in STRINGS:
-            return guarded(key.value)
+            return key.value
         if kind in BYTES:
             return self._bytes(key)
         if kind in REAL:
-            real = self._real(key, REAL[kind])
-            return None if real is None else repr(real)
+            return self._real(key, REAL[kind])
         number = self._number(key, kind)
         if number is None:
             return None
-        return f"$NODEID+{number.value:#x}" if number.relative else f"{number.value:#x}"
+        return NodeOffset(number.value) if number.relative else number.value
+
+    def real(self, key: Key | None) -> float | None:
+        """Read a number of no particular type that may be broken."""
+        return self._real(key, 64) if key and key.value else None
 
     def limit(self, key: Key | None, kind: int) -> int | float | None:
         """Read a LowLimit or HighLimit, which may not depend on the node-ID."""
@@ -213,7 +203,7 @@ class Values:
             self._odd(key, code, read=value)
         return value
 
-    def _bytes(self, key: Key) -> str | None:
+    def _bytes(self, key: Key) -> bytes | None:
         bare = without_comment(key.value)
         if bare in _NO_BYTES:
             return None
@@ -224,7 +214,7 @@ class Values:
             return None
         if bare != key.value:
             self._odd(key, "trailing-comment", read=data.hex(" ").upper())
-        return data.hex()
+        return data
 
 
 def _fitted(number: Whole, kind: int) -> Whole | None:
