@@ -61,7 +61,8 @@ _LINES: Final = 300
 """Frames below plots have at least this height."""
 _BOTTOM: Final = 3
 """Plots of SYNC and load in a row."""
-_HEIGHT: Final = 1000
+_HEIGHT: Final = 880
+"""That of a window on a screen of 1000 points, without its bars: a lower one cuts lanes off."""
 _SEEN: Final = 10
 """Lanes on one page of a node, above its plots."""
 _ALONE: Final = 18
@@ -230,10 +231,11 @@ class _Views:
         kinds = [kind for kind in KINDS if kind in self.lanes]
         every = [lane for kind in kinds for lane in self.lanes[kind]]
         if not self.many:
-            # Rerun sorts the lanes of a view by their paths, which begin with their kinds.
+            # Rerun sorts the lanes of a view by their paths, which begin with their kinds: problems stand above NMT.
             others = [lane for lane in every if lane.kind != "nmt"] + self.values(FILLED - len(every))
-            first = (self.lanes.get("incidents", []), self.lanes.get("nmt", []))
-            return [self.states(lanes) for lanes in (*first, others) if lanes]
+            wrong, nmt = self.lanes.get("incidents", []), self.lanes.get("nmt", [])
+            first = self.states([*wrong, *nmt], "timeline.problems_nmt" if wrong and nmt else None)
+            return [*([first] if wrong or nmt else []), *([self.states(others)] if others else [])]
         faulty = [lane for lane in every if lane.fault][:FAULTS]
         wrong = self.lanes.get("incidents", [])[:FAULTS]
         views: list[Sized] = [self.states(wrong)] if wrong else []
