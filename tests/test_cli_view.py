@@ -158,7 +158,7 @@ USAGE: list[tuple[list[str], str, str]] = [
     (
         ["view", "--web", "--filter", "node=5", "x.rrd"],
         "选项 --filter 对已生成的时间轴无效",
-        "option --filter does nothing to a timeline",
+        "option --filter has no effect on a finished timeline",
     ),
     (["view", "--web", "--bind", "198.51.100.1", "f"], "请用 --bind 指定本机地址", "on 198.51.100.1: "),
     (["sniff", "bus", "-i", "virtual", "--web"], "--web 需要 --rerun", "--web needs --rerun"),

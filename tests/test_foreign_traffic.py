@@ -53,7 +53,7 @@ def test_other_protocols_have_no_transfers(name: str) -> None:
 @pytest.mark.parametrize("name", WHOLE)
 def test_what_is_not_canopen_is_not_called_clean(name: str, tmp_path: Path, canalyze: Runner) -> None:
     (tmp_path / "other.log").write_bytes(log_text(GENERATORS[name](random.Random(1))))
-    for lang, word in (("zh", "不是CANopen，未作判断"), ("en", "not CANopen, not judged")):
+    for lang, word in (("zh", "不是CANopen, 未作判断"), ("en", "not CANopen, not judged")):
         done = canalyze("--lang", lang, "check", "other.log")
         assert done.code == 0
         first = done.out.splitlines()[0]
