@@ -30,7 +30,6 @@ use super::listing::{self, Gaps, Omission};
 use super::{Contents, Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, Frame, Kind, Stamp};
 
-
 /// A channel's number as the file has it.
 pub(crate) type Channel = u16;
 /// Channels whose bus is remembered.

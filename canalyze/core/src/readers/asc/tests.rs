@@ -6,8 +6,8 @@ use proptest::prelude::*;
 
 use super::super::Contents;
 use super::Asc;
-use crate::readers::lines::MAX_LINE;
 use crate::frame::{Buses, Direction, Frame, Kind};
+use crate::readers::lines::MAX_LINE;
 use crate::readers::{Item, Marker};
 
 /// All items, one a line, the text cut at the given places again and again.
