@@ -268,4 +268,4 @@ def test_sub_blocks_of_equal_data_are_not_copies(blksize: int, step_us: int) -> 
             said = analyze(log_text(spaced(frames, step_us=step_us)))
             quiet(said)
             assert {row["status"] for row in said.transfers} == {"ok"}
-            assert not any(row["sdo"]["place"] == "twin" for row in said.frames)
+            assert not any(row["sdo"]["place"] == "duplicate" for row in said.frames)

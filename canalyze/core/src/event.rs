@@ -189,7 +189,7 @@ pub enum Place {
     /// It belongs to no transfer.
     Outside,
     /// The frame before, captured a second time.
-    Twin,
+    Duplicate,
 }
 
 /// What becomes known later.

@@ -20,7 +20,7 @@ const EXACT: u64 = 1 << 53;
 ///
 /// `by` client/server; `command`; `transfer` its number or null; `index` hex and `sub` of the transfer's object or
 /// null; `segment` its number in the transfer or null; `place` due, repeated, late, uncaptured, in_flight,
-/// out_of_sequence, outside or twin (captured twice); `answered_by` the frame that was captured before this request,
+/// out_of_sequence, outside or duplicate (captured twice); `answered_by` the frame that was captured before this request,
 /// for a late answer the request, or null; then, where the command has them: `toggle` 0/1, `unused`, `last`, `seqno`, `ackseq`,
 /// `blksize`, `threshold`, `crc` (flag or hex), `size`, `expedited`, `abort` hex; of the command `undetermined`, which
 /// belongs to a transfer that the capture does not show, its `candidates`.
@@ -41,7 +41,7 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
         Place::InFlight => "in_flight",
         Place::OutOfSequence(_) => "out_of_sequence",
         Place::Outside => "outside",
-        Place::Twin => "twin",
+        Place::Duplicate => "duplicate",
     });
     put!(out; "\",\"answered_by\":");
     number_or_null(out, step.answered_by.map(|at| at.no));

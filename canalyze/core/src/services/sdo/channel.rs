@@ -297,7 +297,7 @@ impl Channel {
             if self.recent.len() == RECENT {
                 self.recent.pop_front();
             }
-            self.recent.push_back((half, Step { place: Place::Twin, answered_by: None, result: None, ..step.clone() }));
+            self.recent.push_back((half, Step { place: Place::Duplicate, answered_by: None, result: None, ..step.clone() }));
         }
         if let Some(event) = cx.events.get_mut(slot) {
             event.transfer = of.map(|(id, _)| id);
@@ -342,7 +342,7 @@ impl Channel {
         let equal =
             |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
         let first = self.recent.iter().position(equal).and_then(|place| self.recent.drain(..=place).next_back());
-        first.map_or(Step { side, command: half.command, place: Place::Twin, ..empty_step() }, |(_, step)| step)
+        first.map_or(Step { side, command: half.command, place: Place::Duplicate, ..empty_step() }, |(_, step)| step)
     }
 
     fn identity(&self) -> Option<(TransferId, Option<Mux>)> {

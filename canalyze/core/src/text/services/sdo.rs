@@ -355,7 +355,7 @@ fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
         (Place::OutOfSequence(due), None) => say!(out, lang;
             zh: " [序列号不连续, 应为", due, "]";
             en: " [out of sequence, expected ", due, "]"),
-        (Place::Twin, None) => say!(out, lang; zh: " [同一帧被记录两次]"; en: " [captured twice]"),
+        (Place::Duplicate, None) => say!(out, lang; zh: " [同一帧被记录两次]"; en: " [captured twice]"),
         (Place::Outside, None) => say!(out, lang; zh: " [此处不应出现]"; en: " [not expected here]"),
     }
 }
