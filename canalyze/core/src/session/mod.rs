@@ -7,128 +7,33 @@
 mod ahead;
 mod capture;
 mod decoding;
+mod options;
 mod output;
 mod records;
 mod sink;
+mod stream;
 mod subject;
 mod tally;
 
-use std::sync::Arc;
-
-use self::ahead::{Ahead, Behind, Placed};
+use self::ahead::Ahead;
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::Output;
+use self::stream::Stream;
 use self::tally::Tally;
 use crate::diff::digest::Digest;
-use crate::evidence::When;
-use crate::evidence::recording::Happened;
 use crate::evidence::services::Nature;
-use crate::expectation::Expectations;
-use crate::filter::Filter;
-use crate::finding::{Code, Finding};
-use crate::frame::{BusId, Buses, Frame, FrameRef};
+use crate::frame::{BusId, Buses, Frame};
 use crate::inputs::{Inputs, Next, Refusal};
-use crate::masks::Masks;
 use crate::monitor::{Known, Line, Wanted};
-use crate::network::Network;
-use crate::readers::candump::Stamps;
-use crate::readers::mcap::Choice;
-use crate::readers::{Contents, Damage, Format as Input, Item, Marker, Reader, Settings};
-use crate::render::columns::{self, Batch};
+use crate::readers::{Damage, Format as Input, Item, Reader, Settings};
+use crate::render::columns::Batch;
 use crate::render::jsonl;
-use crate::render::text::{Look, Time};
-use crate::rules::capture::{Cap006, Cap007};
-use crate::select::Select;
-use crate::text::{Depth, Lang, complaints};
-use crate::writers::{self, Loss};
+use crate::text::{Lang, complaints};
+use crate::writers::Loss;
 
 pub use self::decoding::Extracted;
-
-/// What comes out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Format {
-    /// Annotated lines in candump's console form.
-    #[default]
-    Text,
-    /// JSON lines: frames, notes, findings, transfers.
-    Jsonl,
-    /// The same with all of the diagnosis at the end, for libraries.
-    Events,
-    /// JSON lines of SDO transfers only.
-    Transfers,
-    /// The same for a table for people: names of objects are in their language.
-    TransfersText,
-    /// CSV of SDO transfers.
-    TransfersCsv,
-    /// JSON lines of decoded signals only.
-    Signals,
-    /// CSV of decoded signals.
-    SignalsCsv,
-    /// JSON lines of figures, all at the end.
-    Summary,
-    /// JSON lines of what expectations can be written from: transfers as they end, then figures.
-    Observed,
-    /// JSON lines: the annotated lines of [`Format::Text`], each with the number of its frame.
-    Lines,
-    /// JSON lines of SDO transfers and findings as they come, and the figures at the end.
-    Records,
-    /// JSON lines of what each file is, one a file; nothing is decoded.
-    Info,
-    /// Nothing: what is to be compared is kept for [`Session::take_digest`].
-    Digest,
-    /// The frames themselves, in another capture format.
-    Convert(writers::Format),
-    /// JSON lines of findings only, each with the annotated lines of its context.
-    Check,
-    /// JSON lines of what went wrong: incidents, then the verdict, all at the end.
-    Diagnosis,
-    /// Nothing: what a view shows while the capture grows is asked for with [`Session::snapshot`] and
-    /// [`Session::trace`].
-    Monitor,
-    /// Nothing: for tables alone (see [`Options::tables`]), of which batches are taken with [`Session::take_batches`].
-    Columns,
-}
-
-/// How a capture is read and shown.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// The language.
-    pub lang: Lang,
-    /// What comes out.
-    pub format: Format,
-    /// How detailed a line is.
-    pub depth: Depth,
-    /// What small stamps mean.
-    pub stamps: Stamps,
-    /// What of an MCAP file is read, and how.
-    pub mcap: Choice,
-    /// How time is shown; as it came, by default.
-    pub time: Option<Time>,
-    /// How lines are marked.
-    pub look: Look,
-    /// Which frames are shown.
-    pub filter: Filter,
-    /// The same in candump's manner, by channel.
-    pub masks: Masks,
-    /// Frames that are shown at most (transfers, where only they are): the capture ends behind the last of them.
-    pub count: Option<u64>,
-    /// Whether the bytes of SDO transfers are handed out.
-    pub extract: bool,
-    /// What is known of the network beforehand.
-    pub network: Arc<Network>,
-    /// Which signals are listed.
-    pub select: Select,
-    /// Which tables of columns are built, beside what comes out in any format but [`Format::Info`].
-    pub tables: Vec<columns::Name>,
-    /// How the format that is written is written.
-    pub writing: writers::Settings,
-    /// Whether incidents are written, too: in [`Format::Text`] as they begin and end, in [`Format::Jsonl`] both so and at
-    /// the end, in [`Format::Check`] and [`Format::Observed`] at the end.
-    pub incidents: bool,
-    /// What is expected of the capture.
-    pub expectations: Option<Arc<Expectations>>,
-}
+pub use self::options::{Format, Options};
 
 /// A capture being read.
 #[derive(Debug)]
@@ -143,17 +48,6 @@ pub struct Session {
     fed: usize,
     buses: Buses,
     stream: Stream,
-}
-
-/// Everything behind the reader.
-#[derive(Debug)]
-struct Stream {
-    capture: Capture,
-    /// Frames that wait until it is known what the recording did with them.
-    ahead: Ahead,
-    decoding: Decoding,
-    output: Output,
-    tally: Tally,
 }
 
 impl Session {
@@ -456,242 +350,5 @@ impl Session {
     pub fn frames(&mut self) -> (u64, u64) {
         let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
         (self.stream.capture.frames, fed.map_or(self.stream.capture.file.found(), |one| one.frames))
-    }
-}
-
-impl Stream {
-    fn item(&mut self, mut item: Item, buses: &Buses, out: &mut Vec<u8>) {
-        if self.output.is_done() {
-            return;
-        }
-        if let Some(info) = self.output.info() {
-            if let Item::Frame(frame) = &item {
-                self.capture.count(frame);
-            }
-            return info.take(&item);
-        }
-        if !matches!(item, Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. }) {
-            self.settle(buses, out);
-            if self.output.is_done() {
-                return;
-            }
-        }
-        match item {
-            Item::Frame(ref mut frame) => self.place(frame, buses, out),
-            Item::Marker(marker) => self.marker(marker, buses, out),
-            Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
-            Item::Damaged(damage) => self.damaged(damage, buses, out),
-            Item::Gap { bus, away } => self.gap((bus, away), buses, out),
-            Item::Until { now_ns } => self.until(now_ns, buses, out),
-        }
-    }
-
-    /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
-    fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
-        self.capture.place(frame);
-        let seen = self.decoding.observe(frame, buses);
-        let before = self.capture.before(frame);
-        if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
-            self.capture.take(frame, None);
-            return self.frame(frame, (before.as_ref(), None), seen.as_ref(), buses, out);
-        }
-        self.ahead.hold(Placed { frame: *frame, before, seen }, self.capture.origin());
-        self.release(false, buses, out);
-    }
-
-    /// Hands on the frames of which it is known what the recording did with them, and what comes next on their SDO
-    /// channel where that matters. `over`: nothing more comes.
-    fn release(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
-        let before = self.decoding.undecided_since().unwrap_or(u64::MAX);
-        while let Some(first) = self.ahead.first_before(before) {
-            let next = match self.decoding.is_ambiguous(first) {
-                true => self.ahead.next(|one, other| self.decoding.is_of_channel(one, other)),
-                false => Behind::None,
-            };
-            let next = match next {
-                Behind::Frame(next) => Some(next),
-                Behind::Open if !over => break,
-                Behind::Open | Behind::None => None,
-            };
-            let Some((Placed { frame, before, seen }, origin)) = self.ahead.take() else { break };
-            if !self.output.is_done() {
-                self.capture.take(&frame, Some(origin));
-                self.frame(&frame, (before.as_ref(), next.as_deref()), seen.as_ref(), buses, out);
-            }
-        }
-        self.capture.caught_up();
-    }
-
-    /// Nothing is behind the frames that wait by which more would be known: they are taken by what is.
-    fn settle(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        self.decoding.settle();
-        self.release(true, buses, out);
-    }
-
-    fn frame(
-        &mut self,
-        frame: &Frame,
-        (before, next): (Option<&FrameRef>, Option<&Frame>),
-        seen: Option<&(When, Happened)>,
-        buses: &Buses,
-        out: &mut Vec<u8>,
-    ) {
-        let holed = self.decoding.is_behind_hole(frame);
-        let stepped = seen.is_some_and(|(_, happened)| happened.step_ns.is_some());
-        if holed && let Some(before) = before {
-            self.output.gap(frame.bus, false);
-            self.decoding.lost(frame.bus, *before, buses);
-            self.aside(buses, out);
-        }
-        self.decoding.step(frame, seen, next, buses);
-        if (holed || stepped)
-            && let Some((before, apart)) = before.and_then(|before| Some((*before, frame.reference().since(*before)?)))
-        {
-            if holed {
-                self.decoding.find(frame, Cap007::Silent { silence: apart }.into(), before);
-            }
-            if stepped {
-                self.decoding.find(frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
-            }
-        }
-        self.decoding.diagnosed(frame);
-        if self.output.has_tables() {
-            let sync = self.decoding.sync(frame.bus);
-            self.output.rows(self.capture.view(buses), frame, &mut self.decoding.events, sync);
-        }
-        self.decoding.fold();
-        self.tally.frame(frame, &self.decoding.events);
-        self.output.frame(out, self.capture.view(buses), frame, &mut self.decoding.events);
-        self.tell(buses, out);
-        self.decoding.clear(buses);
-    }
-
-    /// Tells of incidents that begin to show, and of those that are over.
-    #[inline]
-    fn tell(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        if !self.output.tells() {
-            return;
-        }
-        for (phase, id) in self.decoding.changes() {
-            if let Some(diagnosis) = self.decoding.diagnosis() {
-                self.output.incident(out, self.capture.view(buses), diagnosis, (phase, id));
-            }
-        }
-    }
-
-    fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
-        self.output.marker(out, self.capture.view(buses), &marker);
-        if let Marker::Start { date_ns } = marker {
-            return self.capture.dated(date_ns);
-        }
-        if let Marker::Dropped { bus, count, .. } = marker {
-            self.tally.dropped(bus, count);
-            self.decoding.lost(bus, self.capture.last, buses);
-        }
-        if let Marker::LeftOut { .. } = marker {
-            self.decoding.all_lost(self.capture.last, buses);
-        }
-        if let Marker::Error { bus, place, .. } = marker {
-            let at = self.capture.behind(bus, place.line());
-            self.decoding.bare_error(bus, at, buses);
-        }
-        let finding = self.capture.marker(&marker, buses);
-        self.report(finding.as_ref(), buses, out);
-        self.aside(buses, out);
-    }
-
-    /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
-    fn gap(&mut self, (bus, away): (BusId, bool), buses: &Buses, out: &mut Vec<u8>) {
-        self.output.gap(bus, away);
-        self.capture.gap();
-        self.decoding.lost(bus, self.capture.last, buses);
-        self.aside(buses, out);
-    }
-
-    /// Live buses have given all until `now_ns`.
-    fn until(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
-        self.advance(now_ns, buses, out);
-        self.output.until(out, now_ns);
-    }
-
-    /// A part of the file is lost: across it nothing is judged on any bus.
-    fn damaged(&mut self, damage: Damage, buses: &Buses, out: &mut Vec<u8>) {
-        let finding = self.capture.damaged(damage);
-        if finding.code == Code::Cap004 {
-            self.decoding.all_lost(self.capture.last, buses);
-        }
-        self.report(Some(&finding), buses, out);
-        self.aside(buses, out);
-    }
-
-    fn end_of_file(&mut self, contents: &Contents, buses: &Buses, out: &mut Vec<u8>) {
-        self.capture.end_of_complaints();
-        if let Some(info) = self.output.info() {
-            return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
-        }
-        if self.capture.file.unreadable.count > 0 {
-            self.settle(buses, out);
-        }
-        let (unreadable, finding) = self.capture.end();
-        if self.capture.file.frames > 0 {
-            self.output.end_of_file(unreadable.count);
-        }
-        self.report(finding.as_ref(), buses, out);
-    }
-
-    fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
-        if self.output.is_done() {
-            return;
-        }
-        self.decoding.pass(now_ns);
-        self.release(self.ahead.is_over(now_ns), buses, out);
-        // What frames that wait have to say comes first.
-        if self.ahead.is_empty() && !self.output.is_done() {
-            self.decoding.advance(now_ns, self.capture.last, buses);
-        }
-        self.output.advance(self.capture.view(buses), now_ns);
-        self.aside(buses, out);
-    }
-
-    fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        self.settle(buses, out);
-        self.decoding.finish(self.capture.last, buses);
-        self.aside(buses, out);
-        let diagnosed = self.decoding.finish_diagnosis(self.capture.last, buses);
-        self.aside(buses, out);
-        self.decoding.counted(self.capture.last);
-        self.write_aside(buses, out);
-        if let Some(diagnosis) = self.decoding.diagnosis().filter(|_| diagnosed) {
-            self.output.diagnosis(out, self.capture.view(buses), diagnosis);
-        }
-        if self.capture.frames > 0 {
-            self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
-            self.output.finish(out, self.capture.view(buses));
-        }
-        self.output.close(self.capture.view(buses));
-    }
-
-    fn report(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
-        if let Some(finding) = finding {
-            self.tally.finding(finding);
-            self.decoding.diagnosed_finding(finding);
-            self.output.finding(out, self.capture.view(buses), finding);
-        }
-    }
-
-    /// What belongs to no frame at hand.
-    fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
-        self.decoding.diagnosed_aside();
-        self.decoding.fold();
-        self.write_aside(buses, out);
-    }
-
-    /// The same of what is not only counted, but for tables.
-    fn write_aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        self.tally.events(&self.decoding.events);
-        self.output.aside(out, self.capture.view(buses), &self.decoding.events);
-        self.tell(buses, out);
-        self.decoding.clear(buses);
     }
 }

@@ -4,10 +4,10 @@
 //! together.
 
 use super::capture::View;
+use super::options::{Format, Options};
 use super::records::Records;
 use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text};
 use super::subject::{self, Seen, said_of, service};
-use super::{Format, Options};
 use crate::diagnosis::incident::IncidentId;
 use crate::diagnosis::{Diagnosis, Phase};
 use crate::diff::digest::Digest;

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use super::Format;
 use super::capture::View;
+use super::options::Format;
 use super::sink::{Passing, Sink};
 use super::subject::Seen;
 use crate::diagnosis::Diagnosis;

@@ -297,7 +297,8 @@ impl Channel {
             if self.recent.len() == RECENT {
                 self.recent.pop_front();
             }
-            self.recent.push_back((half, Step { place: Place::Duplicate, answered_by: None, result: None, ..step.clone() }));
+            self.recent
+                .push_back((half, Step { place: Place::Duplicate, answered_by: None, result: None, ..step.clone() }));
         }
         if let Some(event) = cx.events.get_mut(slot) {
             event.transfer = of.map(|(id, _)| id);

@@ -1,0 +1,264 @@
+//! Everything behind the reader: frames in their order, what they mean, and what is written of them.
+//!
+//! Must not: know of files or their formats.
+
+use super::ahead::{Ahead, Behind, Placed};
+use super::capture::Capture;
+use super::decoding::Decoding;
+use super::output::Output;
+use super::tally::Tally;
+use crate::evidence::When;
+use crate::evidence::recording::Happened;
+use crate::finding::{Code, Finding};
+use crate::frame::{BusId, Buses, Frame, FrameRef};
+use crate::readers::{Contents, Damage, Item, Marker};
+use crate::render::jsonl;
+use crate::rules::capture::{Cap006, Cap007};
+
+/// Everything behind the reader.
+#[derive(Debug)]
+pub(super) struct Stream {
+    pub(super) capture: Capture,
+    /// Frames that wait until it is known what the recording did with them.
+    pub(super) ahead: Ahead,
+    pub(super) decoding: Decoding,
+    pub(super) output: Output,
+    pub(super) tally: Tally,
+}
+
+impl Stream {
+    pub(super) fn item(&mut self, mut item: Item, buses: &Buses, out: &mut Vec<u8>) {
+        if self.output.is_done() {
+            return;
+        }
+        if let Some(info) = self.output.info() {
+            if let Item::Frame(frame) = &item {
+                self.capture.count(frame);
+            }
+            return info.take(&item);
+        }
+        if !matches!(item, Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. }) {
+            self.settle(buses, out);
+            if self.output.is_done() {
+                return;
+            }
+        }
+        match item {
+            Item::Frame(ref mut frame) => self.place(frame, buses, out),
+            Item::Marker(marker) => self.marker(marker, buses, out),
+            Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
+            Item::Damaged(damage) => self.damaged(damage, buses, out),
+            Item::Gap { bus, away } => self.gap((bus, away), buses, out),
+            Item::Until { now_ns } => self.until(now_ns, buses, out),
+        }
+    }
+
+    /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
+    pub(super) fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
+        self.capture.place(frame);
+        let seen = self.decoding.observe(frame, buses);
+        let before = self.capture.before(frame);
+        if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
+            self.capture.take(frame, None);
+            return self.frame(frame, (before.as_ref(), None), seen.as_ref(), buses, out);
+        }
+        self.ahead.hold(Placed { frame: *frame, before, seen }, self.capture.origin());
+        self.release(false, buses, out);
+    }
+
+    /// Hands on the frames of which it is known what the recording did with them, and what comes next on their SDO
+    /// channel where that matters. `over`: nothing more comes.
+    pub(super) fn release(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
+        let before = self.decoding.undecided_since().unwrap_or(u64::MAX);
+        while let Some(first) = self.ahead.first_before(before) {
+            let next = match self.decoding.is_ambiguous(first) {
+                true => self.ahead.next(|one, other| self.decoding.is_of_channel(one, other)),
+                false => Behind::None,
+            };
+            let next = match next {
+                Behind::Frame(next) => Some(next),
+                Behind::Open if !over => break,
+                Behind::Open | Behind::None => None,
+            };
+            let Some((Placed { frame, before, seen }, origin)) = self.ahead.take() else { break };
+            if !self.output.is_done() {
+                self.capture.take(&frame, Some(origin));
+                self.frame(&frame, (before.as_ref(), next.as_deref()), seen.as_ref(), buses, out);
+            }
+        }
+        self.capture.caught_up();
+    }
+
+    /// Nothing is behind the frames that wait by which more would be known: they are taken by what is.
+    pub(super) fn settle(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.decoding.settle();
+        self.release(true, buses, out);
+    }
+
+    pub(super) fn frame(
+        &mut self,
+        frame: &Frame,
+        (before, next): (Option<&FrameRef>, Option<&Frame>),
+        seen: Option<&(When, Happened)>,
+        buses: &Buses,
+        out: &mut Vec<u8>,
+    ) {
+        let holed = self.decoding.is_behind_hole(frame);
+        let stepped = seen.is_some_and(|(_, happened)| happened.step_ns.is_some());
+        if holed && let Some(before) = before {
+            self.output.gap(frame.bus, false);
+            self.decoding.lost(frame.bus, *before, buses);
+            self.aside(buses, out);
+        }
+        self.decoding.step(frame, seen, next, buses);
+        if (holed || stepped)
+            && let Some((before, apart)) = before.and_then(|before| Some((*before, frame.reference().since(*before)?)))
+        {
+            if holed {
+                self.decoding.find(frame, Cap007::Silent { silence: apart }.into(), before);
+            }
+            if stepped {
+                self.decoding.find(frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
+            }
+        }
+        self.decoding.diagnosed(frame);
+        if self.output.has_tables() {
+            let sync = self.decoding.sync(frame.bus);
+            self.output.rows(self.capture.view(buses), frame, &mut self.decoding.events, sync);
+        }
+        self.decoding.fold();
+        self.tally.frame(frame, &self.decoding.events);
+        self.output.frame(out, self.capture.view(buses), frame, &mut self.decoding.events);
+        self.tell(buses, out);
+        self.decoding.clear(buses);
+    }
+
+    /// Tells of incidents that begin to show, and of those that are over.
+    #[inline]
+    pub(super) fn tell(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        if !self.output.tells() {
+            return;
+        }
+        for (phase, id) in self.decoding.changes() {
+            if let Some(diagnosis) = self.decoding.diagnosis() {
+                self.output.incident(out, self.capture.view(buses), diagnosis, (phase, id));
+            }
+        }
+    }
+
+    pub(super) fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
+        self.output.marker(out, self.capture.view(buses), &marker);
+        if let Marker::Start { date_ns } = marker {
+            return self.capture.dated(date_ns);
+        }
+        if let Marker::Dropped { bus, count, .. } = marker {
+            self.tally.dropped(bus, count);
+            self.decoding.lost(bus, self.capture.last, buses);
+        }
+        if let Marker::LeftOut { .. } = marker {
+            self.decoding.all_lost(self.capture.last, buses);
+        }
+        if let Marker::Error { bus, place, .. } = marker {
+            let at = self.capture.behind(bus, place.line());
+            self.decoding.bare_error(bus, at, buses);
+        }
+        let finding = self.capture.marker(&marker, buses);
+        self.report(finding.as_ref(), buses, out);
+        self.aside(buses, out);
+    }
+
+    /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
+    pub(super) fn gap(&mut self, (bus, away): (BusId, bool), buses: &Buses, out: &mut Vec<u8>) {
+        self.output.gap(bus, away);
+        self.capture.gap();
+        self.decoding.lost(bus, self.capture.last, buses);
+        self.aside(buses, out);
+    }
+
+    /// Live buses have given all until `now_ns`.
+    pub(super) fn until(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        self.advance(now_ns, buses, out);
+        self.output.until(out, now_ns);
+    }
+
+    /// A part of the file is lost: across it nothing is judged on any bus.
+    pub(super) fn damaged(&mut self, damage: Damage, buses: &Buses, out: &mut Vec<u8>) {
+        let finding = self.capture.damaged(damage);
+        if finding.code == Code::Cap004 {
+            self.decoding.all_lost(self.capture.last, buses);
+        }
+        self.report(Some(&finding), buses, out);
+        self.aside(buses, out);
+    }
+
+    pub(super) fn end_of_file(&mut self, contents: &Contents, buses: &Buses, out: &mut Vec<u8>) {
+        self.capture.end_of_complaints();
+        if let Some(info) = self.output.info() {
+            return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
+        }
+        if self.capture.file.unreadable.count > 0 {
+            self.settle(buses, out);
+        }
+        let (unreadable, finding) = self.capture.end();
+        if self.capture.file.frames > 0 {
+            self.output.end_of_file(unreadable.count);
+        }
+        self.report(finding.as_ref(), buses, out);
+    }
+
+    pub(super) fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        if self.output.is_done() {
+            return;
+        }
+        self.decoding.pass(now_ns);
+        self.release(self.ahead.is_over(now_ns), buses, out);
+        // What frames that wait have to say comes first.
+        if self.ahead.is_empty() && !self.output.is_done() {
+            self.decoding.advance(now_ns, self.capture.last, buses);
+        }
+        self.output.advance(self.capture.view(buses), now_ns);
+        self.aside(buses, out);
+    }
+
+    pub(super) fn finish(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.settle(buses, out);
+        self.decoding.finish(self.capture.last, buses);
+        self.aside(buses, out);
+        let diagnosed = self.decoding.finish_diagnosis(self.capture.last, buses);
+        self.aside(buses, out);
+        self.decoding.counted(self.capture.last);
+        self.write_aside(buses, out);
+        if let Some(diagnosis) = self.decoding.diagnosis().filter(|_| diagnosed) {
+            self.output.diagnosis(out, self.capture.view(buses), diagnosis);
+        }
+        if self.capture.frames > 0 {
+            self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
+            self.output.finish(out, self.capture.view(buses));
+        }
+        self.output.close(self.capture.view(buses));
+    }
+
+    pub(super) fn report(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
+        if let Some(finding) = finding {
+            self.tally.finding(finding);
+            self.decoding.diagnosed_finding(finding);
+            self.output.finding(out, self.capture.view(buses), finding);
+        }
+    }
+
+    /// What belongs to no frame at hand.
+    pub(super) fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
+        self.decoding.diagnosed_aside();
+        self.decoding.fold();
+        self.write_aside(buses, out);
+    }
+
+    /// The same of what is not only counted, but for tables.
+    pub(super) fn write_aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.tally.events(&self.decoding.events);
+        self.output.aside(out, self.capture.view(buses), &self.decoding.events);
+        self.tell(buses, out);
+        self.decoding.clear(buses);
+    }
+}
