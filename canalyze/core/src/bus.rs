@@ -2,19 +2,21 @@
 //!
 //! It asks what an identifier carries, hands SDO frames to their channel and everything else to the service's
 //! decoder, passes on what one service means for another (a reset ends the node's transfers), and tells the checks.
-//! `learn` is the one place where what the capture shows changes a COB-ID, a mapping or a time.
+//! `learning` is the one place where what the capture shows changes a COB-ID, a mapping or a time.
 
+mod learning;
 mod unconfirmed;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use self::learning::{known, renewed};
 use crate::checks;
 use crate::checks::nodes::ErrorControl;
 use crate::checks::srdo::Seen;
-use crate::checks::{Checks, Fit, PdoName, Renewed};
+use crate::checks::{Checks, Fit, PdoName};
 use crate::cob_id::Role;
-use crate::configuration::{self, Provenance};
+use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::dictionary::{Described, Object};
 use crate::drive;
@@ -36,7 +38,7 @@ use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::{Channel, is_whole};
 use crate::services::sdo::exchange::expedited;
-use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::{Command, Mux, Side};
 
 /// Further SDO channels kept apart at most (invariant 6).
@@ -481,118 +483,6 @@ impl Bus {
         }
     }
 
-    /// Takes what an SDO transfer has shown of the server's configuration.
-    fn learn(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
-        let Some(mux) = transfer.mux else { return };
-        if transfer.outcome.status != Status::Ok || transfer.outcome.bad || transfer.data.hole {
-            return self.refused(transfer, mux, cx);
-        }
-        self.checks.transferred(transfer, mux, &self.nodes, cx);
-        if mux.index == 0x1F22 && transfer.direction == Direction::Download {
-            return self.learn_concise(mux.sub, &transfer.data.kept);
-        }
-        let concerned = configuration::concerns(mux.index) || matches!(mux.index, 0x1010 | 0x1011);
-        if !concerned || transfer.data.size > 8 {
-            return;
-        }
-        let node = known(&mut self.nodes, transfer.node);
-        if node.configuration.learn(transfer.direction, mux, &transfer.data.kept, cx.at.no) {
-            node.compile();
-            if moves(mux) {
-                self.assign();
-            }
-            self.learnt(transfer.node, mux, cx);
-        }
-    }
-
-    /// An object of a node holds another value now, or it is known otherwise.
-    fn learnt(&mut self, node: u8, mux: Mux, cx: &Context<'_>) {
-        self.checks.renewed(&renewed(&mut self.nodes));
-        self.checks.learnt(node, mux, &self.nodes, cx);
-    }
-
-    /// So do many objects.
-    fn reconfigured(&mut self) {
-        self.checks.renewed(&renewed(&mut self.nodes));
-        self.checks.reconfigured(&self.nodes);
-    }
-
-    /// An object is being written: until that has succeeded or was refused, the old value may hold or the new one. A
-    /// server that acknowledges what nobody is seen to write has taken what is not known.
-    fn doubt_object(&mut self, node: u8, mux: Mux, cx: &mut Context<'_>) {
-        if !configuration::concerns(mux.index) {
-            return;
-        }
-        let one = known(&mut self.nodes, node);
-        if one.configuration.attempted(mux, cx.at.no) {
-            one.compile();
-            self.learnt(node, mux, cx);
-        }
-    }
-
-    /// A transfer has not succeeded. What it should have written is as before only where it was refused.
-    fn refused(&mut self, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
-        if transfer.direction != Direction::Download {
-            return;
-        }
-        if transfer.outcome.status != Status::Aborted {
-            return self.unanswered(transfer.node, mux);
-        }
-        if let Some(node) = self.nodes.get_mut(transfer.node)
-            && node.configuration.refused(mux, transfer.first.no)
-        {
-            node.compile();
-            self.learnt(transfer.node, mux, cx);
-        }
-    }
-
-    /// A concise DCF that a configuration manager was given for a node (CiA 302-3).
-    fn learn_concise(&mut self, node: u8, bytes: &[u8]) {
-        if !(1..=127).contains(&node) {
-            return;
-        }
-        let target = known(&mut self.nodes, node);
-        for (mux, value) in concise(bytes) {
-            target.configuration.configure(mux.index, mux.sub, value);
-        }
-        target.compile();
-        self.assign();
-        self.reconfigured();
-    }
-
-    /// Brings the roles of identifiers up to date with what is known of the nodes.
-    fn assign(&mut self) {
-        for (_, node) in self.nodes.iter_mut() {
-            for index in node.configuration.unassigned() {
-                self.roles.refresh(node, index);
-            }
-        }
-    }
-
-    /// A node has another node-ID now (LSS): what is known of it goes with it, unless something is known of the new one.
-    fn moved(&mut self, from: u8, to: u8) {
-        if self.nodes.get(to).is_some() {
-            return;
-        }
-        let Some(mut node) = self.nodes.take(from) else { return };
-        node.configuration.all_untold();
-        let mut gone = Renewed::default();
-        gone.add(from, &mut node);
-        gone.pdos.extend(node.pdos().iter().map(|pdo| PdoName {
-            transmit: pdo.transmit,
-            number: pdo.number,
-            node: from,
-        }));
-        self.checks.renewed(&gone);
-        self.roles.refresh_all(from, None);
-        node.configuration.leave(from);
-        node.rename(to);
-        self.roles.refresh_all(to, Some(&node));
-        self.nodes.put(to, node);
-        self.assign();
-        self.reconfigured();
-    }
-
     /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
@@ -672,44 +562,6 @@ impl Bus {
         cx.release_all();
         cx.release_unproven();
     }
-}
-
-/// What has changed of the nodes since this was last asked.
-fn renewed(nodes: &mut PerNode<Node>) -> Renewed {
-    let mut all = Renewed::default();
-    nodes.iter_mut().for_each(|(id, node)| all.add(id, node));
-    all
-}
-
-/// A node, made where nothing was known of it.
-fn known(nodes: &mut PerNode<Node>, id: u8) -> &mut Node {
-    if nodes.get(id).is_none() {
-        nodes.put(id, Box::new(Node::new(id)));
-    }
-    nodes.entry(id)
-}
-
-/// Whether an object holds a COB-ID.
-fn moves(mux: Mux) -> bool {
-    match mux.index {
-        0x1005 | 0x1012 | 0x1014 => true,
-        0x1200..=0x12FF => matches!(mux.sub, 1..=3),
-        0x1301..=0x1340 => matches!(mux.sub, 1 | 5 | 6),
-        0x1400..=0x15FF | 0x1800..=0x19FF => mux.sub == 1,
-        _ => false,
-    }
-}
-
-/// The entries of a concise DCF: a count, then index, sub-index, size and data of each (CiA 302-3).
-fn concise(bytes: &[u8]) -> impl Iterator<Item = (Mux, &[u8])> {
-    let mut rest = bytes.get(4..).unwrap_or(&[]);
-    std::iter::from_fn(move || {
-        let ([low, high, sub, a, b, c, d], after) = rest.split_first_chunk::<7>()?;
-        let size = u32::from_le_bytes([*a, *b, *c, *d]) as usize;
-        let value = after.get(..size)?;
-        rest = after.get(size..)?;
-        Some((Mux { index: u16::from_le_bytes([*low, *high]), sub: *sub }, value))
-    })
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 //! PDOs are decoded by them where the frames agree; a later response, or a frame that does not agree, ends that. No check
 //! may use them, since they may not hold.
 
-use super::{Bus, known};
+use super::Bus;
+use super::learning::known;
 use crate::checks::PdoName;
 use crate::cob_id::Role;
 use crate::configuration;
