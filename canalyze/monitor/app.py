@@ -55,12 +55,12 @@ NOTHING: Final[dict[str, Any]] = {
 """A snapshot before there is one."""
 
 
-def _hangup() -> "select.poll | None":
+def _hangup() -> Any:
     """Give what shows that the terminal is gone, as one in a window whose program has ended: no signal says so there.
 
     None where standard input is no terminal, and where the system has no such thing.
     """
-    if not hasattr(select, "poll") or not os.isatty(0):
+    if sys.platform == "win32" or not os.isatty(0):
         return None
     gone = select.poll()
     gone.register(0, 0)
@@ -113,7 +113,7 @@ class Monitor(App[int]):
             self.grids[name].empty = words.of("monitor_empty", name)
         self._latest, self._whole, self._said = Below("latest"), Below("whole"), Below("notice")
         self._prompt = Prompt()
-        self._hangup: select.poll | None = None
+        self._hangup: Any = None
 
     def compose(self) -> ComposeResult:
         """Give all rooms; which of them can be seen says the view."""
