@@ -42,6 +42,7 @@ KEYS = {
             "state",
             "state_text",
             "state_name",
+            "lost",
             "changes",
             "states",
             "boot_ups",

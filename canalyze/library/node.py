@@ -110,6 +110,8 @@ class Node:
     """PDOs that it was sent."""
     state: State | None
     """The last NMT state; None where nothing tells."""
+    lost: bool
+    """Its heartbeats, or answers to node guarding, stopped and did not come back: `state` is that before."""
     states: tuple[StateChange, ...]
     """The states that it entered, in order, the first 64."""
     changes: int
@@ -228,6 +230,7 @@ def node(row: Mapping[str, Any]) -> Node:
         tpdos=row["tpdo"],
         rpdos=row["rpdo"],
         state=row["state_name"],
+        lost=row["lost"],
         states=tuple(
             StateChange(one["name"], one["text"], one["t"], one["frame"], one["commanded"]) for one in row["states"]
         ),

@@ -235,6 +235,8 @@ class _Report:
         if node["state"] is None:
             return EMPTY
         state = _word(node["state"], node["state_text"])
+        if node["lost"]:
+            return self._words("summary.lost", state=state)
         if node["states"] and node["states"][-1]["commanded"]:
             state = self._words("summary.commanded", state=state)
         return state

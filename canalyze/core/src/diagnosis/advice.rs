@@ -49,6 +49,7 @@ pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
         Kind::DuplicateNodeId => vec![say::NODE_ID],
         Kind::RequestUnanswered | Kind::LateAnswer => vec![say::SERVER, say::CLIENT],
         Kind::ObjectRefused | Kind::IdentityMismatch | Kind::LengthRefused => vec![say::EDS],
+        Kind::MappingRefused if one.has("others") => vec![say::EDS, say::MAPPING],
         Kind::MappingRefused => vec![say::PDO_ORDER],
         Kind::AccessRefused | Kind::StateRefused | Kind::ValueRefused | Kind::WriteRefused => {
             vec![say::STATE, say::EDS]

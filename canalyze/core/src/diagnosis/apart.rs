@@ -38,8 +38,8 @@ tells! {
         "it came back without a boot-up: it kept its power, only the connection was lost";
     AWAY false "没有恢复: 无法区分断电与断线; 可看指示灯, 或看恢复时有无启动报文"
         "it has not come back: power loss or broken connection cannot be distinguished; check its LEDs, or whether it comes back with a boot-up";
-    NEVER_HEARD false "从未收到其报文: 无法区分不存在、未上电还是节点ID不同; 用 canalyze info 查看有哪些节点"
-        "never seen: absent, unpowered or another node-ID cannot be distinguished; use canalyze info to list the nodes";
+    NEVER_HEARD false "从未收到其报文: 无法区分不存在、未上电还是节点ID不同; 用 canalyze summary 查看有哪些节点"
+        "never seen: absent, unpowered or another node-ID cannot be distinguished; use canalyze summary to list the nodes";
     ALONE true "没有其他节点同时失去联系: 不是主干电缆, 也不是公共电源"
         "no other node went silent at the same time: neither the trunk cable nor a shared supply";
     WITH_OTHERS true "其他节点同时失去联系: 公共的电缆段、接插件或电源"
@@ -78,6 +78,8 @@ tells! {
         "the node was silent then";
     MADE_GOOD true "之后写入成功: 设备支持, 只是当时的顺序或状态不对"
         "written successfully later: supported by the device, but the order or its state was wrong";
+    OTHER_VALUES true "之后写入其他值成功: 被拒绝的值不合适, 见中止码"
+        "other values were accepted later: the refused values were wrong, see the abort codes";
     NOT_MADE_GOOD false "之后未写入成功: 无法区分不支持还是状态不对; 请在预操作状态下重试"
         "never written successfully: not supported or wrong state cannot be distinguished; try again in Pre-operational";
 }
@@ -113,7 +115,11 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: Shown) -> Vec<Tell> {
             None => Vec::new(),
         },
         RequestUnanswered | LateAnswer => presence(one, ledger).into_iter().collect(),
-        _ if one.has("refused") => vec![if one.end.is_some() { MADE_GOOD } else { NOT_MADE_GOOD }],
+        _ if one.has("refused") => vec![match one.end.filter(|_| !one.has("booted")) {
+            Some(_) if one.has("others") => OTHER_VALUES,
+            Some(_) => MADE_GOOD,
+            None => NOT_MADE_GOOD,
+        }],
         _ => Vec::new(),
     }
 }

@@ -63,8 +63,8 @@ sayings! {
     OfPdo { pdo: Pdo } "{pdo}" "{pdo}";
     ReportedOften { code: Emcy, at: Ns, count: Count } "{at}起{count}次报告EMCY {code}" "reported EMCY {code} {count} times from {at} on";
     TooShort { limit: Ns, watched: Count, period: Ns }
-        "对节点{watched}的消费者心跳时间(1016h)为{limit}, 其心跳周期为{period}: 误报"
-        "consumer heartbeat time (1016h) for node {watched} is {limit}, its heartbeat period {period}: false alarms";
+        "监视节点{watched}的1016h时限为{limit}, 短于该节点的心跳周期{period}: 反复误报心跳丢失"
+        "its consumer heartbeat time (1016h) for node {watched} is {limit}, shorter than the heartbeat period {period}: false alarms";
     Fault { at: Ns } "{at}进入故障状态" "in fault since {at}";
     FaultWith { at: Ns, code: Emcy } "{at}进入故障状态, EMCY {code}" "in fault since {at}, EMCY {code}";
     Refused { count: Count, object: Object, abort: Abort }
@@ -72,6 +72,9 @@ sayings! {
     RefusedMadeGood { count: Count, object: Object, abort: Abort }
         "{count}次写入被拒绝({object}: {abort}), 之后都已改正"
         "{count|write|writes} refused ({object}: {abort}), all repeated successfully";
+    RefusedOthers { count: Count, object: Object, abort: Abort }
+        "{count}次写入被拒绝({object}: {abort}), 之后写入其他值成功"
+        "{count|write|writes} refused ({object}: {abort}), other values accepted later";
     Unanswered { object: Object, at: Ns } "{at}对{object}的请求没有响应" "request for {object} at {at} not answered";
     UnansweredAt { at: Ns } "{at}的请求没有响应" "request at {at} not answered";
     GapOf { at: Ns, silence: Ns } "{at}处{silence}没有任何帧: 记录停顿" "no frame for {silence} at {at}: the recording paused";
@@ -159,7 +162,7 @@ checks! {
     CONSUMER_TIME "consumer-time" "消费者心跳时间1016h应至少为对方1017h的1.5倍" "1016h: at least 1.5 times the producer's 1017h";
     PRODUCER "producer" "它所等待的PDO的发送方" "producer of the PDO it waits for";
     SYNC_PRODUCER "sync-producer" "SYNC生产者" "SYNC producer";
-    MANUAL "manual" "设备手册中的错误码, 603Fh" "error code in the device manual, 603Fh";
+    MANUAL "manual" "设备手册中的错误码; 1003h, 驱动器为603Fh" "error code in the device manual; 1003h, of drives 603Fh";
     PDO_ORDER "pdo-order" "写入顺序: COB-ID位31=1, 映射:00=0, 各条目, :00=n, 最后有效"
         "write order: COB-ID bit 31 = 1, mapping :00 = 0, entries, :00 = n, then valid";
     EDS "eds" "主站所用的EDS是否属于这个固件" "whether the EDS used by the master fits this firmware";

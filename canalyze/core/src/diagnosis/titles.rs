@@ -69,7 +69,9 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         _ if get("refused").is_some() => match (get("refused"), get("object"), get("abort")) {
             (Some(Quantity::Count(count)), Some(Quantity::Object(object)), Some(Quantity::Abort(abort))) => {
                 match one.status {
-                    Status::Over if !one.has("booted") => Saying::RefusedMadeGood { count, object, abort }.into(),
+                    Status::Over if one.has("booted") => Saying::Refused { count, object, abort }.into(),
+                    Status::Over if one.has("others") => Saying::RefusedOthers { count, object, abort }.into(),
+                    Status::Over => Saying::RefusedMadeGood { count, object, abort }.into(),
                     _ => Saying::Refused { count, object, abort }.into(),
                 }
             }

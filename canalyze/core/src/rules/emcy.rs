@@ -33,16 +33,16 @@ rules! {
             "错误复位, 错误寄存器仍为{register}"
             "error reset, error register still {register}";
         OneLeft { register: Hex2, cleared: Emcy, left: Emcy }
-            "{cleared}已消失, {left}仍在; 错误寄存器为{register}"
+            "错误{cleared}已清除, {left}仍在; 错误寄存器为{register}"
             "{cleared} cleared, {left} remains; error register {register}";
         SeveralLeft { register: Hex2, cleared: Emcy, left: Emcy, count: Count }
-            "{cleared}已消失, 还有{count}个错误, 其中最早的是{left}; 错误寄存器为{register}"
+            "错误{cleared}已清除, 还有{count}个错误, 其中最早的是{left}; 错误寄存器为{register}"
             "{cleared} cleared, {count} errors remain, the oldest is {left}; error register {register}";
         UnknownLeft { register: Hex2, cleared: Emcy }
-            "{cleared}已消失; 错误寄存器为{register}, 说明还有记录中没有出现的错误"
+            "错误{cleared}已清除; 错误寄存器为{register}, 说明还有记录中没有出现的错误"
             "{cleared} cleared; error register {register} shows another error that is not in the capture";
         OneOf { register: Hex2, count: Count }
-            "{count}个错误之一已消失; 错误寄存器仍为{register}"
+            "{count}个错误之一已清除; 错误寄存器仍为{register}"
             "one of {count} errors cleared; error register still {register}";
     }
 
@@ -137,19 +137,19 @@ rules! {
     Emc009 "EMC009" "error-standing" Info "CiA 301 7.2.7.1" [Emcy] {
         message "错误仍然存在" "error still active";
         meaning
-            "节点报告了错误, 到记录结束仍没有复位; 或者错误存在期间重复发送了紧急报文。"
+            "节点报告了错误, 到记录结束仍未清除; 或者错误存在期间重复发送了紧急报文。"
             "An error the node reported and did not clear until the end of the capture, or reported several times while it was active.";
         cause
-            "错误原因仍然存在, 或者设备只在收到命令或重新启动后才复位错误。"
+            "错误原因仍然存在, 或者设备只在收到命令或重新启动后才清除错误。"
             "The cause is still present, or the device clears an error only on a command or a restart.";
         Stands { code: Emcy, count: JsonOnly<Count>, age: JsonOnly<Option<Ns>> }
-            "{code}尚未复位"
+            "错误{code}尚未清除"
             "{code} not cleared";
         StandsAndRepeats { code: Emcy, count: Count, age: JsonOnly<Option<Ns>> }
-            "{code}尚未复位, 共发送{count}次"
+            "错误{code}尚未清除, 共发送{count}次"
             "{code} not cleared, sent {count} times";
         Repeated { code: Emcy, count: Count }
-            "{code}在复位前共发送{count}次"
+            "错误{code}在清除前共发送{count}次"
             "{code} sent {count} times before being cleared";
     }
 

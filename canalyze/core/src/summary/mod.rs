@@ -156,6 +156,16 @@ impl Default for Bus {
     }
 }
 
+/// A rule was raised: what it says of a node.
+fn found(&mut self, finding: &Finding) {
+    let lost = matches!(finding.code, Code::Hbt002 | Code::Grd002);
+    if let Some(node) = finding.node.filter(|_| lost)
+        && let Some(Some(node)) = self.nodes.get_mut(usize::from(node))
+    {
+        node.lost = true;
+    }
+}
+
 impl Bus {
     /// Nodes that were seen, or only addressed, by node-ID.
     pub fn nodes(&self) -> impl Iterator<Item = (u8, &Node)> {
@@ -373,7 +383,10 @@ impl Summary {
         bus.take(frame, at_ns, self.bit_time);
         for event in events {
             match &event.what {
-                What::Finding(finding) => raise(&mut self.findings, finding),
+                What::Finding(finding) => {
+                    raise(&mut self.findings, finding);
+                    bus.found(finding);
+                }
                 _ => bus.event(event, Some(frame)),
             }
             if let What::Sdo(step) = &event.what {
@@ -386,7 +399,10 @@ impl Summary {
     pub fn asides(&mut self, events: &[Event]) {
         for event in events {
             match &event.what {
-                What::Finding(finding) => self.finding(finding),
+                What::Finding(finding) => {
+                    self.finding(finding);
+                    self.bus(event.bus).found(finding);
+                }
                 _ => self.bus(event.bus).event(event, None),
             }
         }

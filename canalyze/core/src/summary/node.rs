@@ -87,6 +87,8 @@ pub struct Node {
     pub tpdos: u64,
     /// Frames of its RPDOs.
     pub rpdos: u64,
+    /// Its error control is lost: the state is that before.
+    pub lost: bool,
     /// Boot-ups.
     pub boot_ups: u64,
     /// Heartbeats, and answers to node guarding.
@@ -135,12 +137,14 @@ impl Node {
         match *message {
             Message::BootUp { .. } => {
                 self.boot_ups += 1;
+                self.lost = false;
                 self.last_heartbeat_ns = None;
                 self.shown.enters(0, at, false);
                 self.commanded.enters(0, at, false);
             }
             Message::Heartbeat { state, guarding, .. } => {
                 self.heartbeats += 1;
+                self.lost = false;
                 self.guarded |= guarding;
                 if let (Some(now), Some(before)) = (at.t_ns, self.last_heartbeat_ns)
                     && now >= before

@@ -1,7 +1,7 @@
 //! Writes that a node has refused: from the first refusal to the write that makes good the last of them.
 //!
-//! A refused write is made good by one to the same object that succeeds; what belongs to one PDO, by the write that makes
-//! its mapping count again. Must not: judge reads, which are refused in ordinary traffic.
+//! A refused write is made good by one of the same value that succeeds. Another value to the same object, or, of what
+//! belongs to one PDO, the write that makes its mapping count again, ends it, too: then the value was the wrong one. Must not: judge reads, which are refused in ordinary traffic.
 
 use std::collections::BTreeMap;
 
@@ -22,16 +22,21 @@ const PAUSE_NS: i64 = 2_000_000_000;
 const TIMED_OUT: u32 = 0x0504_0000;
 /// Refused objects of one node that are waited for.
 const KEPT: usize = 64;
+/// Bytes of a refused value that are kept at most.
+const LONGEST: usize = 8;
 
 /// What is open about the configuration of a bus's nodes.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Configurations {
-    open: BTreeMap<u8, (Place, Vec<Mux>)>,
+    open: BTreeMap<u8, (Place, Vec<Refused>)>,
     /// The last request to each node that was never heard.
     asked: BTreeMap<u8, FrameRef>,
     /// Nodes that were asked for in vain and never heard.
     missed: Vec<(u8, IncidentId)>,
 }
+
+/// A write that was refused: its object, and its value; empty where that is longer than [`LONGEST`], or not known.
+type Refused = (Mux, Vec<u8>);
 
 /// The kind of refusal that an abort code says of an object.
 fn kind(code: u32, mux: Mux) -> Kind {
@@ -135,8 +140,11 @@ impl Configurations {
             one.fact("refused", Quantity::Count(one.count("refused") + 1));
         }
         let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
-        if objects.len() < KEPT && !objects.contains(&mux) {
-            objects.push(mux);
+        let asked = Some(&transfer.data.requested).filter(|value| value.len() <= LONGEST).cloned().unwrap_or_default();
+        match objects.iter().position(|(object, _)| *object == mux) {
+            Some(place) => objects.iter_mut().skip(place).take(1).for_each(|(_, value)| value.clone_from(&asked)),
+            None if objects.len() < KEPT => objects.push((mux, asked)),
+            None => {}
         }
     }
 
@@ -144,12 +152,21 @@ impl Configurations {
         let Some((place, objects)) = self.open.get_mut(&transfer.node) else { return };
         let nonzero = transfer.data.kept.iter().any(|byte| *byte != 0);
         let whole = pdo_parameter(mux.index).filter(|(mapping, ..)| *mapping && mux.sub == 0 && nonzero);
+        // A mapping that is cleared, a PDO that is disabled: the value that is meant comes after it.
+        let prepares = pdo_parameter(mux.index).is_some_and(|(mapping, ..)| match mapping {
+            true => mux.sub == 0 && !nonzero,
+            false => mux.sub == 1 && transfer.data.kept.get(3).is_some_and(|byte| byte & 0x80 != 0),
+        });
         let before = objects.len();
-        objects.retain(|open| {
+        let mut others = 0;
+        objects.retain(|(open, value)| {
             let same_pdo = whole.is_some_and(|(_, transmit, number)| {
                 pdo_parameter(open.index).is_some_and(|(mapping, t, n)| mapping && (t, n) == (transmit, number))
             });
-            *open != mux && !same_pdo
+            let same = *open == mux && (value.is_empty() || *value == transfer.data.kept);
+            let other = !same && (same_pdo || *open == mux && !prepares);
+            others += u64::from(other);
+            !same && !other
         });
         let (place, done) = (*place, objects.is_empty());
         if before == objects.len() {
@@ -160,6 +177,9 @@ impl Configurations {
         }
         if let Some(one) = scene.ledger.get_mut(place) {
             one.step(transfer.last, Role::Recovery, Saying::WriteTaken { object: mux }, None);
+            if others != 0 {
+                one.fact("others", Quantity::Count(one.count("others") + others));
+            }
             if done {
                 one.ends(transfer.last);
             }

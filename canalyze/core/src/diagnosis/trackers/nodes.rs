@@ -33,6 +33,16 @@ const COMMANDS: u64 = 50;
 /// Resets within this time are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
+/// A reset, or a stop, that runs by command.
+#[derive(Clone, Copy, Debug)]
+struct Commanded {
+    place: Place,
+    /// The nodes that are not Operational again, a bit each.
+    left: u128,
+    /// Those of them that were reset and go on without a boot-up.
+    goes_on: u128,
+}
+
 /// What is open about the nodes of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Nodes {
@@ -41,8 +51,7 @@ pub(in crate::diagnosis) struct Nodes {
     waiting: BTreeMap<u8, Vec<Place>>,
     /// Nodes that were to boot or to reach a state.
     owing: BTreeMap<u8, Place>,
-    /// The reset, or the stop, that runs by command, and the nodes that are not Operational again.
-    commanded: Option<(Place, u128)>,
+    commanded: Option<Commanded>,
     /// Which of the nodes were Operational before their last boot-up or reset.
     was_operational: u128,
     /// The first start of each node that it has not obeyed yet.
@@ -87,6 +96,14 @@ impl Nodes {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
         self.booted.insert(node, at);
+        if let Some(commanded) = &mut self.commanded
+            && commanded.goes_on & bit(node) != 0
+        {
+            commanded.goes_on &= !bit(node);
+            if let Some(one) = scene.ledger.get_mut(commanded.place) {
+                one.subject.nodes |= bit(node);
+            }
+        }
         match scene.heard.last(node) {
             Some(last) => self.before.insert(node, last),
             None => self.before.remove(&node),
@@ -146,15 +163,22 @@ impl Nodes {
             self.owing.remove(&node);
             self.close(place, at, Saying::OperationalAgain, scene);
         }
-        if let Some((place, left)) = &mut self.commanded {
-            *left &= !bit(node);
-            if *left == 0 {
-                let place = *place;
+        if let Some(commanded) = &mut self.commanded
+            && let Some(one) = scene.ledger.get_mut(commanded.place)
+        {
+            let booted = self.booted.get(&node).is_some_and(|boot| boot.no > one.begin.no);
+            let others = one.subject.nodes & !bit(node);
+            if one.kind == Kind::CommandedReset && !booted && others != 0 {
+                // It goes on: the controller itself, which is not meant, or a frame that was under way.
+                commanded.goes_on |= commanded.left & bit(node);
+                one.subject.nodes = others;
+            } else {
+                commanded.left &= !bit(node);
+            }
+            if commanded.left & !commanded.goes_on == 0 {
                 self.commanded = None;
-                if let Some(one) = scene.ledger.get_mut(place) {
-                    one.step(at, Role::Recovery, Saying::OperationalAgain, None);
-                    one.ends(at);
-                }
+                one.step(at, Role::Recovery, Saying::OperationalAgain, None);
+                one.ends(at);
             }
         }
     }
@@ -166,16 +190,16 @@ impl Nodes {
         if hit != 0 && command != 0x01 {
             let at = scene.at;
             let kind = if matches!(command, 0x81 | 0x82) { Kind::CommandedReset } else { Kind::CommandedStop };
-            let place = match self.commanded {
-                Some((place, left))
-                    if scene.ledger.get(place).is_some_and(|one| one.began_within(at, ONE_RESET_NS)) =>
+            let place = match &mut self.commanded {
+                Some(commanded)
+                    if scene.ledger.get(commanded.place).is_some_and(|one| one.began_within(at, ONE_RESET_NS)) =>
                 {
-                    self.commanded = Some((place, left | hit));
-                    Some(place)
+                    commanded.left |= hit;
+                    Some(commanded.place)
                 }
                 _ => {
                     let place = scene.ledger.open(kind, scene.id, Subject::nodes(hit), at, at);
-                    self.commanded = place.map(|place| (place, hit));
+                    self.commanded = place.map(|place| Commanded { place, left: hit, goes_on: 0 });
                     place
                 }
             };
@@ -195,9 +219,9 @@ impl Nodes {
         for node in members(meant & !before).filter(|_| command == 0x01) {
             self.started.entry(node).or_insert(scene.at);
         }
-        if let (0x01, Some((place, left))) = (command, self.commanded)
-            && left & !meant == 0
-            && let Some(one) = scene.ledger.get_mut(place)
+        if let (0x01, Some(commanded)) = (command, &self.commanded)
+            && commanded.left & !commanded.goes_on & !meant == 0
+            && let Some(one) = scene.ledger.get_mut(commanded.place)
         {
             one.fact("started_again", Quantity::Count(scene.at.no));
         }
@@ -404,9 +428,9 @@ impl Nodes {
                 self.booted.get(node).is_none_or(|boot| beat.no >= boot.no) || scene.heard.last(*node) == Some(beat)
             });
             // Who was reset by command boots.
-            let reset = self.commanded.is_some_and(|(place, left)| {
-                let kind = scene.ledger.get(place).map(|one| one.kind);
-                left & bit(*node) != 0 && kind == Some(Kind::CommandedReset)
+            let reset = self.commanded.as_ref().is_some_and(|commanded| {
+                let kind = scene.ledger.get(commanded.place).map(|one| one.kind);
+                commanded.left & bit(*node) != 0 && kind == Some(Kind::CommandedReset)
             });
             *node != consumer && beats && !reset && age(*node) >= limit
         };

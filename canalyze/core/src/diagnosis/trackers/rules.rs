@@ -60,6 +60,10 @@ impl Found {
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         let (kind, ends) = match (code, says(finding)) {
             (Code::Sdo002, Some("request")) => (Kind::DamagedTransfer, Ends::Transferred),
+            // Who was heard is there.
+            (Code::Sdo031, _) if finding.node.is_some_and(|node| scene.heard.last(node).is_some()) => {
+                (Kind::RequestUnanswered, Ends::Answered)
+            }
             // Whether the value was taken is not known until it is written again.
             _ if kind == Kind::RequestUnanswered && written(finding, scene) == Some(at.no) => (kind, Ends::Written),
             _ => (kind, ends),

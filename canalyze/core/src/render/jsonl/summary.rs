@@ -5,7 +5,7 @@
 //! | `summary_capture` | `files frames unstamped buses first_t last_t seconds backward backward_most_us pause_us pause_frame reordered unreadable gaps dropped left_out damages bit_rate` |
 //! | `summary_bus` | `bus frames rate peak_rate_1s peak_rate_100ms sent_by_host remote fd fd_switched extended errors gaps dropped services bits load load_peak_1s load_peak_1s_frame load_peak_100ms load_peak_100ms_frame burst` |
 //! | `summary_sync` | `bus frames period counted counter_min counter_max counter_jumps` |
-//! | `summary_node` | `bus node name name_from frames sent tpdo rpdo tpdo_rate rpdo_rate state state_text state_name changes states boot_ups error_control heartbeats heartbeat sdo response aborts emcys emcy` |
+//! | `summary_node` | `bus node name name_from frames sent tpdo rpdo tpdo_rate rpdo_rate state state_text state_name lost changes states boot_ups error_control heartbeats heartbeat sdo response aborts emcys emcy` |
 //! | `summary_pdo` | `bus node pdo id ext frames rate interval synchronous before_sync delay` |
 //! | `summary_identifier` | `bus id ext frames rate interval length_min length_max` |
 //! | `summary_finding` | `code name severity message count first_frame first_line first_t last_frame last_line last_t buses nodes` |
@@ -191,7 +191,7 @@ fn node(
     let states = node.states();
     put!(out; ",\"state\":");
     state(out, setting.lang, states.state, ["state_text", "state_name"]);
-    put!(out; ",\"changes\":", states.changes, ",\"states\":[");
+    put!(out; ",\"lost\":", truth(node.lost), ",\"changes\":", states.changes, ",\"states\":[");
     for (place, change) in states.listed.iter().enumerate() {
         put!(out; if place > 0 { ",{\"state\":" } else { "{\"state\":" });
         state(out, setting.lang, Some(change.state), ["text", "name"]);

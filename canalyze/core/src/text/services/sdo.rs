@@ -350,7 +350,7 @@ fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
             say!(out, lang; zh: " [未录到传输开头]"; en: " [transfer start not captured]");
         }
         (Place::InFlight, None) => {
-            say!(out, lang; zh: " [中止时已在途, 不计入传输]"; en: " [already in flight, not counted]")
+            say!(out, lang; zh: " [对方的响应到达前已发出, 不计入传输]"; en: " [sent before the response arrived, not counted]")
         }
         (Place::OutOfSequence(due), None) => say!(out, lang;
             zh: " [序列号不连续, 应为", due, "]";
