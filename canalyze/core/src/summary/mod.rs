@@ -156,16 +156,6 @@ impl Default for Bus {
     }
 }
 
-/// A rule was raised: what it says of a node.
-fn found(&mut self, finding: &Finding) {
-    let lost = matches!(finding.code, Code::Hbt002 | Code::Grd002);
-    if let Some(node) = finding.node.filter(|_| lost)
-        && let Some(Some(node)) = self.nodes.get_mut(usize::from(node))
-    {
-        node.lost = true;
-    }
-}
-
 impl Bus {
     /// Nodes that were seen, or only addressed, by node-ID.
     pub fn nodes(&self) -> impl Iterator<Item = (u8, &Node)> {
@@ -184,6 +174,16 @@ impl Bus {
             *slot = self.services.iter().sum::<u64>().saturating_sub(errors);
         }
         services
+    }
+
+    /// A rule was raised: what it says of a node.
+    fn found(&mut self, finding: &Finding) {
+        let lost = matches!(finding.code, Code::Hbt002 | Code::Grd002);
+        if let Some(node) = finding.node.filter(|_| lost)
+            && let Some(Some(node)) = self.nodes.get_mut(usize::from(node))
+        {
+            node.lost = true;
+        }
     }
 
     fn node(&mut self, id: u8) -> Option<&mut Node> {
