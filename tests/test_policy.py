@@ -306,7 +306,7 @@ def test_check_of_canalyze_toml(tmp_path: Path) -> None:
             "unknown key check.failon (did you mean fail_on?); allowed: fail_on, incidents, select, ignore, baseline",
         ),
         ("check = 1\n", ":1", "[check]"),
-        ("[check]\noverride = 1\n", "", "[[check.override]]"),
+        ("[check]\noverride = 1\n", ":2", "[[check.override]]"),
         ("[[check.override]]\ncodes = ['SDO']\nseverity = 'info'\n", ":1", "missing key check.override.reason"),
         ("[[check.override]]\nreason = 'x'\nseverity = 'off'\ncodes = 'SDO'\n", ":3", '"off" is not one of "ignore"'),
         ("[[check.override]]\nnodes = [5, '200']\n", ":2", "such as [5, "),
