@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from canalyze import _core
 from canalyze.check import baseline, policy
 from canalyze.check.baseline import Kind
 from canalyze.check.policy import Override, Policy, judge, named
@@ -52,7 +53,7 @@ def kinds(found: tuple[Counted, ...]) -> list[tuple[str, str]]:
     ],
 )
 def test_codes(text: str, read: tuple[str, ...] | None) -> None:
-    assert policy.codes(text) == read
+    assert _core.codes(text) == read
 
 
 @pytest.mark.parametrize(

@@ -177,7 +177,7 @@ mod tests {
         let shown: Vec<_> = root.keys.iter().map(|(_, value)| value.shown()).collect();
         assert_eq!(shown, ["16", "-1000", "1000.0", "nan", "1979-05-27", "[true, \"x\", {g = 1}]", "7"]);
         let huge = parse(format!("a = {}\nb = 0x{}", "9".repeat(120), "f".repeat(40)).as_bytes(), "f").unwrap();
-        let sizes: Vec<_> =
+        let sizes =
             huge.keys.iter().map(|(_, value)| if let Value::Huge(_, size) = value { *size } else { 0.0 });
         let sizes: Vec<_> = sizes.collect();
         assert!((sizes[0] / 1e120 - 1.0).abs() < 1e-9 && (sizes[1] / 2_f64.powi(160) - 1.0).abs() < 1e-9, "{sizes:?}");
