@@ -3,6 +3,7 @@
 //! The whole input is the file, once as `canalyze.toml` and once as expectations. It must not judge what is read.
 #![no_main]
 
+use canalyze_core::expectation::Expectations;
 use canalyze_core::settings::{Mistake, expectations, settings};
 use libfuzzer_sys::fuzz_target;
 
@@ -20,7 +21,7 @@ fuzz_target!(|input: &[u8]| {
         told(&mistake);
     }
     match expectations(input, FILE) {
-        Ok(taken) => _ = taken.expect("what was read is what can be judged"),
+        Ok(form) => _ = Expectations::normalized(form).expect("what was read is what can be judged"),
         Err(mistake) => told(&mistake),
     }
 });

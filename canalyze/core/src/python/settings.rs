@@ -16,6 +16,14 @@ use crate::settings::{self, Mistake};
 
 create_exception!(canalyze._core, SettingsError, PyException);
 
+/// An identifier, and whether it has 29 bits.
+type Id = (u32, bool);
+/// Bus, identifier, node-ID, direction and number of a PDO.
+type Cob = (Option<String>, Id, u8, &'static str, u16);
+/// Bus, identifiers client to server and server to client, node-ID of an SDO server.
+type Channel = (Option<String>, Id, Id, u8);
+/// Of each key the sentence about it, and what it allows; by tables.
+type Keys = BTreeMap<&'static str, BTreeMap<&'static str, (&'static str, String)>>;
 /// Codes, severity, reason, globs of files, nodes, bus, FILE:LINE.
 type Override = (Vec<String>, String, String, Vec<String>, Vec<u16>, Option<String>, String);
 
@@ -33,7 +41,7 @@ pub(super) struct Expectations {
 impl Expectations {
     #[new]
     fn new(content: &[u8], file: &str) -> PyResult<Self> {
-        let form = settings::normal(content, file).map_err(raised)?;
+        let form = settings::expectations(content, file).map_err(raised)?;
         let normal = form.to_string();
         Ok(Self { expected: Arc::new(Expected::normalized(form).map_err(PyValueError::new_err)?), normal })
     }
@@ -59,8 +67,8 @@ struct Check {
 struct Settings {
     lang: Option<String>,
     descriptions: Vec<(Option<String>, Vec<u16>, String)>,
-    cobs: Vec<(Option<String>, (u32, bool), u8, &'static str, u16)>,
-    sdos: Vec<(Option<String>, (u32, bool), (u32, bool), u8)>,
+    cobs: Vec<Cob>,
+    sdos: Vec<Channel>,
     sync_period_ns: Option<i64>,
     sync_window_ns: Option<i64>,
     jitter_ns: Option<i64>,
@@ -149,8 +157,8 @@ fn codes<'py>(text: &Bound<'py, PyString>) -> PyResult<Option<Bound<'py, PyTuple
     spelled(text, settings::codes).map(|codes| PyTuple::new(text.py(), codes)).transpose()
 }
 
-/// Every key, with the sentence about it and what it allows, by its table and the kind of file.
-fn schemas() -> BTreeMap<&'static str, BTreeMap<&'static str, BTreeMap<&'static str, (&'static str, String)>>> {
+/// Every key, by the kind of file.
+fn schemas() -> BTreeMap<&'static str, Keys> {
     let keys = |keys: Vec<(&'static str, &'static str, String)>| {
         keys.into_iter().map(|(key, sentence, allowed)| (key, (sentence, allowed))).collect()
     };

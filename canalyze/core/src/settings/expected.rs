@@ -12,7 +12,7 @@ use super::toml::parse;
 use super::value::{Table, Value};
 use crate::diagnosis::kinds::KINDS;
 use crate::drive::State;
-use crate::expectation::{Expectations, state_names};
+use crate::expectation::state_names;
 use crate::select::Select;
 
 const NS: i64 = 1_000_000_000;
@@ -146,13 +146,9 @@ pub(super) fn schema() -> Schema {
     KINDS_OF.iter().map(|kind| row(kind.name, &kind.keys())).collect()
 }
 
-/// Reads a file of this content and name.
-pub fn expectations(content: &[u8], file: &str) -> Result<Result<Expectations, String>, Mistake> {
-    Ok(Expectations::normalized(normal(content, file)?))
-}
-
-/// The normalized form of a file: `file`, and a list for each kind.
-pub fn normal(content: &[u8], file: &str) -> Result<Json, Mistake> {
+/// Reads a file of expectations of this content and name, and checks every key. Gives what
+/// [`normalized`](crate::expectation::Expectations::normalized) takes: `file`, and a list for each kind.
+pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
     let root = parse(content, file)?;
     names(&root, file)?;
     let mut all = Map::from_iter([("file".to_owned(), Json::from(file))]);
@@ -340,7 +336,7 @@ fn incident(found: &Found<'_>) -> Result<Json, Mistake> {
     kinds(found, "kind")?;
     kinds(found, "cause")?;
     let never = found.json("occurs") == json!([0, 0]);
-    for key in ["ends_within_s", "cause"].into_iter().filter(|key| never && found.get(key).is_some()) {
+    if let Some(key) = ["ends_within_s", "cause"].into_iter().find(|key| never && found.get(key).is_some()) {
         return Err(refuse(found, key, "exclusive", "occurs = 0".to_owned()));
     }
     Ok(json!({

@@ -16,7 +16,7 @@ mod value;
 mod tests;
 
 pub use config::{Channel, Check, Cob, Description, Override, Settings, settings};
-pub use expected::{expectations, normal};
+pub use expected::expectations;
 pub use schema::Schema;
 pub use spelled::{address, bit_rate, can_id, codes, node, nodes, pdo, tolerance};
 

@@ -1,10 +1,11 @@
 //! Files of any bytes, and of parts of files that are in order: nothing panics, and every mistake has its line.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
 
 use proptest::prelude::*;
 
 use super::{Mistake, expectations, schemas, settings};
+use crate::expectation::Expectations;
 
 /// Parts that a file may be made of, in order or not.
 const PARTS: &[&str] = &[
@@ -99,7 +100,7 @@ fn read(content: &[u8]) {
         told(&mistake);
     }
     match expectations(content, "f") {
-        Ok(taken) => _ = taken.unwrap(),
+        Ok(form) => _ = Expectations::normalized(form).unwrap(),
         Err(mistake) => told(&mistake),
     }
 }
@@ -142,7 +143,7 @@ fn every_table_is_read() {
         "[[heartbeat]]\nnode = 5\nperiod_ms = 1\n[[sync]]\nperiod_us = 1\n[[emcy]]\noccurs = 'may'\ncode = '0xxx'\n",
         "[[incident]]\noccurs = '1-'\n[[latency]]\nof = 'nmt'\nmax_ms = 1\n[[load]]\nmax_percent = 1\n"
     );
-    let read = expectations(expected.as_bytes(), "f").unwrap().unwrap();
+    let read = Expectations::normalized(expectations(expected.as_bytes(), "f").unwrap()).unwrap();
     assert!(read.diagnoses());
     let configured = concat!(
         "lang = 'zh'\nbitrate = 125000\n[sync]\nperiod_us = 0.5\n[[eds]]\nfile = 'a'\nnode = '1-3,2'\n[[cob]]\nid = '1A5'\n",

@@ -59,8 +59,8 @@ fn limit(text: &str, file: &str, lines: &Lines<'_>) -> Result<(), Mistake> {
             TokenKind::Atom | TokenKind::BasicString | TokenKind::LiteralString => {
                 parts = if dotted { parts + 1 } else { 1 };
                 let span = token.span();
-                let characters = || text.get(span.start()..span.end()).map_or(0, |name| name.chars().count());
-                long = kind == TokenKind::Atom && span.end() - span.start() > LONGEST && characters() > LONGEST;
+                let name = text.get(span.start()..span.end()).unwrap_or_default();
+                long = kind == TokenKind::Atom && name.len() > LONGEST && is_long(name);
             }
             TokenKind::LeftSquareBracket | TokenKind::LeftCurlyBracket => depth += 1,
             TokenKind::RightSquareBracket | TokenKind::RightCurlyBracket => depth = depth.saturating_sub(1),
@@ -75,6 +75,12 @@ fn limit(text: &str, file: &str, lines: &Lines<'_>) -> Result<(), Mistake> {
         }
     }
     Ok(())
+}
+
+/// Whether there is a number, or a key without quotes, of more characters in what is neither quoted nor blank.
+fn is_long(atom: &str) -> bool {
+    let mut names = atom.split(|c: char| !c.is_alphanumeric() && !matches!(c, '_' | '+' | '-'));
+    names.any(|name| name.chars().nth(LONGEST).is_some())
 }
 
 /// Where the lines of a text begin.
@@ -139,7 +145,7 @@ fn whole(digits: &str, radix: u32, written: String) -> Value {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
 
     use super::*;
 
@@ -177,8 +183,7 @@ mod tests {
         let shown: Vec<_> = root.keys.iter().map(|(_, value)| value.shown()).collect();
         assert_eq!(shown, ["16", "-1000", "1000.0", "nan", "1979-05-27", "[true, \"x\", {g = 1}]", "7"]);
         let huge = parse(format!("a = {}\nb = 0x{}", "9".repeat(120), "f".repeat(40)).as_bytes(), "f").unwrap();
-        let sizes =
-            huge.keys.iter().map(|(_, value)| if let Value::Huge(_, size) = value { *size } else { 0.0 });
+        let sizes = huge.keys.iter().map(|(_, value)| if let Value::Huge(_, size) = value { *size } else { 0.0 });
         let sizes: Vec<_> = sizes.collect();
         assert!((sizes[0] / 1e120 - 1.0).abs() < 1e-9 && (sizes[1] / 2_f64.powi(160) - 1.0).abs() < 1e-9, "{sizes:?}");
     }
@@ -196,5 +201,7 @@ mod tests {
         assert_eq!(told("\u{feff}a = 1".as_bytes()), broken("1", "1"));
         assert_eq!(told(b"a = 1\n\xff").0, "config.not_utf8");
         assert_eq!(told(b"a = 1\n\xff").1, "2");
+        assert_eq!(told(format!("a = {}", "/long".repeat(50)).as_bytes()).0, "config.broken");
+        assert_eq!(told(format!("\na = {}", "long".repeat(50)).as_bytes()).0, "config.long");
     }
 }
