@@ -34,6 +34,51 @@ INCIDENTS: list[str]
 TABLES: list[str]
 """Names of the tables of columns that a session builds; `pdo` stands for those of all PDOs."""
 
+SETTINGS: dict[str, dict[str, dict[str, tuple[str, str]]]]
+"""Keys of canalyze.toml (`config`) and of expectations (`expect`), by their tables, "" outside of tables.
+
+Of each key the sentence about it, `config.NAME` in `words`, and what it allows where the sentence leaves that open.
+"""
+
+class SettingsError(Exception):
+    """What is wrong with a file that users write."""
+
+    args: tuple[str, dict[str, str]]
+    """The key of the sentence in `words`, and what fills it."""
+
+@final
+class Check:
+    """[check] of canalyze.toml: what of a capture's findings counts; what it does not say is None, or empty."""
+
+    fail_on: Literal["error", "warning", "info", "never"] | None
+    incidents: Literal["stands", "over", "never"] | None
+    select: list[str]
+    ignore: list[str]
+    baseline: str | None
+    at: tuple[str, str]
+    """FILE:LINE of `select` and `ignore`."""
+    overrides: list[
+        tuple[list[str], Literal["ignore", "info", "warning", "error"], str, list[str], list[int], str | None, str]
+    ]
+    """Codes, severity, reason, globs of files, nodes, bus, FILE:LINE of the codes."""
+
+@final
+class Settings:
+    """What canalyze.toml says; what it does not say is None, or empty. An identifier is (value, 29 bits)."""
+
+    lang: str | None
+    descriptions: list[tuple[str | None, list[int], str]]
+    """Bus, node-IDs, file as it is written."""
+    cobs: list[tuple[str | None, tuple[int, bool], int, Literal["tpdo", "rpdo"], int]]
+    """Bus, identifier, node-ID, direction and number of the PDO."""
+    sdos: list[tuple[str | None, tuple[int, bool], tuple[int, bool], int]]
+    """Bus, identifiers client to server and server to client, node-ID of the server."""
+    sync_period_ns: int | None
+    sync_window_ns: int | None
+    jitter_ns: int | None
+    bitrate: int | None
+    check: Check | None
+
 @final
 class Dictionary:
     """The flat table of one device description, `$NODEID` unresolved, shared by every node that carries it."""
@@ -89,25 +134,26 @@ class Network:
 
 @final
 class Expectations:
-    """What is expected of a capture: a file of expectations, read and normalized (`canalyze.expectations`)."""
+    """What is expected of a capture: a file of expectations, read and checked."""
 
-    def __init__(self, json: str) -> None:
-        """Take over the normalized form: an object with `file`, its name in messages, and a list for each kind.
+    def __init__(self, content: bytes, file: str) -> None:
+        """Read a file of this content; file: its name in messages. SettingsError for what is wrong with it."""
+    normal: str
+    """The normalized form as JSON, as the core judges by it: `file`, and a list for each kind.
 
-        Each row has `line`; times are in ns; a bus is the name in the capture; null is the same as no key.
-        sdo: node index sub, and bus, direction upload | download, value {"number"} | {"text"} | {"bool"} |
-        {"data": hex}, outcome ok | aborted | any, abort, sequence, count (at least; 0: never), within_ns.
-        state: node, either state boot-up | stopped | operational | pre-operational, or drive (a state of CiA 402 in
-        kebab-case) and axis 1 to 8; and bus, by_ns, since start | boot-up, stays.
-        signal: select (globs as --select), and bus, min, max, period_ns with tolerance_ns.
-        heartbeat: node period_ns tolerance_ns, and bus. sync: period_ns tolerance_ns, and bus.
-        emcy: occurs must | may | never, and bus, node, code [value, mask].
-        latency: of sdo | sync | nmt, max_ns, and bus, node, index and sub (sdo), pdo (sync).
-        load: max_percent, and bus, bit_rate in bit/s, window_ns.
-        incident: one or more of occurs [least, most or null], ends_within_ns and cause (a glob of INCIDENTS), and bus,
-        node, kind (a glob of them).
-        ValueError for anything else, in terms of this form: no user writes it.
-        """
+    Each row has `line`; times are in ns; a bus is the name in the capture; null is the same as no key.
+    sdo: node index sub, and bus, direction upload | download, value {"number"} | {"text"} | {"bool"} |
+    {"data": hex}, outcome ok | aborted | any, abort, sequence, count (at least; 0: never), within_ns.
+    state: node, either state boot-up | stopped | operational | pre-operational, or drive (a state of CiA 402 in
+    kebab-case) and axis 1 to 8; and bus, by_ns, since start | boot-up, stays.
+    signal: select (globs as --select), and bus, min, max, period_ns with tolerance_ns.
+    heartbeat: node period_ns tolerance_ns, and bus. sync: period_ns tolerance_ns, and bus.
+    emcy: occurs must | may | never, and bus, node, code [value, mask].
+    latency: of sdo | sync | nmt, max_ns, and bus, node, index and sub (sdo), pdo (sync).
+    load: max_percent, and bus, bit_rate in bit/s, window_ns.
+    incident: one or more of occurs [least, most or null], ends_within_ns and cause (a glob of INCIDENTS), and bus,
+    node, kind (a glob of them).
+    """
 
 @final
 class Session:
@@ -405,3 +451,30 @@ def class_of(kind: str, number: int) -> str | None:
 
     kind: nmt (number: an NMT state) or drive (number: a statusword). None where it has no class.
     """
+
+def settings(content: bytes, file: str) -> Settings:
+    """Read a canalyze.toml; file: its name in messages. SettingsError for what is wrong with it."""
+
+def node(text: str) -> int | None:
+    """Read a node-ID, decimal or hexadecimal with 0x; like all that follow None for what cannot be read."""
+
+def nodes(text: str) -> tuple[int, ...] | None:
+    """Read node-IDs: a list of single ones and of ranges such as 1-4."""
+
+def can_id(text: str) -> tuple[int, bool] | None:
+    """Read an identifier: up to three hexadecimal digits, or eight for the 29-bit format, which is said."""
+
+def pdo(text: str) -> tuple[Literal["tpdo", "rpdo"], int] | None:
+    """Read the name of a PDO, such as TPDO1."""
+
+def address(text: str) -> tuple[int, int | None] | None:
+    """Read index and sub-index of an object, 1017:00 in hexadecimal (1017h:0, 0x1017:00); no sub-index: all of them."""
+
+def tolerance(text: str) -> int | None:
+    """Read a time from zero on, in microseconds or with the suffix us, ms or s; give it in nanoseconds."""
+
+def bit_rate(text: str) -> int | None:
+    """Read a bit rate in bit/s, or with the suffix k or M."""
+
+def codes(text: str) -> tuple[str, ...] | None:
+    """Read codes of rules, or their beginnings, with commas between: `SDO001,HBT`."""

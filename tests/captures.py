@@ -20,7 +20,6 @@ import forked
 from canalyze import _core
 from canalyze.dictionary import load
 from canalyze.dictionary.rows import flat
-from canalyze.expectations import normalize
 from canalyze.running.options import SessionOptions
 
 TESTS = Path(__file__).resolve().parent
@@ -184,7 +183,7 @@ def expected_beside(capture: Path) -> _core.Expectations | None:
     file = capture.with_name(f"{capture.name.split('.')[0]}.expect.toml")
     if not file.is_file():
         return None
-    return _core.Expectations(json.dumps(normalize(file) | {"file": file.name}))
+    return _core.Expectations(file.read_bytes(), file.name)
 
 
 def sort_rows(output: bytes) -> Analysis:

@@ -19,7 +19,7 @@ from test_diagnosis import lost
 from test_network_clean import MASTERS, frames_of
 from test_stacks import console_form
 
-from canalyze.expectations import normalize
+from canalyze.expectations import read
 
 DRIVE = ("--eds", f"5={EDS / 'drive.eds'}")
 GOOD = [
@@ -75,7 +75,7 @@ def failed(captures: Path | Sequence[Path], file: Path, *options: str) -> list[R
 def test_a_capture_meets_its_own_expectations(capture: Path, tmp_path: Path) -> None:
     options = [*described(capture), "--bitrate", "500k"]
     file = expectations_of(capture, tmp_path, *options)
-    found = normalize(file)
+    found = json.loads(read(file).normal)
     assert sum(len(found[table]) for table in found if table != "file") > 1
     assert not checked(capture, file, *options)
 

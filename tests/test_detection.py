@@ -41,8 +41,7 @@ def expected(bit_rate: int | None) -> _core.Expectations | None:
     """Less than 90 % load, where a bit rate is known."""
     if bit_rate is None:
         return None
-    load = {"line": 1, "bus": None, "max_percent": 90, "bit_rate": bit_rate, "window_ns": None}
-    return _core.Expectations(json.dumps({"file": "load.expect.toml", "load": [load]}))
+    return _core.Expectations(b"[[load]]\nmax_percent = 90\nbitrate = %d\n" % bit_rate, "load.expect.toml")
 
 
 def findings(faulty: Faulty, network: _core.Network | None, bit_rate: int | None = None) -> list[Row]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from canalyze.expectations import normalize
+from canalyze.expectations import read
 from canalyze.expectations.draft import MOST_ALIKE, MOST_WRITES, Draft, period_of, range_of, round_up
 from canalyze.words import LANGUAGES, Words
 
@@ -48,7 +49,7 @@ def drafted(tmp_path: Path, *rows: Row, lang: str = "en") -> tuple[str, dict[str
     text = draft.text(Words(lang), "boot.log")
     path = tmp_path / "boot.expect.toml"
     path.write_text(text, encoding="utf-8")
-    return text, normalize(path)
+    return text, json.loads(read(path).normal)
 
 
 @pytest.mark.parametrize("lang", LANGUAGES)

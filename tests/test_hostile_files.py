@@ -9,20 +9,22 @@ import random
 import re
 import resource
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
 from conftest import NOTES, command, environment
 
-from canalyze.check.globs import LONGEST, Glob
+from canalyze import _core
+from canalyze.check.globs import Glob
 from canalyze.configuration.bounded import MOST
-from canalyze.configuration.toml import File, parsed
 from canalyze.dictionary import read
 from canalyze.dictionary.ini import parse
-from canalyze.errors import ConfigError
 
 MEMORY = 1 << 30
 """Bytes of address space; Python, the core and python-canopen take a third."""
+LONGEST = 500
+"""Characters of a glob that is taken."""
 PROCESSOR_S = 60
 """What takes more is not bounded: without a bound each of these takes hours, or all memory."""
 
@@ -88,6 +90,7 @@ def test_a_hostile_file_beside_one_capture_of_several_is_about_that_one(tmp_path
     assert out.count(": not checked") == 1
 
 
+READERS = (_core.settings, _core.Expectations)
 FINE_TOML = [
     b'a = """[[[[ ' + b"[" * 100 + b' a.b.c """\n',
     b"a = '" + b"[" * 100 + b"." * 100 + b"'\n",
@@ -106,19 +109,21 @@ FINE_TOML = [
 
 @pytest.mark.parametrize("content", FINE_TOML, ids=lambda content: repr(content[:20]))
 def test_what_only_looks_deep_is_read(content: bytes) -> None:
-    import tomllib
-
-    assert parsed(Path("x.toml"), content) == tomllib.loads(content.decode())
+    """As far as its keys, none of which there is."""
+    for reader in READERS:
+        with pytest.raises(_core.SettingsError) as caught:
+            reader(content, "x.toml")
+        key, facts = caught.value.args
+        assert (key, facts["key"]) == ("config.unknown", next(iter(tomllib.loads(content.decode()))))
 
 
 @pytest.mark.parametrize(("depth", "fine"), [(32, True), (33, False)])
 def test_the_bounds_of_nesting(depth: int, fine: bool) -> None:
     for content in (b"a = " + b"[" * depth + b"]" * depth, b".".join([b"k"] * depth) + b" = 1"):
-        if fine:
-            assert parsed(Path("x"), content)
-        else:
-            with pytest.raises(ConfigError, match="32 levels"):
-                parsed(Path("x"), content)
+        for reader in READERS:
+            with pytest.raises(_core.SettingsError) as caught:
+                reader(content, "x")
+            assert caught.value.args[0] == ("config.unknown" if fine else "config.deep")
 
 
 def test_a_number_that_no_double_holds_is_refused_with_its_line(tmp_path: Path) -> None:
@@ -130,22 +135,25 @@ def test_a_number_that_no_double_holds_is_refused_with_its_line(tmp_path: Path) 
         assert (code, err.count("\n")) == (2, 1) and err.startswith(f"canalyze: a.toml:3: key signal.{key}: 999")
 
 
-def test_lines_of_keys_and_tables() -> None:
-    text = b"lang = 'zh'\n[[a]]\nx = 1\n'y z' = 2\n[[a]]\n# x = 1\n  \"x\" = 3\n[b]\nx.k = 4\n"
-    file, _ = File.parsed(Path("f"), text)
-    assert [file.line("", 0, "lang"), file.line("a", 0, "x"), file.line("a", 0, "y z")] == [1, 3, 4]
-    assert [file.line("a", 1, "x"), file.line("a", 1, "gone"), file.line("b", 0, "x"), file.line("b", 0)] == [
-        7,
-        5,
-        9,
-        8,
-    ]
-    assert [file.line("", 0, "b"), file.line("", 0, "a"), file.line("c", 0), file.line("lang", 0, "x")] == [
-        8,
-        2,
-        None,
-        1,
-    ]
+@pytest.mark.parametrize(
+    ("text", "line", "key"),
+    [
+        ("jitter_us = 1\nlang = 5\n", 2, "lang"),
+        ("[[cob]]\n'id' = '1'\n\"pdo\" = 5\n", 3, "cob.pdo"),
+        ("[[cob]]\nid = '1'\nnode = 5\npdo = 'TPDO1'\n[[cob]]\n# id = 1\n  \"id\" = 3\n", 7, "cob.id"),
+        ("[[cob]]\nid = '1'\nnode = 5\npdo = 'TPDO1'\n[[cob]]\nid = '2'\n", 5, "cob.node"),
+        ("\n\n[lang]\nx.k = 4\n", 3, "lang"),
+        ("[sync]\r\nperiod_us.k = 4\r\n", 2, "sync.period_us"),
+        ("[check]\n\noverride = [{ codes = 'SDO' },\n{ codes = 5 }]\n", 3, "check.override.severity"),
+        ("eds = [{ file = 'a' },\n{ file = 5 }]\n", 2, "eds.file"),
+        ('text = """\nlang = 1\n"""\nlang = 5\n', 1, "text"),
+    ],
+)
+def test_lines_of_keys_and_tables(text: str, line: int, key: str) -> None:
+    with pytest.raises(_core.SettingsError) as caught:
+        _core.settings(text.encode(), "f")
+    facts = caught.value.args[1]
+    assert (facts["file"], facts["key"]) == (f"f:{line}", key)
 
 
 def test_many_expectations_are_read(tmp_path: Path) -> None:

@@ -19,9 +19,9 @@ import pytest
 from captures import run_canalyze
 from page_examples import PAGES, README, ROOT, Block, blocks, invocations
 
-from canalyze import expectations, pages
+from canalyze import _core, expectations, pages
 from canalyze.cli import COMMANDS, build
-from canalyze.configuration import config, filed
+from canalyze.configuration import config
 from canalyze.words import LANGUAGES
 
 OTHERS = {"--no-deps", "--canalyze-update"}
@@ -194,26 +194,28 @@ def test_files_in_toml_load(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
 def test_every_key_of_the_configuration_is_on_its_page(lang: str) -> None:
     (block,) = (one for one in blocks(pages.page("configuration", lang)) if one.kind == "toml")
     given = tomllib.loads(block.text)
-    assert {*filed.KEYS, *filed.TABLES, *filed.ENTRIES} == set(given)
-    assert set(filed.SYNC) == set(given["sync"])
-    assert {*filed.CHECK, "override"} == set(given["check"])
-    assert set(filed.OVERRIDE) == set(given["check"]["override"][0])
-    for name, keys in filed.ENTRIES.items():
+    schema = dict(_core.SETTINGS["config"])
+    top, override = schema.pop(""), schema.pop("check.override")
+    assert {*top, *schema} == set(given)
+    assert set(schema.pop("sync")) == set(given["sync"])
+    assert {*schema.pop("check"), "override"} == set(given["check"])
+    assert set(override) == set(given["check"]["override"][0])
+    for name, keys in schema.items():
         assert set(keys) - {"bus"} <= set(given[name][0])
+    assert set(schema) == {"eds", "cob", "sdo"}
 
 
 @pytest.mark.parametrize("lang", LANGUAGES)
 def test_every_key_of_expectations_is_on_their_page(lang: str) -> None:
     (block,) = (one for one in blocks(pages.page("expectations", lang)) if one.kind == "toml")
-    assert set(expectations.TABLES) == set(tomllib.loads(block.text))
-    for name, table in expectations.TABLES.items():
-        for key in table.keys:
+    schema = _core.SETTINGS["expect"]
+    assert set(schema) == set(tomllib.loads(block.text))
+    for name, keys in schema.items():
+        for key in keys:
             assert re.search(rf"\b{key}\b", block.text), f"{name}.{key}"
 
 
 def test_every_table_of_columns_is_on_their_page() -> None:
-    from canalyze import _core
-
     assert {*page_columns.TABLES, "pdo"} == set(_core.TABLES)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from canalyze import _core
 from canalyze.check import baseline, policy
 from canalyze.check.baseline import Kind
 from canalyze.check.policy import Override, Policy, judge, named
@@ -52,7 +53,7 @@ def kinds(found: tuple[Counted, ...]) -> list[tuple[str, str]]:
     ],
 )
 def test_codes(text: str, read: tuple[str, ...] | None) -> None:
-    assert policy.codes(text) == read
+    assert _core.codes(text) == read
 
 
 @pytest.mark.parametrize(
@@ -306,7 +307,7 @@ def test_check_of_canalyze_toml(tmp_path: Path) -> None:
             "unknown key check.failon (did you mean fail_on?); allowed: fail_on, incidents, select, ignore, baseline",
         ),
         ("check = 1\n", ":1", "[check]"),
-        ("[check]\noverride = 1\n", "", "[[check.override]]"),
+        ("[check]\noverride = 1\n", ":2", "[[check.override]]"),
         ("[[check.override]]\ncodes = ['SDO']\nseverity = 'info'\n", ":1", "missing key check.override.reason"),
         ("[[check.override]]\nreason = 'x'\nseverity = 'off'\ncodes = 'SDO'\n", ":3", '"off" is not one of "ignore"'),
         ("[[check.override]]\nnodes = [5, '200']\n", ":2", "such as [5, "),

@@ -8,9 +8,6 @@ import re
 from functools import cache
 from typing import Final
 
-LONGEST: Final = 500
-"""Characters of a glob; no name that it could be about is much longer."""
-
 _PIECE: Final = re.compile(r"((?:\*\*/)+|\*\*|\*|\?|\[!?\]?[^\]]*\])")
 
 

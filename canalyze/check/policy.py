@@ -5,7 +5,6 @@ the catalogue says.
 """
 
 import os
-import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -33,14 +32,6 @@ _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
 Ruling = Severity | Literal["ignore"]
 RULINGS: Final[tuple[Ruling, ...]] = ("ignore", *SEVERITIES)
 """What an override may make of a finding."""
-
-_CODE: Final = re.compile(r"[A-Z]{1,3}|[A-Z]{3}[0-9]{1,3}")
-
-
-def codes(text: str) -> tuple[str, ...] | None:
-    """Read codes, or their beginnings, with commas between: `SDO001,HBT`; None if one cannot be one."""
-    found = tuple(dict.fromkeys(part.strip().upper() for part in text.split(",")))
-    return found if all(map(_CODE.fullmatch, found)) else None
 
 
 def unknown(prefixes: Collection[str], catalogue: Sequence[str]) -> str | None:

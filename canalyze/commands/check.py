@@ -108,7 +108,9 @@ def command(words: Words) -> click.Command:
             return 128 + signal
         return 2 if not read else 1 if any(verdict.failed for verdict in verdicts) else 0
 
-    codes = Spelled(policy.codes, "codes", words)
+    from canalyze._core import codes as read_codes
+
+    codes = Spelled(read_codes, "codes", words)
     return Command(
         "check",
         words,

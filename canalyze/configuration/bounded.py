@@ -4,11 +4,13 @@ A file that somebody hands over must cost no more than it is worth, whatever it 
 not: know what is in it.
 """
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 from canalyze.errors import ConfigError
 
+T = TypeVar("T")
 MOST: Final = 2 << 20
 """Bytes of such a file; a hundred times those of a large one."""
 _SHOWN: Final = 200
@@ -21,6 +23,21 @@ def content(path: Path) -> bytes:
     if len(read) > MOST:
         raise ConfigError("config.large", file=path, most=MOST >> 20)
     return read
+
+
+def checked(path: Path, read: Callable[[bytes, str], T], unreadable: str) -> T:
+    """Give what the core's reader makes of a file; ConfigError for what is wrong with it, or in words `unreadable`."""
+    from canalyze._core import SettingsError
+
+    try:
+        found = content(path)
+    except OSError as error:
+        raise ConfigError(unreadable, file=path, error=error) from error
+    try:
+        return read(found, str(path).encode("utf-8", "backslashreplace").decode())
+    except SettingsError as error:
+        key, facts = error.args
+        raise ConfigError(key, **facts) from error
 
 
 def short(text: str) -> str:

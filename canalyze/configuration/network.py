@@ -1,7 +1,8 @@
 """What a user says of a network before its capture is read: the values behind the options and behind canalyze.toml.
 
-Values only: nothing here opens a file, prints, or knows the core. A text that cannot be read is None; whoever has the
-text says so in words. COB-IDs are written in hexadecimal, node-IDs in decimal or in hexadecimal with 0x.
+Values only: nothing here opens a file or prints. How a node, an identifier or a time is spelled the core knows
+(`settings/spelled.rs`), which is loaded when the first one is read. A text that cannot be read is None; whoever has the
+text says so in words.
 """
 
 import re
@@ -9,21 +10,8 @@ from typing import Final, Literal, NamedTuple
 
 NODES: Final = range(1, 128)
 MOST_PDOS: Final = 512
-BIT_RATES: Final = range(1_000, 1_000_001)
-"""Of classic CAN, in bit/s: 125 for 125k is a slip, no rate."""
-
-_LONGEST_US: Final = 0xFFFF_FFFF
-"""The range of 1006h and 1007h, which are UNSIGNED32 in microseconds."""
-_STANDARD: Final = 0x7FF
-_EXTENDED: Final = 0x1FFF_FFFF
-_MICROSECONDS: Final = {"": 1, "us": 1, "\u00b5s": 1, "\u03bcs": 1, "ms": 1_000, "s": 1_000_000}
-_BITS: Final = {"": 1, "k": 1_000, "m": 1_000_000}
 
 _INTEGER: Final = re.compile(r"0x[0-9a-f]{1,8}|[0-9]{1,8}", re.IGNORECASE)
-_IDENTIFIER: Final = re.compile(r"(?:0x)?([0-9a-f]{1,3}|[0-9a-f]{8})", re.IGNORECASE)
-_PDO: Final = re.compile(r"([tr]pdo)([0-9]{1,3})", re.IGNORECASE)
-_OBJECT: Final = re.compile(r"(?:0x)?([0-9a-f]{4})h?(?::(?:0x)?([0-9a-f]{1,2})h?)?", re.IGNORECASE)
-_AMOUNT: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,12})?|\.[0-9]{1,12})\s*([a-z\u00b5\u03bc]*)", re.IGNORECASE)
 
 
 class CanId(NamedTuple):
@@ -111,22 +99,16 @@ def _covers(bus: str | None, other: str | None) -> bool:
 
 def node(text: str) -> int | None:
     """Read a node-ID."""
-    if not _INTEGER.fullmatch(text):
-        return None
-    number = int(text, 16 if text[:2].lower() == "0x" else 10)
-    return number if number in NODES else None
+    from canalyze import _core
+
+    return _core.node(text)
 
 
 def nodes(text: str) -> tuple[int, ...] | None:
     """Read node-IDs: a list of single ones and of ranges such as 1-4."""
-    found: dict[int, None] = {}
-    for part in text.split(","):
-        first, dash, last = (end.strip() for end in part.partition("-"))
-        low, high = node(first), node(last if dash else first)
-        if low is None or high is None or low > high:
-            return None
-        found.update(dict.fromkeys(range(low, high + 1)))
-    return tuple(found)
+    from canalyze import _core
+
+    return _core.nodes(text)
 
 
 def no_node(text: str, form: str) -> str | None:
@@ -141,28 +123,24 @@ def no_node(text: str, form: str) -> str | None:
 
 def can_id(text: str) -> CanId | None:
     """Read an identifier: up to three hexadecimal digits, or eight for the 29-bit format."""
-    match = _IDENTIFIER.fullmatch(text)
-    if match is None:
-        return None
-    extended = len(match[1]) == 8
-    value = int(match[1], 16)
-    return CanId(value, extended) if value <= (_EXTENDED if extended else _STANDARD) else None
+    from canalyze import _core
+
+    found = _core.can_id(text)
+    return None if found is None else CanId(*found)
 
 
 def pdo(text: str) -> tuple[Literal["tpdo", "rpdo"], int] | None:
     """Read the name of a PDO, such as TPDO1."""
-    match = _PDO.fullmatch(text)
-    if match is None or not 1 <= int(match[2]) <= MOST_PDOS:
-        return None
-    return ("tpdo" if match[1].lower() == "tpdo" else "rpdo"), int(match[2])
+    from canalyze import _core
+
+    return _core.pdo(text)
 
 
 def address(text: str) -> tuple[int, int | None] | None:
     """Read index and sub-index of an object, 1017:00 in hexadecimal (1017h:0, 0x1017:00); no sub-index: all of them."""
-    match = _OBJECT.fullmatch(text)
-    if match is None:
-        return None
-    return int(match[1], 16), None if match[2] is None else int(match[2], 16)
+    from canalyze import _core
+
+    return _core.address(text)
 
 
 def period(text: str) -> int | None:
@@ -172,31 +150,16 @@ def period(text: str) -> int | None:
 
 def tolerance(text: str) -> int | None:
     """Read a time as `period` does, or zero."""
-    amount = _scaled(text, _MICROSECONDS)
-    return None if amount is None else nanoseconds(amount)
+    from canalyze import _core
 
-
-def nanoseconds(us: float) -> int | None:
-    """Give microseconds, which may have decimals, in nanoseconds; None if no object could hold them."""
-    return round(us * 1000) if 0 <= us <= _LONGEST_US else None
+    return _core.tolerance(text)
 
 
 def bit_rate(text: str) -> int | None:
     """Read a bit rate in bit/s, or with the suffix k or M."""
-    rate = _scaled(text, _BITS)
-    return int(rate) if rate is not None and rate in BIT_RATES else None
+    from canalyze import _core
 
-
-def _scaled(text: str, units: dict[str, int]) -> float | None:
-    """Read a number with a unit; in decimal, so that 0.1 ms is exactly that."""
-    from fractions import Fraction
-
-    match = _AMOUNT.fullmatch(text)
-    unit = units.get(match[2].lower()) if match else None
-    if match is None or unit is None:
-        return None
-    scaled = Fraction(match[1]) * unit
-    return scaled.numerator if scaled.denominator == 1 else float(scaled)
+    return _core.bit_rate(text)
 
 
 def description(text: str) -> Description | None:

@@ -176,6 +176,17 @@ def live(text: bytes, options: int) -> bytes:
     return bytes([options, 5 if options & 4 else 0]) + out
 
 
+def _settings(place: Path) -> None:
+    """Files that users write: expectations beside the samples, and the examples of the pages."""
+    place.mkdir(parents=True, exist_ok=True)
+    for path in sorted(SAMPLES.rglob("*.toml")):
+        (place / path.name).write_bytes(path.read_bytes()[:LARGEST])
+    for path in sorted((HERE.parents[1] / "pages" / "en").glob("*.md")):
+        examples = re.findall(rb"^```toml[^\n]*\n(.*?)^```", path.read_bytes(), re.MULTILINE | re.DOTALL)
+        for number, example in enumerate(examples):
+            (place / f"{path.name}.{number}").write_bytes(example[:LARGEST])
+
+
 def main(corpus: Path) -> None:
     """Writes one seed of every sample for every target that takes it."""
     for path in sorted(SAMPLES.rglob("*.asc")):
@@ -184,6 +195,7 @@ def main(corpus: Path) -> None:
             place.mkdir(parents=True, exist_ok=True)
             (place / f"{path.name}.{options}").write_bytes((bytes([options]) + path.read_bytes())[:LARGEST])
     _mcap(corpus / "mcap")
+    _settings(corpus / "settings")
     for path in sorted(SAMPLES.rglob("*")):
         if path.suffix not in {".log", ".candump"}:
             continue

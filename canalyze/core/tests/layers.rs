@@ -238,6 +238,7 @@ const MAY_USE: &[Row] = &[
             "text::signal",
         ],
     ),
+    ("settings", &["diagnosis", "drive", "expectation", "rules", "select"]),
     (
         "monitor",
         &[
@@ -312,6 +313,7 @@ const MAY_USE: &[Row] = &[
             "inputs",
             "monitor",
             "session",
+            "settings",
         ],
     ),
 ];

@@ -1,7 +1,7 @@
 //! A capture held against what is expected of it.
 //!
 //! An expectation is a line of a file that people write (`canalyze check --expect`); [`Expectations`] is the file as
-//! Python has read and normalized it, [`Verification`] holds one capture against it. Each kind of expectation has a
+//! `settings` has read and normalized it, [`Verification`] holds one capture against it. Each kind of expectation has a
 //! file here and owns what it has to remember. What does not hold is a finding at the frame where it went wrong, or at
 //! the last frame, where something never came; what the capture cannot show is said as info.
 //!
@@ -58,7 +58,12 @@ impl Expectations {
     /// Reads the normalized form, a JSON object: `file` and a list for each kind. What is wrong with it is said in
     /// terms of the JSON: no user writes it.
     pub fn read(json: &str) -> Result<Self, String> {
-        let read: Self = serde_json::from_str(json).map_err(|mistake| mistake.to_string())?;
+        serde_json::from_str(json).map_err(|mistake| mistake.to_string()).and_then(Self::normalized)
+    }
+
+    /// Takes over the normalized form.
+    pub fn normalized(form: serde_json::Value) -> Result<Self, String> {
+        let read = Self::deserialize(form).map_err(|mistake| mistake.to_string())?;
         read.sdo.iter().try_for_each(sdo::Entry::check)?;
         read.state.iter().try_for_each(state::Entry::check)?;
         read.signal.iter().try_for_each(signal::Entry::check)?;
@@ -417,6 +422,11 @@ fn written(transfer: &Transfer) -> Option<Written> {
 /// The name of an NMT state in expectations.
 pub fn state_name(state: u8) -> Option<&'static str> {
     state::NMT.iter().find(|row| row.1 == state).map(|row| row.0)
+}
+
+/// The names of all NMT states in expectations.
+pub fn state_names() -> impl Iterator<Item = &'static str> {
+    state::NMT.iter().map(|row| row.0)
 }
 
 /// A mistake of the normalized form, at this line of the file.

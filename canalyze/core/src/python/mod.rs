@@ -7,6 +7,7 @@ mod columns;
 mod comparison;
 mod network;
 mod session;
+mod settings;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use pyo3::prelude::*;
 
 use self::columns::{Batch, Table};
 use self::comparison::Comparison;
-use self::network::{Dictionary, Expectations, Network};
+use self::network::{Dictionary, Network};
 use self::session::Session;
 use crate::diagnosis::kinds::KINDS;
 use crate::filter::SERVICES;
@@ -147,7 +148,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Rule>()?;
     module.add_class::<Dictionary>()?;
     module.add_class::<Network>()?;
-    module.add_class::<Expectations>()?;
+    settings::add(module)?;
     module.add_class::<Batch>()?;
     module.add_class::<Table>()?;
     module.add_function(wrap_pyfunction!(rules, module)?)?;

@@ -1,5 +1,4 @@
-//! What is known of a network before its capture is read: device descriptions, COB-IDs, SDO channels, times, and what is
-//! expected of it.
+//! What is known of a network before its capture is read: device descriptions, COB-IDs, SDO channels, times.
 //!
 //! Rows and tuples of Python become the core's own values. Must not: know what they mean.
 
@@ -10,7 +9,6 @@ use pyo3::prelude::*;
 
 use super::choose;
 use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
-use crate::expectation::Expectations as Expected;
 use crate::frame::CanId;
 use crate::network::{Cob, Description, Network as Known, Sdo};
 
@@ -93,18 +91,5 @@ impl Network {
             bit_rate: bitrate,
         };
         Ok(Self { known: Arc::new(known) })
-    }
-}
-
-#[pyclass(module = "canalyze._core", frozen)]
-pub(super) struct Expectations {
-    pub(super) expected: Arc<Expected>,
-}
-
-#[pymethods]
-impl Expectations {
-    #[new]
-    fn new(json: &str) -> PyResult<Self> {
-        Ok(Self { expected: Arc::new(Expected::read(json).map_err(PyValueError::new_err)?) })
     }
 }

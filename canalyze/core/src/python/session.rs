@@ -10,7 +10,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use super::columns::Batch;
-use super::network::{Expectations, Network};
+use super::network::Network;
+use super::settings::Expectations;
 use super::{choose, language};
 use crate::filter::Filter;
 use crate::inputs::Refusal;

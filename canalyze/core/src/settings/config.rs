@@ -1,0 +1,239 @@
+//! `canalyze.toml`: its tables and keys, and what they say.
+//!
+//! Must not: know what becomes of it, or whether a file that it names or a rule exists.
+
+use serde::Deserialize;
+use serde_json::Value as Json;
+
+use super::Mistake;
+use super::schema::{Form, Found, Key, Schema, at, key, needed, no_table, row, tables, unknown};
+use super::toml::parse;
+use super::value::{Table, Value};
+use crate::rules::SEVERITIES;
+
+const TOP: [Key; 3] = [
+    key("lang", Form::Choice(|| vec!["zh", "en"], "choice")),
+    key("jitter_us", Form::Microseconds(false)),
+    key("bitrate", Form::BitRate),
+];
+const SYNC: [Key; 2] = [key("period_us", Form::Microseconds(true)), key("window_us", Form::Microseconds(true))];
+const CHECK: [Key; 5] = [
+    key("fail_on", Form::Choice(|| severities().rev().chain(["never"]).collect(), "threshold")),
+    key("incidents", Form::Choice(|| vec!["stands", "over", "never"], "choice")),
+    key("select", Form::Codes),
+    key("ignore", Form::Codes),
+    key("baseline", Form::Text),
+];
+const OVERRIDE: [Key; 6] = [
+    needed("codes", Form::Codes),
+    needed("severity", Form::Choice(|| std::iter::once("ignore").chain(severities()).collect(), "ruling")),
+    needed("reason", Form::Text),
+    key("files", Form::Globs),
+    key("nodes", Form::SeveralNodes),
+    key("bus", Form::Text),
+];
+/// Tables that may come several times.
+const ENTRIES: [(&str, &[Key]); 3] = [("eds", &EDS), ("cob", &COB), ("sdo", &SDO)];
+const EDS: [Key; 3] = [needed("file", Form::Text), key("node", Form::Nodes), key("bus", Form::Text)];
+const COB: [Key; 4] =
+    [needed("id", Form::CanId), needed("node", Form::Node), needed("pdo", Form::Pdo), key("bus", Form::Text)];
+const SDO: [Key; 4] =
+    [needed("client", Form::CanId), needed("server", Form::CanId), needed("node", Form::Node), key("bus", Form::Text)];
+
+fn severities() -> impl DoubleEndedIterator<Item = &'static str> {
+    SEVERITIES.iter().map(|one| one.name())
+}
+
+/// All of them.
+pub(super) fn schema() -> Schema {
+    let once: [(&str, &[Key]); 4] = [("", &TOP), ("sync", &SYNC), ("check", &CHECK), ("check.override", &OVERRIDE)];
+    once.into_iter().chain(ENTRIES).map(|(name, keys)| row(name, keys)).collect()
+}
+
+/// What `canalyze.toml` says; what it does not say is `None`, or empty.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Settings {
+    /// zh or en.
+    pub lang: Option<String>,
+    /// Files that describe devices.
+    pub descriptions: Vec<Description>,
+    /// COB-IDs of PDOs.
+    pub cobs: Vec<Cob>,
+    /// SDO channels.
+    pub sdos: Vec<Channel>,
+    /// 1006h and 1007h, above zero.
+    pub sync_period_ns: Option<i64>,
+    /// 1007h.
+    pub sync_window_ns: Option<i64>,
+    /// Error of the stamps to allow for.
+    pub jitter_ns: Option<i64>,
+    /// In bit/s.
+    pub bit_rate: Option<u32>,
+    /// `[check]`, where it is there.
+    pub check: Option<Check>,
+}
+
+/// A file that describes devices.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct Description {
+    /// None is every bus.
+    pub bus: Option<String>,
+    /// None at all: the node that the file names.
+    #[serde(default, rename = "node")]
+    pub nodes: Vec<u8>,
+    /// As it is written, relative to the file that names it.
+    pub file: String,
+}
+
+/// Which PDO an identifier carries.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct Cob {
+    /// None is every bus.
+    pub bus: Option<String>,
+    /// The identifier, and whether it has 29 bits.
+    pub id: (u32, bool),
+    /// Node-ID.
+    pub node: u8,
+    /// Whether it is a TPDO, and its number.
+    pub pdo: (bool, u16),
+}
+
+/// The two identifiers of an SDO channel.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct Channel {
+    /// None is every bus.
+    pub bus: Option<String>,
+    /// Client to server, and whether it has 29 bits.
+    pub client: (u32, bool),
+    /// Server to client.
+    pub server: (u32, bool),
+    /// Node-ID of the server.
+    pub node: u8,
+}
+
+/// What of a capture's findings counts.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct Check {
+    /// The least severity that fails, or never.
+    pub fail_on: Option<String>,
+    /// Which problems fail: stands, over or never.
+    pub incidents: Option<String>,
+    /// Codes, or their beginnings, of what is judged.
+    #[serde(default)]
+    pub select: Vec<String>,
+    /// Those of what is not.
+    #[serde(default)]
+    pub ignore: Vec<String>,
+    /// The file of known findings, as it is written.
+    pub baseline: Option<String>,
+    /// FILE:LINE of `select` and of `ignore`.
+    #[serde(skip)]
+    pub at: (String, String),
+    /// What becomes of some findings.
+    #[serde(skip)]
+    pub overrides: Vec<Override>,
+}
+
+/// What becomes of some findings, for a reason.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct Override {
+    /// Codes, or their beginnings.
+    pub codes: Vec<String>,
+    /// A severity, or ignore.
+    pub severity: String,
+    /// Why.
+    pub reason: String,
+    /// Globs; none is every file.
+    #[serde(default)]
+    pub files: Vec<String>,
+    /// None is every node.
+    #[serde(default)]
+    pub nodes: Vec<u8>,
+    /// None is every bus.
+    pub bus: Option<String>,
+    /// FILE:LINE of its codes.
+    #[serde(skip)]
+    pub at: String,
+}
+
+/// Reads a `canalyze.toml` of this content and name, and checks every key.
+pub fn settings(content: &[u8], file: &str) -> Result<Settings, Mistake> {
+    let root = parse(content, file)?;
+    names(&root, file)?;
+    let others: Vec<&str> = ENTRIES.iter().map(|entry| entry.0).chain(["sync", "check"]).collect();
+    let top = Found::read(file, "", &root, &TOP, &others)?;
+    let sync = match one(&root, "sync", file)? {
+        Some(table) => Found::read(file, "sync", table, &SYNC, &[])?.keys,
+        None => Vec::new(),
+    };
+    let sync = |key: &str| sync.iter().find(|(name, _)| *name == key).and_then(|(_, ns)| ns.as_i64());
+    let entries = |name, keys| -> Result<Vec<Json>, Mistake> {
+        let given = tables(file, &root, name, name)?;
+        given.into_iter().map(|table| Ok(Found::read(file, name, table, keys, &[])?.into_json())).collect()
+    };
+    let descriptions = typed(entries("eds", &EDS)?);
+    let cobs = typed(entries("cob", &COB)?);
+    let sdos: Vec<Channel> = typed(entries("sdo", &SDO)?);
+    for (channel, table) in sdos.iter().zip(tables(file, &root, "sdo", "sdo")?) {
+        if channel.client == channel.server {
+            let value = table.get("server").map(Value::shown).unwrap_or_default();
+            let facts =
+                [("file", at(file, table.line_of("server"))), ("key", "sdo.server".to_owned()), ("value", value)];
+            return Err(Mistake::new("config.one_id", facts));
+        }
+    }
+    Ok(Settings {
+        lang: top.get("lang").and_then(Json::as_str).map(str::to_owned),
+        descriptions,
+        cobs,
+        sdos,
+        sync_period_ns: sync("period_us"),
+        sync_window_ns: sync("window_us"),
+        jitter_ns: top.get("jitter_us").and_then(Json::as_i64),
+        bit_rate: top.get("bitrate").and_then(Json::as_u64).and_then(|rate| u32::try_from(rate).ok()),
+        check: check(&root, file)?,
+    })
+}
+
+/// Checks the names at the top.
+fn names(root: &Table, file: &str) -> Result<(), Mistake> {
+    let keys = TOP.iter().map(|key| (key.name, key.name.to_owned()));
+    let once = ["sync", "check"].map(|name| (name, format!("[{name}]")));
+    let several = ENTRIES.iter().map(|(name, _)| (*name, format!("[[{name}]]")));
+    let allowed: Vec<_> = keys.chain(once).chain(several).collect();
+    match root.keys.iter().find(|(name, _)| !allowed.iter().any(|one| one.0 == name.text)) {
+        Some((name, _)) => Err(unknown(&at(file, name.line), "", &name.text, &allowed)),
+        None => Ok(()),
+    }
+}
+
+/// A table that comes once.
+fn one<'a>(root: &'a Table, name: &str, file: &str) -> Result<Option<&'a Table>, Mistake> {
+    match root.get(name) {
+        Some(Value::Table(table)) => Ok(Some(table)),
+        Some(_) => Err(no_table(at(file, root.line_of(name)), name, format!("[{name}]"))),
+        None => Ok(None),
+    }
+}
+
+fn check(root: &Table, file: &str) -> Result<Option<Check>, Mistake> {
+    let Some(table) = one(root, "check", file)? else { return Ok(None) };
+    let own = Found::read(file, "check", table, &CHECK, &["override"])?.into_json();
+    let place = |table: &Table, key: &str| at(file, table.line_of(key));
+    let given = tables(file, table, "override", "check.override")?;
+    let read = |table: &&Table| Ok(Found::read(file, "check.override", table, &OVERRIDE, &[])?.into_json());
+    let overrides: Vec<Override> = typed(given.iter().map(read).collect::<Result<_, Mistake>>()?);
+    let placed = |(one, table): (Override, &&Table)| Override { at: place(table, "codes"), ..one };
+    Ok(typed(vec![own]).pop().map(|own| Check {
+        at: (place(table, "select"), place(table, "ignore")),
+        overrides: overrides.into_iter().zip(&given).map(placed).collect(),
+        ..own
+    }))
+}
+
+/// What was read, as what it is: the keys have made sure of that.
+fn typed<T: for<'de> Deserialize<'de>>(read: Vec<Json>) -> Vec<T> {
+    let typed: Vec<T> = read.iter().filter_map(|one| T::deserialize(one).ok()).collect();
+    debug_assert_eq!(typed.len(), read.len(), "{read:?}");
+    typed
+}

@@ -1,0 +1,162 @@
+//! How nodes, identifiers, objects, times and rates are spelled, on the command line as in files.
+//!
+//! COB-IDs and objects are hexadecimal, node-IDs decimal or hexadecimal with 0x. Must not: say what is wrong with a text;
+//! `None` is one that cannot be read.
+
+use std::collections::BTreeSet;
+
+/// Most PDOs of a node and a direction.
+const PDOS: u16 = 512;
+/// The range of 1006h and 1007h, which are UNSIGNED32 in microseconds.
+pub(super) const LONGEST_US: u32 = u32::MAX;
+/// Digits before the point of an amount, and behind it, at most.
+const DIGITS: usize = 12;
+
+/// Whether these are digits to this base, of a number of at most `most`.
+fn are_digits(text: &str, base: u32, most: usize) -> bool {
+    (1..=most).contains(&text.len()) && text.chars().all(|c| c.is_digit(base))
+}
+
+/// The text without a prefix, in whatever case.
+pub(super) fn without<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
+    let (head, rest) = text.split_at_checked(prefix.len())?;
+    head.eq_ignore_ascii_case(prefix).then_some(rest)
+}
+
+/// Hexadecimal digits, which may have `0x` before them and `h` behind.
+fn bare(text: &str) -> &str {
+    let text = without(text, "0x").unwrap_or(text);
+    text.strip_suffix(['h', 'H']).unwrap_or(text)
+}
+
+/// Exactly so many hexadecimal digits, `0x` before them and `h` behind aside.
+pub(super) fn hexadecimal(text: &str, digits: std::ops::RangeInclusive<usize>) -> Option<u32> {
+    let text = bare(text);
+    let fits = digits.contains(&text.len()) && are_digits(text, 16, 8);
+    fits.then(|| u32::from_str_radix(text, 16).ok()).flatten()
+}
+
+/// A node-ID.
+pub fn node(text: &str) -> Option<u8> {
+    let number = match without(text, "0x") {
+        Some(digits) if are_digits(digits, 16, 8) => u32::from_str_radix(digits, 16).ok()?,
+        None if are_digits(text, 10, 8) => text.parse().ok()?,
+        _ => return None,
+    };
+    u8::try_from(number).ok().filter(|node| (1..=127).contains(node))
+}
+
+/// Node-IDs: a list of single ones and of ranges such as `1-4`, each once.
+pub fn nodes(text: &str) -> Option<Vec<u8>> {
+    let mut found = Vec::new();
+    for part in text.split(',') {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        let (low, high) = (node(first.trim())?, node(last.trim())?);
+        if low > high {
+            return None;
+        }
+        found.extend(low..=high);
+    }
+    Some(once(found))
+}
+
+/// Each of them once, in the order of the first ones.
+pub(super) fn once<T: Clone + Ord>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut seen = BTreeSet::new();
+    all.into_iter().filter(|one| seen.insert(one.clone())).collect()
+}
+
+/// An identifier, up to three hexadecimal digits, or eight for the 29-bit format; and whether it is of that.
+pub fn can_id(text: &str) -> Option<(u32, bool)> {
+    let digits = without(text, "0x").unwrap_or(text);
+    if !are_digits(digits, 16, 8) || (4..8).contains(&digits.len()) {
+        return None;
+    }
+    let (value, extended) = (u32::from_str_radix(digits, 16).ok()?, digits.len() == 8);
+    (value <= if extended { 0x1FFF_FFFF } else { 0x7FF }).then_some((value, extended))
+}
+
+/// The name of a PDO, such as `TPDO1`: whether it is a TPDO, and its number.
+pub fn pdo(text: &str) -> Option<(bool, u16)> {
+    let (transmit, digits) = match (without(text, "tpdo"), without(text, "rpdo")) {
+        (Some(digits), _) => (true, digits),
+        (_, digits) => (false, digits?),
+    };
+    let number = are_digits(digits, 10, 3).then(|| digits.parse().ok()).flatten()?;
+    (1..=PDOS).contains(&number).then_some((transmit, number))
+}
+
+/// Index and sub-index of an object, `1017:00` in hexadecimal (`1017h:0`, `0x1017:00`); without a sub-index all of them.
+pub fn address(text: &str) -> Option<(u16, Option<u8>)> {
+    let (index, sub) = text.split_once(':').map_or((text, None), |(index, sub)| (index, Some(sub)));
+    let index = hexadecimal(index, 4..=4).and_then(|index| u16::try_from(index).ok())?;
+    let sub = match sub {
+        Some(sub) => Some(hexadecimal(sub, 1..=2).and_then(|sub| u8::try_from(sub).ok())?),
+        None => None,
+    };
+    Some((index, sub))
+}
+
+/// Codes of rules, or their beginnings, with commas between: `SDO001,HBT`; each once.
+pub fn codes(text: &str) -> Option<Vec<String>> {
+    let mut found = Vec::new();
+    for part in text.split(',') {
+        let code = part.trim().to_uppercase();
+        let letters = code.chars().take_while(char::is_ascii_uppercase).count();
+        let digits = code.get(letters..)?;
+        if !(1..=3).contains(&letters) || !digits.is_empty() && (letters < 3 || !are_digits(digits, 10, 3)) {
+            return None;
+        }
+        found.push(code);
+    }
+    Some(once(found))
+}
+
+/// A time, in microseconds or with the suffix us, ms or s; in ns.
+pub fn tolerance(text: &str) -> Option<i64> {
+    let ns = |unit: &str| match unit {
+        "" | "us" | "\u{b5}s" | "\u{3bc}s" => Some(1_000),
+        "ms" => Some(1_000_000),
+        "s" => Some(1_000_000_000),
+        _ => None,
+    };
+    let (above, below) = amount(text, ns)?;
+    if above > u128::from(LONGEST_US) * 1_000 * below {
+        return None;
+    }
+    i64::try_from(rounded(above, below)).ok()
+}
+
+/// A bit rate in bit/s, or with the suffix k or M: of classic CAN, for 125 in place of 125k is a slip.
+pub fn bit_rate(text: &str) -> Option<u32> {
+    let bits = |unit: &str| match unit {
+        "" => Some(1),
+        "k" => Some(1_000),
+        "m" => Some(1_000_000),
+        _ => None,
+    };
+    let (above, below) = amount(text, bits)?;
+    let rate = u32::try_from(above.checked_div(below)?).ok()?;
+    (above % below == 0 && (1_000..=1_000_000).contains(&rate)).then_some(rate)
+}
+
+/// A number with a unit, which is worth something: as a fraction, so that 0.1 ms is exactly that.
+fn amount(text: &str, worth: impl Fn(&str) -> Option<u128>) -> Option<(u128, u128)> {
+    let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at_checked(end)?;
+    let (whole, decimals) = number.split_once('.').map_or((number, None), |(whole, rest)| (whole, Some(rest)));
+    let whole_fits = are_digits(whole, 10, DIGITS) || whole.is_empty() && decimals.is_some();
+    if !whole_fits || !decimals.is_none_or(|rest| are_digits(rest, 10, DIGITS)) {
+        return None;
+    }
+    let decimals = decimals.unwrap_or_default();
+    let digits: u128 = format!("{whole}{decimals}").parse().ok()?;
+    let below = 10_u128.checked_pow(u32::try_from(decimals.len()).ok()?)?;
+    Some((digits.checked_mul(worth(&unit.trim_start().to_lowercase())?)?, below))
+}
+
+/// A fraction as a whole number, the even one of two that are as near.
+fn rounded(above: u128, below: u128) -> u128 {
+    let (whole, twice) = (above / below, above % below * 2);
+    whole + u128::from(twice > below || twice == below && whole % 2 == 1)
+}
