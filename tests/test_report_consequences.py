@@ -89,4 +89,4 @@ def test_sarif_has_them_as_properties_of_their_cause() -> None:
 
 def test_chinese() -> None:
     (annotation, of_gap) = github.lines([judged()], Words("zh"))
-    assert annotation.endswith("3个后果：PDO004、SYN008 (2)") and of_gap == "a.log: 第2帧：1个后果：PDO004"
+    assert annotation.endswith("3条后果: PDO004、SYN008 (2)") and of_gap == "a.log: 第2帧: 1条后果: PDO004"

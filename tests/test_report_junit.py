@@ -145,4 +145,4 @@ def test_the_same_verdicts_give_the_same_bytes() -> None:
 def test_chinese_stays_chinese() -> None:
     (case,) = cases(junit.document([Verdict("a.log", (one(),))], Words("zh")))
     assert case.name == "SDO001 toggle-bit can0 节点10 1008h:00"
-    assert "（第7帧，第8行，依据第8帧，1700000000.003200 s）" in case.result[0].message
+    assert "(第7帧, 第8行, 依据第8帧, 1700000000.003200 s)" in case.result[0].message
