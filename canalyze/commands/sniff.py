@@ -17,7 +17,15 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze import expectations
-from canalyze.configuration.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
+from canalyze.configuration.options import (
+    ANY_PATH,
+    Spelled,
+    depth_of,
+    listing_options,
+    network_options,
+    open_session,
+    positive,
+)
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import Output, Progress, complain, open_output
 from canalyze.output.help import Command
@@ -28,7 +36,6 @@ from canalyze.running.listening import (
     channels_of,
     listening,
     listening_options,
-    positive,
     seconds,
     set_rates,
 )

@@ -5,7 +5,7 @@ how to see it. Must not: judge.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import pad, width
@@ -37,6 +37,14 @@ _COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "ha
 Record = Mapping[str, Any]
 
 
+class Chosen(NamedTuple):
+    """Which problems are asked for; all that is None does not matter."""
+
+    node: int | None
+    bus: str | None
+    since: float | None
+
+
 def show(
     incidents: Sequence[Record],
     whole: Record,
@@ -46,12 +54,13 @@ def show(
     nature: str,
     *,
     everything: bool,
+    chosen: Chosen,
 ) -> None:
-    """Write the report. incidents: those that are asked for; names: the files, to be typed again."""
+    """Write the report. incidents: those that are asked for, by `chosen`; names: the files, to be typed again."""
     by_id = {one["id"]: one for one in incidents}
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
-    lines = [f"{verdict(roots, words)}   {extent(whole, words)}"]
+    lines = [f"{verdict(roots, words)}{_only(chosen, words)}   {extent(whole, words)}"]
     if not told:
         lines += _healthy(whole, nature, words)
         hidden = len(roots)
@@ -67,7 +76,7 @@ def show(
             LINES - len(lines) - 3 if not everything else None,
         )
         lines += stories
-        lines += _nodes(whole, by_id, words)
+        lines += _nodes(whole, by_id, words, chosen)
     if told or hidden:
         lines.append(_more(told, names, hidden, words))
     worst = next((status for status in _STATES if any(one["status"] == status for one in roots)), "")
@@ -226,6 +235,17 @@ def verdict(roots: Sequence[Record], words: Words) -> str:
     return f"{mark} {words('check.then').join(parts)}"
 
 
+def _only(chosen: Chosen, words: Words) -> str:
+    """Say of which part the verdict is, if it is not of all."""
+    node, bus, since = chosen
+    parts = [] if node is None else [words("reports.node", node=node)]
+    if bus is not None:
+        parts.append(words("diagnose.only_bus", bus=printable(bus)))
+    if since is not None:
+        parts.append(words("diagnose.only_since", seconds=f"{since:g}"))
+    return words("diagnose.only", said=words("reports.list").join(parts)) if parts else ""
+
+
 def _count(status: str, count: int, words: Words) -> str:
     return words(f"incident_count.{status}", count=count)
 
@@ -353,16 +373,24 @@ def _seconds(t: str | None, whole: Record, words: Words) -> str:
     return str(words("diagnose.seconds", seconds=f"{float(t) - float(whole['begin']):.3f}"))
 
 
-def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words) -> list[str]:
+def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Chosen) -> list[str]:
     parts = []
-    for node in whole["nodes"][:_NODES]:
+    # What is not asked for is not said to be well.
+    nodes = [
+        node
+        for node in whole["nodes"]
+        if chosen.node in (None, node["node"])
+        and chosen.bus in (None, node["bus"])
+        and (node["incident"] is None or node["incident"] in by_id)
+    ]
+    for node in nodes[:_NODES]:
         number = f"{printable(node['bus'])}:{node['node']}" if len(whole["buses"]) > 1 else str(node["node"])
         if node["incident"] in by_id:
             parts.append(words("diagnose.node_in", node=number, number=node["incident"]))
         else:
             parts.append(words("diagnose.node_ok", node=number))
-    if len(whole["nodes"]) > _NODES:
-        parts.append(words("diagnose.node_more", count=len(whole["nodes"]) - _NODES))
+    if len(nodes) > _NODES:
+        parts.append(words("diagnose.node_more", count=len(nodes) - _NODES))
     return [words("diagnose.heading_nodes") + " · ".join(parts)] if parts else []
 
 
