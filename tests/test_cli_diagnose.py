@@ -45,6 +45,15 @@ def test_a_file_that_is_called_as_a_command(canalyze: Runner, tmp_path: Path) ->
     assert "did you mean" in canalyze("inof", "--lang", "en").err or canalyze("inof").code == 2
 
 
+def test_a_command_that_is_spelt_wrong_is_no_file(canalyze: Runner, tmp_path: Path) -> None:
+    for args in (["decde", "lost.log"], ["diagnoze", "lost.log"], ["decde"]):
+        done = canalyze(*args, "--lang", "en")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        assert f"no such command: {args[0]} (did you mean " in done.err
+    (tmp_path / "decde").write_bytes(lost(20))
+    assert "node 5" in canalyze("decde", "lost.log", "--lang", "en").out
+
+
 def test_from_standard_input(canalyze: Runner) -> None:
     assert "node 5" in canalyze("-", "--lang", "en", stdin=lost(20)).out
     assert canalyze("diagnose", "-", "-n", "1", stdin=lost(20)).code == 2

@@ -7,7 +7,6 @@ expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 
 import json
 import signal
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -27,7 +26,7 @@ from canalyze.configuration.options import (
     positive,
 )
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.output import Output, Progress, complain, open_output
+from canalyze.output import Output, Progress, complain, hint, open_output
 from canalyze.output.help import Command
 from canalyze.reports.table import EMPTY, Column, Row, Table
 from canalyze.running.listening import (
@@ -155,8 +154,7 @@ def _listen(
                 live.stop(now=True)
 
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
-    if sys.stderr is not None and sys.stderr.isatty():
-        _tell(_listens(live.names, given, words))
+    hint(f"canalyze: {_listens(live.names, given, words)}")
     broken: CanalyzeError | None = None
     early = Interrupt(stop)
     try:
