@@ -10,10 +10,13 @@ import re
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES
+from captures import SAMPLES, run_canalyze
 from conftest import Runner
 from network_sessions import SESSIONS
 from test_diagnosis import frames_of, lost
+
+from canalyze.output.layout import width
+from canalyze.reports.diagnosis_text import _fitted
 
 LINES = 25
 CHINESE = re.compile("[\u4e00-\u9fff]")
@@ -147,6 +150,19 @@ def test_only_some_problems(canalyze: Runner) -> None:
     assert other.out.startswith("✔ no problems found (node 6 only)   ") and "node 5" not in other.out
     assert "(仅总线can0、3 s后)" in canalyze("lost.log", "--bus", "can0", "--since", "3").lines[0]
     assert not re.search(r"NODES.* 6 ok", canalyze("lost.log", "--node", "5", "--lang", "en").out)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("columns", [40, 60, 80, 100])
+def test_lines_fit_a_narrow_terminal(lang: str, columns: int) -> None:
+    report = run_canalyze(["diagnose", SAMPLES / "problems.log", "--lang", lang]).decode().splitlines()
+    for line in report:
+        fitted = _fitted(line, columns)
+        assert "".join("".join(fitted).replace(" · ", "").split()) == "".join(line.replace(" · ", "").split())
+        if "canalyze" not in line:
+            assert max(map(width, fitted)) <= columns, fitted
+        if match := re.search(r"  (#[0-9]+)$", line):
+            assert fitted[-1].endswith(match[1])
 
 
 @pytest.mark.parametrize("form", ["text", "jsonl"])

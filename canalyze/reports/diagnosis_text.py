@@ -4,11 +4,13 @@ An ordinary capture takes at most 25 lines: where there is more, the least impor
 how to see it. Must not: judge.
 """
 
+import re
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.output import Output, dyed, printable
-from canalyze.output.layout import pad, width
+from canalyze.output.layout import pad, width, wrap
 from canalyze.reports import wording
 from canalyze.values import milliseconds, nanoseconds
 from canalyze.words import Words
@@ -26,6 +28,8 @@ _SHORT_S: Final = 2.0
 """A capture shorter than this, in s, shows no heartbeat that stays away."""
 _COLUMN: Final = 100
 """Where the numbers of frames stand."""
+_NARROW: Final = 20
+"""Columns that a text has, however narrow the terminal is."""
 _FRAMES: Final = 8
 """Frames that are named of one rule."""
 _APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
@@ -82,8 +86,10 @@ def show(
     worst = next((status for status in _STATES if any(one["status"] == status for one in roots)), "")
     headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
     headings[lines[0]] = _COLOURS.get(worst, "clean")
+    room = shutil.get_terminal_size().columns if out.is_terminal else None
     for line in lines:
-        out.text((dyed(line, headings[line], out=out) if line in headings else line) + "\n")
+        for piece in [line] if room is None else _fitted(line, room):
+            out.text((dyed(piece, headings[line], out=out) if line in headings else piece) + "\n")
 
 
 def tell(
@@ -360,6 +366,30 @@ def _delay(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
     if begin is None or then is None or float(then) < float(begin):
         return ""
     return words("diagnose.after", ms=f"{(float(then) - float(begin)) * 1000:.0f}")
+
+
+def _fitted(line: str, columns: int) -> list[str]:
+    """Give a line as a narrow terminal has room for it: no word is broken, the frame's number stands at its edge."""
+    if (placed := re.fullmatch(r"( *)(\S.*?)  +(#[0-9]+)", line)) is None:
+        indent, text, frame = line[: len(line) - len(line.lstrip())], line.lstrip(), ""
+    else:
+        indent, text, frame = placed.groups()
+    if width(line) <= columns:
+        return [line]
+    room = max(columns - len(indent) - len(frame) - 4, _NARROW)
+    pieces = wrap(text, room)
+    if " · " in text:  # commands are not parted, nor others that have room
+        pieces = [""]
+        for part in text.split(" · "):
+            if pieces[-1] and width(pieces[-1]) + 3 + width(part) > room:
+                pieces.append("")
+            pieces[-1] += f" · {part}" if pieces[-1] else part
+        pieces = [part for piece in pieces for part in ([piece] if "canalyze " in piece else wrap(piece, room))]
+    hanging = indent + "   "
+    found = [(hanging if number else indent) + piece for number, piece in enumerate(pieces)]
+    if frame:
+        found[-1] = f"{pad(found[-1], columns - len(frame) - 1)} {frame}"
+    return found
 
 
 def _placed(line: str, one: Record) -> str:
