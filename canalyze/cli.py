@@ -75,9 +75,7 @@ class Group(click.Group):
         """Find the command; say which names are near if there is none."""
         if args[0] in COMMANDS or ctx.resilient_parsing:
             return super().resolve_command(ctx, args)
-        from difflib import get_close_matches
-
-        near = get_close_matches(args[0], COMMANDS)
+        near = _near(args[0])
         key = "usage.no_command_near" if near else "usage.no_command"
         raise click.UsageError(self._words(key, name=args[0] or '""', near=self._words("usage.or").join(near)), ctx)
 
@@ -170,7 +168,16 @@ def _commanded(args: list[str]) -> list[str]:
         return args
     files = [arg for arg in args if arg == "-" or os.path.lexists(arg)]
     looks = os.sep in first or "." in first or any(sign in first for sign in "*?[")
+    if first == args[0] and not looks and first not in files and _near(first):
+        return args  # a command that is spelt wrong, before a file or not
     return ["diagnose", *args] if files or looks else args
+
+
+def _near(name: str) -> list[str]:
+    """Give the commands that may have been meant."""
+    from difflib import get_close_matches
+
+    return get_close_matches(name, COMMANDS)
 
 
 def _command(args: list[str]) -> str:

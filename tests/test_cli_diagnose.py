@@ -10,10 +10,13 @@ import re
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES
+from captures import SAMPLES, run_canalyze
 from conftest import Runner
 from network_sessions import SESSIONS
 from test_diagnosis import frames_of, lost
+
+from canalyze.output.layout import width
+from canalyze.reports.diagnosis_text import _fitted
 
 LINES = 25
 CHINESE = re.compile("[\u4e00-\u9fff]")
@@ -43,6 +46,15 @@ def test_a_file_that_is_called_as_a_command(canalyze: Runner, tmp_path: Path) ->
     (tmp_path / "info").write_bytes(lost(20))
     assert "node 5" in canalyze("./info", "--lang", "en").out
     assert "did you mean" in canalyze("inof", "--lang", "en").err or canalyze("inof").code == 2
+
+
+def test_a_command_that_is_spelt_wrong_is_no_file(canalyze: Runner, tmp_path: Path) -> None:
+    for args in (["decde", "lost.log"], ["diagnoze", "lost.log"], ["decde"]):
+        done = canalyze(*args, "--lang", "en")
+        assert (done.code, done.out, len(done.complaints)) == (2, "", 1)
+        assert f"no such command: {args[0]} (did you mean " in done.err
+    (tmp_path / "decde").write_bytes(lost(20))
+    assert "node 5" in canalyze("decde", "lost.log", "--lang", "en").out
 
 
 def test_from_standard_input(canalyze: Runner) -> None:
@@ -134,8 +146,55 @@ def test_why_it_is_a_consequence(canalyze: Runner) -> None:
 def test_only_some_problems(canalyze: Runner) -> None:
     for option in (["--node", "5"], ["--since", "3"], ["--bus", "can0"]):
         assert "node 5" in canalyze("lost.log", *option, "--lang", "en").out
-    for option in (["--node", "6"], ["--bus", "can7"]):
-        assert "silent since" not in canalyze("lost.log", *option, "--lang", "en").out
+    other = canalyze("lost.log", "--node", "6", "--lang", "en")
+    assert other.out.startswith("✔ no problems found (node 6 only)   ") and "node 5" not in other.out
+    assert "(仅总线can0、3 s后)" in canalyze("lost.log", "--bus", "can0", "--since", "3").lines[0]
+    assert not re.search(r"NODES.* 6 ok", canalyze("lost.log", "--node", "5", "--lang", "en").out)
+
+
+@pytest.mark.parametrize("lang", ["zh", "en"])
+@pytest.mark.parametrize("columns", [40, 60, 80, 100])
+def test_lines_fit_a_narrow_terminal(lang: str, columns: int) -> None:
+    report = run_canalyze(["diagnose", SAMPLES / "problems.log", "--lang", lang]).decode().splitlines()
+    for line in report:
+        fitted = _fitted(line, columns)
+        assert "".join("".join(fitted).replace(" · ", "").split()) == "".join(line.replace(" · ", "").split())
+        if "canalyze" not in line:
+            assert max(map(width, fitted)) <= columns, fitted
+        if match := re.search(r"  (#[0-9]+)$", line):
+            assert fitted[-1].endswith(match[1])
+
+
+@pytest.mark.parametrize("form", ["text", "jsonl"])
+def test_what_is_not_in_the_capture_is_an_error(canalyze: Runner, form: str) -> None:
+    for option, said in (
+        (["--node", "99"], "canalyze: node 99 is not in the capture; nodes: 5, 6\n"),
+        (["--bus", "can7"], "canalyze: bus can7 is not in the capture; buses: can0\n"),
+    ):
+        done = canalyze("lost.log", *option, "--format", form, "--lang", "en", "-o", "out")
+        assert (done.code, done.out, done.err) == (2, "", said)
+        assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["-n", "0"], "option -n 0: expected a whole number above 0"),
+        (["-n", "9"], "no problem 9; problems: 1"),
+        (["--since", "abc"], "option --since abc: expected seconds"),
+        (["--since", "nan"], "option --since nan: expected seconds"),
+        (["--filter", "node=5"], "--filter does not apply to diagnose"),
+    ],
+)
+def test_wrong_values_are_said_in_our_words(canalyze: Runner, args: list[str], said: str) -> None:
+    done = canalyze("lost.log", *args, "--lang", "en")
+    assert (done.code, done.out, len(done.complaints)) == (2, "", 1) and said in done.err
+    assert "--filter" not in canalyze("diagnose", "--help").out
+
+
+def test_no_problem_to_tell(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "well.log").write_bytes(lost(40))
+    assert "no problem 1: no problems found" in canalyze("well.log", "-n", "1", "--lang", "en").err
 
 
 def test_exit_codes(canalyze: Runner, tmp_path: Path) -> None:

@@ -208,7 +208,7 @@ def test_dcf_names_its_node_and_is_said_of_another(canalyze: Runner, capture: st
 def test_defects_are_one_line(canalyze: Runner, capture: str, tmp_path: Path) -> None:
     text = Path(DRIVE).read_text() + "\n" + "no equals\n" * 30
     (tmp_path / "odd.eds").write_text(text)
-    for lang, said in (("zh", "未采用30处"), ("en", "30 not used")):
+    for lang, said in (("zh", "未采用30处"), ("en", "30 entries not used")):
         done = canalyze("--lang", lang, "decode", "--eds", "5=odd.eds", capture)
         assert (done.code, len(done.complaints)) == (0, 1)
         assert said in done.err and "canalyze eds odd.eds" in done.err

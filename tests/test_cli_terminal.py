@@ -227,6 +227,15 @@ def test_live_rows_fit_too(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "".join(lines).count("11") >= 9
 
 
+def test_what_was_written_is_said_on_a_terminal(tmp_path: Path) -> None:
+    (tmp_path / "notes.log").write_text(NOTES)
+    args = ("expect", "notes.log", "-o", "a b.toml", "--lang", "en")
+    code, shown = on_terminal(tmp_path, *args, only_err=True)
+    assert code == 0 and b"canalyze: 'a b.toml' written; check other captures with: canalyze check" in shown
+    code, shown = on_terminal(tmp_path, "view", "notes.log", "--save", "a.rrd", "--lang", "en", only_err=True)
+    assert code == 0 and b"a.rrd written; open it with: canalyze view a.rrd" in shown
+
+
 def test_no_input_on_a_terminal_is_wrong_usage(tmp_path: Path) -> None:
     for name in ("decode", "sdo", "eds", "explain"):
         code, shown = on_terminal(tmp_path, name)

@@ -123,5 +123,9 @@ def test_several_codes(canalyze: Runner) -> None:
     assert canalyze("explain", "--lang", "en", "sync", "window").out.startswith("SYNC window")
     mixed = canalyze("explain", "--lang", "en", "8130h", "foo")
     assert mixed.code == 2 and "EMCY" in mixed.out and "foo" in mixed.err
+    behind = canalyze("explain", "--lang", "en", "70A#05", "foo", "182")
+    assert behind.code == 2 and "heartbeat" in behind.out and "TPDO1" in behind.out and "foo" in behind.err
+    copied = canalyze("explain", "(1.0)", "can0", "70A#05", "# heartbeat")
+    assert (copied.code, copied.err) == (0, "")
     assert canalyze("explain", "--lang", "en", "emcy", "8130").out.startswith("EMCY error code")
     assert "node 10" in canalyze("explain", "--lang", "en", "-", stdin=b"70A\n").out

@@ -118,6 +118,13 @@ def test_frames_that_findings_cite_are_found(canalyze: Runner) -> None:
         assert set(done.lines) <= set(whole)
 
 
+def test_frames_beyond_the_end(canalyze: Runner) -> None:
+    for option, value, span in (("--around", "99999:1", "99998-100000"), ("--frame", "5000-5001", "5000-5001")):
+        done = canalyze("decode", "--lang", "en", option, value, "--frame", "3", PROBLEMS)
+        assert (done.code, len(done.lines)) == (0, 1)
+        assert done.err == f"canalyze: no frame {span}: the capture has frames 1-175\n"
+
+
 @pytest.mark.parametrize(
     ("args", "wanted"),
     [

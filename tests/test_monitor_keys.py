@@ -146,6 +146,23 @@ def test_filter() -> None:
     run(act)
 
 
+@pytest.mark.parametrize("key", ["f", "slash"])
+def test_a_line_is_typed_from_every_view(key: str) -> None:
+    async def act(app: Monitor, pilot: Any) -> None:
+        field = app.query_one("Input")
+        for view in "1234567":
+            await press(app, pilot, view, key, *"id=185")
+            assert app.focused is field and field.value == "id=185", view  # type: ignore[attr-defined]
+            app.trace.focus()  # as a click does
+            await settle(app, pilot)
+            await press(app, pilot, "0")
+            assert field.value == "id=1850", view  # type: ignore[attr-defined]
+            await press(app, pilot, "escape")
+            assert app.focused is app.trace and not app._prompt.display, view
+
+    run(act)
+
+
 def test_first_filter_is_that_of_the_command_line() -> None:
     async def act(app: Monitor, pilot: Any) -> None:
         assert "filter id=080" in text(app)

@@ -263,7 +263,7 @@ def test_defects_are_one_line_a_file(recorded: None, tmp_path: Path, capfd: pyte
     tell(on(f"1-9={odd}", f"20={OWN / 'drive.eds'}"))
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith(f"canalyze: {odd}: ")
-    assert line.endswith(f"1 not used; see canalyze eds '{odd}'")
+    assert line.endswith(f"1 entry not used; see canalyze eds '{odd}'")
 
 
 def test_defects_beyond_those_kept_are_counted(
@@ -272,7 +272,7 @@ def test_defects_beyond_those_kept_are_counted(
     odd = tmp_path / "odd.eds"
     odd.write_text("[1017]\nParameterName=a\nObjectType=7\nDataType=6\nAccessType=rw\n" + "no equals\n" * 1500)
     tell(on(f"1={odd}"))
-    assert "1500 not used;" in capfd.readouterr().err
+    assert "1500 entries not used;" in capfd.readouterr().err
 
 
 TOML = """\

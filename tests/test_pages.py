@@ -248,7 +248,16 @@ def test_files_that_developers_are_led_to_exist(developers: str) -> None:
 def test_help_gives_the_page_as_it_is_to_a_pipe(topic: str) -> None:
     found = pages.topic_of(topic)
     assert found is not None
-    assert run_canalyze(["help", topic, "--lang", "en"]).decode() == pages.page(found, "en")
+    said = run_canalyze(["help", topic, "--lang", "en"]).decode().splitlines()
+    page = pages.page(found, "en").splitlines()
+    assert [line for line in said if not line.startswith("```")] == [line for line in page if line[:3] != "```"]
+    assert {line for line in said if line.startswith("```")} <= {"```", "```sh", "```python", "```toml", "```yaml"}
+
+
+@pytest.mark.parametrize("lang", LANGUAGES)
+def test_help_gives_the_readme(lang: str) -> None:
+    said = run_canalyze(["help", "readme", "--lang", lang]).decode()
+    assert "# canalyze\n" in said and "```sh live" not in said
 
 
 def test_help_lists_every_topic() -> None:

@@ -22,9 +22,11 @@ from canalyze.configuration.options import (
     color_option,
     format_option,
     inputs,
+    moment,
     open_session,
+    positive,
 )
-from canalyze.errors import ReaderGone
+from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import FileOutput, Output, Progress, open_output, told
 from canalyze.output.help import Command
 from canalyze.reports import wording
@@ -34,6 +36,7 @@ from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
     from canalyze.reports.diagnosis_lanes import Beside
+    from canalyze.reports.diagnosis_text import Chosen
 
 KEYS: Final = (
     *("kind", "phase", "id", "incident", "subject", "status", "impact", "grade", "begin", "noticed", "end", "cause"),
@@ -44,6 +47,9 @@ FAIL_ON: Final = {"stands": ("stands",), "unknown": ("stands", "unknown"), "over
 """What makes the command fail, by --fail-on."""
 AROUND: Final = 2
 """Frames that are shown before and behind a step of a story."""
+
+_RUN: Final = 2
+"""Numbers in a row that are listed one by one."""
 
 
 def command(words: Words) -> click.Command:
@@ -67,7 +73,11 @@ def command(words: Words) -> click.Command:
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
+        from canalyze.reports import diagnosis_text
+
         names = inputs(files, words)
+        if expression is not None:  # what goes wrong is no matter of single frames
+            raise click.UsageError(words("diagnose.no_filter"), click.get_current_context())
         if html is not None and (STDIN in names or html == STDIN):
             raise click.UsageError(words("diagnose.story_stdin", option="--html"), click.get_current_context())
         if frames is not None and html is None:
@@ -75,7 +85,7 @@ def command(words: Words) -> click.Command:
         if story is not None and (STDIN in names or form != "text"):
             key = "usage.text_only" if form != "text" else "diagnose.story_stdin"
             raise click.UsageError(words(key, option="-n"), click.get_current_context())
-        session = open_session(words, given, format="diagnosis", stamps=stamps, filter=expression)
+        session = open_session(words, given, format="diagnosis", stamps=stamps)
         with open_output(output, force=force, color=color) as out:
             results: list[bytes] = []
             total = total_size(names)
@@ -85,23 +95,30 @@ def command(words: Words) -> click.Command:
             whole = next((one for one in records if one["kind"] == "diagnosis"), None)
             if code and not session.frames:
                 whole = None
-            shown = _chosen(incidents, whole, since, node, bus)
-            if story is not None and not any(one["id"] == story for one in incidents):
-                raise click.UsageError(words("diagnose.no_story", number=story), click.get_current_context())
+            chosen = diagnosis_text.Chosen(node, bus, since)
+            if whole is not None and code < 128:
+                _there(chosen, incidents, whole, words)
+            shown = _chosen(incidents, whole, chosen)
+            numbers = [one["id"] for one in incidents]
+            if story is not None and story not in numbers:
+                key = "diagnose.no_story" if numbers else "diagnose.no_stories"
+                problem = words(key, number=story, numbers=_ranges(numbers))
+                raise click.UsageError(problem, click.get_current_context())
             with suppress(ReaderGone):  # `| head` has seen enough: of the page and the exit code nobody has said so
                 if form == "jsonl":
                     _write_lines(shown, out)
                 elif whole is not None:
-                    from canalyze.reports import diagnosis_text
-
                     if story is None:
                         named = tuple(name for name in names if name != STDIN)
-                        diagnosis_text.show(shown, whole, out, words, named, session.nature, everything=everything)
+                        nature = session.nature
+                        diagnosis_text.show(
+                            shown, whole, out, words, named, nature, everything=everything, chosen=chosen
+                        )
                     else:
                         lines = _around(names, incidents, story, given, stamps, words)
                         diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
             if html is not None and whole is not None:
-                reading = _Reading(names, given, stamps, expression, words)
+                reading = _Reading(names, given, stamps, words)
                 _write_page(html, reading, incidents, whole, every=frames == "all", force=force)
             told(code, out, words, stream=total is None, some=whole is not None)
             if whole is None:
@@ -114,9 +131,11 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Option(["-n", "story"], type=click.IntRange(1), metavar="N", help=words("diagnose.story")),
+            click.Option(
+                ["-n", "story"], type=Spelled(positive, "positive", words), metavar="N", help=words("diagnose.story")
+            ),
             click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
-            click.Option(["--since"], type=float, metavar="S", help=words("diagnose.since")),
+            click.Option(["--since"], type=Spelled(moment, "moment", words), metavar="S", help=words("diagnose.since")),
             click.Option(
                 ["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("diagnose.node")
             ),
@@ -126,8 +145,45 @@ def command(words: Words) -> click.Command:
             click.Option(["--fail-on"], type=OneOf(tuple(FAIL_ON), words), help=words("diagnose.fail_on")),
             format_option(words, "diagnose"),
             color_option(words),
-            *capture_options(words),
+            *_options(words),
         ],
+    )
+
+
+def _options(words: Words) -> Iterator[click.Parameter]:
+    """Give what every command that reads captures has; --filter is known only to be refused."""
+    for option in capture_options(words):
+        if isinstance(option, click.Option) and option.name == "expression":
+            option.hidden = True
+        yield option
+
+
+def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, Any], words: Words) -> None:
+    """Raise where the bus or the node that is asked for is not in the capture."""
+    places = {(one["bus"], one["node"]) for one in whole["nodes"]}
+    for one in incidents:
+        subject = one["subject"]
+        own = () if subject.get("node") is None else (subject["node"],)
+        places |= {(subject["bus"], number) for number in (*own, *subject.get("nodes", ()))}
+    buses = sorted({*whole["buses"], *(one["subject"]["bus"] for one in incidents)} - {"", None})
+    if chosen.bus is not None and chosen.bus not in buses:
+        key = "diagnose.no_bus" if buses else "diagnose.no_buses"
+        raise SourceError(key, bus=chosen.bus or '""', buses=words("reports.list").join(buses))
+    nodes = {node for bus, node in places if chosen.bus in (None, bus)}
+    if chosen.node is not None and chosen.node not in nodes:
+        raise SourceError("diagnose.no_node" if nodes else "diagnose.no_nodes", node=chosen.node, nodes=_ranges(nodes))
+
+
+def _ranges(numbers: Iterable[int]) -> str:
+    """Give numbers as `1, 2, 5-9`."""
+    found: list[list[int]] = []
+    for number in sorted(numbers):
+        if found and found[-1][-1] == number - 1:
+            found[-1].append(number)
+        else:
+            found.append([number])
+    return ", ".join(
+        f"{run[0]}-{run[-1]}" if len(run) > _RUN else ", ".join(str(number) for number in run) for run in found
     )
 
 
@@ -140,11 +196,10 @@ def _write_lines(incidents: list[dict[str, Any]], out: Output) -> None:
 def _chosen(
     incidents: list[dict[str, Any]],
     whole: dict[str, Any] | None,
-    since: float | None,
-    node: int | None,
-    bus: str | None,
+    chosen: "Chosen",
 ) -> list[dict[str, Any]]:
     """Give the stories that are asked for, each with all that belongs to it."""
+    node, bus, since = chosen
     begin = float((whole or {}).get("begin") or 0)
     by_id = {one["id"]: one for one in incidents}
 
@@ -195,7 +250,6 @@ class _Reading(NamedTuple):
     names: tuple[str, ...]
     given: CaptureOptions
     stamps: str
-    expression: str | None
     words: Words
 
 
@@ -238,7 +292,6 @@ def _again(
         reading.given,
         format="diagnosis",
         stamps=reading.stamps,
-        filter=reading.expression,
         tables=(*TABLES, SIGNALS) if select else TABLES,
         select=select,
     )

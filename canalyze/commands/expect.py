@@ -4,6 +4,7 @@ What was seen, the core says; how much room it gets, `expectations/draft.py`.
 """
 
 import json
+import shlex
 from pathlib import PurePath
 from typing import Unpack
 
@@ -11,7 +12,7 @@ import click
 
 from canalyze.configuration.options import CaptureOptions, bitrate_option, capture_options, inputs, open_session
 from canalyze.expectations.draft import Draft
-from canalyze.output import Progress, complain, open_output, told
+from canalyze.output import Progress, complain, hint, open_output, told
 from canalyze.output.help import Command
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
@@ -47,6 +48,8 @@ def command(words: Words) -> click.Command:
                 out.drop()
         if draft.findings:
             complain(f"canalyze: {words('expect.not_good', codes=', '.join(draft.findings))}")
+        if out.name is not None and draft.frames and not code:
+            hint(f"canalyze: {words('expect.written', name=shlex.quote(out.name))}")
         return code
 
     return Command("expect", words, run, [bitrate_option(words), *capture_options(words)])

@@ -77,6 +77,10 @@ def _frames(arguments: tuple[str, ...]) -> list[str]:
     is_name = "[" not in line and "#" not in line and _is_known(line)
     if not is_name and all(map(_is_known, arguments)):
         return list(arguments)
+    if (place := next((at for at, one in enumerate(arguments) if "#" in one[1:]), None)) is not None:
+        head, *behind = " ".join(arguments[: place + 1]), *arguments[place + 1 :]
+        if behind and not behind[0].startswith("#") and behind not in (["R"], ["T"]) and _is_known(head):
+            return [head, *behind]
     several = not _is_known(line) and "[" not in line and any(map(_is_known, arguments))
     return list(arguments) if several else [line]
 

@@ -14,6 +14,8 @@ _WIDEST: Final = 110
 _PAGE_LINK: Final = re.compile(r"\[([^\]]+)\]\((\w+)\.md(?:#[^)]*)?\)")
 _FILE_LINK: Final = re.compile(r"!?\[([^\]]+)\]\((?!https?:)[^)]*\)")
 
+_FENCE: Final = re.compile(r"^```(\w+)[^\n]*$", re.M)
+
 
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
@@ -31,7 +33,7 @@ def command(words: Words) -> click.Command:
         if found is None:
             complain(f"canalyze: {_unknown(topic, words)}")
             return 2
-        text = pages.page(found, words.lang)
+        text = _FENCE.sub(_plain, pages.page(found, words.lang))
         out.text(_rendered(text) if out.is_terminal else text)
         return 0
 
@@ -61,6 +63,11 @@ def _unknown(topic: str, words: Words) -> str:
     near = get_close_matches(topic.lower(), names, n=1)
     found = near and topic_of(near[0])
     return words("help.near", topic=topic or '""', near=found) if found else words("help.unknown", topic=topic or '""')
+
+
+def _plain(fence: re.Match[str]) -> str:
+    """Give the line that opens a block without what only the tests of the pages need."""
+    return "```" if fence[1] in ("text", "console") else f"```{fence[1]}"
 
 
 def _asked_for(link: re.Match[str]) -> str:

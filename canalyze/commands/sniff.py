@@ -7,7 +7,6 @@ expectations could be checked by; 143 SIGTERM, 129 SIGHUP.
 
 import json
 import signal
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -17,9 +16,17 @@ from typing import Any, Final, Unpack
 import click
 
 from canalyze import expectations
-from canalyze.configuration.options import ANY_PATH, Spelled, depth_of, listing_options, network_options, open_session
+from canalyze.configuration.options import (
+    ANY_PATH,
+    Spelled,
+    depth_of,
+    listing_options,
+    network_options,
+    open_session,
+    positive,
+)
 from canalyze.errors import CanalyzeError, OutputError
-from canalyze.output import Output, Progress, complain, open_output
+from canalyze.output import Output, Progress, complain, hint, open_output
 from canalyze.output.help import Command
 from canalyze.reports.table import EMPTY, Column, Row, Table
 from canalyze.running.listening import (
@@ -28,7 +35,6 @@ from canalyze.running.listening import (
     channels_of,
     listening,
     listening_options,
-    positive,
     seconds,
     set_rates,
 )
@@ -148,8 +154,7 @@ def _listen(
                 live.stop(now=True)
 
     run = Run(session, words, Progress(words, out, None), take, given, frameless=True, live=live)
-    if sys.stderr is not None and sys.stderr.isatty():
-        _tell(_listens(live.names, given, words))
+    hint(f"canalyze: {_listens(live.names, given, words)}")
     broken: CanalyzeError | None = None
     early = Interrupt(stop)
     try:

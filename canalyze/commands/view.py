@@ -23,7 +23,7 @@ from canalyze.configuration.options import (
     reading_options,
 )
 from canalyze.errors import OutputError, SourceError
-from canalyze.output import FileOutput, Output, Progress, complain, told
+from canalyze.output import FileOutput, Output, Progress, complain, hint, told
 from canalyze.output.help import Command
 from canalyze.running.run import Interrupt, Run
 from canalyze.running.viewing import (
@@ -136,7 +136,10 @@ def _save(session: "Session", names: tuple[str, ...], save: str, given: _Given, 
         if session.frames == 0:
             out.drop()
         # A stream, too, has lanes without their ends here.
-        return told(code, out, words, stream=False, some=session.frames > 0 and Path(out.path).stat().st_size > 0)
+        told(code, out, words, stream=False, some=session.frames > 0 and Path(out.path).stat().st_size > 0)
+    if not code and session.frames:
+        hint(f"canalyze: {words('view.ready_to_open', save=shlex.quote(save))}")
+    return code
 
 
 def _save_layout(names: tuple[str, ...], save: str, words: Words, *, force: bool) -> int:

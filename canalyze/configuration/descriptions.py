@@ -109,10 +109,11 @@ def _say(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str
             effects[EFFECTS[str(defect.facts["code"])]] += int(str(defect.facts["count"]))
         else:
             effects[defect.effect] += 1
-    facts = {effect: effects[effect] for effect in ("repaired", "unused")}
-    if any(facts.values()):
+    keys = {"repaired": "network.repaired", "unused": "network.unused"}
+    if said := [words(key, count=effects[effect]) for effect, key in keys.items() if effects[effect]]:
         command = f"canalyze eds {shlex.quote(found.file)}"
-        say(f"canalyze: {words('network.defects', name=found.file, **facts, command=command)}")
+        listed = words("network.then").join(said)
+        say(f"canalyze: {words('network.defects', name=found.file, said=listed, command=command)}")
 
 
 def _name(bus: str | None) -> str | None:

@@ -3,6 +3,7 @@
 Descriptions stand in `words`. An option of one command only stands in that command's file.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, TypedDict
 
@@ -62,6 +63,16 @@ class Spelled(click.ParamType[Any]):
         if form in ("eds", "cob", "sdo") and (no_node := network.no_node(value, form)) is not None:
             form, value = "node", no_node
         raise click.UsageError(self._words(f"usage.{form}", option=option, value=value or '""'), ctx)
+
+
+def positive(text: str) -> int | None:
+    """Read a number above 0."""
+    return int(text) or None if text.isdecimal() and len(text) < 19 else None
+
+
+def moment(text: str) -> float | None:
+    """Read a time from the start of a capture, in seconds."""
+    return float(text) if re.fullmatch(r"[0-9]{1,12}(?:\.[0-9]{1,12})?", text) else None
 
 
 class NetworkOptions(TypedDict, total=False):

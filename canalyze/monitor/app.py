@@ -145,7 +145,7 @@ class Monitor(App[int]):
             self.set_interval(_BEAT_S, self.beat)
         self.app_resume_signal.subscribe(self, lambda _: self.refresh(layout=True))  # what the shell drew is on it
         self._arrange()
-        self.trace.focus()
+        self.screen.set_focus(self.trace)
 
     def on_resize(self) -> None:
         """Give the rooms their places anew."""
@@ -278,7 +278,9 @@ class Monitor(App[int]):
         self._tell_whole()
 
     def on_descendant_focus(self, _: events.DescendantFocus) -> None:
-        """Say the row of the cursor as a whole."""
+        """Say the row of the cursor as a whole; while a line is typed, as after a click, keys remain with it."""
+        if self._prompt.display and isinstance(self.focused, Grid):
+            self._prompt.take_keys()
         self._tell_whole()
 
     def _say(self, key: str, **facts: object) -> None:
@@ -302,7 +304,7 @@ class Monitor(App[int]):
             return
         self._view = name
         self._arrange()
-        self.grids.get(name, self.trace).focus()
+        self.screen.set_focus(self.grids.get(name, self.trace))  # at once: the next key is its own, or the prompt's
         self._drawn = {}
         self.call_after_refresh(self.draw)
 
@@ -364,7 +366,7 @@ class Monitor(App[int]):
             return
         if not _seen(self.trace):
             self.action_view("trace")
-        self.trace.focus()
+        self.screen.set_focus(self.trace)
         self.call_after_refresh(self._led, row.leads)
 
     def _led(self, leads: int | str) -> None:
@@ -429,7 +431,7 @@ class Monitor(App[int]):
             if event.text and not self.trace.find(back=True):
                 self._say("monitor.not_found", text=event.text)
         self._prompt.close()
-        self.trace.focus()
+        self.screen.set_focus(self.trace)
         self._drawn = {}
         self.call_after_refresh(self.draw)
 
@@ -447,7 +449,7 @@ class Monitor(App[int]):
         """Leave it as it was."""
         self._notice = ""
         self._prompt.close()
-        self.trace.focus()
+        self.screen.set_focus(self.trace)
         self.draw()
 
     def action_find(self, back: bool) -> None:
@@ -457,7 +459,7 @@ class Monitor(App[int]):
             return
         if not _seen(self.trace):
             self.action_view("trace")
-        self.trace.focus()
+        self.screen.set_focus(self.trace)
         self._notice = ""
         if not self.trace.find(back=back):
             self._say("monitor.no_more", text=self.trace.search)

@@ -53,7 +53,11 @@ class Prompt(Horizontal):
         field = self.query_one(Input)
         field.value = text
         field.cursor_position = len(text)
-        self.screen.set_focus(field)  # at once: the next key is its own
+        self.take_keys()
+
+    def take_keys(self) -> None:
+        """Let keys go into the field, at once: the next is its own."""
+        self.screen.set_focus(self.query_one(Input))
 
     def close(self) -> None:
         """Go away."""

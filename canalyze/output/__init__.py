@@ -53,6 +53,12 @@ def complain(line: str) -> None:
     _put(commandless(printable(line).encode("utf-8", "backslashreplace")).decode() + "\n")
 
 
+def hint(line: str) -> None:
+    """Write one line to standard error for who sits there: only on a terminal."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        complain(line)
+
+
 def _put(text: str) -> None:
     """Write to standard error, in UTF-8 unless it is a terminal of another encoding; that nobody reads is no error."""
     try:

@@ -96,7 +96,9 @@ def page(
         lines += ["", heading, *definitions(rows, left=left, columns=columns)]
     sections = [
         (words(f"page.{topic}"), [_record(option, ctx) for option in options])
-        for topic, options in _grouped([one for one in command.params if isinstance(one, click.Option)]).items()
+        for topic, options in _grouped(
+            [one for one in command.params if isinstance(one, click.Option) and not one.hidden]
+        ).items()
     ]
     left = min(max(width(name) for _, rows in sections for name, _ in rows), _TERM)
     for heading, rows in sections:
@@ -143,7 +145,11 @@ def _near(error: click.NoSuchOption) -> list[str]:
     from difflib import get_close_matches
 
     typed = error.option_name.lstrip("-").lower()
-    known = [name for param in error.ctx.command.params for name in param.opts] if error.ctx else []
+    known = (
+        [name for param in error.ctx.command.params if not getattr(param, "hidden", False) for name in param.opts]
+        if error.ctx
+        else []
+    )
     names = {name.lstrip("-").lower(): name for name in known if name.startswith("--")}
     begun = [names[name] for name in names if len(typed) > 1 and name.startswith(typed)]
     return begun or [names[name] for name in get_close_matches(typed, names, cutoff=0.7)]

@@ -30,10 +30,18 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "glossary": (),
 }
 """The topics, and the commands whose names lead to each."""
+README: Final = "README"
+"""The page that leads to the topics; it is no topic, and is shown all the same."""
 
 
 def page(topic: str, lang: str) -> str:
-    """Give the markdown of a topic, one of TOPICS."""
+    """Give the markdown of a topic, one of TOPICS, or of README: the English one is that of the distribution."""
+    if topic == README and lang == "en":
+        if (beside := FOLDER.parents[1] / f"{README}.md").exists():
+            return beside.read_text(encoding="utf-8")
+        from importlib.metadata import metadata
+
+        return metadata("canalyze")["Description"]
     return (FOLDER / lang / f"{topic}.md").read_text(encoding="utf-8")
 
 
@@ -45,6 +53,8 @@ def title(topic: str, lang: str) -> str:
 def topic_of(name: str) -> str | None:
     """Give the topic that is meant by its name or by that of a command; None where it is neither."""
     name = name.lower().removesuffix(".md")
+    if name == README.lower():
+        return README
     if name in TOPICS:
         return name
     return next((topic for topic, commands in TOPICS.items() if name in commands), None)

@@ -4,11 +4,13 @@ An ordinary capture takes at most 25 lines: where there is more, the least impor
 how to see it. Must not: judge.
 """
 
+import re
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze.output import Output, dyed, printable
-from canalyze.output.layout import pad, width
+from canalyze.output.layout import pad, width, wrap
 from canalyze.reports import wording
 from canalyze.values import milliseconds, nanoseconds
 from canalyze.words import Words
@@ -26,6 +28,8 @@ _SHORT_S: Final = 2.0
 """A capture shorter than this, in s, shows no heartbeat that stays away."""
 _COLUMN: Final = 100
 """Where the numbers of frames stand."""
+_NARROW: Final = 20
+"""Columns that a text has, however narrow the terminal is."""
 _FRAMES: Final = 8
 """Frames that are named of one rule."""
 _APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
@@ -37,6 +41,14 @@ _COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "ha
 Record = Mapping[str, Any]
 
 
+class Chosen(NamedTuple):
+    """Which problems are asked for; all that is None does not matter."""
+
+    node: int | None
+    bus: str | None
+    since: float | None
+
+
 def show(
     incidents: Sequence[Record],
     whole: Record,
@@ -46,12 +58,13 @@ def show(
     nature: str,
     *,
     everything: bool,
+    chosen: Chosen,
 ) -> None:
-    """Write the report. incidents: those that are asked for; names: the files, to be typed again."""
+    """Write the report. incidents: those that are asked for, by `chosen`; names: the files, to be typed again."""
     by_id = {one["id"]: one for one in incidents}
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
-    lines = [f"{verdict(roots, words)}   {extent(whole, words)}"]
+    lines = [f"{verdict(roots, words)}{_only(chosen, words)}   {extent(whole, words)}"]
     if not told:
         lines += _healthy(whole, nature, words)
         hidden = len(roots)
@@ -67,14 +80,16 @@ def show(
             LINES - len(lines) - 3 if not everything else None,
         )
         lines += stories
-        lines += _nodes(whole, by_id, words)
+        lines += _nodes(whole, by_id, words, chosen)
     if told or hidden:
         lines.append(_more(told, names, hidden, words))
     worst = next((status for status in _STATES if any(one["status"] == status for one in roots)), "")
     headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
     headings[lines[0]] = _COLOURS.get(worst, "clean")
+    room = shutil.get_terminal_size().columns if out.is_terminal else None
     for line in lines:
-        out.text((dyed(line, headings[line], out=out) if line in headings else line) + "\n")
+        for piece in [line] if room is None else _fitted(line, room):
+            out.text((dyed(piece, headings[line], out=out) if line in headings else piece) + "\n")
 
 
 def tell(
@@ -226,6 +241,17 @@ def verdict(roots: Sequence[Record], words: Words) -> str:
     return f"{mark} {words('check.then').join(parts)}"
 
 
+def _only(chosen: Chosen, words: Words) -> str:
+    """Say of which part the verdict is, if it is not of all."""
+    node, bus, since = chosen
+    parts = [] if node is None else [words("reports.node", node=node)]
+    if bus is not None:
+        parts.append(words("diagnose.only_bus", bus=printable(bus)))
+    if since is not None:
+        parts.append(words("diagnose.only_since", seconds=f"{since:g}"))
+    return words("diagnose.only", said=words("reports.list").join(parts)) if parts else ""
+
+
 def _count(status: str, count: int, words: Words) -> str:
     return words(f"incident_count.{status}", count=count)
 
@@ -342,6 +368,30 @@ def _delay(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
     return words("diagnose.after", ms=f"{(float(then) - float(begin)) * 1000:.0f}")
 
 
+def _fitted(line: str, columns: int) -> list[str]:
+    """Give a line as a narrow terminal has room for it: no word is broken, the frame's number stands at its edge."""
+    if (placed := re.fullmatch(r"( *)(\S.*?)  +(#[0-9]+)", line)) is None:
+        indent, text, frame = line[: len(line) - len(line.lstrip())], line.lstrip(), ""
+    else:
+        indent, text, frame = placed.groups()
+    if width(line) <= columns:
+        return [line]
+    room = max(columns - len(indent) - len(frame) - 4, _NARROW)
+    pieces = wrap(text, room)
+    if " · " in text:  # commands are not parted, nor others that have room
+        pieces = [""]
+        for part in text.split(" · "):
+            if pieces[-1] and width(pieces[-1]) + 3 + width(part) > room:
+                pieces.append("")
+            pieces[-1] += f" · {part}" if pieces[-1] else part
+        pieces = [part for piece in pieces for part in ([piece] if "canalyze " in piece else wrap(piece, room))]
+    hanging = indent + "   "
+    found = [(hanging if number else indent) + piece for number, piece in enumerate(pieces)]
+    if frame:
+        found[-1] = f"{pad(found[-1], columns - len(frame) - 1)} {frame}"
+    return found
+
+
 def _placed(line: str, one: Record) -> str:
     frame = f"#{one['begin']['frame']}"
     return f"{pad(line, _COLUMN)} {frame}" if width(line) < _COLUMN else f"{line}  {frame}"
@@ -353,16 +403,24 @@ def _seconds(t: str | None, whole: Record, words: Words) -> str:
     return str(words("diagnose.seconds", seconds=f"{float(t) - float(whole['begin']):.3f}"))
 
 
-def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words) -> list[str]:
+def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Chosen) -> list[str]:
     parts = []
-    for node in whole["nodes"][:_NODES]:
+    # What is not asked for is not said to be well.
+    nodes = [
+        node
+        for node in whole["nodes"]
+        if chosen.node in (None, node["node"])
+        and chosen.bus in (None, node["bus"])
+        and (node["incident"] is None or node["incident"] in by_id)
+    ]
+    for node in nodes[:_NODES]:
         number = f"{printable(node['bus'])}:{node['node']}" if len(whole["buses"]) > 1 else str(node["node"])
         if node["incident"] in by_id:
             parts.append(words("diagnose.node_in", node=number, number=node["incident"]))
         else:
             parts.append(words("diagnose.node_ok", node=number))
-    if len(whole["nodes"]) > _NODES:
-        parts.append(words("diagnose.node_more", count=len(whole["nodes"]) - _NODES))
+    if len(nodes) > _NODES:
+        parts.append(words("diagnose.node_more", count=len(nodes) - _NODES))
     return [words("diagnose.heading_nodes") + " · ".join(parts)] if parts else []
 
 

@@ -16,7 +16,7 @@ import click
 
 from canalyze.configuration import network
 from canalyze.configuration.config import Config
-from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option, positive
 from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
 from canalyze.sources import buses, netdevices
 from canalyze.sources.file import STDIN
@@ -112,11 +112,6 @@ def set_rates(names: Sequence[str], given: ListeningOptions) -> list[int | None]
         return [rate] * len(names)
     own = given.get("interface") in (None, OWN)
     return [netdevices.bit_rate(name) if own else None for name in names]
-
-
-def positive(text: str) -> int | None:
-    """Read a number above 0."""
-    return int(text) or None if text.isdecimal() and len(text) < 19 else None
 
 
 def seconds(text: str) -> float | None:
