@@ -233,7 +233,7 @@ def test_filters_of_transfers(canalyze: Runner) -> None:
     assert shown('text="1016h:01"') == [(4, "1016")]
 
 
-@pytest.mark.parametrize("command", ["decode", "sdo", "check", "summary", "signals", "diagnose"])
+@pytest.mark.parametrize("command", ["decode", "sdo", "check", "summary", "signals"])
 @pytest.mark.parametrize(
     ("expression", "said"),
     [

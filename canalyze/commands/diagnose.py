@@ -171,7 +171,10 @@ def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, A
         raise SourceError(key, bus=chosen.bus or '""', buses=words("reports.list").join(buses))
     nodes = {node for bus, node in places if chosen.bus in (None, bus)}
     if chosen.node is not None and chosen.node not in nodes:
-        raise SourceError("diagnose.no_node" if nodes else "diagnose.no_nodes", node=chosen.node, nodes=_ranges(nodes))
+        if not nodes:
+            raise SourceError("diagnose.no_nodes", node=chosen.node)
+        key = "diagnose.no_node" if chosen.bus is None else "diagnose.no_node_on"
+        raise SourceError(key, node=chosen.node, bus=chosen.bus, nodes=_ranges(nodes))
 
 
 def _ranges(numbers: Iterable[int]) -> str:

@@ -377,7 +377,12 @@ def _fitted(line: str, columns: int) -> list[str]:
     if width(line) <= columns:
         return [line]
     room = max(columns - len(indent) - len(frame) - 4, _NARROW)
-    pieces = wrap(text, room)
+    pieces: list[str] = []
+    for part in text.split("  "):  # how certain a cause is stands in one piece behind two blanks
+        if pieces and width(pieces[-1]) + 2 + width(part) <= room:
+            pieces[-1] += f"  {part}"
+        else:
+            pieces += wrap(part, room)
     if " · " in text:  # commands are not parted, nor others that have room
         pieces = [""]
         for part in text.split(" · "):
