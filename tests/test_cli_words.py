@@ -68,7 +68,8 @@ SAID_BY_THE_CORE = {
 """Tables whose keys are made of what the core says."""
 PROGRAM = "".join(
     path.read_text() for end in ("py", "html") for path in PACKAGE.rglob(f"*.{end}") if path.parent != PACKAGE / "words"
-)
+) + "".join(path.read_text() for path in (PACKAGE / "core/src/settings").glob("*.rs") if path.stem != "tests")
+"""What names the sentences; of the core, the room that says what is wrong with files."""
 
 
 @pytest.mark.parametrize("key", [row[0] for row in ROWS])
