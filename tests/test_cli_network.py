@@ -239,13 +239,13 @@ def test_signals_write_a_file(canalyze: Runner, capture: str, tmp_path: Path) ->
     assert (tmp_path / "out.csv").read_text(encoding="utf-8").startswith(HEADING + "\n")
 
 
-def test_options_without_a_description_load_no_library(canalyze: Runner, capture: str, tmp_path: Path) -> None:
+def test_what_is_known_of_a_network_loads_no_library(canalyze: Runner, capture: str, tmp_path: Path) -> None:
     import subprocess
     import sys
 
     from conftest import environment
 
-    for more, there in ((["--cob", "1A5=5.TPDO1", "--sync-period", "10ms"], False), (["--eds", f"5={DRIVE}"], True)):
+    for more in (["--cob", "1A5=5.TPDO1", "--sync-period", "10ms"], ["--eds", f"5={DRIVE}"]):
         done = subprocess.run(
             [sys.executable, "-X", "importtime", "-m", "canalyze", "decode", *more, capture],
             capture_output=True,
@@ -254,7 +254,7 @@ def test_options_without_a_description_load_no_library(canalyze: Runner, capture
             check=True,
         )
         loaded = {line.rpartition("|")[2].strip().partition(".")[0] for line in done.stderr.decode().splitlines()}
-        assert ("canopen" in loaded) == there
+        assert not {"canopen", "can"} & loaded
 
 
 def test_a_node_that_is_not_there_is_said(canalyze: Runner, capture: str) -> None:
