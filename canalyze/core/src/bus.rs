@@ -334,13 +334,6 @@ impl Bus {
         let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
         let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let fit = Fit::of(&content, frame);
-        // It is another mapping that the device has.
-        let content = match content {
-            Signals::Mapped(_, Provenance::Eds) | Signals::ByConsumer(_, Provenance::Eds, ..) if fit.is_misfit() => {
-                Signals::None(Unmapped::Length)
-            }
-            content => content,
-        };
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {

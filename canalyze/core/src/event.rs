@@ -119,8 +119,6 @@ pub enum Unmapped {
     Unknown,
     /// The same, and only a write that nothing has confirmed gives the PDO its identifier.
     Unconfirmed,
-    /// The mapping that a description has as default is of another length: the device maps something else.
-    Length,
     /// Sub-index 0 of the mapping is 0.
     Disabled,
     /// A multiplex PDO without its address.

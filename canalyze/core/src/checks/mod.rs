@@ -97,11 +97,6 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Whether they are not as many as it maps.
-    pub fn is_misfit(&self) -> bool {
-        self.misfit.is_some()
-    }
-
     /// Of a frame and what its bytes are.
     #[inline]
     pub fn of(content: &Signals, frame: &Frame) -> Self {

@@ -41,7 +41,6 @@ pub(super) fn fields(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &
         "unmapped",
         match &data.content {
             Signals::None(Unmapped::Unknown | Unmapped::Unconfirmed) => Some("unknown"),
-            Signals::None(Unmapped::Length) => Some("length"),
             Signals::None(Unmapped::Disabled) => Some("disabled"),
             Signals::None(Unmapped::Multiplex) => Some("multiplex"),
             Signals::Mapped(..) | Signals::ByConsumer(..) => None,
