@@ -255,12 +255,16 @@ def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sessi
 
 
 def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
-    """Start the core with these settings, the network among them; ValueError for what it cannot accept."""
+    """Start the core with these settings, the network among them; ValueError for what it cannot accept.
+
+    A setting that is None is as it is without it.
+    """
     from canalyze._core import Session
     from canalyze.running.options import SessionOptions
 
-    topics, maps, source = given.get("topic", ()), given.get("mcap_map", ()), given.get("time_source")
-    return Session(SessionOptions(words.lang, topics=topics, mcap_maps=maps, time_source=source, **settings))
+    settings |= {"topics": given.get("topic"), "mcap_maps": given.get("mcap_map"), "time_source": given.get("time_source")}
+    wanted = {name: value for name, value in settings.items() if value is not None}
+    return Session(SessionOptions(words.lang, **wanted))
 
 
 def known_of(given: CaptureOptions) -> network.Known:
