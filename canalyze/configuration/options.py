@@ -262,7 +262,11 @@ def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sess
     from canalyze._core import Session
     from canalyze.running.options import SessionOptions
 
-    settings |= {"topics": given.get("topic"), "mcap_maps": given.get("mcap_map"), "time_source": given.get("time_source")}
+    settings |= {
+        "topics": given.get("topic"),
+        "mcap_maps": given.get("mcap_map"),
+        "time_source": given.get("time_source"),
+    }
     wanted = {name: value for name, value in settings.items() if value is not None}
     return Session(SessionOptions(words.lang, **wanted))
 
