@@ -61,7 +61,7 @@ def test_the_viewer_is_for_this_machine_and_may_go(bus: Listeners, tmp_path: Pat
     sniff.wait_for(b"4C 41 53 54")
     sniff.send(signal.SIGINT)
     if what == signal.SIGSTOP:
-        sniff.wait_for_complaint(" stays; ")
+        sniff.wait_for_complaint(" stays available; ")
         sniff.send(signal.SIGINT)
     done = sniff.ended()
     assert done.code == 0
