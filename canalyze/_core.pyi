@@ -462,7 +462,7 @@ def nodes(text: str) -> tuple[int, ...] | None:
     """Read node-IDs: a list of single ones and of ranges such as 1-4."""
 
 def can_id(text: str) -> tuple[int, bool] | None:
-    """Read an identifier: up to three hexadecimal digits, or eight for the 29-bit format, which is said."""
+    """Read an identifier: up to three hexadecimal digits; eight are the 29-bit format, which the second value tells."""
 
 def pdo(text: str) -> tuple[Literal["tpdo", "rpdo"], int] | None:
     """Read the name of a PDO, such as TPDO1."""

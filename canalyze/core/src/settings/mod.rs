@@ -1,6 +1,6 @@
 //! What users write for the program: `canalyze.toml` and files of expectations, each checked key by key.
 //!
-//! The one place that knows which tables and keys there are, and how each value is spelled. A mistake is told with its
+//! The one place that knows which tables and keys there are, and how each value is spelled. A mistake is reported with its
 //! line and with what is allowed, as the key of a sentence and what fills it: the sentences stand in `canalyze/words`.
 //! Must not: open a file, judge a capture, or panic on any bytes.
 

@@ -1,4 +1,4 @@
-//! Keys of a table, how the value of each is read, and what is told where one cannot be.
+//! Keys of a table, how the value of each is read, and what is reported where it cannot be read.
 //!
 //! A value that was read is JSON: what is written in hexadecimal is a number, a time is in ns. Must not: know how the keys
 //! of a table go together.
@@ -33,7 +33,7 @@ pub(super) enum Form {
     Number,
     /// A whole number, from and up to.
     Whole(i128, i128),
-    /// A time above zero and up to a number of units, each of so many ns.
+    /// A time above zero and up to a number of units; the length of one in ns.
     AboveZero(u32, i64),
     /// The same, or zero.
     FromZero(u32, i64),
@@ -77,8 +77,8 @@ pub(super) const fn needed(name: &'static str, form: Form) -> Key {
     Key { name, form, needed: true }
 }
 
-/// Every table of a kind of file, by its name, with its keys: of each the sentence about it, and what it allows. What stands
-/// outside of tables has no name.
+/// Every table of a kind of file, by its name, with its keys: of each the sentence about it, and what it allows. Keys
+/// outside of tables belong to a table without a name.
 pub type Schema = Vec<(&'static str, Vec<(&'static str, &'static str, String)>)>;
 
 /// A table and its keys as a row of [`Schema`].

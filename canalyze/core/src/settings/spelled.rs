@@ -29,7 +29,7 @@ fn bare(text: &str) -> &str {
     text.strip_suffix(['h', 'H']).unwrap_or(text)
 }
 
-/// Exactly so many hexadecimal digits, `0x` before them and `h` behind aside.
+/// A number of hexadecimal digits within this range; `0x` before them and `h` behind are not counted.
 pub(super) fn hexadecimal(text: &str, digits: std::ops::RangeInclusive<usize>) -> Option<u32> {
     let text = bare(text);
     let fits = digits.contains(&text.len()) && are_digits(text, 16, 8);

@@ -1,4 +1,4 @@
-//! The text of a TOML file as values with their lines; what is no TOML, or is nested beyond what has a meaning, is told.
+//! The text of a TOML file as values with their lines; what is no TOML, or is nested beyond what has a meaning, is a mistake.
 //!
 //! Must not: know which keys there are.
 

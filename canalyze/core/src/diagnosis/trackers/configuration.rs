@@ -1,7 +1,8 @@
 //! Writes that a node has refused: from the first refusal to the write that makes good the last of them.
 //!
 //! A refused write is made good by one of the same value that succeeds. Another value to the same object, or, of what
-//! belongs to one PDO, the write that makes its mapping count again, ends it, too: then the value was the wrong one. Must not: judge reads, which are refused in ordinary traffic.
+//! belongs to one PDO, the write that makes its mapping count again, ends it, too: then the value was the wrong one.
+//! Must not: judge reads, which are refused in ordinary traffic.
 
 use std::collections::BTreeMap;
 
@@ -141,10 +142,10 @@ impl Configurations {
         }
         let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
         let asked = Some(&transfer.data.requested).filter(|value| value.len() <= LONGEST).cloned().unwrap_or_default();
-        match objects.iter().position(|(object, _)| *object == mux) {
-            Some(place) => objects.iter_mut().skip(place).take(1).for_each(|(_, value)| value.clone_from(&asked)),
-            None if objects.len() < KEPT => objects.push((mux, asked)),
-            None => {}
+        if let Some((_, value)) = objects.iter_mut().find(|(object, _)| *object == mux) {
+            *value = asked;
+        } else if objects.len() < KEPT {
+            objects.push((mux, asked));
         }
     }
 

@@ -4,6 +4,7 @@
 //! ledger alone. Must not: link incidents, or say words.
 
 pub(super) mod boots;
+mod commanded;
 pub(super) mod configuration;
 pub(super) mod drive;
 pub(super) mod emcy;

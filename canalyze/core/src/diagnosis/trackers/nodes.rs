@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
+use super::commanded::Commanded;
 use crate::diagnosis::incident::{Grade, Incident, Role, Subject, bit, members};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
@@ -32,16 +33,6 @@ const DOUBLE_NS: i64 = 15_000_000_000;
 const COMMANDS: u64 = 50;
 /// Resets within this time are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
-
-/// A reset, or a stop, that runs by command.
-#[derive(Clone, Copy, Debug)]
-struct Commanded {
-    place: Place,
-    /// The nodes that are not Operational again, a bit each.
-    left: u128,
-    /// Those of them that were reset and go on without a boot-up.
-    goes_on: u128,
-}
 
 /// What is open about the nodes of a bus.
 #[derive(Clone, Debug, Default)]
@@ -96,13 +87,8 @@ impl Nodes {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
         self.booted.insert(node, at);
-        if let Some(commanded) = &mut self.commanded
-            && commanded.goes_on & bit(node) != 0
-        {
-            commanded.goes_on &= !bit(node);
-            if let Some(one) = scene.ledger.get_mut(commanded.place) {
-                one.subject.nodes |= bit(node);
-            }
+        if let Some(commanded) = &mut self.commanded {
+            commanded.boots(node, scene.ledger);
         }
         match scene.heard.last(node) {
             Some(last) => self.before.insert(node, last),
@@ -163,23 +149,9 @@ impl Nodes {
             self.owing.remove(&node);
             self.close(place, at, Saying::OperationalAgain, scene);
         }
-        if let Some(commanded) = &mut self.commanded
-            && let Some(one) = scene.ledger.get_mut(commanded.place)
-        {
-            let booted = self.booted.get(&node).is_some_and(|boot| boot.no > one.begin.no);
-            let others = one.subject.nodes & !bit(node);
-            if one.kind == Kind::CommandedReset && !booted && others != 0 {
-                // It goes on: the controller itself, which is not meant, or a frame that was under way.
-                commanded.goes_on |= commanded.left & bit(node);
-                one.subject.nodes = others;
-            } else {
-                commanded.left &= !bit(node);
-            }
-            if commanded.left & !commanded.goes_on == 0 {
-                self.commanded = None;
-                one.step(at, Role::Recovery, Saying::OperationalAgain, None);
-                one.ends(at);
-            }
+        let booted = self.booted.get(&node).copied();
+        if self.commanded.as_mut().is_some_and(|commanded| commanded.is_over_with(node, booted, scene)) {
+            self.commanded = None;
         }
     }
 
@@ -194,12 +166,12 @@ impl Nodes {
                 Some(commanded)
                     if scene.ledger.get(commanded.place).is_some_and(|one| one.began_within(at, ONE_RESET_NS)) =>
                 {
-                    commanded.left |= hit;
+                    commanded.hits(hit);
                     Some(commanded.place)
                 }
                 _ => {
                     let place = scene.ledger.open(kind, scene.id, Subject::nodes(hit), at, at);
-                    self.commanded = place.map(|place| Commanded { place, left: hit, goes_on: 0 });
+                    self.commanded = place.map(|place| Commanded::new(place, hit));
                     place
                 }
             };
@@ -220,7 +192,7 @@ impl Nodes {
             self.started.entry(node).or_insert(scene.at);
         }
         if let (0x01, Some(commanded)) = (command, &self.commanded)
-            && commanded.left & !commanded.goes_on & !meant == 0
+            && commanded.waits_only_for(meant)
             && let Some(one) = scene.ledger.get_mut(commanded.place)
         {
             one.fact("started_again", Quantity::Count(scene.at.no));
@@ -430,7 +402,7 @@ impl Nodes {
             // Who was reset by command boots.
             let reset = self.commanded.as_ref().is_some_and(|commanded| {
                 let kind = scene.ledger.get(commanded.place).map(|one| one.kind);
-                commanded.left & bit(*node) != 0 && kind == Some(Kind::CommandedReset)
+                commanded.waits_for(*node) && kind == Some(Kind::CommandedReset)
             });
             *node != consumer && beats && !reset && age(*node) >= limit
         };

@@ -1,0 +1,115 @@
+"""What an incident may say of nodes and of values: each by the capture that shows it, and by the one that does not.
+
+Two people who tried the program found these said falsely. What it must not do: test which rule is raised.
+"""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from captures import session_output
+from diagnoses import diagnosed
+
+BEGIN = 1_700_000_000
+Line = tuple[float, str]
+
+
+def log(lines: list[Line]) -> bytes:
+    """A capture of frames with their times in s since its begin."""
+    return "".join(f"({BEGIN + at:.6f}) can0 {frame}\n" for at, frame in sorted(lines)).encode()
+
+
+def beats(node: int, begin: float, end: float, period: float = 0.1) -> list[Line]:
+    """Heartbeats of a node that is Operational."""
+    count = round((end - begin) / period)
+    return [(begin + number * period, f"{0x700 + node:03X}#05") for number in range(count)]
+
+
+def reset(controller: bool, under_way_ms: float | None) -> list[Line]:
+    """All nodes are reset at 2 s: 5 and 6 boot again. A controller, node 127, goes on; a heartbeat may be under way."""
+    lines = [*beats(5, 0, 2), *beats(6, 0.01, 2), (2.0, "000#8100")]
+    for node in (5, 6):
+        lines += [(2.4 + node / 100, f"{0x700 + node:03X}#00"), (2.6, "000#0100"), *beats(node, 2.7, 5)]
+    if controller:
+        lines += beats(127, 0.02, 5)
+    if under_way_ms is not None:
+        lines.append((2 + under_way_ms / 1000, "705#05"))
+    return lines
+
+
+@pytest.mark.parametrize("under_way_ms", [None, 0.2, 5, 90])
+@pytest.mark.parametrize("controller", [True, False])
+def test_the_controller_is_not_among_the_nodes_that_were_reset(controller: bool, under_way_ms: float | None) -> None:
+    found = diagnosed(log(reset(controller, under_way_ms)))
+    (one,) = [one for one in found.incidents if one["incident"] == "commanded-reset"]
+    assert one["subject"]["nodes"] == [5, 6] and one["status"] == "harmless", one["message"]
+
+
+ABORT = "585#8000620030000906"
+
+
+def writes(*values: int, refused: int = 1) -> list[Line]:
+    """Writes of one byte to 6200h:00 of node 5, of which the first are refused."""
+    lines = beats(5, 0, 4)
+    for number, value in enumerate(values):
+        at = 1.005 + number * 0.2
+        answer = ABORT if number < refused else "585#6000620000000000"
+        lines += [(at, f"605#2F006200{value:02X}000000"), (at + 0.001, answer)]
+    return lines
+
+
+@pytest.mark.parametrize(
+    ("values", "refused", "said"),
+    [
+        ((7, 7), 1, "all repeated successfully"),
+        ((7, 8), 1, "other values accepted later"),
+        ((7, 9, 9), 2, "all repeated successfully"),
+        ((7, 9, 7), 2, "other values accepted later"),
+        ((7,), 1, "1 write refused, the first to"),
+    ],
+)
+def test_a_refused_write_is_repeated_only_by_its_value(values: tuple[int, ...], refused: int, said: str) -> None:
+    found = diagnosed(log(writes(*values, refused=refused)))
+    (one,) = [one for one in found.incidents if one["subject"].get("node") == 5]
+    assert said in one["message"]
+
+
+def mapping(count: int) -> list[Line]:
+    """The number of mapped objects, 4, is refused; then the mapping is cleared, and has so many entries."""
+    written = [4, 0, count]
+    lines = beats(5, 0, 4)
+    for number, value in enumerate(written):
+        at = 1.005 + number * 0.2
+        answer = "585#80001A0041000406" if number == 0 else "585#60001A0000000000"
+        lines += [(at, f"605#2F001A00{value:02X}000000"), (at + 0.001, answer)]
+    return lines
+
+
+@pytest.mark.parametrize(("count", "said"), [(4, "all repeated successfully"), (2, "other values accepted later")])
+def test_clearing_a_mapping_makes_nothing_good(count: int, said: str) -> None:
+    text = log(mapping(count))
+    (one,) = [one for one in diagnosed(text).incidents if one["subject"].get("node") == 5]
+    frames = text.decode().splitlines()
+    (taken,) = [step["frame"] for step in one["steps"] if step["role"] == "recovery"]
+    assert said in one["message"]
+    assert frames[taken - 2].endswith(f"605#2F001A00{count:02X}000000"), "the write that it was, not the clearing"
+
+
+@pytest.mark.parametrize(("before", "kind"), [(True, "request-unanswered"), (False, "node-absent")])
+def test_only_who_was_never_heard_is_absent(before: bool, kind: str) -> None:
+    asked: list[Line] = [(3.0 + number, "605#4000100000000000") for number in range(3)]
+    lines = [*beats(6, 0, 8), *(beats(5, 0, 2) if before else []), *asked]
+    kinds = {one["incident"] for one in diagnosed(log(lines)).incidents if one["subject"].get("node") == 5}
+    assert kind in kinds and ("node-absent" in kinds) == (kind == "node-absent"), kinds
+
+
+@pytest.mark.parametrize(("end", "lost"), [(2.0, True), (5.9, False)])
+@pytest.mark.parametrize("back", [True, False])
+def test_a_node_that_stopped_is_lost_until_it_is_back(end: float, lost: bool, back: bool) -> None:
+    configured: list[Line] = [(0.001, "605#2B17100064000000"), (0.002, "585#6017100000000000")]
+    lines = [*configured, *beats(5, 0.1, end), *beats(6, 0.05, 6), *(beats(5, 5, 6) if back and lost else [])]
+    output = session_output([log(lines)], output_format="summary", lang="en").decode().splitlines()
+    nodes = {row["node"]: row for row in map(json.loads, output) if row["kind"] == "summary_node"}
+    assert nodes[5]["lost"] == (lost and not back) and not nodes[6]["lost"]
+    assert nodes[5]["state_name"] == "operational", "the state is that before"
