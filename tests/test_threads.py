@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from conftest import Runner
 
 from canalyze._core import Session, sniff
 from canalyze.running.options import SessionOptions
-from conftest import Runner
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PIECE = 40 << 10
