@@ -1,4 +1,4 @@
-"""Threads that share the work on one file: what comes out is the same, whatever comes in, and so is what is known after.
+"""Threads that share the work on one file: what comes out is the same, and so is what is known after.
 
 The captures are the samples, each repeated until it is worth threads: stamps that go back, transfers that are cut,
 names of buses that come late, lines that cannot be read.
