@@ -53,7 +53,7 @@ def test_only_the_topic_asked_for_is_read() -> None:
 PAGES = {"short", "usage", "help", "format", "examples", "completion"}
 """What every command has; the keys are made of its name."""
 SAID_BY_THE_CORE = {
-    *("bus_state", "damage", "info", "merge", "mode", "severity", "status"),
+    *("bus_state", "check_nature", "damage", "diagnose_nature", "info", "merge", "mode", "severity", "status"),
     *(
         "example",
         "incident_count",

@@ -35,6 +35,7 @@ from canalyze.sources.file import STDIN, total_size
 from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
+    from canalyze._core import Session
     from canalyze.reports.diagnosis_lanes import Beside
     from canalyze.reports.diagnosis_text import Chosen
 
@@ -90,7 +91,7 @@ def command(words: Words) -> click.Command:
             results: list[bytes] = []
             total = total_size(names)
             code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
-            records = [json.loads(line) for line in b"".join(results).splitlines()]
+            records = _records(results, session)
             incidents = [one for one in records if one["kind"] == "incident"]
             whole = next((one for one in records if one["kind"] == "diagnosis"), None)
             if code and not session.frames:
@@ -110,10 +111,7 @@ def command(words: Words) -> click.Command:
                 elif whole is not None:
                     if story is None:
                         named = tuple(name for name in names if name != STDIN)
-                        nature = session.nature
-                        diagnosis_text.show(
-                            shown, whole, out, words, named, nature, everything=everything, chosen=chosen
-                        )
+                        diagnosis_text.show(shown, whole, out, words, named, everything=everything, chosen=chosen)
                     else:
                         lines = _around(names, incidents, story, given, stamps, words)
                         diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
@@ -188,6 +186,14 @@ def _ranges(numbers: Iterable[int]) -> str:
     return ", ".join(
         f"{run[0]}-{run[-1]}" if len(run) > _RUN else ", ".join(str(number) for number in run) for run in found
     )
+
+
+def _records(results: list[bytes], session: "Session") -> list[dict[str, Any]]:
+    """Give the incidents, and at their end all of it, with what the capture has shown of its buses as `nature`."""
+    records: list[dict[str, Any]] = [json.loads(line) for line in b"".join(results).splitlines()]
+    for one in records[-1:]:
+        one["nature"] = session.nature
+    return records
 
 
 def _write_lines(incidents: list[dict[str, Any]], out: Output) -> None:
@@ -307,7 +313,7 @@ def _again(
     progress = Progress(reading.words, Output(), None)
     Run(session, spoken, progress, take, reading.given, tell=lambda _: None).over(reading.names)
     gatherer.take(session.batches(flush=True))
-    return [json.loads(line) for line in b"".join(results).splitlines()], gatherer.beside()
+    return _records(results, session), gatherer.beside()
 
 
 def _lines(

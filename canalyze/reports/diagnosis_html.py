@@ -16,7 +16,7 @@ from canalyze.output import printable
 from canalyze.reports.diagnosis_axis import axis_of
 from canalyze.reports.diagnosis_chain import chain
 from canalyze.reports.diagnosis_lanes import KINDS, PLOTS, Beside, Lane, lanes, plots, tree_of
-from canalyze.reports.diagnosis_text import checks_of, extent, verdict
+from canalyze.reports.diagnosis_text import checks_of, extent, verdict, worst
 from canalyze.values import nanoseconds
 from canalyze.words import Words
 
@@ -128,11 +128,9 @@ def _both(told: Mapping[str, Told], give: Any) -> Pair:
 
 
 def _verdict(told: Mapping[str, Told], words: Mapping[str, Words]) -> dict[str, Any]:
-    said = {lang: verdict(_roots(one), words[lang]) for lang, one in told.items()}
+    said = {lang: verdict(_roots(one), one.whole, words[lang]) for lang, one in told.items()}
     first = next(iter(told.values()))
-    states = {one["status"] for one in _roots(first)}
-    mark = next((state for state in _STATES[:2] if state in states), "over")
-    return {"said": said, "mark": mark}
+    return {"said": said, "mark": worst(_roots(first), first.whole)}
 
 
 def _roots(told: Told) -> list[Record]:

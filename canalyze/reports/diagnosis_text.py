@@ -35,8 +35,10 @@ _FRAMES: Final = 8
 _APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
 """Checks that say what tells causes apart."""
 _STATES: Final = ("stands", "unknown", "over", "harmless")
-_COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "harmless": "quiet"}
+_COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "harmless": "quiet", "unjudged": "warning"}
 """Of what stands so."""
+_MARKS: Final = {"stands": "✖", "unknown": "?", "over": "✔", "unjudged": "-"}
+"""Before the verdict."""
 
 Record = Mapping[str, Any]
 
@@ -55,7 +57,6 @@ def show(
     out: Output,
     words: Words,
     names: Sequence[str],
-    nature: str,
     *,
     everything: bool,
     chosen: Chosen,
@@ -64,12 +65,12 @@ def show(
     by_id = {one["id"]: one for one in incidents}
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
-    lines = [f"{verdict(roots, words)}{_only(chosen, words)}   {extent(whole, words)}"]
+    lines = [f"{verdict(roots, whole, words)}{_only(chosen, words)}   {extent(whole, words)}"]
     if not told:
-        lines += _healthy(whole, nature, words)
+        lines += _healthy(whole, words)
         hidden = len(roots)
     else:
-        if (notice := _notice(whole, nature, words)) is not None:
+        if (notice := _notice(whole, words)) is not None:
             lines.append(notice)
         alike = _alike(told) if not everything else {}
         stories, hidden = _stories(
@@ -83,9 +84,8 @@ def show(
         lines += _nodes(whole, by_id, words, chosen)
     if told or hidden:
         lines.append(_more(told, names, hidden, words))
-    worst = next((status for status in _STATES if any(one["status"] == status for one in roots)), "")
     headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
-    headings[lines[0]] = _COLOURS.get(worst, "clean")
+    headings[lines[0]] = _COLOURS[worst(roots, whole)]
     room = shutil.get_terminal_size().columns if out.is_terminal else None
     for line in lines:
         for piece in [line] if room is None else _fitted(line, room):
@@ -222,23 +222,25 @@ def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tupl
             yield from _tree(by_id[effect], by_id, depth + 1)
 
 
-def verdict(roots: Sequence[Record], words: Words) -> str:
+def worst(roots: Sequence[Record], whole: Record) -> str:
+    """Give how the worst problem stands: `over` also where there is none, `unjudged` where that says nothing."""
+    states = {one["status"] for one in roots}
+    quiet = "over" if whole["nature"] == "canopen" else "unjudged"
+    return next((state for state in _STATES[:2] if state in states), quiet)
+
+
+def verdict(roots: Sequence[Record], whole: Record, words: Words) -> str:
     """Give how many problems there are, by how they stand."""
     counts = {status: sum(one["status"] == status for one in roots) for status in _STATES}
-    parts = [_count(status, counts[status], words) for status in _STATES[:3] if counts[status]]
-    if parts and not counts["stands"]:
+    parts = [_count(status, counts[status], words) for status in _STATES if counts[status]]
+    state = worst(roots, whole)
+    if state == "unjudged":
+        parts.insert(0, words("diagnose.unjudged"))
+    elif not any(counts[status] for status in _STATES[:3]):
+        parts.insert(0, words("diagnose.none"))
+    elif not counts["stands"]:
         parts.insert(0, words("diagnose.none_stands"))
-    if counts["stands"]:
-        mark = "✖"
-    elif counts["unknown"]:
-        mark = "?"
-    else:
-        mark = "✔"
-    if not parts:
-        parts = [words("diagnose.none")]
-    if counts["harmless"]:
-        parts.append(_count("harmless", counts["harmless"], words))
-    return f"{mark} {words('check.then').join(parts)}"
+    return f"{_MARKS[state]} {words('check.then').join(parts)}"
 
 
 def _only(chosen: Chosen, words: Words) -> str:
@@ -271,11 +273,11 @@ def _span(whole: Record) -> float | None:
     return None if begin is None or end is None else float(end) - float(begin)
 
 
-def _notice(whole: Record, nature: str, words: Words) -> str | None:
+def _notice(whole: Record, words: Words) -> str | None:
     """Say what could not be judged, if something could not."""
     span = _span(whole)
-    if nature in ("foreign", "silent", "unproven"):
-        return words(f"diagnose.{nature}")
+    if whole["nature"] != "canopen":
+        return words.of("diagnose_nature", whole["nature"])
     if span is None:
         return words("diagnose.no_stamps")
     if span < _SHORT_S:
@@ -283,8 +285,8 @@ def _notice(whole: Record, nature: str, words: Words) -> str | None:
     return None
 
 
-def _healthy(whole: Record, nature: str, words: Words) -> list[str]:
-    if (notice := _notice(whole, nature, words)) is not None:
+def _healthy(whole: Record, words: Words) -> list[str]:
+    if (notice := _notice(whole, words)) is not None:
         return [notice]
     key = "diagnose.looked" if whole["error_frames"] else "diagnose.looked_without"
     return [words(key)]
