@@ -75,7 +75,7 @@ def test_a_set_says_how_many_were_not_judged(tmp_path: Path, canalyze: Runner) -
         [line for line in canalyze("--lang", "en", *args, "--color", "always").lines if "judged" in line]
         for args in (("check", "other.log"), ("diagnose", "other.log"))
     ]
-    assert colours and all("\x1b[33m" in line for lines in colours for line in lines), colours
+    assert colours and all("\x1b[38;5;166m" in line for lines in colours for line in lines), colours
 
 
 @pytest.mark.parametrize("data", ["0908070605040302", "8A1A0DF213000007", "0020010000000000"])
