@@ -106,7 +106,7 @@ def tell(
     rules = {rule.code: rule.message for rule in _rules(words.lang)}
     shown = set[int]()
     story_lines: list[str] = []
-    for depth, one in _tree(by_id[story], by_id, 0):
+    for depth, one in tree(by_id[story], by_id):
         indent = "   " * depth
         told = [*_head(one, depth, by_id, words), *_steps(one, whole, lines, shown, words)]
         told += _advice(one, words)
@@ -126,14 +126,14 @@ def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) ->
     impact = words.of("incident_impact", one["impact"])
     grade = words.of("incident_grade", one["grade"])
     lines = [
-        f"{'→ ' if depth else ''}{one['id']}  {_title(one, words)}  [{standing}]",
+        f"{'→ ' if depth else ''}{one['id']}  {printable(one['message'])}  [{standing}]",
         "   " + words("diagnose.meaning", impact=impact, grade=grade),
     ]
     if one["repeats"]["count"] > 1:
         longest = milliseconds(one["repeats"].get("longest_ns", 0))
         lines.append("   " + words("diagnose.repeats", count=one["repeats"]["count"], longest=longest))
     if one["cause"] is not None:
-        lines.append(f"   {_because(one, by_id, words)}")
+        lines.append(f"   {because(one, by_id, words)}")
         said = delay(one, list(by_id.values()))
         why = words.of("incident_link", one["cause"]["link"])
         lines.append("   " + words("diagnose.why", said=f"{why}{words('diagnose.between')}{said}" if said else why))
@@ -215,11 +215,21 @@ def stories(roots: Sequence[Record], incidents: Sequence[Record], words: Words) 
     return [line for one in roots for line in _story(one, by_id, words, _EFFECTS, checks=True)]
 
 
-def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tuple[int, Record]]:
+def tree(one: Record, by_id: Mapping[int, Record], depth: int = 0) -> Iterator[tuple[int, Record]]:
+    """Give an incident and what comes from it, each with how many causes are between."""
     yield depth, one
     for effect in one["effects"]:
         if effect in by_id and not by_id[effect]["root"]:
-            yield from _tree(by_id[effect], by_id, depth + 1)
+            yield from tree(by_id[effect], by_id, depth + 1)
+
+
+def root(one: Record, by_id: Mapping[int, Record]) -> Record:
+    """Give the incident from which this one comes."""
+    for _ in by_id:
+        if one["root"] or one["cause"] is None or one["cause"]["id"] not in by_id:
+            break
+        one = by_id[one["cause"]["id"]]
+    return one
 
 
 def worst(roots: Sequence[Record], whole: Record) -> str:
@@ -329,13 +339,14 @@ def _alike(roots: Sequence[Record]) -> dict[int, int]:
 
 
 def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int, *, checks: bool) -> list[str]:
-    lines = [_placed(f" {one['id']:>2}  {_title(one, words)}", one)]
-    below = [entry for entry in _tree(one, by_id, 0) if entry[0]]
+    lines = [_placed(f" {one['id']:>2}  {printable(one['message'])}", one)]
+    below = [entry for entry in tree(one, by_id) if entry[0]]
     for depth, effect in below[:effects]:
         grade = words.of("incident_grade", effect["cause"]["grade"])
         lines.append(
             _placed(
-                f"     {'  ' * (depth - 1)}→ {_title(effect, words)}{_delay(effect, by_id, words)}  {grade}", effect
+                f"     {'  ' * (depth - 1)}→ {printable(effect['message'])}{_delay(effect, by_id, words)}  {grade}",
+                effect,
             )
         )
     if len(below) > effects and effects:
@@ -352,14 +363,11 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
     return lines
 
 
-def _title(one: Record, words: Words) -> str:
-    return str(printable(one["message"]))
-
-
-def _because(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
+def because(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
+    """Say what has caused an incident that is no root, and how certain that is."""
     cause = by_id[one["cause"]["id"]]
     grade = words.of("incident_grade", one["cause"]["grade"])
-    return words("diagnose.because", number=cause["id"], title=_title(cause, words), grade=grade)
+    return words("diagnose.because", number=cause["id"], title=printable(cause["message"]), grade=grade)
 
 
 def _delay(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
