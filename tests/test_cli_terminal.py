@@ -171,7 +171,7 @@ def test_table_is_as_wide_as_the_terminal(tmp_path: Path, name: str, lang: str, 
 
 
 @pytest.mark.parametrize("form", ["a", "z", "A"])
-@pytest.mark.parametrize("columns", [80, 100])
+@pytest.mark.parametrize("columns", [80])
 def test_times_that_are_asked_for_stay(tmp_path: Path, form: str, columns: int) -> None:
     capture = str(Path(__file__).parent.parent / "samples/sdo-abort.log")
     _, whole = on_terminal(tmp_path, "sdo", capture, "--lang", "en", "-t", form, COLUMNS="300", NO_COLOR="1")
