@@ -8,15 +8,15 @@ use crate::rules::sdo::Sdo012;
 /// A segment as it came. Where its frame was too short, its data has a hole; of an empty frame not even the mark of the
 /// last segment is known.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Segment {
+pub struct Segment {
     /// Sequence number in the sub-block.
-    pub(super) seqno: u8,
+    pub seqno: u8,
     /// c: last segment of the transfer.
-    pub(super) last: bool,
+    pub last: bool,
     /// Seven data bytes.
-    pub(super) data: [u8; 7],
+    pub data: [u8; 7],
     /// Bytes of the frame.
-    pub(super) len: u8,
+    pub len: u8,
 }
 
 impl Segment {
@@ -44,7 +44,7 @@ pub(super) struct Wrong {
 
 /// How a segment was taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Taken {
+pub enum Taken {
     /// It is the next one.
     InSequence,
     /// It was under way when the sub-block was acknowledged early; it does not count.
