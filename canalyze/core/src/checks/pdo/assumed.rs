@@ -2,8 +2,8 @@
 //!
 //! A device may have stored another mapping. A frame that is shorter than the default is not of it. What follows behind it
 //! is padding as long as it is one and the same byte throughout: some devices fill their PDOs up. Other bytes there, or a
-//! change, are of an object that the default does not have. What the capture, a DCF or an option shows needs no bearing out. It must not judge whose
-//! fault a difference is.
+//! change, are of an object that the default does not have. What the capture, a DCF or an option shows needs no bearing
+//! out. It must not judge whose fault a difference is.
 
 use std::collections::BTreeMap;
 

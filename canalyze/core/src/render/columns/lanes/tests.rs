@@ -392,6 +392,9 @@ fn bits_have_lanes_once_they_change() {
 6 value/can0/node5/TPDO3/数字输入 - 00000009h
 6 value/can0/node5/TPDO3/数字输入.0 1 1
 6 value/can0/node5/TPDO3/数字输入.2 0 0
+7 value/can0/node5/TPDO3/数字输入 - -
+7 value/can0/node5/TPDO3/数字输入.0 - -
+7 value/can0/node5/TPDO3/数字输入.2 - -
 ";
     assert_eq!(text(&rows, &["value/can0/node5/TPDO3/数"]), expected);
 }
