@@ -53,6 +53,7 @@ MAY_USE: dict[str, set[str]] = {
         "output.layout",
         "output",
     },
+    "running.pool": {"errors"},
     "running.recording": {*READ, "sinks", "output.writing", "running.options"},
     "running.listening": {
         *READ,
@@ -94,6 +95,7 @@ MAY_USE: dict[str, set[str]] = {
         "incident",
         "configuration.network",
         "configuration.options",
+        "running.pool",
         "running.run",
     },
     "library": {
