@@ -49,7 +49,7 @@ MAY_USE: dict[str, set[str]] = {
         *SAID,
         "_core",
         "configuration.bounded",
-        "sources.compression",
+        "sources.names",
         "output.layout",
         "output",
     },

@@ -30,6 +30,14 @@ Tell = Callable[[Any], None]
 Work = Callable[[Any, Tell], Any]
 """What is done with a piece: of the module that it is in, so that another process finds it."""
 
+During = Callable[[Callable[[], Any]], Any]
+"""Does what waits; gives None where the end was wished instead."""
+
+
+def at_once(wait: Callable[[], Any]) -> Any:
+    """Do what waits, where nobody wishes for the end."""
+    return wait()
+
 
 class Failure(NamedTuple):
     """Why there is no result."""
@@ -85,7 +93,7 @@ class Pool:
         seconds: float | None = None,
         megabytes: int | None = None,
         told: Callable[[Any, Any], None] = lambda piece, word: None,
-        during: Callable[[Callable[[], Any]], Any] = lambda wait: wait(),
+        during: During = at_once,
     ) -> None:
         """Start nothing yet.
 
