@@ -311,8 +311,15 @@ def finish(
     return found
 
 
+@pytest.fixture
+def found_by_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lead the workers of Ray to the modules of the tests."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(TESTS), str(TESTS.parent)]))
+
+
 @engines
 @WAYS
+@pytest.mark.usefixtures("found_by_workers")
 def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path, way: Way) -> None:
     names = [f"{number:02}.log" for number in range(30)]
     folder, log = folder_of(tmp_path, *names), tmp_path / "trace"
@@ -333,6 +340,7 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path, way: Way) -> None
 
 @engines
 @WAYS
+@pytest.mark.usefixtures("found_by_workers")
 def test_a_capture_that_kills_its_worker_is_quarantined(tmp_path: Path, way: Way) -> None:
     names = [*(f"{number:02}.log" for number in range(20)), "poison.log"]
     folder, log = folder_of(tmp_path, *names), tmp_path / "trace"

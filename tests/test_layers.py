@@ -98,6 +98,17 @@ MAY_USE: dict[str, set[str]] = {
         "running.pool",
         "running.run",
     },
+    "fleet": {
+        *READ,
+        "check",
+        "configuration.options",
+        "expectations",
+        "output",
+        "output.jsonl",
+        "output.writing",
+        "reports",
+        "running.pool",
+    },
     "library": {
         *READ,
         "dictionary",
@@ -171,12 +182,14 @@ def test_a_file_uses_what_it_may(path: Path) -> None:
     assert not used, f"{name} uses {', '.join(sorted(used))}"
 
 
-OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy", "pandas", "polars"}
+OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy", "pandas", "polars", "obstore", "dask", "distributed", "ray"}
 """What only extras bring."""
-HEAVY = "import sys, canalyze.cli, canalyze.commands.view, canalyze.commands.sniff; print(*sys.modules, sep='\\n')"
+HEAVY = """
+import sys, canalyze.cli, canalyze.commands.view, canalyze.commands.sniff, canalyze.commands.fleet, canalyze.fleet.run
+print(*sys.modules, sep="\\n")"""
 
 
-def test_timelines_and_tables_alone_need_the_optional_part() -> None:
+def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
     """And only while one is made: the commands start without it."""
     users = set()
     for path in FILES:
@@ -185,7 +198,7 @@ def test_timelines_and_tables_alone_need_the_optional_part() -> None:
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             if OPTIONAL & {name.split(".")[0] for name in names}:
                 users.add(path.relative_to(PACKAGE).parts[0])
-    assert users == {"timeline", "library"}
+    assert users == {"timeline", "library", "fleet"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
 

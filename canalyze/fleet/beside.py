@@ -4,15 +4,29 @@ Must not: know an engine, or what the work is.
 """
 
 import threading
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from multiprocessing import current_process
 from typing import Any, Final
 from uuid import uuid4
 
+from canalyze import __version__
+from canalyze.errors import ConfigError
 from canalyze.running.pool import Ended, Pool, Work
 
 _HERE: Final = threading.local()
 """The pool of one process that each thread of a worker has, with the key of its work."""
+
+
+def version() -> str:
+    """Give that of the program, where a worker runs this."""
+    return __version__
+
+
+def alike(found: Iterable[str], address: str | None) -> None:
+    """Make sure that all workers have this program; ConfigError where one has another."""
+    for other in set(found) - {__version__}:
+        raise ConfigError("fleet.other_version", name=address, version=other, own=__version__)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, Final
 
 from canalyze.errors import ConfigError
-from canalyze.fleet.beside import Beside
+from canalyze.fleet.beside import Beside, alike, version
 from canalyze.running.pool import During, Ended, Failure, at_once
 
 _LOST: Final = 2
@@ -33,7 +33,8 @@ class Cluster:
             self._cluster = LocalCluster(n_workers=width, threads_per_worker=1, dashboard_address=None)
         try:
             self._client = Client(self._cluster or address, timeout="15s")
-        except (OSError, ValueError) as error:
+            alike(self._client.run(version).values(), address)
+        except (OSError, ValueError, ImportError) as error:
             raise ConfigError("fleet.no_cluster", name=address, problem=str(error)) from error
         self.width = max(1, sum(self._client.nthreads().values()))
         self._beside = beside
@@ -49,6 +50,8 @@ class Cluster:
 
     def completed(self) -> Iterator[Ended]:
         """Give the pieces as they end; what a worker holds of each is let go at once."""
+        from distributed import KilledWorker
+
         while self._pieces:
             future = self._during(partial(next, self._completed))
             if future is None:
@@ -58,7 +61,8 @@ class Cluster:
                 ended = future.result()
             else:
                 error = future.exception()
-                ended = Ended(piece, failure=Failure("died", type(error).__name__))
+                lost = isinstance(error, KilledWorker)
+                ended = Ended(piece, failure=Failure("died" if lost else "raised", repr(error)))
             future.release()
             yield ended._replace(piece=piece)
 

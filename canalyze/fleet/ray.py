@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, Final
 
 from canalyze.errors import ConfigError
-from canalyze.fleet.beside import Beside
+from canalyze.fleet.beside import Beside, alike, version
 from canalyze.running.pool import During, Ended, Failure, at_once
 
 _LOST: Final = 2
@@ -29,7 +29,8 @@ class Cluster:
         own: dict[str, Any] = {"num_cpus": width, "include_dashboard": False} if address is None else {}
         try:
             ray.init(address or "local", log_to_driver=False, logging_level="ERROR", **own)
-        except (OSError, ValueError, RuntimeError) as error:
+            alike([ray.get(ray.remote(version).remote())], address)
+        except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
             raise ConfigError("fleet.no_cluster", name=address, problem=str(error)) from error
         self.width = max(1, int(ray.cluster_resources().get("CPU", width)))
         self._do = ray.remote(max_retries=_LOST, num_cpus=1)(_done)
@@ -52,7 +53,9 @@ class Cluster:
                 try:
                     ended = self._ray.get(one)
                 except self._ray.exceptions.RayError as error:
-                    ended = Ended(piece, failure=Failure("died", type(error).__name__))
+                    raised = isinstance(error, self._ray.exceptions.RayTaskError)
+                    said = (str(error).strip().splitlines() or [""])[-1]
+                    ended = Ended(piece, failure=Failure("raised" if raised else "died", said))
                 yield ended._replace(piece=piece)
 
     def close(self) -> None:

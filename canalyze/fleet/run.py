@@ -20,6 +20,8 @@ from canalyze.words import Words
 
 ATTEMPTS: Final = 3
 """How often a capture is tried at most."""
+_OTHERS: Final = ("fetch", "raised")
+"""Failures that are not the capture's: the store's, the cluster's, the program's."""
 _AHEAD: Final = 3
 """Captures that are given to each worker at once: what is held back can still be given elsewhere."""
 
@@ -27,13 +29,13 @@ _AHEAD: Final = 3
 def standing(work: Work, captures: Iterable[Capture], *, retry: bool) -> dict[str, Manifest]:
     """Give the manifests that need no new work, as far as can be told without reading a capture, by their numbers.
 
-    A failure stays one until its capture changes, but where it is not the capture's. retry: no failure stays.
+    A failure stays one until its capture changes, but where it is not the capture's own. retry: no failure stays.
     """
     if work.force:
         return {}
     by_id = {one.id: one for one in captures}
     there = manifest.read_all(place(work.out), work.action, list(by_id))
-    again = ("fetch", "unreadable", "died", "time", "memory", "raised") if retry else ("fetch",)
+    again = (*_OTHERS, "unreadable", "died", "time", "memory") if retry else _OTHERS
     return {
         number: one
         for number, one in there.items()

@@ -19,6 +19,7 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "monitor": ("monitor",),
     "timeline": ("view",),
     "ci": ("check", "diff"),
+    "fleet": ("fleet",),
     "expectations": ("expect",),
     "formats": ("convert", "info"),
     "configuration": (),
