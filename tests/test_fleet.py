@@ -37,7 +37,7 @@ from canalyze.running.pool import Executor, Pool
 RULES = SAMPLES / "rules"
 
 
-def work(out: Path, **changes: Any) -> Work:
+def work(out: Path | str, **changes: Any) -> Work:
     job = Job("en", {}, Known(), {"stamps": "auto"}, beside=False)
     given: dict[str, Any] = {"action": "check", "job": job, "policy": Policy(), "known": {}, "out": str(out)}
     return Work(**given | changes)

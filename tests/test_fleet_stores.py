@@ -42,7 +42,7 @@ class Server:
 
     def __init__(self) -> None:  # noqa: D107
         from moto.server import DomainDispatcherApplication, create_backend_app
-        from werkzeug.serving import make_server
+        from werkzeug.serving import make_server  # of moto
 
         logging.getLogger("werkzeug").setLevel(logging.ERROR)
         self._app = DomainDispatcherApplication(create_backend_app)
