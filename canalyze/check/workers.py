@@ -5,6 +5,7 @@ process. Must not: know what a finding is.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from time import monotonic
 from typing import Any, Final
 
@@ -32,6 +33,8 @@ def examine_all(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[E
 
 def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list[Examined | None], int]:
     found: list[Examined | None] = [None] * len(names)
+    # The processors are shared by captures already.
+    job = replace(job, given={**job.given, "threads": 1})
     frames = [0] * len(names)
 
     def told(place: int, word: Any) -> None:

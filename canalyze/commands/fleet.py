@@ -78,6 +78,7 @@ def command(words: Words) -> click.Command:
         _agree(action, sources, output, words, expect=expect, no_expect=no_expect)
         assert output is not None
         given["merge"] = False
+        given["threads"] = 1  # the processors are shared by captures already
         config = click.get_current_context().find_object(Config) or Config()
         asked = Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline, incidents=incidents)
         held = held_policy(config.check or Policy(), asked, words)
@@ -138,7 +139,7 @@ def command(words: Words) -> click.Command:
             time_option(words),
             color_option(words),
             bitrate_option(words),
-            *(option for option in reading_options(words) if option.name != "merge"),
+            *(option for option in reading_options(words) if option.name not in ("merge", "threads")),
         ],
     )
 

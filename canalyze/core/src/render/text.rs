@@ -34,7 +34,7 @@ pub enum Time {
 }
 
 /// How time is shown, and what it counts from.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clocked {
     /// How; as it came, by default.
     pub time: Option<Time>,
@@ -111,6 +111,11 @@ impl Lines {
     /// The same, marked like this.
     pub fn looking(self, look: Look) -> Self {
         Self { look, ..self }
+    }
+
+    /// Whether each line is followed by its explanation.
+    pub fn explains(&self) -> bool {
+        self.depth == Depth::Explain
     }
 
     /// One frame's line, and below it what else it shows.
