@@ -18,8 +18,7 @@ from canalyze.configuration.options import (
     known_of,
     open_session,
 )
-from canalyze.errors import CanalyzeError
-from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of
+from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of, require
 from canalyze.output import Output, Progress, complain, printable
 from canalyze.output.help import Command
 from canalyze.running.run import Run
@@ -50,7 +49,7 @@ def command(words: Words) -> click.Command:
     ) -> int:
         where = _target(output, tables, words)
         names = inputs(files, words)
-        _require()
+        require()
         from canalyze.exporting.export import SETTINGS, About, Export
 
         read: dict[str, Dictionary] = {}
@@ -124,11 +123,3 @@ def _target(output: str | None, tables: tuple[str, ...], words: Words) -> Target
     if form != FOLDER and "signals" in chosen:
         raise click.UsageError(words("export.wide", name=output), context)
     return Target(Path(os.path.realpath(output)), form, chosen)
-
-
-def _require() -> None:
-    """Make sure that pyarrow is there before anything is read."""
-    try:
-        import pyarrow.parquet  # noqa: F401
-    except ImportError as error:
-        raise CanalyzeError("library.extra", name="pyarrow", line="pip install 'canalyze[parquet]'") from error

@@ -15,7 +15,6 @@ from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
     from canalyze._core import Session
-    from canalyze.dictionary.model import Dictionary
 
 
 ANY_PATH: Final = click.Path(allow_dash=True, readable=False)
@@ -241,7 +240,7 @@ class CoreUsageError(click.UsageError):
 
 
 def open_session(
-    words: Words, given: CaptureOptions, *, read: "dict[str, Dictionary] | None" = None, **settings: Any
+    words: Words, given: CaptureOptions, *, read: dict[str, Any] | None = None, **settings: Any
 ) -> "Session":
     """Start the core with these settings and what is known of the network.
 

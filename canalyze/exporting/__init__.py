@@ -10,6 +10,8 @@ capture, or know what a frame means.
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from canalyze.errors import CanalyzeError
+
 TABLES: Final = {
     "frames": "frames",
     "signals": "wide",
@@ -52,3 +54,11 @@ def form_of(name: str) -> str | None:
     if suffix in FORMS and not path.is_dir():
         return FORMS[suffix]
     return FOLDER if not suffix or path.is_dir() or name.endswith(("/", "\\")) else None
+
+
+def require() -> None:
+    """Make sure that pyarrow is there; CanalyzeError that names the extra where it is not."""
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError as error:
+        raise CanalyzeError("library.extra", name="pyarrow", line="pip install 'canalyze[parquet]'") from error

@@ -181,7 +181,7 @@ class Export:
         """Put the columns of a table that are always there into the catalog."""
         for field in schema:
             if field.name not in but:
-                row = {"table": table, "message": message or None, "column": field.name}
+                row = {"table_name": table, "message": message or None, "column_name": field.name}
                 self._catalog.setdefault((table, message, field.name), row | {"unit": said_of(field).get("unit")})
 
     def _signal(self, message: str, column: str, field: pa.Field, said: dict[str, str], named: tuple[str, str]) -> None:
@@ -192,9 +192,9 @@ class Export:
         file, signal = named
         of, raw = said_of(field), signal.endswith(RAW)
         self._catalog[key] = {
-            "table": "signals",
+            "table_name": "signals",
             "message": message,
-            "column": column,
+            "column_name": column,
             "unit": None if raw else of.get("unit"),
             "name": signal.removesuffix(RAW),
             "bus": said["bus"] or None,
@@ -213,9 +213,11 @@ class Export:
     def _columns(self) -> list[dict[str, Any]]:
         """Give the rows of the catalog, with the types that columns have come to."""
         schemas = {name: file.schema for name, file in self._files.items()}
-        tables = (schemas["/".join(filter(None, (row["table"], row["message"])))] for row in self._catalog.values())
+        tables = (
+            schemas["/".join(filter(None, (row["table_name"], row["message"])))] for row in self._catalog.values()
+        )
         return [
-            row | {"type": kind_of(schema.field(row["column"]).type)}
+            row | {"type": kind_of(schema.field(row["column_name"]).type)}
             for row, schema in zip(self._catalog.values(), tables, strict=True)
         ]
 
@@ -292,7 +294,7 @@ def _schema(text: str) -> pa.Schema:
 
 _SCHEMAS: Final = {
     "catalog": _schema(
-        "table:string message:string column:string type:string unit:string name:string bus:string node:int16"
+        "table_name:string message:string column_name:string type:string unit:string name:string bus:string node:int16"
         " pdo:string mapping:int16 index:int32 sub:int16 data_type:string bits:int16 bit_offset:int16 factor:real"
         " description:string"
     ),

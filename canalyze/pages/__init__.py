@@ -21,6 +21,7 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "ci": ("check", "diff"),
     "expectations": ("expect",),
     "formats": ("convert", "info"),
+    "export": ("export",),
     "configuration": (),
     "library": (),
     "pytest": (),
