@@ -355,8 +355,8 @@ def same_objects(said: Any, listed: list[Row], table: _core.Table) -> None:
     codes = [row for row in by_source["emcy"] if row["index"] is None]
     emcy = [frame for frame in said.frames if frame["service"] == "emcy" and "code" in frame["emcy"]]
     assert [row["integer"] for row in codes] == [int(frame["emcy"]["code"], 16) for frame in emcy]
-    seen = [row for frame in said.frames if (row := states(frame)) and row["source"] != "command"]
-    assert [(row["node"], row["integer"]) for row in by_source["nmt"]] == [(row["node"], row["state"]) for row in seen]
+    seen = [one for frame in said.frames if (one := states(frame)) and one["source"] != "command"]
+    assert [(row["node"], row["integer"]) for row in by_source["nmt"]] == [(one["node"], one["state"]) for one in seen]
 
 
 @pytest.mark.parametrize("path", CAPTURES, ids=lambda path: str(path.relative_to(SAMPLES)))

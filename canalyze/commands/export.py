@@ -19,7 +19,7 @@ from canalyze.configuration.options import (
     open_session,
 )
 from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of, require
-from canalyze.output import Output, Progress, complain, printable
+from canalyze.output import Output, Progress, complain
 from canalyze.output.help import Command
 from canalyze.running.run import Run
 from canalyze.sources.compression import COMPRESSIONS
@@ -68,11 +68,11 @@ def command(words: Words) -> click.Command:
             code = Run(session, words, progress, take, given).over(names)
             made.take(session.batches())
             # A stream has no other end than a signal.
-            if code < 128 or total is None:
-                if session.frames:
-                    made.complete()
-                return code
-        complain(f"canalyze: {words('output.dropped', name=printable(str(output)))}")
+            if session.frames and (code < 128 or total is None):
+                made.complete()
+        if code >= 128:
+            key = "convert.cut" if session.frames and total is None else "output.dropped"
+            complain(f"canalyze: {words(key, name=output, frames=session.frames)}")
         return code
 
     return Command(
@@ -122,4 +122,6 @@ def _target(output: str | None, tables: tuple[str, ...], words: Words) -> Target
         raise click.UsageError(words("export.one", name=output), context)
     if form != FOLDER and "signals" in chosen:
         raise click.UsageError(words("export.wide", name=output), context)
-    return Target(Path(os.path.realpath(output)), form, chosen)
+    # A link that the user names stands for what it points to.
+    path = Path(output)
+    return Target(Path(os.path.realpath(path)) if path.is_symlink() else path, form, chosen)

@@ -335,6 +335,8 @@ fn metadata(mapped: &Mapped, object: &str) -> HashMap<String, String> {
 struct Version {
     /// The mapping by which it was made; others with the same entries are the same.
     mapping: Arc<Mapping>,
+    /// Its number, from 1.
+    number: usize,
     table: Table<Wide>,
     /// About what a row takes.
     width: usize,
@@ -403,7 +405,7 @@ impl Pdos {
                 let columns = Wide::new(mapping, &chosen, self.of);
                 let width = 8 * (FIXED.len() + columns.signals.len()) + mapping.bytes();
                 let table = named((self.of, self.lang), bus, whose, versions.count, columns);
-                versions.known.push(Version { mapping: Arc::clone(mapping), table, width });
+                versions.known.push(Version { mapping: Arc::clone(mapping), number: versions.count, table, width });
                 versions.known.len() - 1
             }
         };
@@ -443,8 +445,9 @@ impl Pdos {
         }
     }
 
-    /// Ends all batches.
+    /// Ends all batches, of a PDO those of its first mapping first.
     pub(super) fn flush(&mut self, done: &mut Vec<Batch>) {
+        self.tables.values_mut().for_each(|versions| versions.known.sort_by_key(|one| one.number));
         for version in self.tables.values_mut().flat_map(|versions| &mut versions.known) {
             version.table.flush(done);
         }
