@@ -75,6 +75,9 @@ class SessionOptions(NamedTuple):
     channels that are not named, or have no filters, all are."""
     limit: int | None = None
     """Frames that are shown at most: the capture ends behind the last of them, see done()."""
+    threads: int | None = None
+    """Threads that share the work on a piece of a file; None: as many as there are processors to use. What comes out is
+    the same."""
     coloured: bool = False
     """Whether text has the colours of a terminal."""
     numbered: bool = False

@@ -45,7 +45,7 @@ pub struct Filter {
 }
 
 /// What the stamps of frames count from, in ns.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
     /// The stamp of the capture's first frame.
     pub start_ns: i64,

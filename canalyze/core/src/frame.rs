@@ -53,6 +53,11 @@ impl Buses {
         self.names.get(usize::from(bus.0)).map_or(b"", |name| name)
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.names.len()
+    }
+
     /// All names, in order of first appearance.
     pub fn names(&self) -> impl Iterator<Item = &[u8]> {
         self.names.iter().map(|name| &**name)

@@ -193,11 +193,6 @@ impl Input {
         self.covered = Some(Covered { line: newlines + 1, newlines, frames: 0 });
     }
 
-    /// Whether its bytes stand under check sums.
-    pub fn is_covered(&self) -> bool {
-        self.covered.is_some()
-    }
-
     /// Counts what is fed, where it stands under a check sum.
     pub fn feeds(&mut self, bytes: &[u8]) {
         if let Some(covered) = &mut self.covered {

@@ -59,6 +59,7 @@ struct SessionOptions {
     incidents: bool,
     masks: Vec<String>,
     limit: Option<u64>,
+    threads: Option<usize>,
     coloured: bool,
     numbered: bool,
 }
@@ -159,6 +160,7 @@ impl Session {
             tables: given.tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
             writing: writers::Settings { mcap: written },
             incidents,
+            threads: given.threads,
             expectations: expectations.map(|given| Arc::clone(&given.get().expected)),
         };
         Ok(Self { core: Mutex::new((Core::new(options), Vec::new())), lang })

@@ -93,6 +93,11 @@ impl Reader {
         }
     }
 
+    /// Whether it reads live buses: what they give is handed on at once.
+    pub fn is_live(&self) -> bool {
+        matches!(self, Self::Live(_))
+    }
+
     /// Takes the end of the file before anything else of it, from where the format has its summary on.
     pub fn foresee(&mut self, end: &[u8]) {
         if let Self::Mcap(reader) = self {

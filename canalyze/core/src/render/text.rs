@@ -34,7 +34,7 @@ pub enum Time {
 }
 
 /// How time is shown, and what it counts from.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clocked {
     /// How; as it came, by default.
     pub time: Option<Time>,

@@ -41,7 +41,7 @@ pub struct Extracted {
 pub(super) struct Decoding {
     network: Arc<Network>,
     /// Whether the bytes of SDO transfers are handed out.
-    extract: bool,
+    pub(super) extract: bool,
     /// Nobody asks what frames mean, so no state is kept.
     blind: bool,
     /// Repeats of findings are counted instead of shown.

@@ -9,16 +9,21 @@ mod capture;
 mod decoding;
 mod options;
 mod output;
+mod pipeline;
 mod records;
 mod sink;
 mod stream;
 mod subject;
 mod tally;
 
+use std::num::NonZero;
+use std::thread;
+
 use self::ahead::Ahead;
 use self::capture::Capture;
 use self::decoding::Decoding;
 use self::output::Output;
+use self::pipeline::Piece;
 use self::stream::Stream;
 use self::tally::Tally;
 use crate::diff::digest::Digest;
@@ -46,6 +51,8 @@ pub struct Session {
     turn: usize,
     /// The file that was fed last.
     fed: usize,
+    /// Threads that share the work on a piece of a file.
+    threads: usize,
     buses: Buses,
     stream: Stream,
 }
@@ -56,7 +63,7 @@ impl Session {
         let output = Output::new(&options);
         // Of frames in JSON lines the time is that of the capture.
         let time = options.time.filter(|_| options.format != Format::Jsonl);
-        let Options { lang, stamps, mcap, extract, network, expectations, .. } = options;
+        let Options { lang, stamps, mcap, extract, network, expectations, threads, .. } = options;
         let mut decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
         if let Some(expected) = expectations {
             decoding.expect(&expected);
@@ -70,6 +77,7 @@ impl Session {
             inputs: Inputs::default(),
             turn: 0,
             fed: 0,
+            threads: threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get)),
             buses: Buses::default(),
             stream: Stream {
                 capture: Capture::new(lang, time),
@@ -111,16 +119,16 @@ impl Session {
     pub fn feed_one(&mut self, input: usize, bytes: &[u8], out: &mut Vec<u8>) {
         let Self { inputs, buses, stream, .. } = self;
         if let Some(alone) = inputs.alone() {
-            if !alone.is_covered() {
-                let Some(reader) = &mut alone.reader else { return };
-                return reader.feed(bytes, buses, &mut |item, buses| stream.item(item, buses, out));
-            }
             let Some(mut reader) = alone.reader.take() else { return };
             alone.feeds(bytes);
-            reader.feed(bytes, buses, &mut |item, buses| {
-                alone.counts(&item);
-                stream.item(item, buses, out);
-            });
+            let threads = if stream.output.info().is_some() || reader.is_live() { 1 } else { self.threads };
+            let piece = Piece { reader: &mut reader, bytes, buses };
+            if !pipeline::feed(piece, threads, stream, &mut |item| alone.counts(item), out) {
+                reader.feed(bytes, buses, &mut |mut item, buses| {
+                    alone.counts(&item);
+                    stream.item(&mut item, buses, out);
+                });
+            }
             alone.reader = Some(reader);
         } else {
             inputs.feed(input, bytes);
@@ -162,9 +170,9 @@ impl Session {
         if let Some(alone) = inputs.alone() {
             let Some(mut reader) = alone.reader.take() else { return };
             let damaged = alone.damage.is_some();
-            let mut sink = |item: Item, buses: &Buses| {
+            let mut sink = |mut item: Item, buses: &Buses| {
                 alone.counts(&item);
-                stream.item(item, buses, out);
+                stream.item(&mut item, buses, out);
             };
             if interrupted || damaged {
                 reader.interrupt(buses, &mut sink);
@@ -172,7 +180,7 @@ impl Session {
                 reader.finish(buses, &mut sink);
             }
             if let Some(damage) = alone.told() {
-                stream.item(Item::Damaged(damage), buses, out);
+                stream.item(&mut Item::Damaged(damage), buses, out);
             }
             alone.contents = reader.contents();
             stream.end_of_file(&alone.contents, buses, out);
@@ -208,7 +216,7 @@ impl Session {
                 *turn = input;
             }
             match next {
-                Next::Item(_, item) => stream.item(item, buses, out),
+                Next::Item(_, mut item) => stream.item(&mut item, buses, out),
                 Next::End(_) => {
                     let contents = inputs.get(input).map(|one| one.contents.clone()).unwrap_or_default();
                     stream.end_of_file(&contents, buses, out);
@@ -227,7 +235,7 @@ impl Session {
 
     /// Takes one frame that no reader of this crate has read.
     pub fn push(&mut self, frame: Frame, out: &mut Vec<u8>) {
-        self.stream.item(Item::Frame(frame), &self.buses, out);
+        self.stream.item(&mut Item::Frame(frame), &self.buses, out);
     }
 
     /// Whether frames are held back until the next ones have shown what the recording did with them.

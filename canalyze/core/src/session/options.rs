@@ -97,6 +97,9 @@ pub struct Options {
     /// Whether incidents are written, too: in [`Format::Text`] as they begin and end, in [`Format::Jsonl`] both so and at
     /// the end, in [`Format::Check`] and [`Format::Observed`] at the end.
     pub incidents: bool,
+    /// Threads that share the work on a piece of a file, from 1; `None`: as many as there are processors to use. What
+    /// comes out is the same.
+    pub threads: Option<usize>,
     /// What is expected of the capture.
     pub expectations: Option<Arc<Expectations>>,
 }

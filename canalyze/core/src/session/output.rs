@@ -27,8 +27,8 @@ use crate::writers::{Losses, Writer};
 /// What of the frames passes the filter, in one format.
 #[derive(Debug)]
 pub(super) struct Output {
-    sink: Box<dyn Sink>,
-    filter: Filter,
+    pub(super) sink: Box<dyn Sink>,
+    pub(super) filter: Filter,
     masks: Masks,
     /// Frames or transfers that passed them.
     pub(super) shown: u64,

@@ -97,6 +97,18 @@ pub(super) trait Sink: Debug + Send + Sync {
         true
     }
 
+    /// Whether it may be called later, by another thread: of frames, of what belongs to none, of findings about the
+    /// capture and of markers it needs no more than it is given, but for SYNC cycles, and frames that are not shown do
+    /// not concern it.
+    fn defers(&self) -> bool {
+        false
+    }
+
+    /// Another one that writes the same as it does, where nothing depends on what was written before.
+    fn another(&self) -> Option<Box<dyn Sink>> {
+        None
+    }
+
     /// Whether nobody asks what frames mean.
     fn is_blind(&self) -> bool {
         false
@@ -172,6 +184,10 @@ impl Sink for Text {
         self.0.marker(out, marker, view.buses);
     }
 
+    fn defers(&self) -> bool {
+        true
+    }
+
     fn incident(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis, change: (Phase, IncidentId)) {
         self.0.emphasized(out, |out| incidents::changed(out, view.jsonl.lang, diagnosis, change));
     }
@@ -192,6 +208,10 @@ impl Sink for NumberedLines {
             jsonl::line(out, passing.frame.no, |text| self.0.frame(text, passing.frame, events, view.buses));
         }
     }
+
+    fn defers(&self) -> bool {
+        true
+    }
 }
 
 /// A JSON line for each frame.
@@ -206,6 +226,14 @@ impl Sink for JsonLines {
         if passing.shown {
             jsonl::frame(out, view.jsonl, passing.frame, events);
         }
+    }
+
+    fn defers(&self) -> bool {
+        true
+    }
+
+    fn another(&self) -> Option<Box<dyn Sink>> {
+        Some(Box::new(Self { diagnosis: self.diagnosis }))
     }
 
     fn asides(&mut self, out: &mut Vec<u8>, view: View<'_>, events: &[Event], _filter: &Filter) {
@@ -231,6 +259,10 @@ impl Sink for Signals {
         if passing.shown {
             Signals::frame(self, out, view.jsonl, passing.frame, events);
         }
+    }
+
+    fn defers(&self) -> bool {
+        true
     }
 }
 
@@ -319,6 +351,10 @@ impl Sink for Writer {
 
     fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
         Writer::finish(self, out, view.writing);
+    }
+
+    fn defers(&self) -> bool {
+        true
     }
 
     fn is_blind(&self) -> bool {

@@ -27,15 +27,15 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    pub(super) fn item(&mut self, mut item: Item, buses: &Buses, out: &mut Vec<u8>) {
+    pub(super) fn item(&mut self, item: &mut Item, buses: &Buses, out: &mut Vec<u8>) {
         if self.output.is_done() {
             return;
         }
         if let Some(info) = self.output.info() {
-            if let Item::Frame(frame) = &item {
+            if let Item::Frame(frame) = item {
                 self.capture.count(frame);
             }
-            return info.take(&item);
+            return info.take(item);
         }
         if !matches!(item, Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. }) {
             self.settle(buses, out);
@@ -43,7 +43,7 @@ impl Stream {
                 return;
             }
         }
-        match item {
+        match *item {
             Item::Frame(ref mut frame) => self.place(frame, buses, out),
             Item::Marker(marker) => self.marker(marker, buses, out),
             Item::Unreadable { place, reason } => self.capture.unreadable(place, reason),
@@ -51,6 +51,11 @@ impl Stream {
             Item::Gap { bus, away } => self.gap((bus, away), buses, out),
             Item::Until { now_ns } => self.until(now_ns, buses, out),
         }
+    }
+
+    /// Whether what is written may be written later, by another thread: what is understood needs nothing of it.
+    pub(super) fn defers(&self) -> bool {
+        self.output.sink.defers() && !self.output.tells() && !self.decoding.extract
     }
 
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.

@@ -8,39 +8,59 @@ use super::digits::{hex, hex_byte};
 /// Appends `bytes` as a JSON string, with its quotes. What is not UTF-8 becomes U+FFFD.
 pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
     out.push(b'"');
-    for chunk in bytes.utf8_chunks() {
-        let text = chunk.valid();
-        // What needs no escape is copied in runs: this is half of the time of a JSON line.
-        let mut start = 0;
-        for (at, c) in text.char_indices() {
-            let command = c == '[' && text.get(..at).is_some_and(|before| before.ends_with("##"));
-            if c != '"' && c != '\\' && !unsafe_on_a_terminal(c) && !command {
-                continue;
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        valid(out, text);
+    } else {
+        for chunk in bytes.utf8_chunks() {
+            valid(out, chunk.valid());
+            if !chunk.invalid().is_empty() {
+                push(out, char::REPLACEMENT_CHARACTER);
             }
-            out.extend_from_slice(text.get(start..at).unwrap_or("").as_bytes());
-            start = at + c.len_utf8();
-            match c {
-                '"' => out.extend_from_slice(b"\\\""),
-                '\\' => out.extend_from_slice(b"\\\\"),
-                '\n' => out.extend_from_slice(b"\\n"),
-                '\r' => out.extend_from_slice(b"\\r"),
-                '\t' => out.extend_from_slice(b"\\t"),
-                // A JSON line may also be looked at on a terminal, so what is unsafe there is escaped here; and so is
-                // what a runner of GitHub takes for a command, wherever it stands in a line.
-                c => {
-                    for unit in c.encode_utf16(&mut [0; 2]) {
-                        out.extend_from_slice(b"\\u");
-                        hex(out, u64::from(*unit), 4);
-                    }
-                }
-            }
-        }
-        out.extend_from_slice(text.get(start..).unwrap_or("").as_bytes());
-        if !chunk.invalid().is_empty() {
-            push(out, char::REPLACEMENT_CHARACTER);
         }
     }
     out.push(b'"');
+}
+
+/// What stands between the quotes. What needs no escape is copied in runs: this is much of the time of a JSON line.
+fn valid(out: &mut Vec<u8>, text: &str) {
+    let (mut start, mut at) = (0, 0);
+    while let Some(plain) = text.as_bytes().get(at..).and_then(|rest| rest.iter().position(|byte| !is_plain(*byte))) {
+        at += plain;
+        let (Some(before), Some(c)) = (text.get(start..at), text.get(at..).and_then(|rest| rest.chars().next())) else {
+            break;
+        };
+        let here = at;
+        at += c.len_utf8();
+        let command = c == '[' && text.get(..here).is_some_and(|before| before.ends_with("##"));
+        if c != '"' && c != '\\' && !unsafe_on_a_terminal(c) && !command {
+            continue;
+        }
+        out.extend_from_slice(before.as_bytes());
+        start = at;
+        match c {
+            '"' => out.extend_from_slice(b"\\\""),
+            '\\' => out.extend_from_slice(b"\\\\"),
+            '\n' => out.extend_from_slice(b"\\n"),
+            '\r' => out.extend_from_slice(b"\\r"),
+            '\t' => out.extend_from_slice(b"\\t"),
+            // A JSON line may also be looked at on a terminal, so what is unsafe there is escaped here; and so is
+            // what a runner of GitHub takes for a command, wherever it stands in a line.
+            c => {
+                for unit in c.encode_utf16(&mut [0; 2]) {
+                    out.extend_from_slice(b"\\u");
+                    hex(out, u64::from(*unit), 4);
+                }
+            }
+        }
+    }
+    out.extend_from_slice(text.get(start..).unwrap_or("").as_bytes());
+}
+
+/// Whether no character that this byte begins, and none that it goes on, is written otherwise in JSON. Of those that
+/// may be the first byte tells only that they are to be looked at.
+#[inline]
+fn is_plain(byte: u8) -> bool {
+    !matches!(byte, 0..=0x1F | b'"' | b'[' | b'\\' | 0x7F | 0xC2 | 0xD8 | 0xE1 | 0xE2 | 0xEF | 0xF3..=0xFF)
 }
 
 /// Appends `bytes` for a terminal or a report: what could control it is written `\xNN` or `\u{NNNN}`, and so is
@@ -97,6 +117,16 @@ mod tests {
         assert_eq!(shown(b"\x1b[31mred\x7f\r\n"), "\\x1B[31mred\\x7F\\x0D\\x0A");
         assert_eq!(shown("a\u{202e}b\u{9b}c".as_bytes()), "a\\u{202E}b\\u{009B}c");
         assert_eq!(shown(b"\xC3\x28"), "\\xC3(");
+    }
+
+    #[test]
+    fn every_unsafe_character_is_looked_at() {
+        for c in (0..=0x0010_FFFF).filter_map(char::from_u32).filter(|c| unsafe_on_a_terminal(*c)) {
+            let mut out = Vec::new();
+            json(&mut out, format!("a{c}").as_bytes());
+            let written = String::from_utf8(out).unwrap();
+            assert!(written.starts_with(r#""a\"#) && !written.chars().any(unsafe_on_a_terminal), "{c:?}: {written}");
+        }
     }
 
     #[test]

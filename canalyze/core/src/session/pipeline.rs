@@ -1,0 +1,321 @@
+//! Several cores on one piece of a file: its next frames are read, what came before is understood, and what was
+//! understood is written, at the same time.
+//!
+//! The threads begin and end within one call, so that between two calls a session is what it is without them: nothing is
+//! under way, and what was fed has come out. Items go from the reader to the session, and calls from there to the
+//! format, in blocks through queues that are bounded. Must not: know a service or a format, or change what comes out.
+
+use std::collections::BTreeMap;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, Builder, Scope};
+
+use super::capture::View;
+use super::sink::{Nothing, Passing, Sink};
+use super::stream::Stream;
+use super::subject::service;
+use crate::event::Event;
+use crate::filter::{Clock, Filter};
+use crate::finding::Finding;
+use crate::frame::{Buses, Frame};
+use crate::readers::{Item, Marker, Reader};
+use crate::render::jsonl;
+use crate::render::text::Clocked;
+use crate::text::Lang;
+use crate::writers;
+
+/// Bytes of a piece below which threads cost more than they gain.
+const LEAST: usize = 32 << 10;
+/// Items or calls of a block: to wake a thread costs as much as some tens of them.
+const BLOCK: usize = 512;
+/// Blocks that wait to be understood: with that many the reader of a piece need not stop on its way.
+const READ: usize = 128;
+/// Blocks that wait to be written.
+const UNDERSTOOD: usize = 8;
+
+/// A piece of a file, and what reads it.
+pub(super) struct Piece<'a> {
+    pub(super) reader: &'a mut Reader,
+    pub(super) bytes: &'a [u8],
+    pub(super) buses: &'a mut Buses,
+}
+
+/// Items of a file, and the names of the buses that were known when the first of them was read: a further name begins
+/// a block.
+struct Block {
+    items: Vec<Item>,
+    buses: Arc<Buses>,
+}
+
+/// Does what `reader.feed` and `stream.item` would do one after the other, by `threads` threads and one or two more
+/// that wait for them; `counts` is called with each item first. Whether it could: a piece may be too small, and the
+/// system may refuse threads. Then nothing was done.
+pub(super) fn feed(
+    piece: Piece<'_>,
+    threads: usize,
+    stream: &mut Stream,
+    counts: &mut dyn FnMut(&Item),
+    out: &mut Vec<u8>,
+) -> bool {
+    if threads < 2 || piece.bytes.len() < LEAST {
+        return false;
+    }
+    if !stream.defers() {
+        return thread::scope(|scope| {
+            let Some(blocks) = read_beside(scope, piece) else { return false };
+            understand(blocks, stream, counts, out);
+            true
+        });
+    }
+    let (to, calls) = sync_channel(UNDERSTOOD);
+    let (calls, ordered) = (Mutex::new(calls), Mutex::new(Ordered { next: 0, out, waiting: BTreeMap::new() }));
+    let mut sink = std::mem::replace(&mut stream.output.sink, Box::new(Deferred::new(to)));
+    let filter = stream.output.filter.clone();
+    let mut others: Vec<_> = (1..threads).map_while(|_| sink.another()).collect();
+    let done = thread::scope(|scope| {
+        let sinks = std::iter::once(&mut sink).chain(&mut others);
+        let started = sinks.map(|sink| write_beside(scope, &mut **sink, &filter, &calls, &ordered)).all(|all| all);
+        let blocks = started.then(|| read_beside(scope, piece)).flatten();
+        let done = blocks.is_some();
+        understand(blocks.into_iter().flatten(), stream, counts, &mut Vec::new());
+        // What was deferred last is handed over, and the writing ends.
+        stream.output.sink = Box::new(Nothing);
+        done
+    });
+    stream.output.sink = sink;
+    done
+}
+
+/// Takes items in their order.
+fn understand(
+    blocks: impl IntoIterator<Item = Block>,
+    stream: &mut Stream,
+    counts: &mut dyn FnMut(&Item),
+    out: &mut Vec<u8>,
+) {
+    for Block { mut items, buses } in blocks {
+        for item in &mut items {
+            counts(item);
+            stream.item(item, &buses, out);
+        }
+    }
+}
+
+/// Reads a piece on a thread of its own; `None` where there can be none.
+fn read_beside<'scope>(scope: &'scope Scope<'scope, '_>, piece: Piece<'scope>) -> Option<Receiver<Block>> {
+    let (to, blocks) = sync_channel::<Block>(READ);
+    let read = move || {
+        let Piece { reader, bytes, buses } = piece;
+        let known = |buses: &Buses| Block { items: Vec::with_capacity(BLOCK), buses: Arc::new(buses.clone()) };
+        let mut block = known(buses);
+        reader.feed(bytes, buses, &mut |item, buses| {
+            let is_full = block.items.len() >= BLOCK;
+            if is_full || block.buses.count() != buses.count() {
+                let next = match block.buses.count() == buses.count() {
+                    true => Block { items: Vec::with_capacity(BLOCK), buses: Arc::clone(&block.buses) },
+                    false => known(buses),
+                };
+                // Nobody takes them where the capture is over for those who read it.
+                let _ = to.send(std::mem::replace(&mut block, next));
+            }
+            block.items.push(item);
+        });
+        let _ = to.send(block);
+    };
+    Builder::new().spawn_scoped(scope, read).ok().map(|_| blocks)
+}
+
+/// Writes what is called for on a thread of its own; whether there can be one.
+fn write_beside<'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    sink: &'scope mut dyn Sink,
+    filter: &'scope Filter,
+    calls: &'scope Mutex<Receiver<(usize, Calls)>>,
+    ordered: &'scope Mutex<Ordered<'_>>,
+) -> bool {
+    let write = move || {
+        let (mut bytes, mut events) = (Vec::new(), Vec::new());
+        loop {
+            let next = lock(calls).recv();
+            let Ok((place, calls)) = next else { return };
+            calls.to(sink, filter, &mut bytes, &mut events);
+            lock(ordered).take(place, &mut bytes);
+        }
+    };
+    Builder::new().spawn_scoped(scope, write).is_ok()
+}
+
+/// What several write, in the order in which it was called for.
+struct Ordered<'a> {
+    next: usize,
+    out: &'a mut Vec<u8>,
+    waiting: BTreeMap<usize, Vec<u8>>,
+}
+
+impl Ordered<'_> {
+    /// Takes the bytes of the block at this place.
+    fn take(&mut self, place: usize, bytes: &mut Vec<u8>) {
+        if place != self.next {
+            self.waiting.insert(place, std::mem::take(bytes));
+            return;
+        }
+        self.out.append(bytes);
+        self.next += 1;
+        while let Some(mut bytes) = self.waiting.remove(&self.next) {
+            self.out.append(&mut bytes);
+            self.next += 1;
+        }
+    }
+}
+
+/// What a format would have been called with.
+#[derive(Debug)]
+enum Call {
+    /// A frame that passes the filter, and how many events it has.
+    Frame(Frame, usize),
+    /// So many events that belong to no frame at hand.
+    Asides(usize),
+    Finding(Box<Finding>),
+    Marker(Marker),
+}
+
+/// Calls in their order, each with the number of the setting that it was made in.
+#[derive(Debug, Default)]
+struct Calls {
+    settings: Vec<Setting>,
+    calls: Vec<(usize, Call)>,
+    events: Vec<Event>,
+}
+
+/// A view that outlives what it is of.
+#[derive(Debug)]
+struct Setting {
+    lang: Lang,
+    buses: Arc<Buses>,
+    file: Arc<[u8]>,
+    decimals: u8,
+    moments: Clocked,
+    clock: Clock,
+    date_ns: Option<i64>,
+}
+
+impl Setting {
+    fn new(view: View<'_>, before: Option<&Self>) -> Self {
+        let known = before.filter(|before| before.buses.count() == view.buses.count());
+        let buses = known.map_or_else(|| Arc::new(view.buses.clone()), |before| Arc::clone(&before.buses));
+        let of_file = before.filter(|before| *before.file == *view.jsonl.file);
+        let file = of_file.map_or_else(|| view.jsonl.file.into(), |before| Arc::clone(&before.file));
+        let jsonl::Setting { lang, decimals, clock: moments, .. } = view.jsonl;
+        Self { lang, buses, file, decimals, moments, clock: view.clock, date_ns: view.writing.date_ns }
+    }
+
+    fn is(&self, view: View<'_>) -> bool {
+        let View { clock, jsonl, writing, buses } = view;
+        self.clock == clock
+            && self.date_ns == writing.date_ns
+            && (self.lang, self.decimals, self.moments) == (jsonl.lang, jsonl.decimals, jsonl.clock)
+            && self.buses.count() == buses.count()
+            && *self.file == *jsonl.file
+    }
+
+    fn view(&self) -> View<'_> {
+        let Self { lang, buses, file, decimals, moments, clock, date_ns } = self;
+        let jsonl = jsonl::Setting { lang: *lang, file, buses, decimals: *decimals, clock: *moments };
+        View { buses, clock: *clock, jsonl, writing: writers::Setting { buses, date_ns: *date_ns } }
+    }
+}
+
+impl Calls {
+    /// Makes the calls. `out` and `scratch` are cleared.
+    fn to(self, sink: &mut dyn Sink, filter: &Filter, out: &mut Vec<u8>, scratch: &mut Vec<Event>) {
+        out.clear();
+        let mut events = self.events.into_iter();
+        for (setting, call) in self.calls {
+            let Some(view) = self.settings.get(setting).map(Setting::view) else { continue };
+            scratch.clear();
+            match call {
+                Call::Frame(frame, count) => {
+                    scratch.extend(events.by_ref().take(count));
+                    let passing =
+                        Passing { frame: &frame, service: service(scratch), filter, shown: true, sync: (0, None) };
+                    sink.frame(out, view, passing, scratch);
+                }
+                Call::Asides(count) => {
+                    scratch.extend(events.by_ref().take(count));
+                    sink.asides(out, view, scratch, filter);
+                }
+                Call::Finding(finding) => sink.finding(out, view, &finding),
+                Call::Marker(marker) => sink.marker(out, view, &marker),
+            }
+        }
+    }
+}
+
+/// The place of a format whose calls are made by other threads. It stands for one that defers ([`Sink::defers`]).
+#[derive(Debug)]
+struct Deferred {
+    calls: Calls,
+    place: usize,
+    to: SyncSender<(usize, Calls)>,
+}
+
+impl Deferred {
+    fn new(to: SyncSender<(usize, Calls)>) -> Self {
+        Self { calls: Calls::default(), place: 0, to }
+    }
+
+    fn call(&mut self, view: View<'_>, call: Call) {
+        let last = self.calls.settings.last();
+        if !last.is_some_and(|last| last.is(view)) {
+            let setting = Setting::new(view, last);
+            self.calls.settings.push(setting);
+        }
+        self.calls.calls.push((self.calls.settings.len() - 1, call));
+        if self.calls.calls.len() >= BLOCK {
+            self.hand_over();
+        }
+    }
+
+    fn hand_over(&mut self) {
+        let room = Calls { calls: Vec::with_capacity(BLOCK), events: Vec::with_capacity(BLOCK), ..Calls::default() };
+        // Only a panic ends the writing before.
+        let _ = self.to.send((self.place, std::mem::replace(&mut self.calls, room)));
+        self.place += 1;
+    }
+}
+
+impl Drop for Deferred {
+    fn drop(&mut self) {
+        self.hand_over();
+    }
+}
+
+impl Sink for Deferred {
+    fn frame(&mut self, _out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+        if passing.shown {
+            let count = events.len();
+            self.calls.events.append(events);
+            self.call(view, Call::Frame(*passing.frame, count));
+        }
+    }
+
+    fn asides(&mut self, _out: &mut Vec<u8>, view: View<'_>, events: &[Event], _filter: &Filter) {
+        if !events.is_empty() {
+            self.calls.events.extend_from_slice(events);
+            self.call(view, Call::Asides(events.len()));
+        }
+    }
+
+    fn finding(&mut self, _out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
+        self.call(view, Call::Finding(Box::new(finding.clone())));
+    }
+
+    fn marker(&mut self, _out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
+        self.call(view, Call::Marker(*marker));
+    }
+}
+
+/// A lock that a panic elsewhere has poisoned is taken all the same.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
