@@ -30,11 +30,11 @@ TOPICS: Final = {
     "look": ("diagnose", "decode", "summary", "sdo", "signals", "view", "explain"),
     "live": ("sniff", "monitor"),
     "judge": ("check", "expect", "diff", "fleet", "rules"),
-    "files": ("info", "convert", "eds", "examples", "help"),
+    "files": ("info", "convert", "export", "eds", "examples", "help"),
 }
 """The commands as help groups them; each stands in `commands/` under its name."""
 COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)
-_MACHINE: Final = ("signals", "convert")
+_MACHINE: Final = ("signals", "convert", "export")
 """Commands whose output is no text for people, unless asked."""
 
 _SETTLED_FIRST: Final = ("--lang", "--config")

@@ -139,6 +139,7 @@ MAY_USE: dict[str, set[str]] = {
         "output.writing",
     },
     "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
+    "exporting": {*SAID, "_core", "library", "output.writing"},
     "monitor": {*READ, "output.layout", "output", "running.reading"},
     "pytest_plugin": {*SAID, "finding", "incident", "library", "output", "output.writing"},
 }
@@ -184,8 +185,8 @@ def test_a_file_uses_what_it_may(path: Path) -> None:
 
 OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy", "pandas", "polars", "obstore", "dask", "distributed", "ray"}
 """What only extras bring."""
-HEAVY = """
-import sys, canalyze.cli, canalyze.commands.view, canalyze.commands.sniff, canalyze.commands.fleet, canalyze.fleet.run
+COMMANDS = ("view", "sniff", "export", "fleet")
+HEAVY = f"""import sys, canalyze.cli, canalyze.fleet.run, {", ".join(f"canalyze.commands.{name}" for name in COMMANDS)}
 print(*sys.modules, sep="\\n")"""
 
 
@@ -198,7 +199,7 @@ def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             if OPTIONAL & {name.split(".")[0] for name in names}:
                 users.add(path.relative_to(PACKAGE).parts[0])
-    assert users == {"timeline", "library", "fleet"}
+    assert users == {"timeline", "library", "exporting", "fleet"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
 

@@ -22,6 +22,7 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "fleet": ("fleet",),
     "expectations": ("expect",),
     "formats": ("convert", "info"),
+    "export": ("export",),
     "configuration": (),
     "library": (),
     "pytest": (),
