@@ -119,6 +119,8 @@ def test_exit_codes(canalyze: Runner, mixed: Path, names: tuple[str, ...], code:
         (["check", "captures"], "-o"),
         (["check", "-o", "out"], "SOURCE"),
         (["summary", "captures", "-o", "out", "--fail-on", "error"], "--fail-on"),
+        (["check", "captures", "-o", "out", "--table", "frames"], "--table"),
+        (["export", "captures", "-o", "out", "--device-from", "no group"], "--device-from"),
         (["check", "captures", "-o", "out", "--shard", "5/4"], "--shard 5/4"),
         (["check", "captures", "-o", "out", "--on", "spark"], "--on spark"),
         (["check", "nowhere", "-o", "out"], "nowhere"),
@@ -453,3 +455,57 @@ def test_results_that_cannot_be_written_end_the_run(tmp_path: Path, canalyze: Ru
     (tmp_path / "out/_manifest").write_text("in the way")
     done = canalyze("fleet", "check", "captures", "-o", "out", "--lang", "en")
     assert (done.code, done.out, len(done.complaints)) == (2, "", 1), done
+
+
+# Tables.
+
+
+def lake(out: Path) -> dict[str, list[Path]]:
+    found: dict[str, list[Path]] = {}
+    for path in sorted(out.rglob("*.parquet")):
+        found.setdefault(path.relative_to(out).parts[0], []).append(path)
+    return found
+
+
+def test_tables_of_all_captures_are_in_one_place(canalyze: Runner, mixed: Path, tmp_path: Path) -> None:
+    dataset = pytest.importorskip("pyarrow.dataset")
+    done = canalyze("fleet", "export", "captures", "-o", "out", "--device-from", "captures/(deeper)/", "--lang", "en")
+    assert done.code == 3, done
+    found = lake(tmp_path / "out")
+    assert len(found["frames"]) == len(found["captures"]) == 4
+    rows = dataset.dataset(str(tmp_path / "out/frames"), partitioning="hive").to_table().to_pylist()
+    assert len({row["capture"] for row in rows}) == 4
+    assert {row["device"] for row in rows} == {None, "deeper"}
+    assert len(rows) == sum(row["frames"] for row in manifests(tmp_path / "out", "export").values())
+    assert [line.split() for line in done.lines if line.startswith("frames ")] == [["frames", "4", str(len(rows))]]
+    assert not (tmp_path / "out/_parts").exists()
+
+
+def test_tables_of_a_capture_that_changed_take_the_place_of_the_former(
+    canalyze: Runner, mixed: Path, tmp_path: Path
+) -> None:
+    pytest.importorskip("pyarrow")
+    line = ("fleet", "export", "captures/toggle.log", "-o", "out", "--table", "frames", "--lang", "en")
+    assert canalyze(*line).code == 0
+    (before,) = lake(tmp_path / "out")["frames"]
+    (mixed / "toggle.log").write_text("(1700000000.000000) can0 705#05\n(1700000000.100000) can0 705#05\n")
+    assert canalyze(*line).code == 0
+    (after,) = lake(tmp_path / "out")["frames"]
+    assert before.name == after.name and "date=2023-11-14" in str(after)  # another day, and so another folder
+    (mixed / "toggle.log").write_bytes(b"\x00" * 100)
+    assert canalyze(*line).code == 3
+    assert lake(tmp_path / "out") == {}
+
+
+def test_a_worker_that_dies_while_it_writes_leaves_no_part(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    folder, log = folder_of(tmp_path, "a.log", "b.log"), tmp_path / "trace"
+    job = Job("en", {}, Known(), {"tables": ["frames"]}, beside=False)
+    one = work(tmp_path / "out", action="export", job=job, tables=("frames",))
+    every = captures([str(folder)], one.out, beside=False)
+    for capture in every:  # as one leaves it that was killed
+        (tmp_path / "out/_parts" / capture.id).mkdir(parents=True)
+        (tmp_path / "out/_parts" / capture.id / "frames.1234.part").write_bytes(b"half")
+    finish(Pool(Traced(one, str(log)), 2), one, every)
+    assert [path.name for path in (tmp_path / "out").rglob("*.part")] == []
+    assert len(lake(tmp_path / "out")["frames"]) == 2

@@ -245,6 +245,22 @@ def test_results_are_whole_objects(tmp_path: Path, server: Server) -> None:
         to.put("a/b.json", b"one")
         to.put("a/b.json", b"two" * 3_000_000)
         assert to.get("a/b.json") == b"two" * 3_000_000 and to.names("a") == ["b.json"]
+        with to.beside("1", str(tmp_path)) as folder:
+            (folder / "c").write_bytes(b"three" * 3_000_000)  # in several parts
+            to.bring(folder / "c", "a/c")
+        assert to.get("a/c") == b"three" * 3_000_000 and not folder.exists()
+        to.remove("a/b.json")
+        to.remove("a/b.json")
+        assert to.names("a") == ["c"]
+
+
+def test_tables_come_into_a_store(server: Server, canalyze: Runner) -> None:
+    pytest.importorskip("pyarrow")
+    env = {name: os.environ[name] for name in os.environ if name.startswith("AWS_")}
+    done = canalyze("fleet", "export", "s3://caps/night/", "-o", "s3://caps/lake", "--table", "frames", env=env)
+    assert (done.code, done.err) == (0, ""), done
+    found = [path for path, *_ in stores.listed("s3://caps/lake", "frames")]
+    assert len(found) == 3 and all(path.endswith(".parquet") for path in found)
 
 
 def test_what_is_missing_is_said(monkeypatch: pytest.MonkeyPatch, server: Server) -> None:

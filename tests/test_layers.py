@@ -101,8 +101,10 @@ MAY_USE: dict[str, set[str]] = {
     "fleet": {
         *READ,
         "check",
+        "configuration.descriptions",
         "configuration.options",
         "expectations",
+        "exporting",
         "output",
         "output.jsonl",
         "output.writing",

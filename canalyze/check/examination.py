@@ -7,6 +7,7 @@ and all that comes of it can be sent back. Must not: judge what counts, or print
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -135,12 +136,15 @@ def read(
     name: str,
     job: Job,
     progress: Meter,
-    take: Callable[[bytes], None],
+    take: "Callable[[Session, bytes], None]",
     *,
     form: str = "check",
     shown: str | None = None,
 ) -> Read:
-    """Read one capture through a session of that form; what is wrong with it is in the answer. shown: its name."""
+    """Read one capture through a session of that form; what is wrong with it is in the answer.
+
+    take: gets each result of the session. shown: the capture's name.
+    """
     words = Words(job.lang)
     complaints: list[str] = []
 
@@ -153,7 +157,7 @@ def read(
     except CanalyzeError as error:  # what lies beside this capture; what holds for all was tried before
         reason = error.in_words(words)
         return Read(None, reason, (f"canalyze: {reason}",))
-    run = Run(session, words, progress, take, job.given, tell=tell, shown=shown)
+    run = Run(session, words, progress, partial(take, session), job.given, tell=tell, shown=shown)
     code = run.over((name,))
     return Read(session, run.failure, tuple(complaints), code - 128 if code > 128 else 0)
 
@@ -162,7 +166,7 @@ def examine(name: str, job: Job, progress: Meter, shown: str | None = None) -> E
     """Read one capture to its end; what is wrong with it is in the answer. shown: its name."""
     began = monotonic()
     kinds = _Kinds()
-    done = read(name, job, progress, kinds.take, shown=shown)
+    done = read(name, job, progress, lambda _, result: kinds.take(result), shown=shown)
     if done.session is None:
         return Examined(shown or name, error=done.error, complaints=done.complaints)
     held_against = job.expectations_for(name)

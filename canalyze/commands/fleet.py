@@ -5,6 +5,7 @@ What is done with a capture stands in `canalyze/fleet/task.py`, how it is seen t
 Exit codes: as those of `check`, and 3 where all is done but for captures that failed.
 """
 
+import re
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -15,6 +16,7 @@ from typing import Any, Final, Unpack
 
 import click
 
+from canalyze import exporting
 from canalyze.check.examination import Job
 from canalyze.check.policy import Policy, Standing, Threshold
 from canalyze.commands.check import held_policy, judging_options, known_findings, tried
@@ -34,9 +36,10 @@ from canalyze.output import Progress, complain, open_output
 from canalyze.output.help import Command
 from canalyze.words import Words
 
-_ACTIONS: Final = ("check", "summary")
+_ACTIONS: Final = ("check", "export", "summary")
 _CHECKS: Final = ("fail_on", "select", "ignore", "baseline", "expect", "no_expect", "incidents")
-"""Options that judge."""
+_OF: Final = dict.fromkeys(_CHECKS, "check") | dict.fromkeys(("tables", "signals", "device_from"), "export")
+"""Options that are of one action only."""
 _ENGINES: Final = ("dask", "ray")
 
 
@@ -52,6 +55,9 @@ def command(words: Words) -> click.Command:
         on: tuple[str, str | None] | None,
         seconds: int | None,
         megabytes: int | None,
+        tables: tuple[str, ...],
+        signals: str | None,
+        device_from: str | None,
         retry: bool,
         html: bool,
         force: bool,
@@ -82,13 +88,19 @@ def command(words: Words) -> click.Command:
         config = click.get_current_context().find_object(Config) or Config()
         asked = Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline, incidents=incidents)
         held = held_policy(config.check or Policy(), asked, words)
-        settings = {"filter": expression, "stamps": stamps, "time": time}
+        settings: dict[str, Any] = {"filter": expression, "stamps": stamps, "time": time}
+        chosen = tuple(dict.fromkeys(tables)) or tuple(exporting.TABLES)
+        if action == "export":
+            exporting.require()
+            settings |= {"tables": [exporting.TABLES[name] for name in chosen], "select": signals}
         job = tried(
             Job(words.lang, given, config.known, settings, expect, not no_expect, held.incidents is not None), words
         )
         with ExitStack() as stack:
             scratch = None if on else stack.enter_context(tempfile.TemporaryDirectory(prefix="canalyze-fleet-"))
-            work = Work(action, job, held, known_findings(held, words), output, force, scratch)
+            known = known_findings(held, words) if action == "check" else {}
+            given_tables = chosen if action == "export" else ()
+            work = Work(action, job, held, known, output, given_tables, device_from or "", force, scratch)
             every = listing.captures(sources, output, beside=work.beside)
             captures = [one for one in every if shard is None or one.in_shard(*shard)]
             done = runs.standing(work, captures, retry=retry)
@@ -136,6 +148,19 @@ def command(words: Words) -> click.Command:
             click.Option(["--html"], is_flag=True, help=words("fleet.html")),
             click.Option(["--force"], is_flag=True, help=words("fleet.force")),
             *judging_options(words),
+            click.Option(
+                ["--table", "tables"],
+                type=OneOf(tuple(exporting.TABLES), words),
+                multiple=True,
+                help=words("export.table"),
+            ),
+            click.Option(["--signals"], metavar="GLOBS", help=words("signals.select")),
+            click.Option(
+                ["--device-from"],
+                type=Spelled(_group, "group", words),
+                metavar="REGEX",
+                help=words("fleet.device_from"),
+            ),
             time_option(words),
             color_option(words),
             bitrate_option(words),
@@ -146,6 +171,14 @@ def command(words: Words) -> click.Command:
 
 def _number(words: Words) -> Spelled:
     return Spelled(positive, "positive", words)
+
+
+def _group(text: str) -> str | None:
+    """Read a regular expression with a group."""
+    try:
+        return text if re.compile(text).groups else None
+    except re.error:
+        return None
 
 
 def _shard(text: str) -> tuple[int, int] | None:
@@ -166,14 +199,15 @@ def _agree(
     """Say what is missing, and what does not go together."""
     context = click.get_current_context()
     given = {param.name: param for param in context.command.params}
-    stray = [name for name in _CHECKS if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE]
+    typed = click.core.ParameterSource.COMMANDLINE
+    stray = [name for name, of in _OF.items() if of != action and context.get_parameter_source(name) == typed]
     if not sources:
         raise click.UsageError(words("usage.missing", what="SOURCE"), context)
     if output is None:
         raise click.UsageError(words("fleet.no_output"), context)
-    if action != "check" and stray:
-        option = given[stray[0]].opts[-1]
-        raise click.UsageError(words("fleet.check_only", option=option), context)
+    if stray:
+        option = given[stray[0]].opts[0]
+        raise click.UsageError(words("fleet.other", option=option, action=_OF[stray[0]]), context)
     if expect is not None and no_expect:
         raise click.UsageError(words("usage.exclusive", one="--expect", other="--no-expect"), context)
 

@@ -6,8 +6,10 @@ what an object holds.
 """
 
 import re
+import shutil
+import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from datetime import timedelta
 from functools import cache
 from pathlib import Path
@@ -50,6 +52,15 @@ class Place(Protocol):
 
     def put(self, name: str, data: bytes) -> None:
         """Write an object, or another one in its place; OutputError where that cannot be."""
+
+    def beside(self, name: str, scratch: str | None) -> AbstractContextManager[Path]:
+        """Give an empty folder for files of that work on their way; what is left in it is taken away."""
+
+    def bring(self, path: Path, name: str) -> None:
+        """Make a file of such a folder an object; OutputError where that cannot be."""
+
+    def remove(self, name: str) -> None:
+        """Take an object away, if it is there."""
 
 
 def place(name: str) -> Place:
@@ -98,6 +109,33 @@ class _Folder:
         except OSError as error:
             raise OutputError("output.write", name=path, error=error) from error
 
+    @contextmanager
+    def beside(self, name: str, scratch: str | None) -> Iterator[Path]:
+        folder = self._path / "_parts" / name  # where renaming is enough, and the next attempt finds it
+        try:
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+        except OSError as error:
+            raise OutputError("output.write", name=folder, error=error) from error
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+            with suppress(OSError):  # others are at work there
+                folder.parent.rmdir()
+
+    def bring(self, path: Path, name: str) -> None:
+        final = self._path / name
+        try:
+            final.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(final)
+        except OSError as error:
+            raise OutputError("output.write", name=final, error=error) from error
+
+    def remove(self, name: str) -> None:
+        with suppress(OSError):
+            (self._path / name).unlink()
+
 
 class _Bucket:
     """A folder of an object store."""
@@ -123,6 +161,23 @@ class _Bucket:
 
         with told(f"{self._url}/{name}", OutputError):
             obstore.put(opened(self._url), name, data)
+
+    @contextmanager
+    def beside(self, name: str, scratch: str | None) -> Iterator[Path]:
+        with tempfile.TemporaryDirectory(prefix="canalyze-", dir=scratch) as folder:
+            yield Path(folder)
+
+    def bring(self, path: Path, name: str) -> None:
+        import obstore
+
+        with told(f"{self._url}/{name}", OutputError):
+            obstore.put(opened(self._url), name, path)
+
+    def remove(self, name: str) -> None:
+        import obstore
+
+        with told(f"{self._url}/{name}", OutputError), suppress(FileNotFoundError):
+            obstore.delete(opened(self._url), name)
 
 
 @cache

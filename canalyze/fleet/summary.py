@@ -30,6 +30,8 @@ def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *,
     """Write it as text. whole: of check what is said of each capture, and not only of all."""
     if action == "check":
         check_text.show([verdict_of(action, one) for one in done], out, words, totals=not whole)
+    elif action == "export":
+        fleet_text.show_tables([(one.result or {}).get("rows", {}) for one in done], out, words)
     else:
         fleet_text.show([(one.capture, one.error, records_of(one)) for one in done], out, words)
     fleet_text.show_failed([(one.capture, one.error or "", one.attempts) for one in done if one.failed], out, words)
@@ -40,7 +42,7 @@ def write(action: Action, done: Sequence[Manifest], place: Place, name: str, wor
     verdicts = [verdict_of(action, one) for one in done]
     text = _Kept()
     show(action, done, text, words, whole=True)
-    lines = check_jsonl.lines(verdicts) if action == "check" else _records(done)
+    lines = check_jsonl.lines(verdicts) if action == "check" else _records(action, done)
     reports = {
         "txt": bytes(text.data),
         "jsonl": "".join(f"{line}\n" for line in lines).encode("utf-8", "backslashreplace"),
@@ -55,10 +57,12 @@ def write(action: Action, done: Sequence[Manifest], place: Place, name: str, wor
     return [f"{name}.{form}" for form in reports]
 
 
-def _records(done: Iterable[Manifest]) -> Iterable[str]:
-    """Give the records of summaries, each with the name of its capture; of one that was not read, why."""
+def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
+    """Give the records of summaries, and what was exported, with the capture's name; of one that was not read, why."""
     for one in done:
-        for record in records_of(one):
+        if action == "export" and one.result:
+            yield json_lines.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)
+        for record in records_of(one) if action == "summary" else ():
             yield json_lines.text({"capture": one.capture, **record}, compact=True)
         if one.failed:
             row = {"capture": one.capture, "kind": "failed", "reason": one.failed, "error": one.error}

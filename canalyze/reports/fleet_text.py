@@ -47,6 +47,18 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
     out.text("\n" + words("fleet.figures", files=len(captures), frames=frames, hours=f"{hours:.2f}") + "\n")
 
 
+def show_tables(captures: Sequence[Mapping[str, int]], out: Output, words: Words) -> None:
+    """Say which tables were written. captures: rows by table, a wide one as signals/MESSAGE."""
+    rows, files = Counter[str](), Counter[str]()
+    for one in captures:
+        rows.update(one)
+        files.update(one.keys())
+    right = (Column(words(f"fleet.{name}"), right=True) for name in ("files", "rows"))
+    table = Table([Column(words("fleet.table")), *right], out, live=False)
+    table.add([Row([name, str(files[name]), str(rows[name])], place) for place, name in enumerate(sorted(rows))])
+    table.close()
+
+
 def show_failed(failed: Sequence[tuple[str, str, int]], out: Output, words: Words) -> None:
     """Name the captures that could not be read, or not as a whole: name, why, number of attempts."""
     if failed:
