@@ -1,4 +1,4 @@
-"""Threads that share the work on one file: what comes out is the same, whatever comes in, and so is what is known after.
+"""Threads that share the work on one file: what comes out is the same, and so is what is known after.
 
 The captures are the samples, each repeated until it is worth threads: stamps that go back, transfers that are cut,
 names of buses that come late, lines that cannot be read.
@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from conftest import Runner
 
 from canalyze._core import Session, sniff
 from canalyze.running.options import SessionOptions
-from conftest import Runner
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 PIECE = 40 << 10

@@ -75,8 +75,8 @@ pub(super) fn feed(
     let filter = stream.output.filter.clone();
     let mut others: Vec<_> = (1..threads).map_while(|_| sink.another()).collect();
     let done = thread::scope(|scope| {
-        let sinks = std::iter::once(&mut sink).chain(&mut others);
-        let started = sinks.map(|sink| write_beside(scope, &mut **sink, &filter, &calls, &ordered)).all(|all| all);
+        let mut sinks = std::iter::once(&mut sink).chain(&mut others);
+        let started = sinks.all(|sink| write_beside(scope, &mut **sink, &filter, &calls, &ordered));
         let blocks = started.then(|| read_beside(scope, piece)).flatten();
         let done = blocks.is_some();
         understand(blocks.into_iter().flatten(), stream, counts, &mut Vec::new());
