@@ -4,6 +4,7 @@ Each worker has the capture read in a process beside it, so that limits hold the
 does not take the worker, and what that knows, with it. Must not: know what the work is.
 """
 
+import logging
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -30,7 +31,8 @@ class Cluster:
         dask.config.set({"distributed.scheduler.allowed-failures": _LOST})
         self._cluster: Any = None
         if address is None:
-            self._cluster = LocalCluster(n_workers=width, threads_per_worker=1, dashboard_address=None)
+            quiet: Any = {"dashboard_address": None, "silence_logs": logging.CRITICAL}
+            self._cluster = LocalCluster(n_workers=width, threads_per_worker=1, **quiet)
         try:
             self._client = Client(self._cluster or address, timeout="15s")
             alike(self._client.run(version).values(), address)

@@ -3,6 +3,7 @@
 As on Dask, a worker has the capture read in a process beside it. Must not: know what the work is.
 """
 
+import logging
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -28,7 +29,7 @@ class Cluster:
         self._ray = ray
         own: dict[str, Any] = {"num_cpus": width, "include_dashboard": False} if address is None else {}
         try:
-            ray.init(address or "local", log_to_driver=False, logging_level="ERROR", **own)
+            ray.init(address or "local", log_to_driver=False, logging_level=logging.ERROR, **own)
             alike([ray.get(ray.remote(version).remote())], address)
         except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
             raise ConfigError("fleet.no_cluster", name=address, problem=str(error)) from error
