@@ -32,7 +32,7 @@ INCIDENTS: list[str]
 """Names of the kinds of incident, as `node-silent`."""
 
 TABLES: list[str]
-"""Names of the tables of columns that a session builds; `pdo` stands for those of all PDOs."""
+"""Names of the tables of columns that a session builds; `pdo` and `wide` stand for those of all PDOs."""
 
 SETTINGS: dict[str, dict[str, dict[str, tuple[str, str]]]]
 """Keys of canalyze.toml (`config`) and of expectations (`expect`), by their tables, "" outside of tables.

@@ -5,6 +5,7 @@
     0    done; also when the reader of a pipe went away
     1    check: there are findings; sniff: an expectation does not hold
     2    wrong usage, or something could not be read or written
+    3    fleet: all is done, but for captures that failed
     130  Ctrl-C (143: SIGTERM); what was known by then is written. For sniff Ctrl-C is the normal end: 0
 
 A command's module is imported only when that command is asked for.
@@ -28,12 +29,12 @@ from canalyze.words import Words
 TOPICS: Final = {
     "look": ("diagnose", "decode", "summary", "sdo", "signals", "view", "explain"),
     "live": ("sniff", "monitor"),
-    "judge": ("check", "expect", "diff", "rules"),
-    "files": ("info", "convert", "eds", "examples", "help"),
+    "judge": ("check", "expect", "diff", "fleet", "rules"),
+    "files": ("info", "convert", "export", "eds", "examples", "help"),
 }
 """The commands as help groups them; each stands in `commands/` under its name."""
 COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)
-_MACHINE: Final = ("signals", "convert")
+_MACHINE: Final = ("signals", "convert", "export")
 """Commands whose output is no text for people, unless asked."""
 
 _SETTLED_FIRST: Final = ("--lang", "--config")

@@ -25,6 +25,10 @@ TABLES = {
     ),
     "sync_cycles": ("一行是一个同步周期", "One row per SYNC cycle."),
     "signals": ("一行是PDO里的一个信号值", "One row per value of a signal in a PDO."),
+    "objects": (
+        "一行是一个对象的值，无论由哪种服务传送：PDO、SDO、EMCY（错误码和1001h）、NMT状态",
+        "One row per value of an object, whatever carried it: PDO, SDO, EMCY (its code and 1001h), NMT state.",
+    ),
     "listing": ("一行是注释列表的一行", "One row per line of the annotated listing."),
     "lanes": ("一行是时间轴上一条状态条的一次变化", "One row per change in a lane of the timeline."),
     "log": ("一行是一条检查结果或一个紧急报文", "One row per finding or EMCY, in words."),
@@ -162,6 +166,13 @@ _OWN = {
     "lanes.state": ("显示的文字；空表示不再有", "text shown; empty where it ends"),
     "incidents.delay_ns": ("距原因开始", "since the cause began"),
     "pdo.delay_ns": ("距SYNC", "since SYNC"),
+    "objects.source": ("由哪种服务传送：pdo、sdo、emcy、nmt", "what carried it: pdo, sdo, emcy or nmt"),
+    "objects.index": ("对象索引；NMT状态和EMCY错误码没有", "index of the object; NMT states and EMCY codes have none"),
+    "objects.sub": ("子索引", "sub-index"),
+    "objects.name": ("名称（英文）", "name, in English"),
+    "objects.value": ("换算后的值，单位见unit列", "value in the unit of column unit"),
+    "objects.integer": ("整数值（不带系数时）", "the same as an integer, where it has no factor"),
+    "objects.text": ("字符串的值，或数值的含义（英文）", "value of a string, or what a number means, in English"),
 }
 
 
@@ -210,10 +221,15 @@ HEAD = (
 PDO = (
     "\n## pdo\n\n每个PDO的每种映射各有一张宽表，名称如 `pdo/can0/5.TPDO1/1`：一行是一个PDO，除下列各列外，每个信"
     "号一列（列名是信号名，"
-    "单位等在该列的元数据中）。\n",
+    "单位等在该列的元数据中）。\n\n"
+    "表 `wide`（如 `wide/can0/5.TPDO1/1`）的列相同，但信号是换算成单位的值；状态字、控制字和模式是英文文字，"
+    "数值在后面的 `名称__raw` 列；列名是英文。`canalyze export` 用的是它。\n",
     "\n## pdo\n\nEach mapping of each PDO is a wide table of its own, named `pdo/can0/5.TPDO1/1`: one row per "
     "PDO, with one column "
-    "per signal behind those below (its unit and object are in the column's metadata).\n",
+    "per signal behind those below (its unit and object are in the column's metadata).\n\n"
+    "Tables of `wide` (as `wide/can0/5.TPDO1/1`) have the same columns, but values are in their units; status words, "
+    "control words and modes are words, with the number in `NAME__raw` behind them; names are English. "
+    "`canalyze export` uses these.\n",
 )
 
 

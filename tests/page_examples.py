@@ -49,6 +49,7 @@ _ALIASES = {
     "part2.log": "rules/HBT001.clean.log",
 }
 """Names that pages use, beside those of `canalyze examples`, and the samples that are there under them."""
+_DUCKDB = "import sys, duckdb; print(str(duckdb.sql(sys.stdin.read())).strip())"
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,10 @@ def workspace(folder: Path) -> None:
         script = folder / "bin" / name
         script.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m {module} "$@"\n')
         script.chmod(0o755)
+    # As its command line, of which the package for Python has none.
+    script = folder / "bin" / "duckdb"
+    script.write_text(f'#!/bin/sh\nexec "{sys.executable}" -c "{_DUCKDB}"\n')
+    script.chmod(0o755)
 
 
 def environment(folder: Path, lang: str) -> dict[str, str]:

@@ -19,7 +19,7 @@ from captures import SAMPLES, Row, described, described_beside, session_output, 
 from canalyze import _core
 from canalyze.running.options import SessionOptions
 
-FIXED = [table for table in _core.TABLES if table != "pdo"]
+FIXED = [table for table in _core.TABLES if table not in {"pdo", "wide"}]
 PDO = ["t_ns", "frame", "provenance", "cycle", "delay_ns", "running_cycle"]
 """Columns of every table of a PDO, before those of its signals."""
 CAPTURES = sorted(
@@ -302,6 +302,63 @@ def same_pdos(frames: list[Row], said: list[Row], tables: dict[str, _core.Table]
     assert all(len(signals) == 1 for signals in expected.values())
 
 
+def same_values(said: list[Row], tables: dict[str, _core.Table]) -> None:
+    """Each signal has the value that its line has, in its unit; what has words has them and the number."""
+    expected: dict[tuple[Any, ...], list[Row]] = defaultdict(list)
+    for signal in said:
+        expected[signal["frame"], signal["bus"], signal["node"], signal["pdo"]].append(signal)
+    for name, table in tables.items():
+        about = table.metadata
+        assert name.startswith("wide/")
+        fields = [field for field in pa.schema(table) if field.metadata]
+        worded = {field.name.removesuffix("__raw") for field in fields if field.name.endswith("__raw")}
+        for row in rows_of(table):
+            signals = expected[row["frame"], about["bus"] or None, int(about["node"]), about["pdo"]]
+            numbers = [field for field in fields if field.name not in worded]
+            for field, signal in zip(numbers, signals, strict=True):
+                value, shown = row[field.name], as_number(signal["value"])
+                if isinstance(value, bytes):
+                    assert value.hex().upper() == signal["value"]
+                elif value is not None and shown is not None:
+                    assert value == pytest.approx(float(shown), rel=1e-7)
+                    if str(field.type) == "double":
+                        assert value == float(shown)
+                words = row.get(field.name.removesuffix("__raw")) if field.name.endswith("__raw") else None
+                if words is not None:
+                    assert signal["text"].endswith(words)
+
+
+def same_objects(said: Any, listed: list[Row], table: _core.Table) -> None:
+    rows = rows_of(table)
+    by_source: dict[str, list[Row]] = defaultdict(list)
+    for row in rows:
+        by_source[row["source"]].append(row)
+    assert set(by_source) <= {"pdo", "sdo", "emcy", "nmt"}
+    for row, signal in zip(by_source["pdo"], listed, strict=True):
+        shared = ("frame", "bus", "node", "sub", "unit")
+        assert {key: row[key] for key in shared} == {key: signal[key] for key in shared}
+        assert (row["index"], row["name"]) == (int(signal["index"], 16), signal["signal"])
+        if row["value"] is not None and signal["value"] is not None:
+            assert row["value"] == pytest.approx(float(signal["value"]), rel=1e-7)
+        if row["text"] is not None:
+            assert row["text"] in signal["text"] or row["text"] == signal["value"]
+    ok = [
+        one for one in said.transfers if one["status"] == "ok" and one["index"] and len(one["data"]) == 2 * one["size"]
+    ]
+    for row, transfer in zip(by_source["sdo"], ok, strict=True):
+        assert (row["frame"], row["node"]) == (transfer["last_frame"], transfer["node"])
+        assert (row["index"], row["sub"]) == (int(transfer["index"], 16), transfer["sub"])
+        if row["integer"] is not None:
+            assert row["integer"] == int(as_number(transfer["value"]))
+        elif isinstance(transfer["value"], str) and row["value"] is None:
+            assert row["text"] in (None, transfer["value"])
+    codes = [row for row in by_source["emcy"] if row["index"] is None]
+    emcy = [frame for frame in said.frames if frame["service"] == "emcy" and "code" in frame["emcy"]]
+    assert [row["integer"] for row in codes] == [int(frame["emcy"]["code"], 16) for frame in emcy]
+    seen = [one for frame in said.frames if (one := states(frame)) and one["source"] != "command"]
+    assert [(row["node"], row["integer"]) for row in by_source["nmt"]] == [(one["node"], one["state"]) for one in seen]
+
+
 @pytest.mark.parametrize("path", CAPTURES, ids=lambda path: str(path.relative_to(SAMPLES)))
 def test_the_same_as_json(path: Path) -> None:
     text, network = path.read_bytes(), described_beside(path)
@@ -317,7 +374,9 @@ def test_the_same_as_json(path: Path) -> None:
     same_emcys(said.frames, tables["emcy"])
     same_cycles(said.frames, tables["sync_cycles"])
     same_signals(listed, tables["signals"])
-    same_pdos(said.frames, listed, {name: table for name, table in tables.items() if name not in FIXED})
+    same_pdos(said.frames, listed, {name: table for name, table in tables.items() if name.startswith("pdo/")})
+    same_values(listed, {name: table for name, table in tables.items() if name.startswith("wide/")})
+    same_objects(said, listed, tables["objects"])
 
 
 @pytest.mark.parametrize(
@@ -466,7 +525,7 @@ def test_hostile_names_of_buses(bus: bytes) -> None:
     shown = bus[:32].decode(errors="replace")
     assert tables["frames"].column("bus") == [shown]
     assert set(tables["signals"].column("bus")) == {shown}
-    (name,) = set(tables) - set(FIXED)
+    (name,) = [name for name in tables if name.startswith("pdo/")]
     assert name.count("/") == 3
     assert name.isprintable()
     assert " " not in name

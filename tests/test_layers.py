@@ -49,10 +49,11 @@ MAY_USE: dict[str, set[str]] = {
         *SAID,
         "_core",
         "configuration.bounded",
-        "sources.compression",
+        "sources.names",
         "output.layout",
         "output",
     },
+    "running.pool": {"errors"},
     "running.recording": {*READ, "sinks", "output.writing", "running.options"},
     "running.listening": {
         *READ,
@@ -94,7 +95,21 @@ MAY_USE: dict[str, set[str]] = {
         "incident",
         "configuration.network",
         "configuration.options",
+        "running.pool",
         "running.run",
+    },
+    "fleet": {
+        *READ,
+        "check",
+        "configuration.descriptions",
+        "configuration.options",
+        "expectations",
+        "exporting",
+        "output",
+        "output.jsonl",
+        "output.writing",
+        "reports",
+        "running.pool",
     },
     "library": {
         *READ,
@@ -126,6 +141,7 @@ MAY_USE: dict[str, set[str]] = {
         "output.writing",
     },
     "timeline": {*SAID, "_core", "output.layout", "output", "reports", "output.writing"},
+    "exporting": {*SAID, "_core", "library", "output.writing"},
     "monitor": {*READ, "output.layout", "output", "running.reading"},
     "pytest_plugin": {*SAID, "finding", "incident", "library", "output", "output.writing"},
 }
@@ -169,12 +185,14 @@ def test_a_file_uses_what_it_may(path: Path) -> None:
     assert not used, f"{name} uses {', '.join(sorted(used))}"
 
 
-OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy", "pandas", "polars"}
+OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy", "pandas", "polars", "obstore", "dask", "distributed", "ray"}
 """What only extras bring."""
-HEAVY = "import sys, canalyze.cli, canalyze.commands.view, canalyze.commands.sniff; print(*sys.modules, sep='\\n')"
+COMMANDS = ("view", "sniff", "export", "fleet")
+HEAVY = f"""import sys, canalyze.cli, canalyze.fleet.run, {", ".join(f"canalyze.commands.{name}" for name in COMMANDS)}
+print(*sys.modules, sep="\\n")"""
 
 
-def test_timelines_and_tables_alone_need_the_optional_part() -> None:
+def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
     """And only while one is made: the commands start without it."""
     users = set()
     for path in FILES:
@@ -183,7 +201,7 @@ def test_timelines_and_tables_alone_need_the_optional_part() -> None:
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             if OPTIONAL & {name.split(".")[0] for name in names}:
                 users.add(path.relative_to(PACKAGE).parts[0])
-    assert users == {"timeline", "library"}
+    assert users == {"timeline", "library", "exporting", "fleet"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
 

@@ -5,11 +5,12 @@ and all that comes of it can be sent back. Must not: judge what counts, or print
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from canalyze import expectations
 from canalyze.check.baseline import Kind
@@ -23,7 +24,7 @@ from canalyze.running.run import Meter, Run
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze._core import Network
+    from canalyze._core import Network, Session
 
 _SHOWN: Final = 10
 """Findings of one kind that are kept; further ones are counted."""
@@ -71,12 +72,12 @@ class Job:
             return Path(self.expect)
         return expectations.beside(name) if self.beside else None
 
-    def open(self, name: str) -> Any:
-        """Start a session for this capture; ValueError for what the core cannot accept."""
+    def open(self, name: str, form: str = "check") -> "Session":
+        """Start a session for this capture, of that form; ValueError for what the core cannot accept."""
         if not self._network:
             self.know(None)
         settings = {
-            "format": "check",
+            "format": form,
             "network": self._network[0],
             "incidents": self.incidents,
             **self.settings_for(name),
@@ -119,11 +120,32 @@ class _Kinds:
         return tuple(sorted(found, key=lambda one: one.finding.about_frame or 0))
 
 
-def examine(name: str, job: Job, progress: Meter) -> Examined:
-    """Read one capture to its end; what is wrong with it is in the answer."""
-    began = monotonic()
+class Read(NamedTuple):
+    """A capture that was read to its end, or as far as that went."""
+
+    session: "Session | None"
+    error: str | None
+    """Why it, or the rest of it, could not be read."""
+    complaints: tuple[str, ...]
+    """Lines for standard error."""
+    signal: int = 0
+    """What ended the reading before its end."""
+
+
+def read(
+    name: str,
+    job: Job,
+    progress: Meter,
+    take: "Callable[[Session, bytes], None]",
+    *,
+    form: str = "check",
+    shown: str | None = None,
+) -> Read:
+    """Read one capture through a session of that form; what is wrong with it is in the answer.
+
+    take: gets each result of the session. shown: the capture's name.
+    """
     words = Words(job.lang)
-    kinds = _Kinds()
     complaints: list[str] = []
 
     def tell(line: str) -> None:
@@ -131,22 +153,32 @@ def examine(name: str, job: Job, progress: Meter) -> Examined:
             complaints.append(line)
 
     try:
-        session = job.open(name)
+        session = job.open(name, form)
     except CanalyzeError as error:  # what lies beside this capture; what holds for all was tried before
         reason = error.in_words(words)
-        return Examined(name, error=reason, complaints=(f"canalyze: {reason}",))
-    held_against = job.expectations_for(name)
-    run = Run(session, words, progress, kinds.take, job.given, tell=tell)
+        return Read(None, reason, (f"canalyze: {reason}",))
+    run = Run(session, words, progress, partial(take, session), job.given, tell=tell, shown=shown)
     code = run.over((name,))
+    return Read(session, run.failure, tuple(complaints), code - 128 if code > 128 else 0)
+
+
+def examine(name: str, job: Job, progress: Meter, shown: str | None = None) -> Examined:
+    """Read one capture to its end; what is wrong with it is in the answer. shown: its name."""
+    began = monotonic()
+    kinds = _Kinds()
+    done = read(name, job, progress, lambda _, result: kinds.take(result), shown=shown)
+    if done.session is None:
+        return Examined(shown or name, error=done.error, complaints=done.complaints)
+    held_against = job.expectations_for(name)
     return Examined(
-        name,
+        shown or name,
         kinds.counted(),
-        run.failure,
-        tuple(complaints),
-        session.frames,
+        done.error,
+        done.complaints,
+        done.session.frames,
         monotonic() - began,
         None if held_against is None else str(held_against),
-        session.nature,
+        done.session.nature,
         tuple(kinds.incidents),
-        code - 128 if code > 128 else 0,
+        done.signal,
     )

@@ -69,13 +69,13 @@ def command(words: Words) -> click.Command:
         given["merge"] = False
         config = click.get_current_context().find_object(Config) or Config()
         asked = policy.Policy(fail_on, sum(select, ()), sum(ignore, ()), baseline, incidents=incidents)
-        held = _policy(config.check or policy.Policy(), asked, words)
-        known = _known(held, words, update=update_baseline)
+        held = held_policy(config.check or policy.Policy(), asked, words)
+        known = known_findings(held, words, update=update_baseline)
         if expect is not None and no_expect:
             problem = words("usage.exclusive", one="--expect", other="--no-expect")
             raise click.UsageError(problem, click.get_current_context())
         settings = {"filter": expression, "stamps": stamps, "time": time}
-        job = _job(
+        job = tried(
             Job(words.lang, given, config.known, settings, expect, not no_expect, held.incidents is not None), words
         )
         named = list(expanded(inputs(files, words)))
@@ -108,22 +108,13 @@ def command(words: Words) -> click.Command:
             return 128 + signal
         return 2 if not read else 1 if any(verdict.failed for verdict in verdicts) else 0
 
-    from canalyze._core import codes as read_codes
-
-    codes = Spelled(read_codes, "codes", words)
     return Command(
         "check",
         words,
         run,
         [
-            click.Option(["--fail-on"], type=OneOf(policy.THRESHOLDS, words), help=words("check.fail_on")),
-            click.Option(["--select"], type=codes, multiple=True, metavar="CODE,...", help=words("check.select")),
-            click.Option(["--ignore"], type=codes, multiple=True, metavar="CODE,...", help=words("check.ignore")),
-            click.Option(["--baseline"], type=ANY_PATH, metavar="FILE", help=words("check.baseline")),
+            *judging_options(words),
             click.Option(["--update-baseline"], is_flag=True, help=words("check.update_baseline")),
-            click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("check.expect")),
-            click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),
-            click.Option(["--incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.incidents")),
             format_option(words, "check", ("text", "jsonl", "github")),
             time_option(words),
             color_option(words),
@@ -135,7 +126,23 @@ def command(words: Words) -> click.Command:
     )
 
 
-def _policy(filed: policy.Policy, asked: policy.Policy, words: Words) -> policy.Policy:
+def judging_options(words: Words) -> list[click.Parameter]:
+    """Give what says which findings count."""
+    from canalyze._core import codes as read_codes
+
+    codes = Spelled(read_codes, "codes", words)
+    return [
+        click.Option(["--fail-on"], type=OneOf(policy.THRESHOLDS, words), help=words("check.fail_on")),
+        click.Option(["--select"], type=codes, multiple=True, metavar="CODE,...", help=words("check.select")),
+        click.Option(["--ignore"], type=codes, multiple=True, metavar="CODE,...", help=words("check.ignore")),
+        click.Option(["--baseline"], type=ANY_PATH, metavar="FILE", help=words("check.baseline")),
+        click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("check.expect")),
+        click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),
+        click.Option(["--incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.incidents")),
+    ]
+
+
+def held_policy(filed: policy.Policy, asked: policy.Policy, words: Words) -> policy.Policy:
     """Give what holds; codes that no rule has are a mistake of whoever wrote them."""
     from canalyze._core import rules
 
@@ -160,7 +167,7 @@ def _chosen(filed: policy.Policy) -> list[tuple[str, tuple[str, ...]]]:
     return [("select", filed.select), ("ignore", filed.ignore)]
 
 
-def _known(held: policy.Policy, words: Words, *, update: bool) -> baseline.Baseline:
+def known_findings(held: policy.Policy, words: Words, *, update: bool = False) -> baseline.Baseline:
     """Read the baseline; one that is to be written anew need not be there."""
     if held.baseline is None:
         if update:
@@ -173,7 +180,7 @@ def _known(held: policy.Policy, words: Words, *, update: bool) -> baseline.Basel
     return {}
 
 
-def _job(job: Job, words: Words) -> Job:
+def tried(job: Job, words: Words) -> Job:
     """Make sure that the core accepts what it will be told, before any capture is read."""
     try:
         job.know(words)

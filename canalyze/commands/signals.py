@@ -1,6 +1,6 @@
 """`canalyze signals`: the signals in PDOs, one value a line. What a signal is and which are kept, the core says."""
 
-from typing import Final, Unpack
+from typing import Any, Final, Unpack
 
 import click
 
@@ -39,7 +39,7 @@ def command(words: Words) -> click.Command:
         **given: Unpack[CaptureOptions],
     ) -> int:
         names = inputs(files, words)
-        shown = {"filter": expression, "time": time, "select": select}
+        shown: dict[str, Any] = {"filter": expression, "time": time, "select": select}
         session = open_session(words, given, format=FORMS[form], stamps=stamps, **shown)
         lines = 0
         with open_output(output, force=force) as out:

@@ -241,17 +241,19 @@ class CoreUsageError(click.UsageError):
     """What the core cannot accept, in its own words."""
 
 
-def open_session(words: Words, given: CaptureOptions, **settings: Any) -> "Session":
+def open_session(
+    words: Words, given: CaptureOptions, *, read: dict[str, Any] | None = None, **settings: Any
+) -> "Session":
     """Start the core with these settings and what is known of the network.
 
-    What the core cannot accept (a filter, a map) is a usage error.
+    What the core cannot accept (a filter, a map) is a usage error. read: gets the descriptions, by their files.
     """
     from canalyze.configuration.descriptions import network as known
 
     context = click.get_current_context()
     filed = (context.find_object(Config) or Config()).known
     try:
-        return start_session(words, given, network=known(filed, known_of(given), words), **settings)
+        return start_session(words, given, network=known(filed, known_of(given), words, read=read), **settings)
     except ValueError as error:
         raise CoreUsageError(str(error), context) from error
 

@@ -8,27 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from canalyze.configuration import bounded
-from canalyze.sources.compression import COMPRESSIONS
+from canalyze.sources.names import CAPTURES, unpacked
 
 if TYPE_CHECKING:
     from canalyze._core import Expectations
 
 SUFFIX: Final = ".expect.toml"
-_CAPTURES: Final = frozenset(
-    {
-        *(".asc", ".blf", ".candump", ".cap", ".csv", ".db", ".log", ".mcap", ".mf4", ".pcap", ".pcapng"),
-        *(".sqlite", ".sqlite3", ".trc", ".txt"),
-    }
-)
-"""How names of captures end."""
 
 
 def beside(name: str) -> Path | None:
     """Give the file that lies beside a capture, boot.expect.toml of boot.log.gz; None where there is none."""
-    path = Path(name)
-    if path.suffix.lower() in {one.suffix for one in COMPRESSIONS.values()}:
-        path = path.with_suffix("")
-    if path.suffix.lower() in _CAPTURES:
+    path = unpacked(name)
+    if path.suffix.lower() in CAPTURES:
         path = path.with_suffix("")
     if name == "-" or not path.name:
         return None

@@ -37,6 +37,9 @@ _COLUMNS: Final[dict[str, str]] = {
     "signals": "t_ns:int64? frame:uint64 line:uint64? bus:word? node:uint8 pdo:word signal:word object:word"
     " value:float64?=unit integer:int64?=unit raw:uint64? data:binary? unit:word? text:string? provenance:word",
     "pdo": "t_ns:int64? frame:uint64 provenance:word cycle:uint64? delay_ns:int64? running_cycle:uint64",
+    "wide": "t_ns:int64? frame:uint64 provenance:word cycle:uint64? delay_ns:int64? running_cycle:uint64",
+    "objects": "t_ns:int64? frame:uint64 bus:word? node:uint8 index:uint16? sub:uint8? source:word name:word?"
+    " value:float64?=unit integer:int64?=unit text:string? unit:word?",
     "listing": "frame:uint64 t_ns:int64? cycle:uint64 bus:word? node:uint8? service:word severity:word? line:string",
     "lanes": "lane:word t_ns:int64? frame:uint64 cycle:uint64 state:word? class:word?",
     "log": "t_ns:int64? frame:uint64 cycle:uint64 bus:word? node:uint8? level:word source:word code:word text:string",
@@ -73,8 +76,8 @@ class Column(NamedTuple):
 def columns(table: str) -> tuple[Column, ...]:
     """Give the columns of a table, one of `column_tables()`. ValueError for another name.
 
-    All but `nodes` and `events` are those of `Capture.tables`; `pdo` stands for the tables of PDOs, in which the
-    signals follow. Lists of a capture give the same columns, as far as a row has them.
+    All but `nodes` and `events` are those of `Capture.tables`; `pdo` and `wide` stand for the tables of PDOs, in
+    which the signals follow. Lists of a capture give the same columns, as far as a row has them.
     """
     if table not in _COLUMNS:
         raise ValueError(f"table={table!r}: one of {', '.join(_COLUMNS)}")

@@ -9,6 +9,7 @@ import os
 import re
 import stat
 import sys
+from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
@@ -329,17 +330,20 @@ class Progress:
 
     def step(self, size: int, frames: int) -> None:
         """Count `size` bytes more; show it ten times a second at most."""
+        self._done += size
+        key = "progress.some" if self._total is None else "progress.of"
+        total = (self._total or 0) / 1e6
+        self.show(lambda: self._words(key, done=f"{self._done / 1e6:.1f}", total=f"{total:.1f}", frames=frames))
+
+    def show(self, line: Callable[[], str]) -> None:
+        """Show another line; it is asked for ten times a second at most."""
         if not self._wanted:
             return
-        self._done += size
         now = self._clock()
         if now < self._next:
             return
         self._next = now + 0.1
-        key = "progress.some" if self._total is None else "progress.of"
-        total = (self._total or 0) / 1e6
-        line = self._words(key, done=f"{self._done / 1e6:.1f}", total=f"{total:.1f}", frames=frames)
-        _put(f"\r{_in_columns(line, self._columns() - 1)}\x1b[K")
+        _put(f"\r{_in_columns(line(), self._columns() - 1)}\x1b[K")
         self._shown = True
 
     @staticmethod

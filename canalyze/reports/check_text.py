@@ -24,13 +24,13 @@ _UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
 nobody must take it for met, or for clean."""
 
 
-def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
-    """Write the whole report."""
+def show(verdicts: Sequence[Verdict], out: Output, words: Words, *, totals: bool = False) -> None:
+    """Write the whole report. totals: only what is said of all captures."""
     report = _Report(words, out)
-    for verdict in verdicts:
+    for verdict in () if totals else verdicts:
         for line in report.block(verdict):
             out.text(line + "\n")
-    for line in report.totals(verdicts):
+    for line in report.totals(verdicts, 1 if totals else _MANY):
         out.text(line + "\n")
 
 
@@ -145,15 +145,15 @@ class _Report:
         more = self._words("check.and_more") if one.count > len(one.shown) else ""
         return said + self._words("check.also", frames=self._words("check.between").join(frames) + more)
 
-    def totals(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
-        """Give the closing lines: why findings were overruled, and all of it in figures."""
+    def totals(self, verdicts: Sequence[Verdict], many: int) -> Iterator[str]:
+        """Give the closing lines: why findings were overruled, what fails many captures, all figures."""
         reasons = Counter[str]()
         for verdict in verdicts:
             reasons.update(dict(verdict.reasons))
         for reason, count in sorted(reasons.items()):
             yield self._words("check.reason", count=count, reason=printable(reason))
         yield from self._held_against(verdicts)
-        yield from self._by_rule(verdicts)
+        yield from self._by_rule(verdicts, many)
         found = [one for verdict in verdicts for one in verdict.failures]
         read = [verdict for verdict in verdicts if verdict.error is None]
         unjudged = sum(not verdict.judged for verdict in read)
@@ -177,10 +177,10 @@ class _Report:
         said = self._words("check.then").join(parts)
         yield self._words("check.total", files=len(verdicts), frames=frames, said=said)
 
-    def _by_rule(self, verdicts: Sequence[Verdict]) -> Iterator[str]:
+    def _by_rule(self, verdicts: Sequence[Verdict], many: int) -> Iterator[str]:
         """Say of many failing captures what fails them: each rule, in how many, the most frequent first."""
         failed = [verdict for verdict in verdicts if verdict.failures]
-        if len(failed) < _MANY:
+        if len(failed) < many:
             return
         files = Counter(
             title for verdict in failed for title in {wording.title(one.finding) for one in verdict.failures}

@@ -100,19 +100,20 @@ class Run:
         frameless: bool = False,
         tell: Callable[[str], None] = complain,
         live: "Live | None" = None,
+        shown: str | None = None,
     ) -> None:
         """`take` gets every result of the session, in order, also an empty one; `given` says how inputs are read.
 
         frameless: a file without any frame is fine, if it has the sign of its format. tell: gets what is to be
         complained of, line by line. live: what is read, whatever the name; the first signal stops it, so that what it
-        has received is still read, and Ctrl-C is its usual end.
+        has received is still read, and Ctrl-C is its usual end. shown: the name of what is read, for people.
         """
         form = given.get("input_format")
         self._reading = Reading(
             session,
             words,
             self,
-            open_input=partial(open_capture, asked=form) if live is None else lambda _: live,
+            open_input=partial(open_capture, asked=form, shown=shown) if live is None else lambda _: live,
             merge=given.get("merge", False),
             given_format=form is not None,
             frameless=frameless,

@@ -8,10 +8,30 @@ import os
 import shlex
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from canalyze.errors import SourceError
+from canalyze.sources.compression import COMPRESSIONS
 from canalyze.sources.file import STDIN
+
+CAPTURES: Final = frozenset(
+    {
+        *(".asc", ".blf", ".candump", ".cap", ".csv", ".db", ".log", ".mcap", ".mf4", ".pcap", ".pcapng"),
+        *(".sqlite", ".sqlite3", ".trc", ".txt"),
+    }
+)
+"""How names of captures end."""
+
+
+def unpacked(name: str) -> Path:
+    """Give the name that a capture has without its compression."""
+    path = Path(name)
+    return path.with_suffix("") if path.suffix.lower() in {one.suffix for one in COMPRESSIONS.values()} else path
+
+
+def named_as_capture(name: str) -> bool:
+    """Tell whether a file that nobody has named is to be taken for a capture."""
+    return not Path(name).name.startswith(".") and unpacked(name).suffix.lower() in CAPTURES
 
 
 class Named(NamedTuple):

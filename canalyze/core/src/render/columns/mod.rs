@@ -13,6 +13,8 @@
 //! | `sync_cycles` | a SYNC cycle | `cycle frame t_ns? bus? period_ns? counter? pdos delay_min_ns? delay_max_ns? window_ns?` |
 //! | `signals` | a signal of a PDO | `t_ns? frame line? bus? node pdo signal object value? integer? raw? data? unit? text? provenance` |
 //! | `pdo` | a PDO; `pdo/can1/5.TPDO1/1` is a table for itself, see `pdo` | `t_ns? frame provenance cycle? delay_ns? running_cycle`, then its signals |
+//! | `wide` | the same in units and words, see `pdo` | the same |
+//! | `objects` | a value of an object that the capture shows | `t_ns? frame bus? node index? sub? source name? value? integer? text? unit?` |
 //! | `listing` | a frame, for people | `frame t_ns? cycle bus? node? service severity? line` |
 //! | `lanes` | a change of what a lane of a timeline shows | `lane t_ns? frame cycle state? class?` |
 //! | `log` | a finding or an emergency, for people | `t_ns? frame cycle bus? node? level source code text` |
@@ -22,7 +24,8 @@
 //! `?`: null where there is none. Times (`..._ns`) are int64 in ns, `t_ns` is JSON's `t`. Identifiers, indices and
 //! codes are numbers; `object` is `1008:00`; `id` is that of an error frame its class. Words of which there are few are
 //! dictionary-encoded; those for people (`name`, `signal`, `text`, `message`, `abort_text`, `line`, `state` of a lane and
-//! the signal in its name) are in the session's language. Strings from a capture or a description are as they are
+//! the signal in its name) are in the session's language; those of `wide` and `objects`, which queries compare, are
+//! English. Strings from a capture or a description are as they are
 //! there, what is not UTF-8 as U+FFFD: whoever prints them escapes them. Metadata of a schema: `table`, its name; of
 //! those of PDOs also `bus node pdo version lang`.
 //!
@@ -38,6 +41,7 @@ mod lanes;
 mod listing;
 mod load;
 mod log;
+mod objects;
 mod pdo;
 mod signals;
 mod states;
@@ -54,7 +58,8 @@ use self::lanes::Lanes;
 use self::listing::Listing;
 use self::load::Load;
 use self::log::Log;
-use self::pdo::Pdos;
+use self::objects::Objects;
+use self::pdo::{Of, Pdos};
 use self::signals::Listed;
 use self::states::States;
 use self::sync_cycles::Cycles;
@@ -92,6 +97,10 @@ pub enum Name {
     Signals,
     /// A table for each PDO and mapping.
     Pdo,
+    /// The same in units and words.
+    Wide,
+    /// Values of objects, one a row.
+    Objects,
     /// Frames with what they mean, for people.
     Listing,
     /// Lanes of a timeline.
@@ -115,6 +124,8 @@ impl Name {
         ("sync_cycles", Name::SyncCycles),
         ("signals", Name::Signals),
         ("pdo", Name::Pdo),
+        ("wide", Name::Wide),
+        ("objects", Name::Objects),
         ("listing", Name::Listing),
         ("lanes", Name::Lanes),
         ("log", Name::Log),
@@ -151,6 +162,8 @@ pub struct Columns {
     cycles: Option<Cycles>,
     signals: Option<Listed>,
     pdos: Option<Pdos>,
+    wide: Option<Pdos>,
+    objects: Option<Objects>,
     listing: Option<Listing>,
     lanes: Option<Lanes>,
     log: Option<Log>,
@@ -170,6 +183,7 @@ impl Columns {
             Some(Table::new(word, C::default(), &[]))
         }
         let selection = || Selection::new(lang, select.clone());
+        let english = || Selection::new(Lang::En, select.clone());
         Self {
             done: Vec::new(),
             frames: table(tables, Name::Frames),
@@ -179,7 +193,9 @@ impl Columns {
             findings: table(tables, Name::Findings),
             cycles: table(tables, Name::SyncCycles).map(Cycles::new),
             signals: table(tables, Name::Signals).map(|table| Listed::new(table, selection(), lang)),
-            pdos: tables.contains(&Name::Pdo).then(|| Pdos::new(lang, selection())),
+            pdos: tables.contains(&Name::Pdo).then(|| Pdos::new(lang, selection(), Of::Bus)),
+            wide: tables.contains(&Name::Wide).then(|| Pdos::new(Lang::En, english(), Of::Values)),
+            objects: table(tables, Name::Objects).map(|table| Objects::new(table, english())),
             listing: table(tables, Name::Listing).map(|table| Listing::new(table, lang)),
             lanes: table(tables, Name::Lanes).map(|table| Lanes::new(table, lang, selection())),
             log: table(tables, Name::Log).map(|table| Log::new(table, lang)),
@@ -226,6 +242,9 @@ impl Columns {
                     if let Some(emcy) = &mut self.emcy {
                         emcy.message(&mut self.done, setting, event, message);
                     }
+                    if let Some(objects) = &mut self.objects {
+                        objects.message(&mut self.done, setting, event, message);
+                    }
                     if let Some(log) = &mut self.log {
                         log.message(&mut self.done, seen, frame, event, message);
                     }
@@ -234,8 +253,13 @@ impl Columns {
                     if let Some(signals) = &mut self.signals {
                         signals.event(&mut self.done, setting, frame, event);
                     }
-                    if let (Some(pdos), What::Pdo(data)) = (&mut self.pdos, &event.what) {
-                        pdos.process_data(&mut self.done, seen, frame, data);
+                    if let Some(objects) = &mut self.objects {
+                        objects.process_data(&mut self.done, setting, frame, event);
+                    }
+                    if let What::Pdo(data) = &event.what {
+                        for pdos in [&mut self.pdos, &mut self.wide].into_iter().flatten() {
+                            pdos.process_data(&mut self.done, seen, frame, data);
+                        }
                     }
                 }
                 What::Finding(_) | What::Sdo(_) | What::Transfer(_) | What::Note(_) => {}
@@ -296,6 +320,9 @@ impl Columns {
         if let Some(transfers) = &mut self.transfers {
             transfers.transfer(&mut self.done, setting, transfer);
         }
+        if let Some(objects) = &mut self.objects {
+            objects.transfer(&mut self.done, setting, transfer);
+        }
         if let Some(lanes) = &mut self.lanes {
             lanes.transfer(&mut self.done, setting, &self.cycle_numbers, transfer);
         }
@@ -344,7 +371,9 @@ impl Columns {
         cycles.iter_mut().for_each(|cycles| cycles.finish(done, setting.buses));
         signals.iter_mut().for_each(|signals| signals.table.finish(done));
         pdos.iter_mut().for_each(|pdos| pdos.flush(done));
-        let Self { done, listing, lanes, log, load, incidents, .. } = self;
+        let Self { done, wide, objects, listing, lanes, log, load, incidents, .. } = self;
+        wide.iter_mut().for_each(|pdos| pdos.flush(done));
+        objects.iter_mut().for_each(|objects| objects.table.finish(done));
         listing.iter_mut().for_each(|listing| listing.table.finish(done));
         lanes.iter_mut().for_each(|lanes| lanes.finish(done));
         log.iter_mut().for_each(|log| log.table.finish(done));
@@ -364,7 +393,9 @@ impl Columns {
             cycles.iter_mut().for_each(|cycles| cycles.table.flush(done));
             signals.iter_mut().for_each(|signals| signals.table.flush(done));
             pdos.iter_mut().for_each(|pdos| pdos.flush(done));
-            let Self { done, listing, lanes, log, load, incidents, .. } = self;
+            let Self { done, wide, objects, listing, lanes, log, load, incidents, .. } = self;
+            wide.iter_mut().for_each(|pdos| pdos.flush(done));
+            objects.iter_mut().for_each(|objects| objects.table.flush(done));
             listing.iter_mut().for_each(|listing| listing.table.flush(done));
             lanes.iter_mut().for_each(|lanes| lanes.flush(done));
             log.iter_mut().for_each(|log| log.table.flush(done));

@@ -8,6 +8,11 @@
 //! every frame. `cycle` is the SYNC cycle to which a synchronous PDO belongs, `running_cycle` the one that runs on the
 //! bus at any PDO. Version 0 is a synchronous PDO of which no mapping is known: it has no signals, and is there where all
 //! signals are. Must not: decide what a mapping is.
+//!
+//! `wide/BUS/NODE.PDO/VERSION` is the same for whoever asks for values rather than for what is on the bus: a number with
+//! a factor is in its unit, what has words (a drive's states, commands and modes) is these words, and
+//! `NAME__raw` behind it the number. Names and words are English whatever the language is, since queries compare them;
+//! there is no version 0.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -21,6 +26,7 @@ use arrow_schema::Field;
 
 use super::Seen;
 use super::column::{Batch, Column, Columns, Numbers, Table, Words};
+use super::signals::numbers;
 use crate::configuration::Provenance;
 use crate::event::{Placement, ProcessData, Signals};
 use crate::frame::{BusId, Frame};
@@ -51,6 +57,42 @@ enum Cells {
     Real32(Numbers<Float32Type>),
     Real64(Numbers<Float64Type>),
     Bytes(BinaryBuilder),
+    /// A number in its unit.
+    Scaled(Numbers<Float64Type>),
+    /// What a number means.
+    Worded(Worded),
+}
+
+/// A column of what the numbers of an object of CiA 402 mean.
+#[derive(Debug, Default)]
+struct Worded {
+    words: Words,
+    /// Its index on the first axis.
+    index: u16,
+    /// The number that came last, and its words: mostly it comes again.
+    last: Option<u64>,
+    text: Vec<u8>,
+}
+
+impl Worded {
+    fn append(&mut self, raw: Option<u64>) {
+        let Some(value) = raw else { return self.words.maybe(None) };
+        if self.last.replace(value) != raw {
+            self.text.clear();
+            signal::annotation(&mut self.text, Lang::En, self.index, value);
+        }
+        self.words.name(&self.text);
+    }
+}
+
+impl Column for Worded {
+    fn data_type() -> arrow_schema::DataType {
+        Words::data_type()
+    }
+
+    fn take(&mut self) -> ArrayRef {
+        self.words.take()
+    }
 }
 
 /// Does the same with a builder of any type.
@@ -69,6 +111,8 @@ macro_rules! each {
             Cells::Real32($builder) => $do,
             Cells::Real64($builder) => $do,
             Cells::Bytes($builder) => $do,
+            Cells::Scaled($builder) => $do,
+            Cells::Worded($builder) => $do,
         }
     };
 }
@@ -102,6 +146,21 @@ impl Cells {
         })
     }
 
+    /// Those of an entry in a table of values: what it means, where that has words, and its number.
+    fn of_value(mapping: &Mapping, place: usize, mapped: &Mapped) -> (Option<Self>, Option<Self>) {
+        let index = signal::written(mapping, Lang::En).get(place).map_or(0, |how| how.words);
+        let words = (index != 0).then(|| Self::Worded(Worded { index, ..Worded::default() }));
+        let number = match (mapped.factor != 1.0, number(mapped.data_type, 0, mapped.bits)) {
+            (true, Number::Unsigned(_) | Number::Signed(_) | Number::Real32(_) | Number::Real64(_))
+                if (1..=64).contains(&mapped.bits) =>
+            {
+                Some(Self::Scaled(Numbers::with_capacity(0)))
+            }
+            _ => Self::of(mapped),
+        };
+        (words, number)
+    }
+
     /// Appends what the payload holds of the entry.
     fn append(&mut self, mapping: &Mapping, mapped: &Mapped, payload: &[u8]) {
         let raw = mapping.raw(mapped, payload);
@@ -122,6 +181,8 @@ impl Cells {
             Self::Real32(column) => column.append_option(raw.map(|raw| f32::from_bits(raw as u32))),
             Self::Real64(column) => column.append_option(raw.map(f64::from_bits)),
             Self::Bytes(column) => column.append_option(mapping.octets(mapped, payload)),
+            Self::Scaled(column) => column.append_option(raw.and_then(|raw| numbers(mapped, raw).1)),
+            Self::Worded(column) => column.append(raw),
         }
     }
 }
@@ -145,16 +206,27 @@ struct Wide {
 }
 
 impl Wide {
-    fn new(mapping: &Mapping, chosen: &[Chosen]) -> Self {
+    fn new(mapping: &Mapping, chosen: &[Chosen], of: Of) -> Self {
         let mut taken: Vec<String> = FIXED.map(str::to_owned).to_vec();
         let mut signals = Vec::new();
         for one in chosen {
             let Some(mapped) = mapping.entries.get(one.place) else { continue };
-            let Some(cells) = Cells::of(mapped) else { continue };
+            let (words, number) = match of {
+                Of::Bus => (None, Cells::of(mapped)),
+                Of::Values => Cells::of_value(mapping, one.place, mapped),
+            };
+            let Some(number) = number else { continue };
             let name = unique(one, &mut taken);
-            let data_type = each!(&cells, builder => type_of(builder));
-            let field = Field::new(name, data_type, true).with_metadata(metadata(mapped, &one.object));
-            signals.push((one.place, field, cells));
+            let mut push = |name: String, cells: Cells| {
+                let data_type = each!(&cells, builder => type_of(builder));
+                let field = Field::new(name, data_type, true).with_metadata(metadata(mapped, &one.object));
+                signals.push((one.place, field, cells));
+            };
+            let raw = words.map(|words| {
+                push(name.clone(), words);
+                format!("{name}__raw")
+            });
+            push(raw.unwrap_or(name), number);
         }
         Self::with(signals)
     }
@@ -263,6 +335,8 @@ fn metadata(mapped: &Mapped, object: &str) -> HashMap<String, String> {
 struct Version {
     /// The mapping by which it was made; others with the same entries are the same.
     mapping: Arc<Mapping>,
+    /// Its number, from 1.
+    number: usize,
     table: Table<Wide>,
     /// About what a row takes.
     width: usize,
@@ -276,10 +350,20 @@ struct Versions {
     known: Vec<Version>,
 }
 
+/// What a cell holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Of {
+    /// What is on the bus.
+    Bus,
+    /// Its value.
+    Values,
+}
+
 /// The tables of all PDOs.
 #[derive(Debug)]
 pub(super) struct Pdos {
     lang: Lang,
+    of: Of,
     selection: Selection,
     tables: BTreeMap<(BusId, Whose), Versions>,
     /// Those of synchronous PDOs without a mapping.
@@ -292,14 +376,14 @@ pub(super) struct Pdos {
 
 impl Pdos {
     /// No table yet.
-    pub(super) fn new(lang: Lang, selection: Selection) -> Self {
-        Self { lang, selection, tables: BTreeMap::new(), unmapped: BTreeMap::new(), count: 0, bytes: 0 }
+    pub(super) fn new(lang: Lang, selection: Selection, of: Of) -> Self {
+        Self { lang, of, selection, tables: BTreeMap::new(), unmapped: BTreeMap::new(), count: 0, bytes: 0 }
     }
 
     /// Appends the signals of a PDO.
     pub(super) fn process_data(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame, data: &ProcessData) {
         let (Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..)) = &data.content else {
-            if data.sync.is_some() && self.selection.is_everything() {
+            if self.of == Of::Bus && data.sync.is_some() && self.selection.is_everything() {
                 self.unmapped(done, seen, frame, data);
             }
             return;
@@ -318,7 +402,10 @@ impl Pdos {
                 self.count += 1;
                 let bus = seen.setting.buses.name(frame.bus);
                 let chosen = self.selection.choose(whose, mapping);
-                versions.known.push(version(self.lang, bus, whose, versions.count, mapping, &chosen));
+                let columns = Wide::new(mapping, &chosen, self.of);
+                let width = 8 * (FIXED.len() + columns.signals.len()) + mapping.bytes();
+                let table = named((self.of, self.lang), bus, whose, versions.count, columns);
+                versions.known.push(Version { mapping: Arc::clone(mapping), number: versions.count, table, width });
                 versions.known.len() - 1
             }
         };
@@ -342,7 +429,7 @@ impl Pdos {
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
         let table = unmapped.entry((frame.bus, whose)).or_insert_with(|| {
             *count += 1;
-            named(*lang, seen.setting.buses.name(frame.bus), whose, 0, Wide::with(Vec::new()))
+            named((Of::Bus, *lang), seen.setting.buses.name(frame.bus), whose, 0, Wide::with(Vec::new()))
         });
         table.columns.place(frame, seen.cycle, ("unknown", data.sync));
         table.end_row(0, done);
@@ -358,8 +445,9 @@ impl Pdos {
         }
     }
 
-    /// Ends all batches.
+    /// Ends all batches, of a PDO those of its first mapping first.
     pub(super) fn flush(&mut self, done: &mut Vec<Batch>) {
+        self.tables.values_mut().for_each(|versions| versions.known.sort_by_key(|one| one.number));
         for version in self.tables.values_mut().flat_map(|versions| &mut versions.known) {
             version.table.flush(done);
         }
@@ -377,15 +465,9 @@ impl Pdos {
     }
 }
 
-fn version(lang: Lang, bus: &[u8], whose: Whose, number: usize, mapping: &Arc<Mapping>, chosen: &[Chosen]) -> Version {
-    let columns = Wide::new(mapping, chosen);
-    let width = 8 * (FIXED.len() + columns.signals.len()) + mapping.bytes();
-    Version { mapping: Arc::clone(mapping), table: named(lang, bus, whose, number, columns), width }
-}
-
 /// A table by the name of its PDO.
-fn named(lang: Lang, bus: &[u8], whose: Whose, number: usize, columns: Wide) -> Table<Wide> {
-    let mut table = "pdo/".to_owned();
+fn named((of, lang): (Of, Lang), bus: &[u8], whose: Whose, number: usize, columns: Wide) -> Table<Wide> {
+    let mut table = if of == Of::Bus { "pdo/" } else { "wide/" }.to_owned();
     if !bus.is_empty() {
         part(&mut table, bus);
         table.push('/');

@@ -122,7 +122,7 @@ fn row(
 }
 
 /// The value exactly, where it is a whole number without factor, and as it is in its unit.
-fn numbers(mapped: &Mapped, raw: u64) -> (Option<i64>, Option<f64>) {
+pub(super) fn numbers(mapped: &Mapped, raw: u64) -> (Option<i64>, Option<f64>) {
     let scaled = mapped.factor != 1.0;
     let whole = |exact: Option<i64>, read: f64| {
         if scaled { (None, Some(product(read, mapped.factor))) } else { (exact, Some(read)) }

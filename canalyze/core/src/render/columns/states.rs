@@ -33,12 +33,9 @@ columns! {
 impl Table<States> {
     /// Appends what a message says of a state.
     pub(super) fn message(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, event: &Event, message: &Message) {
-        let (node, state, source, command) = match *message {
-            Message::BootUp { node } => (Some(node), Some(0), "boot-up", None),
-            Message::Heartbeat { state, previous: Some(before), .. } if before == state => return,
-            Message::Heartbeat { node, state, guarding: true, .. } => (Some(node), Some(state), "guarding", None),
-            Message::Heartbeat { node, state, .. } => (Some(node), Some(state), "heartbeat", None),
-            Message::Nmt { command, node } => {
+        let (node, state, source, command) = match (seen(message), message) {
+            (Some((node, state, source)), _) => (Some(node), Some(state), source, None),
+            (None, &Message::Nmt { command, node }) => {
                 ((node > 0).then_some(node), commanded(command), "command", Some(command))
             }
             _ => return,
@@ -53,6 +50,17 @@ impl Table<States> {
         columns.source.word(source);
         columns.command.append_option(command);
         self.end_row(0, done);
+    }
+}
+
+/// Node and state that a message shows, and what it is, unless the node was in that state before.
+pub(super) fn seen(message: &Message) -> Option<(u8, u8, &'static str)> {
+    match *message {
+        Message::BootUp { node } => Some((node, 0, "boot-up")),
+        Message::Heartbeat { state, previous: Some(before), .. } if before == state => None,
+        Message::Heartbeat { node, state, guarding: true, .. } => Some((node, state, "guarding")),
+        Message::Heartbeat { node, state, .. } => Some((node, state, "heartbeat")),
+        _ => None,
     }
 }
 

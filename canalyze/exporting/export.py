@@ -1,0 +1,306 @@
+"""A capture on its way into files of columns: one `Export` a capture, whoever reads it.
+
+    with Export(target, About(capture="night-17"), force=True) as made:
+        for result in Reading(session, ...).over(names):   # or the `take` of a Run
+            made.take(session.batches(), result)
+        made.take(session.batches())
+        written = made.complete()
+
+`session` is one with SETTINGS and the target's tables (`target.core`). Files are parts until `complete` gives them
+their names, `captures` last; left without it, by an error or on purpose, nothing is there. In a folder a file is
+
+    TABLE/date=2026-11-20/device=DEVICE/CAPTURE.parquet          signals/message=TPDO1_drive/date=.../...
+
+Must not: read a capture, print, or decide what a column is called.
+"""
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping, Set
+from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
+from urllib.parse import quote
+
+import pyarrow as pa
+
+from canalyze import __version__
+from canalyze.errors import OutputError
+from canalyze.exporting import FOLDER, TABLES, Target
+from canalyze.exporting.shaping import RAW, Message, fixed, identifier, kind_of, said_of, wide
+from canalyze.exporting.writing import File
+from canalyze.library.columns import columns
+
+if TYPE_CHECKING:
+    from canalyze._core import Batch
+
+SETTINGS: Final = {"format": "summary"}
+"""What a session needs beside its tables."""
+_WAITING: Final = 64 << 20
+"""Bytes of rows of all files that are not written yet."""
+_OPEN: Final = 100
+"""Files that are written at once: each takes memory and a descriptor."""
+_NONE: Final = "__HIVE_DEFAULT_PARTITION__"
+"""What a folder says for no value; whoever reads such folders takes it for null."""
+_SUFFIX: Final = ".parquet"
+_DATES: Final = 631_152_000
+"""1990-01-01: stamps from here on are dates."""
+_NAMES: Final = {table: name for name, table in TABLES.items()}
+
+
+class About(NamedTuple):
+    """What is known of a capture before it is read."""
+
+    capture: str
+    """What it is called among others: the name of its files, and of the column `capture`."""
+    device: str = ""
+    """Where it was recorded; "": not said."""
+    files: tuple[str, ...] = ()
+    """What is read."""
+    described: Mapping[tuple[str | None, int], str] = {}
+    """The names of device descriptions, by bus (None: all) and node; messages are called after them."""
+
+
+class Written(NamedTuple):
+    """What an export has become."""
+
+    files: tuple[Path, ...]
+    rows: Mapping[str, int]
+    """By table."""
+    size: int
+    """Bytes of all files."""
+
+
+class Export:
+    """The files of one capture; a context manager. OutputError where something cannot be written, from any method."""
+
+    def __init__(self, target: Target, about: About, *, force: bool = False) -> None:
+        """Look at what is there already. force: files of the same capture give way."""
+        self._target = target
+        self._about = about
+        self._force = force
+        self._folder = target.path if target.form == FOLDER else target.path.parent
+        self._made = False
+        self._files: dict[str, File] = {}
+        """By table, a wide one as signals/MESSAGE; the one written last is last."""
+        self._messages: dict[str, Message] = {}
+        self._catalog: dict[tuple[str, ...], dict[str, Any]] = {}
+        self._findings = dict.fromkeys(("error", "warning", "info"), 0)
+        self._summary: list[dict[str, Any]] = []
+        if not force and (there := self._earlier()):
+            raise OutputError("output.exists", name=str(there[0]))
+
+    def __enter__(self) -> Self:
+        """Make the folder, if it is to be one."""
+        if self._target.form == FOLDER and not self._folder.is_dir():
+            with _said(self._folder):
+                self._folder.mkdir(parents=True)
+                self._made = True
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        """Take away what is not complete."""
+        for file in self._files.values():
+            with suppress(OSError, pa.ArrowException):
+                file.discard()
+        if self._made:
+            with suppress(OSError):  # it is not empty
+                self._folder.rmdir()
+
+    def take(self, batches: "Iterable[tuple[str, Batch]]", result: bytes = b"") -> None:
+        """Take batches as they come from the session, and what else came: lines of its summary."""
+        self._summary += map(json.loads, result.splitlines())
+        with _said(self._target.path):
+            for name, batch in batches:
+                self._take(name, pa.record_batch(batch))
+            if sum(file.waiting for file in self._files.values()) > _WAITING:
+                max(self._files.values(), key=lambda file: file.waiting).flush()
+
+    def complete(self) -> Written:
+        """Write the rest and give all files their names; FileExistsError is an OutputError here, too."""
+        about, capture = self._about, next((one for one in self._summary if one["kind"] == "summary_capture"), {})
+        if self._target.form == FOLDER:
+            own = {"captures": lambda: [self._capture(capture)], "catalog": self._columns}
+            for name, listed in own.items():
+                made = fixed(pa.RecordBatch.from_pylist(listed(), _SCHEMAS[name]), {"seconds": "s"}, about.capture)
+                self._remember(name, "", made.schema)
+                self._file(name).take(made)
+            self._files["captures"] = self._files.pop("captures")  # it says that the others are complete
+        with _said(self._target.path):
+            size = sum(file.finish() for file in self._files.values())
+            rows = {name: file.rows for name, file in self._files.items()}
+            written = []
+            for name, file in self._files.items():
+                final = self._place(name, _date(capture)) if self._target.form == FOLDER else self._target.path
+                final.parent.mkdir(parents=True, exist_ok=True)
+                file.complete(final)
+                written.append(final)
+            self._files = {}
+            for stale in set(self._earlier()) - set(written):
+                stale.unlink()
+        return Written(tuple(written), rows, size)
+
+    def _take(self, name: str, batch: pa.RecordBatch) -> None:
+        about = self._about
+        if name == "findings":
+            for counted in batch.column("severity").value_counts().to_pylist():
+                self._findings[counted["values"]] += counted["counts"]
+        if "/" not in name:
+            table = _NAMES[name]
+            units = {column.name: column.unit for column in columns(name)}
+            made = fixed(batch, units, about.capture, always=self._target.form not in (FOLDER, "parquet"))
+            self._remember(table, "", made.schema)
+            self._file(table).take(made)
+            return
+        said = said_of(batch.schema)
+        described = about.described
+        file = described.get((said["bus"], int(said["node"])), described.get((None, int(said["node"])), ""))
+        message = "_".join(filter(None, (said["pdo"], identifier(Path(file).stem))))
+        names = self._messages.setdefault(message, Message()).names(name, batch.schema)
+        made = wide(batch, names, about.capture)
+        self._remember("signals", message, made.schema, set(names.values()))
+        for signal, column in names.items():
+            self._signal(message, column, batch.schema.field(signal), said, (file, signal))
+        self._file(f"signals/{message}").take(made)
+
+    def _file(self, table: str) -> File:
+        """Give the file of a table, as the one written last."""
+        file = self._files.pop(table, None)
+        if file is None:
+            form = self._target.form
+            beside = self._folder / table.replace("/", "-") if form == FOLDER else self._target.path
+            file = File(beside, "parquet" if form == FOLDER else form, replace=self._force)
+        self._files[table] = file
+        for other in list(self._files.values())[:-_OPEN]:
+            other.close()
+        return file
+
+    def _remember(self, table: str, message: str, schema: pa.Schema, but: Set[str] = frozenset()) -> None:
+        """Put the columns of a table that are always there into the catalog."""
+        for field in schema:
+            if field.name not in but:
+                row = {"table_name": table, "message": message or None, "column_name": field.name}
+                self._catalog.setdefault((table, message, field.name), row | {"unit": said_of(field).get("unit")})
+
+    def _signal(self, message: str, column: str, field: pa.Field, said: dict[str, str], named: tuple[str, str]) -> None:
+        """Put a signal of one mapping of one PDO into the catalog."""
+        key = ("signals", message, column, said["bus"], said["node"], said["pdo"], said["version"])
+        if key in self._catalog:
+            return
+        file, signal = named
+        of, raw = said_of(field), signal.endswith(RAW)
+        self._catalog[key] = {
+            "table_name": "signals",
+            "message": message,
+            "column_name": column,
+            "unit": None if raw else of.get("unit"),
+            "name": signal.removesuffix(RAW),
+            "bus": said["bus"] or None,
+            "node": int(said["node"]),
+            "pdo": said["pdo"],
+            "mapping": int(said["version"]),
+            "index": int(of["index"]),
+            "sub": int(of["sub"]),
+            "data_type": of.get("type"),
+            "bits": int(of["bits"]),
+            "bit_offset": int(of["offset"]),
+            "factor": float(of["factor"]),
+            "description": file or None,
+        }
+
+    def _columns(self) -> list[dict[str, Any]]:
+        """Give the rows of the catalog, with the types that columns have come to."""
+        schemas = {name: file.schema for name, file in self._files.items()}
+        tables = (
+            schemas["/".join(filter(None, (row["table_name"], row["message"])))] for row in self._catalog.values()
+        )
+        return [
+            row | {"type": kind_of(schema.field(row["column_name"]).type)}
+            for row, schema in zip(self._catalog.values(), tables, strict=True)
+        ]
+
+    def _capture(self, said: dict[str, Any]) -> dict[str, Any]:
+        """Give the row of the capture itself."""
+        dated = _date(said) is not None
+        buses = [one for one in self._summary if one["kind"] == "summary_bus"]
+        nodes = {one["node"] for one in self._summary if one["kind"] == "summary_node"}
+        counted = "findings" in self._target.tables
+        return {
+            "t": _moment(said["first_t"]) if dated else None,
+            "end_t": _moment(said["last_t"]) if dated else None,
+            "seconds": None if said.get("seconds") is None else float(said["seconds"]),
+            "frames": said.get("frames", 0),
+            "buses": [one["bus"] for one in buses if one["bus"]],
+            "nodes": sorted(nodes),
+            **{f"{severity}s": count if counted else None for severity, count in self._findings.items()},
+            "files": [os.fsencode(name).decode("utf-8", "replace") for name in self._about.files],
+            "version": __version__,
+        }
+
+    def _place(self, table: str, date: str | None) -> Path:
+        """Give where a table of this capture is."""
+        about = self._about
+        name, _, message = table.partition("/")
+        folder = self._folder / name / f"message={message}" if message else self._folder / name
+        return folder / f"date={date or _NONE}" / self._device / f"{about.capture}{_SUFFIX}"
+
+    def _earlier(self) -> list[Path]:
+        """Give the files of this capture that are there."""
+        if self._target.form != FOLDER:
+            return [self._target.path] if os.path.lexists(self._target.path) else []
+        found: list[Path] = []
+        for table in ("*", "signals/message=*"):
+            for day in self._folder.glob(f"{table}/date=*"):
+                path = day / self._device / f"{self._about.capture}{_SUFFIX}"
+                found += [path] if os.path.lexists(path) else []
+        return found
+
+    @property
+    def _device(self) -> str:
+        return f"device={quote(self._about.device, safe=' ') or _NONE}"
+
+
+def _date(said: dict[str, Any]) -> str | None:
+    """Give the day of a capture, in UTC; None where its stamps are no dates."""
+    first = said.get("first_t")
+    return _moment(first).date().isoformat() if first is not None and float(first) >= _DATES else None
+
+
+def _moment(text: str) -> datetime:
+    whole, _, part = text.partition(".")
+    return datetime.fromtimestamp(int(whole), UTC).replace(microsecond=int(part[:6].ljust(6, "0")))
+
+
+@contextmanager
+def _said(path: Path) -> Iterator[None]:
+    """Say what is wrong with an output, in our words."""
+    try:
+        yield
+    except FileExistsError as error:
+        raise OutputError("output.exists", name=error.filename or str(path)) from error
+    except OSError as error:
+        raise OutputError("output.write", name=str(path), error=error) from error
+
+
+def _schema(text: str) -> pa.Schema:
+    """Make a schema of words: name:type, of which all but the first may be null."""
+    kinds = {"word": pa.dictionary(pa.int32(), pa.string()), "time": pa.timestamp("us", "UTC")}
+    kinds |= {"real": pa.float64(), "words": pa.list_(pa.string()), "numbers": pa.list_(pa.int16())}
+    pairs = (one.split(":") for one in text.split())
+    return pa.schema([pa.field(name, kinds.get(kind) or getattr(pa, kind)()) for name, kind in pairs])
+
+
+_SCHEMAS: Final = {
+    "catalog": _schema(
+        "table_name:string message:string column_name:string type:string unit:string name:string bus:string node:int16"
+        " pdo:string mapping:int16 index:int32 sub:int16 data_type:string bits:int16 bit_offset:int16 factor:real"
+        " description:string"
+    ),
+    "captures": _schema(
+        "t:time end_t:time seconds:real frames:int64 buses:words nodes:numbers errors:int64 warnings:int64"
+        " infos:int64 files:words version:string"
+    ),
+}
+"""The tables that an export has of its own."""

@@ -1,0 +1,208 @@
+"""The core's batches in the columns of an export: times as timestamps, plain types, names that SQL takes, units.
+
+| the core has | an export has |
+|---|---|
+| `t_ns`, `end_t_ns`, ... | `t`, `end_t`, ...: TIMESTAMP in microseconds, UTC; null where the stamp is no date |
+| the same, where `t` cannot hold it | `t_ns` besides: stamps without a date, or with digits below a microsecond |
+| unsigned numbers | signed ones with more bits, which every reader has; a value of 64 bits stays as it is |
+| - | `capture`: which one it is |
+
+Must not: write, or know where a column ends up.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+import pyarrow as pa
+import pyarrow.compute as pc
+
+_DATES: Final = 631_152_000 * 10**9
+"""1990-01-01 in ns: stamps from here on are dates, earlier ones count from some start."""
+_US: Final = 1000
+_TIME: Final = pa.timestamp("us", "UTC")
+_WORD: Final = pa.dictionary(pa.int32(), pa.string())
+_SIGNED: Final = {pa.uint8(): pa.int16(), pa.uint16(): pa.int32(), pa.uint32(): pa.int64(), pa.uint64(): pa.int64()}
+_WHOLE: Final = frozenset({"raw"})
+"""Columns of values that need all of 64 bits; others count."""
+_KEPT: Final = ("t_ns", "frame", "provenance", "cycle", "delay_ns")
+"""What a wide table has before its signals; `running_cycle` is left out."""
+_FIRST: Final = ("t", "t_ns", "capture")
+RAW: Final = "__raw"
+"""Behind the name of a number whose words are the column before."""
+
+Made = tuple[pa.Field, pa.Array]
+
+
+def fixed(batch: pa.RecordBatch, units: Mapping[str, str], capture: str, *, always: bool = False) -> pa.RecordBatch:
+    """Give rows of a table that has always the same columns. always: stamps as numbers are there in any case."""
+    made: list[Made] = []
+    for field, values in zip(batch.schema, batch.columns, strict=True):
+        made += _column(field, values, units.get(field.name, ""), always=always)
+    return _batch(batch.schema.metadata, [*made, _constant("capture", capture, len(batch))])
+
+
+def wide(batch: pa.RecordBatch, names: Mapping[str, str], capture: str) -> pa.RecordBatch:
+    """Give rows of a message: `names` has a column's name for that of each signal."""
+    about, count = said_of(batch.schema), len(batch)
+    made = [
+        *_column(batch.schema.field("t_ns"), batch.column("t_ns"), "ns"),
+        _constant("bus", about["bus"] or None, count),
+        (pa.field("node", pa.int16(), False), pa.repeat(pa.scalar(int(about["node"]), pa.int16()), count)),
+        (pa.field("mapping", pa.int16(), False), pa.repeat(pa.scalar(int(about["version"]), pa.int16()), count)),
+    ]
+    for name in _KEPT[1:]:
+        made += _column(batch.schema.field(name), batch.column(name), "ns" if name.endswith("_ns") else "")
+    for name, column in names.items():
+        field, values = batch.schema.field(name), batch.column(name)
+        unit = "" if column.endswith(RAW) else said_of(field).get("unit", "")
+        kind = field.type if field.type == pa.uint64() else _SIGNED.get(field.type, field.type)
+        made.append((_field(column, kind, field.nullable, unit), values.cast(kind)))
+    return _batch(None, [*made, _constant("capture", capture, count)])
+
+
+class Message:
+    """The columns of one wide table: those of all PDOs and mappings that are in it.
+
+    Signals of one name share a column where they have the same unit and are of the same kind; a further one of the
+    name, also one that only differs in case, has `_2` behind it.
+    """
+
+    def __init__(self) -> None:
+        """Have no column beyond those of every such table."""
+        self._columns: dict[str, tuple[str, tuple[str, str]]] = {
+            name: (name, ("", "")) for name in (*_FIRST, *_KEPT, "bus", "node", "mapping")
+        }
+        """By their names in small letters: the name, unit and kind."""
+        self._names: dict[str, dict[str, str]] = {}
+
+    def names(self, table: str, schema: pa.Schema) -> dict[str, str]:
+        """Give the columns of a table's signals, by their names there."""
+        if table not in self._names:
+            used: set[str] = set()
+            self._names[table] = {field.name: self._name(field, used) for field in schema if field.metadata}
+        return self._names[table]
+
+    def _name(self, field: pa.Field, used: set[str]) -> str:
+        about = said_of(field)
+        stem = field.name.removesuffix(RAW)
+        base = identifier(stem) or identifier(about["object"])
+        base += RAW if stem != field.name else ""
+        like = (about.get("unit", ""), _kind(field.type))
+        number, name = 1, base
+        while name.lower() in used or self._columns.get(name.lower(), (name, like))[1] != like:
+            number += 1
+            name = f"{base}_{number}"
+        used.add(name.lower())
+        return self._columns.setdefault(name.lower(), (name, like))[0]
+
+
+def identifier(name: str) -> str:
+    """Give a name of letters, digits and `_`, which does not begin with a digit; "" where it has none of them."""
+    found = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
+    return f"_{found}" if found[:1].isdigit() else found
+
+
+def said_of(what: "pa.Schema | pa.Field") -> dict[str, str]:
+    """Give the metadata of a schema or a field as text."""
+    return {key.decode(): value.decode() for key, value in (what.metadata or {}).items()}
+
+
+def kind_of(data_type: pa.DataType) -> str:
+    """Give a type's name for people."""
+    if pa.types.is_dictionary(data_type):
+        return kind_of(data_type.value_type)
+    if pa.types.is_list(data_type):
+        return f"list<{kind_of(data_type.value_type)}>"
+    return str(data_type)
+
+
+def fitted(batch: pa.RecordBatch, schema: pa.Schema) -> pa.RecordBatch:
+    """Give rows the columns of a wider schema."""
+    if batch.schema.equals(schema):
+        return batch
+    known = dict(zip(batch.schema.names, batch.columns, strict=True))
+    arrays = [
+        known[field.name].cast(field.type, safe=False) if field.name in known else pa.nulls(len(batch), field.type)
+        for field in schema
+    ]
+    return pa.record_batch(arrays, schema=schema)
+
+
+def plain(batch: pa.RecordBatch) -> pa.RecordBatch:
+    """Give rows without dictionaries, which a file of Arrow may have only once."""
+    arrays = [one.dictionary_decode() if pa.types.is_dictionary(one.type) else one for one in batch.columns]
+    return _replaced(batch, arrays)
+
+
+def texts(batch: pa.RecordBatch) -> pa.RecordBatch:
+    """Give rows as CSV can hold them: bytes in hexadecimal, lists with blanks between."""
+    return _replaced(plain(batch), [_text(one) for one in plain(batch).columns])
+
+
+def _text(values: pa.Array) -> pa.Array:
+    if pa.types.is_list(values.type):
+        return pc.binary_join(values.cast(pa.list_(pa.string())), " ")
+    if not pa.types.is_binary(values.type):
+        return values
+    _, offsets, data = values.buffers()
+    ends = pa.Array.from_buffers(pa.int32(), len(values) + 1, [None, offsets], offset=values.offset)
+    digits = pa.py_buffer((data.to_pybytes() if data else b"").hex().upper().encode())
+    doubled = pc.multiply(ends, pa.scalar(2, pa.int32()))
+    text = pa.StringArray.from_buffers(len(values), doubled.buffers()[1], digits)
+    return text if not values.null_count else pc.if_else(values.is_valid(), text, None)
+
+
+def _replaced(batch: pa.RecordBatch, arrays: list[pa.Array]) -> pa.RecordBatch:
+    fields = [field.with_type(one.type) for field, one in zip(batch.schema, arrays, strict=True)]
+    return pa.record_batch(arrays, schema=pa.schema(fields, batch.schema.metadata))
+
+
+def _column(field: pa.Field, values: pa.Array, unit: str, *, always: bool = False) -> Iterator[Made]:
+    """Give a column as it is exported; of times two where it takes two."""
+    name, kind = field.name, field.type
+    if name == "t_ns" or name.endswith("_t_ns"):
+        times, exact = _times(values)
+        yield pa.field(name.removesuffix("_ns"), _TIME, True), times
+        if always or not exact:
+            yield _field(name, kind, True, "ns"), values
+        return
+    if pa.types.is_list(kind) and kind.value_type in _SIGNED:
+        kind = pa.list_(_SIGNED[kind.value_type])
+    elif name not in _WHOLE:
+        kind = _SIGNED.get(kind, kind)
+    yield _field(name, kind, field.nullable, "" if unit == "unit" else unit), values.cast(kind)
+
+
+def _times(values: pa.Array) -> tuple[pa.Array, bool]:
+    """Give stamps as timestamps, and whether these hold all that the stamps say."""
+    micros = pc.divide(values, _US)
+    least = pc.min(values).as_py()
+    whole = pc.all(pc.equal(pc.multiply(micros, _US), values)).as_py()
+    if least is not None and least < _DATES:
+        return pc.if_else(pc.greater_equal(values, _DATES), micros, None).cast(_TIME), False
+    return micros.cast(_TIME), whole is not False
+
+
+def _kind(data_type: pa.DataType) -> str:
+    """Give what may share a column: numbers of any width are one kind, but for those that no wider one holds."""
+    if pa.types.is_floating(data_type) or (pa.types.is_integer(data_type) and data_type != pa.uint64()):
+        return "number"
+    return kind_of(data_type)
+
+
+def _constant(name: str, word: str | None, count: int) -> Made:
+    places = pa.nulls(count, pa.int32()) if word is None else pa.repeat(pa.scalar(0, pa.int32()), count)
+    return pa.field(name, _WORD, word is None or name == "bus"), pa.DictionaryArray.from_arrays(places, [word or ""])
+
+
+def _field(name: str, kind: pa.DataType, nullable: bool, unit: str) -> pa.Field:
+    return pa.field(name, kind, nullable, {"unit": unit} if unit else None)
+
+
+def _batch(metadata: Any, made: list[Made]) -> pa.RecordBatch:
+    """Put columns together: times first, and what stands in every table."""
+    first = {name: place for place, name in enumerate(_FIRST)}
+    made = sorted(made, key=lambda one: first.get(one[0].name, len(first)))
+    schema = pa.schema([field for field, _ in made], metadata)
+    return pa.record_batch([values for _, values in made], schema=schema)

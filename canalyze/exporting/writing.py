@@ -1,0 +1,120 @@
+"""One file of an export while its rows come: in groups of bounded size, a part beside its place until all is complete.
+
+Its columns may become more while it grows: then a further piece begins, and the pieces are put together at the end, a
+group at a time. Must not: know what a table holds.
+"""
+
+import os
+from pathlib import Path
+from typing import Any, Final
+
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from canalyze.exporting.shaping import fitted, plain, texts
+from canalyze.output.writing import Part
+
+ROWS: Final = 1 << 17
+"""Rows of a group, at most one batch more."""
+_LEVEL: Final = 3
+_STEADY: Final = frozenset({"t", "t_ns", "frame", "line"})
+"""Columns whose numbers mostly grow: differences of them are small."""
+
+
+class File:
+    """A file that grows."""
+
+    def __init__(self, beside: Path, form: str, *, replace: bool) -> None:
+        """Be ready to write. beside: the part is made in its folder. form: parquet, arrow or csv."""
+        self.rows = 0
+        self.schema: Any = None
+        """Of all rows so far; None before the first."""
+        self._beside = beside
+        self._form = form
+        self._replace = replace
+        self._waiting: list[pa.RecordBatch] = []
+        self._pieces: list[Part] = []
+        self._writer: Any = None
+        self._written: Any = None
+        """The columns of the piece that is written."""
+
+    @property
+    def waiting(self) -> int:
+        """Bytes of rows that are not written yet."""
+        return sum(batch.nbytes for batch in self._waiting)
+
+    def take(self, batch: pa.RecordBatch) -> None:
+        """Take rows, whose columns may be new ones."""
+        batch = texts(batch) if self._form == "csv" else plain(batch) if self._form == "arrow" else batch
+        if self.schema is None:
+            self.schema = batch.schema
+        elif not self.schema.equals(batch.schema):
+            self.schema = pa.unify_schemas([self.schema, batch.schema], promote_options="permissive")
+        self.rows += len(batch)
+        self._waiting.append(batch)
+        if sum(map(len, self._waiting)) >= ROWS:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what waits, as one group."""
+        if self._writer is None or self._written != self.schema:
+            self.close()
+            self._pieces.append(part := Part(self._beside, replace=self._replace))
+            os.close(part.fd)
+            self._writer, self._written = self._open(part.path, self.schema), self.schema
+        table = pa.Table.from_batches([fitted(batch, self._written) for batch in self._waiting], self._written)
+        self._waiting = []
+        if self._form == "parquet":
+            self._writer.write_table(table, max(len(table), 1))
+        else:
+            self._writer.write_table(table)
+
+    def close(self) -> None:
+        """End the piece that is written."""
+        if self._writer is not None:
+            self._writer.close()
+            self._writer = None
+
+    def finish(self) -> int:
+        """Write the rest, and put pieces together; give the bytes of the file."""
+        if self._waiting:
+            self.flush()
+        self.close()
+        if len(self._pieces) > 1:
+            pieces, self._pieces = self._pieces, []
+            try:
+                for piece in pieces:
+                    for batch in pq.ParquetFile(piece.path).iter_batches(ROWS):
+                        self._waiting = [batch]
+                        self.flush()
+            finally:
+                for piece in pieces:
+                    piece.discard()
+            self.close()
+        return self._pieces[0].path.stat().st_size
+
+    def complete(self, final: Path) -> None:
+        """Give the file its name; FileExistsError where another has it, and is not to be replaced."""
+        self._pieces[0].complete(final)
+
+    def discard(self) -> None:
+        """Take it away."""
+        self.close()
+        for piece in self._pieces:
+            piece.discard()
+
+    def _open(self, path: Path, schema: pa.Schema) -> Any:
+        if self._form == "csv":
+            return pyarrow.csv.CSVWriter(path, schema)
+        if self._form == "arrow":
+            return pa.ipc.new_file(str(path), schema, options=pa.ipc.IpcWriteOptions(compression="zstd"))
+        steady = {name for name in schema.names if name in _STEADY}
+        return pq.ParquetWriter(
+            path,
+            schema,
+            compression="zstd",
+            compression_level=_LEVEL,
+            use_dictionary=[name for name in schema.names if name not in steady],
+            column_encoding=dict.fromkeys(steady, "DELTA_BINARY_PACKED"),
+        )

@@ -1,0 +1,69 @@
+"""All manifests as the reports of `canalyze/reports/`: in the place of the results, and for who sits there.
+
+Must not: read a capture, or judge.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from canalyze.fleet.manifest import Manifest
+from canalyze.fleet.stores import Place
+from canalyze.fleet.task import Action, records_of, verdict_of
+from canalyze.output import Output
+from canalyze.output import jsonl as json_lines
+from canalyze.reports import check_jsonl, check_text, fleet_text, junit
+from canalyze.words import Words
+
+
+class _Kept(Output):
+    """What is written, kept."""
+
+    def __init__(self) -> None:
+        self.is_terminal = False
+        self.is_quiet = True
+        self.data = bytearray()
+
+    def write(self, data: bytes) -> None:
+        self.data += data
+
+
+def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *, whole: bool) -> None:
+    """Write it as text. whole: of check what is said of each capture, and not only of all."""
+    if action == "check":
+        check_text.show([verdict_of(action, one) for one in done], out, words, totals=not whole)
+    elif action == "export":
+        fleet_text.show_tables([(one.result or {}).get("rows", {}) for one in done], out, words)
+    else:
+        fleet_text.show([(one.capture, one.error, records_of(one)) for one in done], out, words)
+    fleet_text.show_failed([(one.capture, one.error or "", one.attempts) for one in done if one.failed], out, words)
+
+
+def write(action: Action, done: Sequence[Manifest], place: Place, name: str, words: Words, *, html: bool) -> list[str]:
+    """Write all reports under a name; give their names."""
+    verdicts = [verdict_of(action, one) for one in done]
+    text = _Kept()
+    show(action, done, text, words, whole=True)
+    lines = check_jsonl.lines(verdicts) if action == "check" else _records(action, done)
+    reports = {
+        "txt": bytes(text.data),
+        "jsonl": "".join(f"{line}\n" for line in lines).encode("utf-8", "backslashreplace"),
+        "xml": junit.document(verdicts, words),
+    }
+    if html:
+        from canalyze.reports import fleet_html
+
+        reports["html"] = fleet_html.page([(verdict_of(action, one), one.findings) for one in done], words)
+    for form, data in reports.items():
+        place.put(f"{name}.{form}", data)
+    return [f"{name}.{form}" for form in reports]
+
+
+def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
+    """Give the records of summaries, and what was exported, with the capture's name; of one that was not read, why."""
+    for one in done:
+        if action == "export" and one.result:
+            yield json_lines.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)
+        for record in records_of(one) if action == "summary" else ():
+            yield json_lines.text({"capture": one.capture, **record}, compact=True)
+        if one.failed:
+            row = {"capture": one.capture, "kind": "failed", "reason": one.failed, "error": one.error}
+            yield json_lines.text(row, compact=True)

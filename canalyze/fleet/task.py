@@ -1,0 +1,224 @@
+"""One capture -> its manifest: what a worker does, on this machine or another. All that it needs can be sent there.
+
+What is done already is not done again, also where an engine has a task run twice. Must not: try again, or print.
+"""
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+from canalyze import __version__
+from canalyze.check import policy
+from canalyze.check.baseline import Baseline
+from canalyze.check.examination import Job, examine, read
+from canalyze.check.policy import Policy
+from canalyze.check.verdict import Verdict
+from canalyze.check.workers import Far
+from canalyze.configuration.descriptions import carriers
+from canalyze.configuration.options import known_of
+from canalyze.errors import SourceError
+from canalyze.fleet import manifest, stored
+from canalyze.fleet.manifest import Manifest
+from canalyze.fleet.sources import Capture, content, fetched, stamp
+from canalyze.fleet.stores import place
+from canalyze.running.pool import Tell
+from canalyze.sources.names import unpacked
+
+if TYPE_CHECKING:
+    from canalyze._core import Session
+
+Action = Literal["check", "summary", "export"]
+
+
+@dataclass
+class Work:
+    """What is done with every capture, alike everywhere."""
+
+    action: Action
+    job: Job
+    policy: Policy
+    known: Baseline
+    """What of the findings is known."""
+    out: str
+    """Where the results go: a folder or a URL."""
+    tables: tuple[str, ...] = ()
+    """What is exported, of `exporting.TABLES`."""
+    device_from: str = ""
+    """A regular expression whose first group in a capture's name is its device."""
+    force: bool = False
+    """Whether what is done is done again."""
+    scratch: str | None = None
+    """A folder for what is fetched; None: the one of the machine."""
+    settings: str = ""
+    """Hash of the options, of the configuration, and of the files that they name."""
+
+    def __post_init__(self) -> None:
+        """Hash what a result depends on, beside the capture and the program."""
+        said: list[Any] = [self.action, self.job.__getstate__(), self.policy, sorted(self.known.items(), key=repr)]
+        said += [self.tables, self.device_from]
+        digest = hashlib.sha256(repr(said).encode("utf-8", "surrogateescape"))
+        files = [one.file for known in (self.job.filed, known_of(self.job.given)) for one in known.descriptions]
+        for file in [*files, *filter(None, [self.job.expect])]:
+            try:
+                digest.update(hashlib.sha256(Path(file).read_bytes()).digest())
+            except OSError as error:
+                raise SourceError("source.open", name=file, error=error) from error
+        self.settings = digest.hexdigest()[:32]
+
+    @property
+    def beside(self) -> bool:
+        """Whether expectations beside a capture count."""
+        return self.action == "check" and self.job.beside and self.job.expect is None
+
+
+class Piece(NamedTuple):
+    """A capture, and how often it was tried with this time."""
+
+    capture: Capture
+    attempt: int = 1
+
+
+class Result(NamedTuple):
+    """What came of reading a capture."""
+
+    error: str | None
+    frames: int
+    findings: int
+    stored: Any
+    """As JSON."""
+
+
+def do(work: Work, piece: Piece, tell: Tell) -> Manifest:
+    """Work on a capture and leave its manifest.
+
+    SourceError where the capture does not come, OutputError where the manifest cannot be written: nothing is done then.
+    """
+    began = monotonic()
+    capture, to = piece.capture, place(work.out)
+    last = before = manifest.read(to, work.action, capture.id)
+    if before is not None and (work.force or before.failed or not before.holds(__version__, work.settings)):
+        before = None
+    now = tag = capture.stamp
+    if capture.store is None:
+        now = stamp(capture.path, beside=work.beside)
+        tag = before.content if before and before.stamp == now else content(capture.path, beside=work.beside)
+    if before is not None and tag and before.content == tag:
+        if before.stamp != now:
+            before = replace(before, stamp=now)
+            manifest.write(to, work.action, before)
+        return before
+    with fetched(capture, work.scratch) if capture.store else nullcontext((capture.path, tag)) as (path, came):
+        found = _ACTIONS[work.action](work, path, capture, tell)
+    done = Manifest(
+        capture.name,
+        capture.id,
+        came,
+        came if capture.store else now,
+        __version__,
+        work.settings,
+        None if found.error is None else "unreadable",
+        found.error,
+        piece.attempt,
+        found.frames,
+        found.findings,
+        round(monotonic() - began, 3),
+        found.stored,
+    )
+    manifest.write(to, work.action, done)
+    if last is not None and work.action == "export":
+        for name in set(files_of(last)) - set(files_of(done)):
+            to.remove(name)
+    return done
+
+
+def _check(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
+    job = replace(work.job, beside=work.beside and capture.store is None)
+    examined = examine(path, job, Far(tell), capture.name)
+    if examined.signal:  # the end was wished: a part would pass for all of it
+        raise SystemExit(128 + examined.signal)
+    verdict = policy.judge(examined, work.policy, work.known)
+    findings = sum(one.count for one in verdict.failures) + len(verdict.problems)
+    return Result(verdict.error, verdict.frames, findings, stored.row(verdict))
+
+
+def _summary(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
+    took: list[bytes] = []
+    job = replace(work.job, beside=False)
+    done = read(path, job, Far(tell), lambda _, result: took.append(result), form="summary", shown=capture.name)
+    if done.signal:
+        raise SystemExit(128 + done.signal)
+    records = [json.loads(line) for line in b"".join(took).splitlines()]
+    findings = sum(one["count"] for one in records if one["kind"] == "summary_finding")
+    return Result(done.error, done.session.frames if done.session else 0, findings, records)
+
+
+def _export(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
+    """Write the tables somewhere beside, and bring them to their place when all are whole."""
+    from canalyze.exporting import FOLDER, Target
+    from canalyze.exporting.export import About, Export
+
+    match = re.search(work.device_from, capture.name) if work.device_from else None
+    device = (match[1] or "") if match else ""
+    name = re.sub(r"[^\w.-]+", "_", unpacked(capture.path).stem).lstrip(".")
+    about = About(f"{name}-{capture.id[:8]}", device, (capture.name,), _described(work))
+    to = place(work.out)
+    with to.beside(capture.id, work.scratch) as folder:
+        with Export(Target(folder, FOLDER, work.tables), about) as made:
+            job = replace(work.job, beside=False)
+
+            def take(session: "Session", result: bytes) -> None:
+                made.take(session.batches(), result)
+
+            done = read(path, job, Far(tell), take, form="summary", shown=capture.name)
+            if done.signal:
+                raise SystemExit(128 + done.signal)
+            if done.session is None or not done.session.frames:
+                return Result(done.error, 0, 0, {"files": [], "rows": {}, "bytes": 0})
+            take(done.session, b"")
+            written = made.complete()
+        files = [file.relative_to(folder).as_posix() for file in written.files]
+        for file in files:
+            to.bring(folder / file, file)
+    rows = dict(written.rows)
+    return Result(
+        done.error,
+        done.session.frames,
+        rows.get("findings", 0),
+        {"files": files, "rows": rows, "bytes": written.size},
+    )
+
+
+def _described(work: Work) -> Mapping[tuple[str | None, int], str]:
+    """Give the descriptions by the nodes that carry them; they are read once."""
+    if work.settings not in _CARRIED:
+        known = work.job.filed, known_of(work.job.given)
+        _CARRIED[work.settings] = carriers(*known, {}) if any(one.descriptions for one in known) else {}
+    return _CARRIED[work.settings]
+
+
+_CARRIED: Final[dict[str, Mapping[tuple[str | None, int], str]]] = {}
+"""By the settings of a work."""
+_ACTIONS: Final = {"check": _check, "summary": _summary, "export": _export}
+
+
+def verdict_of(action: Action, done: Manifest) -> Verdict:
+    """Give what came of a capture as reports have it."""
+    if action == "check" and done.result is not None:
+        return replace(stored.verdict(done.result), file=done.capture)
+    return Verdict(done.capture, error=done.error, frames=done.frames, seconds=done.seconds)
+
+
+def files_of(done: Manifest) -> list[str]:
+    """Give what an export has written, by its names in the place of the results."""
+    return list((done.result or {}).get("files", ()))
+
+
+def records_of(done: Manifest) -> list[Mapping[str, Any]]:
+    """Give the records of a summary."""
+    return done.result or []

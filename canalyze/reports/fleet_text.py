@@ -1,0 +1,89 @@
+"""Many captures in figures, for people: a line each, then which rules found something in how many of them.
+
+Must not: count what the core counts, or judge.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from canalyze.output import Output, dyed, printable
+from canalyze.reports.table import EMPTY, Column, Row, Table
+from canalyze.words import Words
+
+Record = Mapping[str, Any]
+
+
+def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Output, words: Words) -> None:
+    """Write the tables. captures: name, why it was not read as a whole, records of `summary`."""
+    right = ("frames", "seconds", "nodes", "transfers", "load", "findings")
+    columns = [
+        Column(words("fleet.capture"), folds=True),
+        *(Column(words(f"fleet.{name}"), right=True) for name in right),
+    ]
+    table = Table(columns, out, live=False)
+    table.add([Row([name, *_figures(records)], place) for place, (name, _, records) in enumerate(captures)])
+    table.close()
+    found = Counter[str]()
+    spread = Counter[str]()
+    for _, _, records in captures:
+        for one in _of("finding", records):
+            title = f"{one['code']} {one['name']}"
+            found[title] += one["count"]
+            spread[title] += 1
+    if found:
+        out.text("\n")
+        columns = [
+            Column(words("fleet.rule")),
+            *(Column(words(f"fleet.{name}"), right=True) for name in ("files", "count")),
+        ]
+        table = Table(columns, out, live=False)
+        ordered = sorted(spread.items(), key=lambda row: (-row[1], row[0]))
+        rows = [[title, str(files), str(found[title])] for title, files in ordered]
+        table.add([Row(cells, place) for place, cells in enumerate(rows)])
+        table.close()
+    frames = sum(one["frames"] for _, _, records in captures for one in _of("capture", records))
+    hours = sum(float(one["seconds"] or 0) for _, _, records in captures for one in _of("capture", records)) / 3600
+    out.text("\n" + words("fleet.figures", files=len(captures), frames=frames, hours=f"{hours:.2f}") + "\n")
+
+
+def show_tables(captures: Sequence[Mapping[str, int]], out: Output, words: Words) -> None:
+    """Say which tables were written. captures: rows by table, a wide one as signals/MESSAGE."""
+    rows, files = Counter[str](), Counter[str]()
+    for one in captures:
+        rows.update(one)
+        files.update(one.keys())
+    right = (Column(words(f"fleet.{name}"), right=True) for name in ("files", "rows"))
+    table = Table([Column(words("fleet.table")), *right], out, live=False)
+    table.add([Row([name, str(files[name]), str(rows[name])], place) for place, name in enumerate(sorted(rows))])
+    table.close()
+
+
+def show_failed(failed: Sequence[tuple[str, str, int]], out: Output, words: Words) -> None:
+    """Name the captures that could not be read, or not as a whole: name, why, number of attempts."""
+    if failed:
+        out.text("\n" + dyed(words("fleet.failed", files=len(failed)), "error", out=out) + "\n")
+    for name, reason, attempts in failed:
+        said = reason if name in reason else f"{name}: {reason}"
+        tried = "" if attempts == 1 else words("fleet.tried", attempts=attempts)
+        out.text(f"  {printable(said)}{tried}\n")
+
+
+def _of(kind: str, records: Sequence[Record]) -> list[Record]:
+    return [one for one in records if one["kind"] == f"summary_{kind}"]
+
+
+def _figures(records: Sequence[Record]) -> list[str]:
+    """Give frames, seconds, nodes, transfers, peak of the load, findings; EMPTY where there is none of it."""
+    if not _of("capture", records):
+        return [EMPTY] * 6
+    (whole,), nodes = _of("capture", records), _of("node", records)
+    loads = [one["load_peak_1s"] for one in _of("bus", records) if one["load_peak_1s"] is not None]
+    return [
+        str(whole["frames"]),
+        EMPTY if whole["seconds"] is None else f"{float(whole['seconds']):.1f}",
+        str(len(nodes)),
+        str(sum(one["sdo"]["transfers"] for one in nodes)),
+        f"{max(loads):.1f}%" if loads else EMPTY,
+        str(sum(one["count"] for one in _of("finding", records))),
+    ]

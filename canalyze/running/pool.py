@@ -1,0 +1,260 @@
+"""Pieces of work done side by side in processes of this machine, one at a time in each, supervised.
+
+A process that dies, or takes too long or too much memory, costs the piece that it was at and nothing else: another one
+takes its place. Must not: know what the work is, try a piece again, or print.
+"""
+
+import os
+import signal
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol
+
+from canalyze.errors import CanalyzeError
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+    from multiprocessing.process import BaseProcess
+
+PATIENCE: Final = 5.0
+"""Seconds that a process is given to clear up when the end is wished."""
+_NEVER: Final = float("inf")
+
+Tell = Callable[[Any], None]
+"""How a piece of work says how far it is."""
+Work = Callable[[Any, Tell], Any]
+"""What is done with a piece: of the module that it is in, so that another process finds it."""
+
+During = Callable[[Callable[[], Any]], Any]
+"""Does what waits; gives None where the end was wished instead."""
+
+
+def at_once(wait: Callable[[], Any]) -> Any:
+    """Do what waits, where nobody wishes for the end."""
+    return wait()
+
+
+class Failure(NamedTuple):
+    """Why there is no result."""
+
+    kind: Literal["died", "time", "memory", "raised"]
+    reason: Any = None
+    """died: the name of the signal, or the exit code; raised: a CanalyzeError, or what else was raised, as a text."""
+
+
+class Ended(NamedTuple):
+    """A piece of work that came to its end."""
+
+    piece: Any
+    result: Any = None
+    failure: Failure | None = None
+
+
+class Executor(Protocol):
+    """What does pieces of work at several places: this pool, Dask, Ray."""
+
+    width: int
+    """How many pieces are done at once."""
+
+    def submit(self, piece: Any) -> None:
+        """Have a piece done."""
+
+    def completed(self) -> Iterator[Ended]:
+        """Give the pieces as they end, also those that are submitted meanwhile, until there are none left."""
+
+    def close(self) -> None:
+        """End what is under way."""
+
+
+@dataclass(slots=True)
+class _Worker:
+    """A process, and what it is at."""
+
+    process: "BaseProcess"
+    piece: Any = None
+    overdue: float = _NEVER
+    """When it will have taken too long."""
+
+
+class Pool:
+    """Processes of this machine, started when there is work for them."""
+
+    def __init__(
+        self,
+        work: Work,
+        width: int,
+        *,
+        forked: bool = False,
+        seconds: float | None = None,
+        megabytes: int | None = None,
+        told: Callable[[Any, Any], None] = lambda piece, word: None,
+        during: During = at_once,
+    ) -> None:
+        """Start nothing yet.
+
+        forked: where the system can, processes have all that this one has read. That must not be while it has threads.
+        seconds, megabytes: what a piece may take; the limit of memory is there where the system has one. told: gets
+        what the work says of a piece. during: does what waits; where it gives None, `completed` ends.
+        """
+        import multiprocessing
+
+        self.width = width
+        self._context: Any = multiprocessing.get_context("fork" if forked and sys.platform == "linux" else "spawn")
+        self._work = work
+        self._seconds = seconds
+        self._megabytes = megabytes
+        self._told = told
+        self._during = during
+        self._waiting: deque[Any] = deque()
+        self._idle: dict[Connection, _Worker] = {}
+        self._busy: dict[Connection, _Worker] = {}
+
+    def submit(self, piece: Any) -> None:
+        """Have a piece done."""
+        self._waiting.append(piece)
+        self._dispatch()
+
+    def completed(self) -> Iterator[Ended]:
+        """Give the pieces as they end, until there are none left, or the end is wished."""
+        from multiprocessing.connection import wait
+
+        while self._busy or self._waiting:
+            self._dispatch()
+            least = min(worker.overdue for worker in self._busy.values())
+            timeout = None if least == _NEVER else max(0.0, least - monotonic())
+            ready = self._during(partial(wait, list(self._busy), timeout))
+            if ready is None:
+                return
+            for connection in ready:
+                yield from self._heard(connection)
+            now = monotonic()
+            for connection in [one for one, worker in self._busy.items() if worker.overdue <= now]:
+                yield self._lost(connection, "time")
+
+    def close(self) -> None:
+        """Let all processes clear up and go."""
+        workers = self._busy | self._idle
+        self._busy, self._idle = {}, {}
+        for connection, worker in workers.items():
+            worker.process.terminate()
+            connection.close()
+        for worker in workers.values():
+            worker.process.join(PATIENCE)
+            worker.process.kill()
+
+    def _dispatch(self) -> None:
+        while self._waiting and len(self._busy) < self.width:
+            connection, worker = self._idle.popitem() if self._idle else self._started()
+            try:
+                connection.send(self._waiting[0])
+            except OSError:  # it died with nothing to do
+                self._buried(connection, worker)
+                continue
+            worker.piece = self._waiting.popleft()
+            self._busy[connection] = worker
+
+    def _started(self) -> "tuple[Connection, _Worker]":
+        here, there = self._context.Pipe()
+        process = self._context.Process(target=_serve, args=(there, self._work, self._megabytes), daemon=True)
+        process.start()
+        there.close()
+        return here, _Worker(process)
+
+    def _heard(self, connection: "Connection") -> Iterator[Ended]:
+        """Take what a process says of its piece."""
+        worker = self._busy[connection]
+        try:
+            kind, said = connection.recv()
+        except (EOFError, OSError):
+            yield self._lost(connection, "died")
+            return
+        if kind == "begun":
+            worker.overdue = _NEVER if self._seconds is None else monotonic() + self._seconds
+        elif kind == "told":
+            self._told(worker.piece, said)
+        elif kind == "memory":
+            yield self._lost(connection, kind)
+        else:
+            self._idle[connection] = self._busy.pop(connection)
+            piece, worker.piece, worker.overdue = worker.piece, None, _NEVER
+            yield Ended(piece, said) if kind == "done" else Ended(piece, failure=Failure("raised", said))
+
+    def _lost(self, connection: "Connection", kind: Literal["died", "time", "memory"]) -> Ended:
+        """Give up a process with the piece that it was at."""
+        worker = self._busy.pop(connection)
+        code = self._buried(connection, worker)
+        if kind == "died" and self._megabytes is not None and code == -signal.SIGABRT:
+            kind = "memory"  # how native code ends that gets none
+        by = str(code)
+        with suppress(ValueError):
+            by = signal.Signals(-code).name
+        return Ended(worker.piece, failure=Failure(kind, by))
+
+    @staticmethod
+    def _buried(connection: "Connection", worker: _Worker) -> int:
+        connection.close()
+        if worker.overdue != _NEVER:
+            worker.process.kill()
+        worker.process.join(PATIENCE)
+        worker.process.kill()
+        worker.process.join()
+        return worker.process.exitcode or 0
+
+
+def processors() -> int:
+    """Give how many processors this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _serve(connection: "Connection", work: Work, megabytes: int | None) -> None:
+    """Do pieces of work one after the other, in a process that does nothing else."""
+    import threading
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits for this one
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_follow, daemon=True).start()
+    if megabytes is not None:
+        _limit(megabytes << 20)
+    with suppress(EOFError, OSError):  # nobody is there any more
+        while True:
+            piece = connection.recv()
+            connection.send(("begun", None))
+            try:
+                said = "done", work(piece, lambda word: connection.send(("told", word)))
+            except MemoryError:
+                said = "memory", None
+            except Exception as error:
+                said = "raised", error if isinstance(error, CanalyzeError) else repr(error)
+            connection.send(said)
+            if said[0] == "memory":
+                return
+
+
+def _follow() -> None:
+    """End with the process that has started this one, so that what it began is not done twice."""
+    import multiprocessing
+    from multiprocessing.connection import wait
+
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+def _limit(size: int) -> None:
+    """Limit the memory of this process, where the system can; native code that gets none says so on standard error."""
+    if sys.platform == "win32":
+        return
+    import resource
+
+    which = resource.RLIMIT_DATA if sys.platform == "linux" else resource.RLIMIT_AS
+    with suppress(OSError, ValueError):
+        resource.setrlimit(which, (size, size))
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)

@@ -1,0 +1,98 @@
+"""What a fleet costs beside the work itself, and what a second worker brings.
+
+    python tests/bench_fleet.py [--captures 200] [--frames 100000] [--on dask]
+
+Captures of ten lines show what a capture costs beside its work: the same work is done in this process first. Large ones
+show how two workers do: their times are of the machine as it is, so read the load beside them. It must not be a test.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import bench_captures
+
+from canalyze.check.examination import Job
+from canalyze.check.policy import Policy
+from canalyze.configuration.network import Known
+from canalyze.fleet import run as runs
+from canalyze.fleet.beside import Beside
+from canalyze.fleet.sources import Capture, captures
+from canalyze.fleet.task import Piece, Work, do
+from canalyze.running.pool import Pool
+
+
+def made(folder: Path, count: int, frames: int) -> list[Capture]:
+    """Captures with the same content, each a file of its own by name."""
+    folder.mkdir()
+    source = folder / "0.log"
+    with source.open("w") as file:
+        file.writelines(bench_captures.capture_lines(frames))
+    for number in range(1, count):
+        os.link(source, folder / f"{number}.log")
+    return captures([str(folder)], "", beside=False)
+
+
+def work(out: Path) -> Work:
+    """What `fleet check` does without options."""
+    return Work("check", Job("en", {}, Known(), {}, beside=False), Policy(), {}, str(out))
+
+
+def here(one: Work, every: list[Capture]) -> float:
+    """Seconds of the work in this process, one capture after the other."""
+    began = time.perf_counter()
+    for capture in every:
+        do(one, Piece(capture), lambda word: None)
+    return time.perf_counter() - began
+
+
+def elsewhere(one: Work, every: list[Capture], width: int, on: str | None) -> tuple[float, float]:
+    """Seconds of all of it by workers, and of all after the first result, when they have started."""
+    executor: Any
+    if on is None:
+        executor = Pool(partial(do, one), width)
+    else:
+        from importlib import import_module
+
+        executor = import_module(f"canalyze.fleet.{on}").Cluster(Beside(partial(do, one)), None, width)
+    began = first = time.perf_counter()
+    for count, _ in enumerate(runs.run(executor, one, every)):
+        first = first if count else time.perf_counter()
+    ended = time.perf_counter()
+    executor.close()
+    return ended - began, ended - first
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--captures", type=int, default=200)
+    parser.add_argument("--frames", type=int, default=100_000)
+    parser.add_argument("--on", choices=("dask", "ray"))
+    given = parser.parse_args()
+    count = given.captures
+    with tempfile.TemporaryDirectory(prefix="canalyze-bench-") as name:
+        folder = Path(name)
+        small = made(folder / "small", count, 10)
+        alone = here(work(folder / "a"), small)
+        whole, started = elsewhere(work(folder / "b"), small, 1, given.on)
+        print(f"{count} captures of ten lines, load {os.getloadavg()[0]:.1f}")
+        print(f"  in this process {alone / count * 1000:.2f} ms a capture")
+        print(f"  by one worker {whole / count * 1000:.2f} ms, without its start {started / (count - 1) * 1000:.2f} ms")
+        large = made(folder / "large", count, given.frames)
+        times = {}
+        for width in (1, 2):
+            times[width], _ = elsewhere(work(folder / f"large-{width}"), large, width, given.on)
+            rate = count * given.frames / times[width] / 1e6
+            print(f"{width} workers, {count} of {given.frames} frames: {times[width]:.1f} s, {rate:.2f} M frames/s")
+        print(f"ratio {times[1] / times[2]:.2f}, load {os.getloadavg()[0]:.1f}")
+
+
+if __name__ == "__main__":
+    main()

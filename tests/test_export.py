@@ -1,0 +1,587 @@
+"""`canalyze export`: what is in the files is what JSON lines say, whoever reads them; and no file that is not complete.
+
+The core's tables themselves are tested by `test_columns.py`.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import pandas
+import polars
+import pyarrow as pa
+import pyarrow.ipc
+import pyarrow.parquet as pq
+import pytest
+from captures import EDS, SAMPLES, Row, decoded, described, run_canalyze
+from conftest import Runner, command, environment
+from test_columns import mapped
+
+from canalyze import _core
+from canalyze.commands.export import name_of
+from canalyze.errors import OutputError
+from canalyze.exporting import FOLDER, TABLES, Target, form_of
+from canalyze.exporting.export import SETTINGS, About, Export
+from canalyze.exporting.shaping import Message, identifier
+from canalyze.exporting.writing import ROWS
+from canalyze.running.options import SessionOptions
+
+NETWORK = SAMPLES / "network" / "sync-and-pdos.log"
+DRIVE = f"5={EDS / 'drive.eds'}"
+NONE = "__HIVE_DEFAULT_PARTITION__"
+US = 1000
+
+
+def export(out: Path, *arguments: str | Path, capture: Path = NETWORK) -> Path:
+    run_canalyze(["export", "--lang", "en", *arguments, capture, "-o", out])
+    return out
+
+
+@pytest.fixture(scope="module")
+def lake(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The network of three nodes, one of them described."""
+    return export(tmp_path_factory.mktemp("export") / "lake", "--eds", DRIVE, "--device", "truck 1/a")
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def rows(folder: Path, table: str) -> list[Row]:
+    """The rows of a table, as DuckDB reads them."""
+    found = duckdb.sql(f"SELECT * FROM read_parquet('{folder}/{table}/**/*.parquet', union_by_name = true)")
+    assert found is not None
+    return [dict(zip(found.columns, row, strict=True)) for row in found.fetchall()]
+
+
+def stamp(t: str) -> int:
+    return int(Decimal(t) * 1_000_000)
+
+
+def micros(t: Any) -> int:
+    exact: int = round(t.timestamp() * 1_000_000)
+    return exact
+
+
+def test_frames_are_those_of_json(lake: Path) -> None:
+    said = decoded(NETWORK).frames
+    found = rows(lake, "frames")
+    assert len(found) == len(said) == 329
+    for row, frame in zip(found, said, strict=True):
+        assert {key: row[key] for key in ("frame", "line", "file", "bus", "dir", "len", "service", "node")} == {
+            key: frame[key] for key in ("frame", "line", "file", "bus", "dir", "len", "service", "node")
+        }
+        assert (micros(row["t"]), row["id"]) == (stamp(frame["t"]), int(frame["id"], 16))
+        assert bytes(row["data"]) == bytes.fromhex(frame["data"])
+        assert (str(row["date"]), row["device"], row["capture"]) == ("2026-11-21", "truck 1/a", "sync-and-pdos")
+
+
+def test_everybody_reads_the_same(lake: Path) -> None:
+    for path in map(Path, files(lake)):
+        (by_duckdb,) = duckdb.execute(f"SELECT count(*) FROM '{lake / path}'").fetchall()
+        arrow = pq.ParquetFile(lake / path).read()
+        by_polars, by_pandas = polars.read_parquet(lake / path), pandas.read_parquet(lake / path)
+        assert by_duckdb[0] == arrow.num_rows == by_polars.height == len(by_pandas), path
+        assert list(by_pandas.columns) == arrow.column_names == by_polars.columns
+        assert by_polars.get_column("capture").to_list() == arrow.column("capture").to_pylist()
+        for name in arrow.column_names:
+            if name == "t" and path.parts[0] != "captures":
+                assert str(by_pandas["t"].dtype) == "datetime64[us, UTC]"
+                assert by_polars["t"].to_list() == arrow.column("t").to_pylist()
+    frames = next((lake / "frames").rglob("*.parquet"))
+    assert pandas.read_parquet(frames)["id"].tolist() == polars.read_parquet(frames)["id"].to_list()
+    whole = polars.read_parquet(lake / "states/**/*.parquet", hive_partitioning=True)
+    assert set(whole["device"]) == {"truck 1/a"}
+
+
+def test_signals_are_those_of_the_command(lake: Path) -> None:
+    lines = run_canalyze(["signals", "--lang", "en", "--eds", DRIVE, "--format", "jsonl", NETWORK]).splitlines()
+    said = {(row["frame"], row["node"], row["pdo"], row["signal"]): row for row in map(json.loads, lines)}
+    catalog = [row for row in rows(lake, "catalog") if row["index"] is not None]
+    tables = {row["message"]: rows(lake, f"signals/message={row['message']}") for row in catalog}
+    assert set(tables) == {"RPDO3_drive", "TPDO1", "TPDO2", *(f"TPDO{number}_drive" for number in (1, 2, 3, 4))}
+    seen = set()
+    for one in catalog:
+        for row in tables[one["message"]]:
+            if (row["node"], row["mapping"]) != (one["node"], one["mapping"]):
+                continue
+            key = row["frame"], row["node"], one["pdo"], one["name"]
+            signal_, value = said[key], row[one["column_name"]]
+            assert micros(row["t"]) == stamp(signal_["t"])
+            assert f"{one['index']:04X}" == signal_["index"]
+            assert row["provenance"] == signal_["provenance"]
+            if isinstance(value, str):
+                assert signal_["text"].endswith(value)
+                assert value.islower()
+                continue
+            seen.add(key)
+            assert value == signal_["value"]
+            assert one["unit"] == (None if one["column_name"].endswith("__raw") else signal_["unit"])
+    assert seen == set(said)
+    torque = {row["torque_actual_value"] for row in tables["TPDO4_drive"]}
+    assert -0.1 in torque
+    assert 2.9 in torque
+
+
+def test_units_are_in_the_schema_and_in_the_catalog(lake: Path) -> None:
+    message = pq.read_schema(next((lake / "signals/message=TPDO4_drive").rglob("*.parquet")))
+    assert message.field("velocity_actual_value").metadata[b"unit"] == b"rpm"
+    assert message.field("torque_actual_value").metadata[b"unit"] == b"%"
+    transfers = pq.read_schema(next((lake / "transfers").rglob("*.parquet")))
+    assert transfers.field("duration_ns").metadata[b"unit"] == b"ns"
+    listed = {(row["table_name"], row["message"], row["column_name"]): row for row in rows(lake, "catalog")}
+    assert listed["transfers", None, "duration_ns"]["unit"] == "ns"
+    velocity = listed["signals", "TPDO4_drive", "velocity_actual_value"]
+    assert (velocity["unit"], velocity["node"], velocity["data_type"], velocity["type"], velocity["factor"]) == (
+        *("rpm", 5, "INTEGER32", "int32", 1.0),
+    )
+    for path in map(Path, files(lake)):
+        table = path.parts[0]
+        named = path.parts[1].removeprefix("message=") if table == "signals" else None
+        there = {column for name, message_, column in listed if (name, message_) == (table, named)}
+        assert table == "catalog" or set(pq.read_schema(lake / path).names) == there
+
+
+def test_other_tables_are_those_of_json(tmp_path: Path) -> None:
+    for name in ("problems.log", "sdo-abort.log", "network/drive-states.log"):
+        out = export(tmp_path / Path(name).stem, capture=SAMPLES / name)
+        said = decoded(SAMPLES / name)
+        transfers = rows(out, "transfers")
+        assert [row["transfer"] for row in transfers] == [row["transfer"] for row in said.transfers]
+        assert [row["status"] for row in transfers] == [row["status"] for row in said.transfers]
+        found = [(row["code"], row["frame"], row["message"]) for row in rows(out, "findings")]
+        assert found == [(row["code"], row["frame"], row["message"]) for row in said.findings]
+        (capture,) = rows(out, "captures")
+        assert capture["frames"] == len(said.frames)
+        counts = [sum(row["severity"] == one for row in said.findings) for one in ("error", "warning", "info")]
+        assert [capture["errors"], capture["warnings"], capture["infos"]] == counts
+        assert micros(capture["t"]) == stamp(said.frames[0]["t"])
+        lines = run_canalyze(["diagnose", "--lang", "en", "--format", "jsonl", SAMPLES / name]).splitlines()
+        incidents = [row for row in map(json.loads, lines) if row["kind"] == "incident"]
+        assert {row["id"] for row in rows(out, "incidents")} == {row["id"] for row in incidents}
+
+
+def test_spark_takes_it(lake: Path, tmp_path: Path) -> None:
+    """Neither nanoseconds nor INT96 as timestamps; and no unsigned numbers, which not every reader has."""
+    nanos = export(tmp_path / "nanos", capture=capture_of(tmp_path, ["1700000000.123456789"]))
+    for folder in (lake, nanos):
+        for path in folder.rglob("*.parquet"):
+            file = pq.ParquetFile(path)
+            for place in range(len(file.schema)):
+                column = file.schema.column(place)
+                logical = json.loads(column.logical_type.to_json())
+                assert column.physical_type != "INT96"
+                if logical["Type"] == "Timestamp":
+                    assert (logical["timeUnit"], logical["isAdjustedToUTC"]) == ("microseconds", True)
+                assert logical["Type"] != "Int" or logical["isSigned"] or column.name == "raw", column
+            for group in range(file.metadata.num_row_groups):
+                assert file.metadata.row_group(group).column(0).compression == "ZSTD"
+
+
+def capture_of(folder: Path, stamps: Sequence[str], name: str = "made.log", frame: str = "701#05") -> Path:
+    path = folder / name
+    path.write_text("".join(f"({one}) can0 {frame}\n" for one in stamps))
+    return path
+
+
+def test_stamps_below_a_microsecond_are_kept(tmp_path: Path) -> None:
+    out = export(tmp_path / "out", capture=capture_of(tmp_path, ["1700000000.123456789", "1700000001.000000000"]))
+    assert [(micros(row["t"]), row["t_ns"]) for row in rows(out, "frames")] == [
+        (1_700_000_000_123_456, 1_700_000_000_123_456_789),
+        (1_700_000_001_000_000, 1_700_000_001_000_000_000),
+    ]
+
+
+def test_stamps_below_a_microsecond_may_come_late(tmp_path: Path) -> None:
+    """The column is there for all rows then, of a folder and of a single file."""
+    count = 2 * ROWS
+    stamps = [f"{1_700_000_000 + turn // 1000}.{turn % 1000:03d}000" for turn in range(count)]
+    capture = capture_of(tmp_path, [*stamps, "1700001000.000000001"])
+    run_canalyze(["export", "--table", "frames", capture, "-o", tmp_path / "out"])
+    run_canalyze(["export", capture, "-o", tmp_path / "out.parquet"])
+    (path,) = (tmp_path / "out/frames").rglob("*.parquet")
+    for one in (path, tmp_path / "out.parquet"):
+        file = pq.ParquetFile(one)
+        table = file.read()
+        assert table.column("frame").to_pylist() == list(range(1, count + 2))
+        assert table.column("t_ns").null_count == count
+        assert table.column("t_ns").to_pylist()[-1] == 1_700_001_000_000_000_001
+        assert file.metadata.num_row_groups > 2
+        assert max(file.metadata.row_group(at).num_rows for at in range(file.metadata.num_row_groups)) < 2 * ROWS
+    assert not list(tmp_path.rglob("*.part"))
+
+
+def test_ordinary_stamps_need_no_second_column(lake: Path) -> None:
+    assert "t_ns" not in pq.read_schema(next((lake / "frames").rglob("*.parquet"))).names
+
+
+def test_stamps_without_a_date_are_no_dates(tmp_path: Path) -> None:
+    out = export(tmp_path / "zero", capture=SAMPLES / "recorded/session.tz.candump")
+    found = rows(out, "frames")
+    said = decoded(SAMPLES / "recorded/session.tz.candump").frames
+    assert [row["t_ns"] for row in found] == [int(Decimal(frame["t"]) * 10**9) for frame in said]
+    assert {row["t"] for row in found} == {None}
+    assert {row["date"] for row in found} == {None}
+    (capture,) = rows(out, "captures")
+    assert (capture["t"], capture["frames"]) == (None, len(said))
+    assert capture["seconds"] > 0
+
+
+def test_a_capture_without_stamps(tmp_path: Path) -> None:
+    out = export(tmp_path / "none", capture=SAMPLES / "recorded/session.plain.candump")
+    found = rows(out, "frames")
+    assert found
+    assert {row["t"] for row in found} == {None}
+    assert "t_ns" not in found[0]
+    (capture,) = rows(out, "captures")
+    assert (capture["t"], capture["seconds"]) == (None, None)
+
+
+def test_a_clock_that_is_set(tmp_path: Path) -> None:
+    out = export(tmp_path / "set", capture=capture_of(tmp_path, ["12.000000", "1700000000.500000"]))
+    assert [(row["t"] is None, row["t_ns"]) for row in rows(out, "frames")] == [
+        (True, 12 * 10**9),
+        (False, 1_700_000_000_500_000_000),
+    ]
+
+
+def test_two_buses_are_told_apart(tmp_path: Path) -> None:
+    out = export(tmp_path / "two", "--eds", DRIVE, capture=SAMPLES / "two-nodes-interleaved.log")
+    path = tmp_path / "buses.log"
+    path.write_text("(1700000000.0) can0 185#3702\n(1700000000.1) can1 185#4002\n")
+    out = export(tmp_path / "out", "--eds", DRIVE, capture=path)
+    assert [(row["bus"], row["statusword__raw"]) for row in rows(out, "signals/message=TPDO1_drive")] == [
+        ("can0", 0x237),
+        ("can1", 0x240),
+    ]
+    (capture,) = rows(out, "captures")
+    assert capture["buses"] == ["can0", "can1"]
+
+
+def test_a_bus_has_a_description_of_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "buses.log"
+    path.write_text("(1700000000.0) can0 185#3702\n(1700000000.1) can1 185#4002\n")
+    out = export(tmp_path / "out", "--eds", f"can1:5={EDS / 'drive.eds'}", capture=path)
+    assert {row["message"] for row in rows(out, "signals")} == {"TPDO1_drive"}
+    assert {row["bus"] for row in rows(out, "signals")} == {"can1"}
+
+
+def test_a_mapping_that_changes(tmp_path: Path) -> None:
+    path = tmp_path / "mapped.log"
+    pdo = b"(1.0) can0 185#37020000\n"
+    path.write_bytes(mapped(0x6041_0010) + pdo + mapped(0x6064_0020) + pdo + mapped(0x6041_0010) + pdo)
+    out = export(tmp_path / "out", capture=path)
+    found = rows(out, "signals/message=TPDO1")
+    assert [row["mapping"] for row in sorted(found, key=lambda row: row["frame"])] == [1, 2, 1]
+    assert [(row["statusword__raw"], row["position_actual_value"]) for row in found if row["mapping"] == 2] == [
+        (None, 0x237)
+    ]
+    listed = [(row["column_name"], row["mapping"]) for row in rows(out, "catalog") if row["index"] is not None]
+    assert set(listed) == {("statusword", 1), ("statusword__raw", 1), ("position_actual_value", 2)}
+
+
+def field(name: str, kind: pa.DataType, unit: str = "") -> pa.Field:
+    return pa.field(name, kind, metadata={"object": "2000:00", **({"unit": unit} if unit else {})})
+
+
+def test_names_of_signals() -> None:
+    message = Message()
+    first = pa.schema(
+        [
+            *(
+                field("Speed", pa.int16(), "rpm"),
+                field("speed", pa.int16(), "rpm"),
+                field("Motor speed [1]", pa.int8()),
+            ),
+            *(field("frame", pa.int8()), field("状态", pa.int8()), field("2000h:01", pa.int8())),
+            *(field("mode", pa.string()), field("mode__raw", pa.int8())),
+        ]
+    )
+    assert list(message.names("wide/1", first).values()) == [
+        *("Speed", "speed_2", "Motor_speed_1", "frame_2", "_2000_00", "_2000h_01", "mode", "mode__raw"),
+    ]
+    second = pa.schema(
+        [field("SPEED", pa.float64(), "rpm"), field("Speed", pa.int16(), "1/s"), field("mode", pa.bool_())]
+    )
+    names = list(message.names("wide/2", second).values())
+    assert names[0] == "Speed", "the same signal, of another width"
+    assert names[1] not in ("Speed", "speed_2"), "in another unit"
+    assert names[2] == "mode_2"
+    lowered = [name.lower() for name in {*names, *message.names("wide/1", first).values()}]
+    assert len(lowered) == len(set(lowered))
+
+
+@pytest.mark.parametrize(
+    ("name", "made"), [("a-b c", "a_b_c"), ("1x", "_1x"), ("状态", ""), ("a__b", "a_b"), ("_x_", "x")]
+)
+def test_identifiers(name: str, made: str) -> None:
+    assert identifier(name) == made
+
+
+@pytest.mark.parametrize("group", [1, ROWS], ids=["written in pieces", "in one"])
+def test_a_column_gets_wider(group: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An object that is mapped with 8 bits and then with 32 is one column all the same; 64 bits are another."""
+    monkeypatch.setattr("canalyze.exporting.writing.ROWS", group)
+    path = tmp_path / "mapped.log"
+    pdo = b"(1.0) can0 185#FFFFFFFF00000080\n"
+    path.write_bytes(b"".join(mapped(0x2000_0000 + bits) + pdo for bits in (8, 32, 64)))
+    out = export(tmp_path / "out", capture=path)
+    (made,) = (out / "signals/message=TPDO1").rglob("*.parquet")
+    table = pq.read_table(made)
+    assert [str(table.schema.field(name).type) for name in ("_2000h_00", "_2000h_00_2")] == ["int64", "uint64"]
+    assert sorted(table.select(["_2000h_00", "_2000h_00_2"]).to_pydict().values(), key=str) == [
+        [0xFF, 0xFFFF_FFFF, None],
+        [None, None, 0x8000_0000_FFFF_FFFF],
+    ]
+    types = {(row["column_name"], row["mapping"], row["type"]) for row in rows(out, "catalog") if row["index"]}
+    assert types == {("_2000h_00", 1, "int64"), ("_2000h_00", 2, "int64"), ("_2000h_00_2", 3, "uint64")}
+
+
+def test_languages_do_not_change_what_queries_compare(lake: Path, tmp_path: Path) -> None:
+    out = tmp_path / "zh"
+    run_canalyze(["export", "--lang", "zh", "--eds", DRIVE, "--device", "truck 1/a", NETWORK, "-o", out])
+    assert files(out) == files(lake)
+    for path in files(out):
+        zh, en = pq.read_table(out / path), pq.read_table(lake / path)
+        assert zh.schema.equals(en.schema, check_metadata=False)
+        people = {"name", "text", "message", "abort_text", "checks"}
+        people -= {"name", "text"} if path.startswith(("objects", "catalog")) else set()
+        for column in set(zh.column_names) - people:
+            assert zh.column(column).to_pylist() == en.column(column).to_pylist(), (path, column)
+
+
+@pytest.mark.parametrize("table", sorted(set(TABLES) - {"signals"}))
+def test_one_file_of_each_kind(table: str, lake: Path, tmp_path: Path) -> None:
+    whole = pq.read_table(next((lake / table).rglob("*.parquet")))
+    for suffix in ("parquet", "arrow", "csv"):
+        export(tmp_path / f"x.{suffix}", "--eds", DRIVE, "--table", table)
+    assert pq.read_table(tmp_path / "x.parquet").equals(whole)
+    arrow = pyarrow.ipc.open_file(tmp_path / "x.arrow").read_all()
+    for name in whole.column_names:
+        assert arrow.column(name).to_pylist() == whole.column(name).to_pylist()
+    lines = list(csv.DictReader(io.StringIO((tmp_path / "x.csv").read_text())))
+    assert list(lines[0] if lines else arrow.column_names) == arrow.column_names
+    for line, row in zip(lines, arrow.to_pylist(), strict=True):
+        for name, value in row.items():
+            shown = line[name]
+            if value is None:
+                assert shown == ""
+            elif isinstance(value, bytes):
+                assert shown == value.hex().upper()
+            elif isinstance(value, list):
+                assert shown == " ".join(map(str, value))
+            elif isinstance(value, bool):
+                assert shown == str(value).lower()
+            elif isinstance(value, int | float):
+                assert float(shown) == float(value)
+            elif isinstance(value, str):
+                assert shown == value
+
+
+def test_data_of_csv_without_any_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "few.log"
+    path.write_text("(1700000000.0) can0 080#\n(1700000000.1) can0 701#05\n(1700000000.2) can0 080#\n")
+    export(tmp_path / "few.csv", capture=path)
+    lines = csv.DictReader(io.StringIO((tmp_path / "few.csv").read_text()))
+    assert [line["data"] for line in lines] == ["", "05", ""]
+
+
+def test_only_what_is_asked_for(tmp_path: Path) -> None:
+    out = export(
+        tmp_path / "some", "--table", "findings", "--table", "signals", "--eds", DRIVE, "--select", "5.TPDO4.*"
+    )
+    found = {"/".join(Path(path).parts[:2]) for path in files(out)}
+    assert found == {*(f"{table}/date=2026-11-21" for table in ("captures", "catalog", "findings"))} | {
+        "signals/message=TPDO4_drive"
+    }
+    filtered = export(tmp_path / "x.parquet", "--filter", "service=sync")
+    assert set(pq.read_table(filtered).column("service").to_pylist()) == {"sync"}
+
+
+def test_an_empty_capture_leaves_nothing(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "empty.log").write_bytes(b"")
+    for out in ("lake", "x.parquet"):
+        assert canalyze("export", "--lang", "en", "empty.log", "-o", out).code == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["empty.log"]
+
+
+def test_what_exists_is_kept(canalyze: Runner, tmp_path: Path) -> None:
+    done = canalyze("export", "--lang", "en", "--eds", DRIVE, str(NETWORK), "-o", "lake")
+    assert (done.code, done.out, done.err) == (0, "", "")
+    before = {path: (tmp_path / "lake" / path).read_bytes() for path in files(tmp_path / "lake")}
+    again = canalyze("export", "--lang", "en", str(NETWORK), "-o", "lake")
+    assert again.code == 2
+    assert "sync-and-pdos.parquet: file exists; use --force to overwrite" in again.err
+    assert before == {path: (tmp_path / "lake" / path).read_bytes() for path in files(tmp_path / "lake")}
+    assert canalyze("export", "--lang", "en", "--capture", "other", str(NETWORK), "-o", "lake").code == 0
+    assert canalyze("export", "--lang", "en", "--force", str(NETWORK), "-o", "lake").code == 0
+    left = files(tmp_path / "lake")
+    assert "signals/message=TPDO4_drive" not in {"/".join(Path(path).parts[:2]) for path in left if "other" not in path}
+    assert any(path.startswith(f"frames/date=2026-11-21/device={NONE}/") for path in left)
+    assert len([path for path in left if path.startswith("frames")]) == 2
+    (tmp_path / "x.csv").write_text("mine")
+    assert canalyze("export", "--lang", "en", str(NETWORK), "-o", "x.csv").code == 2
+    assert (tmp_path / "x.csv").read_text() == "mine"
+    assert canalyze("export", "--lang", "en", str(NETWORK), "-o", "x.csv", "--force").code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["x.log"], "no output given; use -o DIR or -o frames.parquet"),
+        (["x.log", "-o", "x.xlsx"], "file name x.xlsx does not show the format; it may end in .parquet .arrow .csv"),
+        (["x.log", "-o", "-"], "file name - does not show the format"),
+        (["x.log", "-o", "x.csv", "--table", "frames", "--table", "emcy"], "x.csv: a file holds one table"),
+        (["x.log", "-o", "x.csv", "--table", "signals"], "x.csv: signals is one table per message"),
+        (["x.log", "-o", "x", "--capture", "../y"], "option --capture ../y: only letters"),
+        (["x.log", "-o", "x", "--table", "pdo"], "frames, signals, objects"),
+    ],
+)
+def test_usage(canalyze: Runner, arguments: list[str], said: str) -> None:
+    done = canalyze("export", "--lang", "en", *arguments)
+    assert done.code == 2
+    assert said in done.err
+    assert done.err.count("\n") == 1
+
+
+def test_names() -> None:
+    assert name_of("a/b c.log.zst") == "b_c"
+    assert name_of("-") == "stdin"
+    assert name_of("..log") == "capture"
+    assert name_of("记录.asc") == "记录"
+    assert [form_of(name) for name in ("x.PARQUET", "x.arrow", "lake", "x.d/", "x.json")] == [
+        *("parquet", "arrow", FOLDER, FOLDER, None),
+    ]
+
+
+def test_pyarrow_is_an_extra(tmp_path: Path) -> None:
+    script = "import sys; sys.modules['pyarrow'] = None; from canalyze.cli import main; sys.exit(main(sys.argv[1:]))"
+    line = [sys.executable, "-c", script, "export", "--lang", "en", str(NETWORK), "-o", "lake"]
+    done = subprocess.run(line, cwd=tmp_path, env=environment(), capture_output=True, check=False)
+    said = b"canalyze: pyarrow is needed and not installed: pip install 'canalyze[parquet]'\n"
+    assert (done.returncode, done.stderr) == (2, said)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_cannot_be_written(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    done = canalyze("export", "--lang", "en", str(NETWORK), "-o", "file/lake")
+    assert done.code == 2
+    assert done.err.startswith("canalyze: ")
+    assert "cannot write" in done.err
+    assert done.err.count("\n") == 1
+    done = canalyze("export", "--lang", "en", str(NETWORK), "-o", "no/x.parquet")
+    assert (done.code, done.err.count("\n")) == (2, 1)
+
+
+def running(folder: Path, out: str, *source: str) -> subprocess.Popen[bytes]:
+    line = command("--lang", "en", "export", *source, "-o", out)
+    pipe = subprocess.PIPE
+    return subprocess.Popen(line, stdin=pipe, stdout=pipe, stderr=pipe, cwd=folder, env=environment())
+
+
+def heartbeats(count: int) -> Iterator[bytes]:
+    for turn in range(count):
+        yield f"({1_700_000_000 + turn // 1000}.{turn % 1000:03d}000) can0 701#05\n".encode()
+
+
+@pytest.mark.parametrize("out", ["lake", "x.parquet"])
+def test_a_killed_run_leaves_nothing_visible(out: str, tmp_path: Path) -> None:
+    with running(tmp_path, out, "-") as process:
+        assert process.stdin
+        process.stdin.write(b"".join(heartbeats(2 * ROWS)))
+        process.stdin.flush()
+        for _ in range(600):
+            if any(path.stat().st_size for path in tmp_path.rglob("*.part")):
+                break
+            time.sleep(0.1)
+        assert list(tmp_path.rglob("*.part")), "it has begun to write"
+        process.kill()
+    assert not list(tmp_path.rglob("*.parquet"))
+
+
+@pytest.mark.parametrize("out", ["lake", "x.parquet"])
+def test_an_interrupted_run_leaves_nothing(out: str, tmp_path: Path) -> None:
+    (tmp_path / "long.log").write_bytes(b"".join(heartbeats(4 * ROWS)))
+    with running(tmp_path, out, "long.log") as process:
+        for _ in range(600):
+            if list(tmp_path.rglob("*.part")):
+                break
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (130, f"canalyze: {out}: interrupted; nothing written\n".encode())
+    assert [path.name for path in tmp_path.iterdir()] == ["long.log"]
+
+
+def test_an_interrupted_pipe_is_complete(tmp_path: Path) -> None:
+    with running(tmp_path, "x.parquet", "-") as process:
+        assert process.stdin
+        process.stdin.write(b"".join(heartbeats(ROWS + 10)))
+        process.stdin.flush()
+        for _ in range(600):
+            if any(path.stat().st_size for path in tmp_path.rglob("*.part")):
+                break
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    count = pq.read_metadata(tmp_path / "x.parquet").num_rows
+    assert 0 < count <= ROWS + 10
+    assert err.decode() == f"canalyze: x.parquet: interrupted; holds the {count} frames read so far\n"
+
+
+def test_a_program_of_its_own_may_export(tmp_path: Path) -> None:
+    """As a fleet does: batches of any session, and nothing is left where it fails half-way."""
+    target = Target(tmp_path / "lake", FOLDER, ("frames", "signals"))
+    options = SessionOptions("en", SETTINGS["format"], tables=target.core, network=described(((5, "drive.eds"),)))
+    data = NETWORK.read_bytes()
+
+    def read(made: Export) -> None:
+        session = _core.Session(options)
+        session.begin("n.log", True)
+        results = [session.feed(data), session.end(), session.finish()]
+        made.take(session.batches(), b"".join(results))
+
+    about = About("night-17", "truck", ("n.log",), {(None, 5): "drive.eds"})
+    with Export(target, about) as made:
+        read(made)
+        written = made.complete()
+    assert written.rows["frames"] == 329
+    assert {str(path.relative_to(tmp_path / "lake")) for path in written.files} == set(files(tmp_path / "lake"))
+    assert written.size == sum(path.stat().st_size for path in written.files)
+    assert written.files[-1].parts[-4] == "captures"
+    with pytest.raises(OutputError, match=r"night-17\.parquet: file exists"):
+        Export(target, about)
+    with Export(target._replace(path=tmp_path / "half"), about) as made:
+        read(made)
+    assert [path.name for path in tmp_path.iterdir()] == ["lake"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells the peak of a process")
+def test_memory_does_not_grow_with_the_capture(tmp_path: Path) -> None:
+    peaks = []
+    for count in (3 * ROWS, 9 * ROWS):
+        path = tmp_path / f"{count}.log"
+        with path.open("wb") as out:
+            out.writelines(heartbeats(count))
+        script = (
+            "import sys; from canalyze.cli import main; main(sys.argv[1:]);"
+            "peak = next(line for line in open('/proc/self/status') if line.startswith('VmHWM'));"
+            "sys.stderr.write(peak.split()[1])"
+        )
+        arguments = [command()[0], "-c", script, "export", str(path), "-o", str(tmp_path / f"{count}.parquet")]
+        done = subprocess.run(arguments, capture_output=True, check=True, cwd=tmp_path, env=environment())
+        peaks.append(int(done.stderr))
+    assert peaks[1] - peaks[0] < 24 * 1024, peaks  # in KiB; the frames that are more take 70 MB in memory
