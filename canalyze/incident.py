@@ -104,28 +104,15 @@ class Incident:
 
 def incident(row: Mapping[str, Any]) -> Incident:
     """Read a record of the core."""
-    subject, cause, end = row["subject"], row["cause"], row["end"]
+    subject = row["subject"]
     return Incident(
-        id=row["id"],
-        kind=row["incident"],
-        bus=subject["bus"],
-        node=subject.get("node"),
-        nodes=_nodes(subject),
-        axis=subject.get("axis"),
-        pdo=subject.get("pdo"),
-        status=row["status"],
-        impact=row["impact"],
-        grade=row["grade"],
-        begin=_moment(row["begin"]),
-        noticed=_moment(row["noticed"]),
-        end=None if end is None else _moment(end),
-        cause=None if cause is None else Cause(**cause),
+        **_told(row),
+        **{name: subject.get(name) for name in ("node", "axis", "pdo")},
+        **{name: row[name] for name in ("impact", "grade", "facts")},
         effects=tuple(row["effects"]),
         steps=tuple(Step(**step) for step in row["steps"]),
-        facts=row["facts"],
         checks=tuple(row["checks_text"]),
         findings=tuple((one["code"], one["frame"]) for one in row["findings"]),
-        message=row["message"],
         count=row["repeats"]["count"],
         is_root=row["root"],
     )
@@ -155,24 +142,22 @@ class IncidentChange:
 
 def incident_change(row: Mapping[str, Any]) -> IncidentChange:
     """Read a record of the core that came before the end."""
+    return IncidentChange(phase=row["phase"], **_told(row))
+
+
+def _told(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Give what is known of an incident from its begin to its end."""
     subject, cause, end = row["subject"], row["cause"], row["end"]
-    return IncidentChange(
-        row["phase"],
-        row["id"],
-        row["incident"],
-        subject["bus"],
-        _nodes(subject),
-        row["status"],
-        _moment(row["begin"]),
-        _moment(row["noticed"]),
-        None if end is None else _moment(end),
-        None if cause is None else Cause(**cause),
-        row["message"],
-    )
-
-
-def _nodes(subject: Mapping[str, Any]) -> tuple[int, ...]:
-    return tuple(subject.get("nodes") or ([subject["node"]] if "node" in subject else []))
+    return {
+        **{name: row[name] for name in ("id", "status", "message")},
+        "kind": row["incident"],
+        "bus": subject["bus"],
+        "nodes": tuple(subject.get("nodes") or ([subject["node"]] if "node" in subject else [])),
+        "begin": _moment(row["begin"]),
+        "noticed": _moment(row["noticed"]),
+        "end": None if end is None else _moment(end),
+        "cause": None if cause is None else Cause(**cause),
+    }
 
 
 def _moment(row: Mapping[str, Any]) -> Moment:

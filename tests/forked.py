@@ -21,8 +21,11 @@ import threading
 import time
 import traceback
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import NoReturn
 
 OF_PYTHON = ("PYTHON", "LC_", "LANG", "LD_")
@@ -151,6 +154,7 @@ def _serve(asked: socket.socket) -> None:
     group = cli.build("en")
     for name in cli.COMMANDS:
         group.get_command(None, name)  # type: ignore[arg-type]
+    _load()
     gc.freeze()
     while True:
         text, streams, *_ = socket.recv_fds(asked, 1 << 20, 3)
@@ -174,6 +178,19 @@ def _serve(asked: socket.socket) -> None:
             os.close(stream)
         asked.send(process.to_bytes(_WORD, "little"))
         asked.send(os.waitpid(process, 0)[1].to_bytes(_WORD, "little"))
+
+
+def _load() -> None:
+    """Loads what commands load when they need it, so that not every one of them has to: python-can takes longest."""
+    import canalyze
+    from canalyze.sources.library import library
+
+    with suppress(ImportError):  # it may have been hidden
+        library()
+    for room in ("check", "dictionary", "expectations", "reports", "running", "sinks", "sources"):
+        for module in iter_modules([str(Path(canalyze.__path__[0]) / room)]):
+            with suppress(ImportError):
+                import_module(f"canalyze.{room}.{module.name}")
 
 
 def _run(main: object) -> object:

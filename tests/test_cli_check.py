@@ -99,6 +99,7 @@ def test_jsonl(canalyze: Runner, set_of_captures: Path) -> None:
             "failures": int(failed),
             "others": 0,
             "nature": "canopen",
+            "judged": True,
             "overruled": 0,
             "reasons": [],
             "expectations": None,

@@ -3,6 +3,7 @@
 A format that the core or a sink learns to write joins by itself: the formats are asked for by name.
 """
 
+import itertools
 import json
 import os
 import re
@@ -33,6 +34,8 @@ SAMPLES = [path for end in ("log", "candump", "asc", "mcap") for path in sorted(
 FORMS = [form for form in forms() if form != "mf4" or find_spec("asammdf")]
 BINARY = frozenset(form for form in forms() if form not in ("candump", "console", "asc"))
 EN = Words("en")
+THOROUGH = os.environ.get("CANALYZE_TESTS") == "thorough"
+"""Also what neighbours test as well."""
 
 
 class Frame(NamedTuple):
@@ -152,14 +155,18 @@ def _eased(frames: list[Frame], said: list[str]) -> list[Frame]:
 
 
 def _pairs() -> Iterator[Any]:
-    """Every sample in every form; those of python-can, which take their time, without the smallest samples."""
+    """Every sample in every form; of those that are many and alike, each in one of them."""
+    many = {"rules": WRITERS, "stories": FORMS}  # python-can's forms take their time
+    turns = {folder: itertools.cycle(every) for folder, every in many.items()}
     for path in SAMPLES:
         name = str(path.relative_to(ROOT / "samples"))
-        for form in FORMS:
-            if form == "mcap" and path.stem == "CAP006":
-                continue  # an MCAP file is read in the order of time
-            if form in WRITERS or not name.startswith("rules/"):
-                yield pytest.param(path, form, id=f"{name}-{form}")
+        folder = name.partition("/")[0]
+        each = many.get(folder, FORMS)
+        for form in each if THOROUGH or folder not in turns else [next(turns[folder])]:
+            kept = (
+                "candump" if path.stem == "CAP006" and form == "mcap" else form
+            )  # an MCAP file is read in the order of time
+            yield pytest.param(path, kept, id=f"{name}-{form}")
 
 
 @pytest.mark.parametrize(("path", "form"), list(_pairs()))

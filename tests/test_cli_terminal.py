@@ -170,6 +170,21 @@ def test_table_is_as_wide_as_the_terminal(tmp_path: Path, name: str, lang: str, 
         assert word in heading
 
 
+@pytest.mark.parametrize("form", ["a", "z", "A"])
+@pytest.mark.parametrize("columns", [80])
+def test_times_that_are_asked_for_stay(tmp_path: Path, form: str, columns: int) -> None:
+    capture = str(Path(__file__).parent.parent / "samples/sdo-abort.log")
+    _, whole = on_terminal(tmp_path, "sdo", capture, "--lang", "en", "-t", form, COLUMNS="300", NO_COLOR="1")
+    code, shown = on_terminal(tmp_path, "sdo", capture, "--lang", "en", "-t", form, COLUMNS=str(columns), NO_COLOR="1")
+    heading, *lines = shown.decode().splitlines()
+    assert code == 0 and "time" in heading.split() and max(map(width, [heading, *lines])) <= columns
+    place = whole.decode().splitlines()[0].index("time") + 4
+    moments = [line[:place].split()[-1] for line in whole.decode().splitlines()[1:]]
+    assert len(set(moments)) > 1 and all(moment in shown.decode() for moment in moments)
+    _, unasked = on_terminal(tmp_path, "sdo", capture, "--lang", "en", COLUMNS="60", NO_COLOR="1")
+    assert "time" not in unasked.decode().splitlines()[0].split()
+
+
 def table(columns: int, monkeypatch: pytest.MonkeyPatch, rows: list[Row], *, live: bool = False) -> list[str]:
     """Lay out a table of the columns of `sdo` on a terminal so wide."""
     monkeypatch.setenv("COLUMNS", str(columns))

@@ -113,3 +113,50 @@ def test_a_node_that_stopped_is_lost_until_it_is_back(end: float, lost: bool, ba
     nodes = {row["node"]: row for row in map(json.loads, output) if row["kind"] == "summary_node"}
     assert nodes[5]["lost"] == (lost and not back) and not nodes[6]["lost"]
     assert nodes[5]["state_name"] == "operational", "the state is that before"
+
+
+def loss(delay: float, stamps: bool = True) -> bytes:
+    """Node 3 watches node 5 with 700 ms and reports its loss so long after its last frame; node 5 boots later."""
+    lines: list[Line] = [
+        (0.001, "603#23161001BC020500"),
+        (0.002, "583#6016100100000000"),
+        *beats(3, 0.01, 9, 0.3),
+        *beats(5, 0.02, 4, 0.3),
+    ]
+    last = max(at for at, frame in lines if frame.startswith("705"))
+    lines += [(last + delay, "083#3081100000000000"), (8.0, "705#00"), *beats(5, 8.1, 9, 0.3)]
+    text = log(lines)
+    return text if stamps else b"".join(b"(0.000000)" + line[line.index(b")") + 1 :] for line in text.splitlines(True))
+
+
+FITS, DIFFERS = "in the capture and fits the delay", "in the capture but does not fit the delay"
+
+
+@pytest.mark.parametrize(("delay", "said"), [(0.45, FITS), (0.71, FITS), (0.15, DIFFERS), (2.5, DIFFERS)])
+def test_a_known_limit_is_compared_with_the_delay(delay: float, said: str) -> None:
+    (one,) = [one for one in diagnosed(loss(delay)).incidents if one["incident"] == "heartbeat-consumer-error"]
+    told = " ".join(tell["text"] for tell in one["apart"])
+    assert said in told and {FITS: DIFFERS, DIFFERS: FITS}[said] not in told, one
+
+
+def test_without_stamps_no_cause_stands_after_its_effect() -> None:
+    found = diagnosed(loss(0.71, stamps=False)).incidents
+    (one,) = [one for one in found if one["incident"] == "heartbeat-consumer-error"]
+    by_id = {other["id"]: other for other in found}
+    cause = one["cause"] and by_id[one["cause"]["incident"]]
+    assert cause is None or cause["frame"] <= one["frame"], cause
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_pdo_has_a_delay_only_while_sync_runs(stops: bool) -> None:
+    lines: list[Line] = [(0.001, "605#2F00140201000000"), (0.002, "585#6000140200000000")]
+    for number in range(100):
+        at = 0.1 + number * 0.01
+        lines.append((at + 0.002, "205#0102"))
+        if not stops or number < 50:
+            lines.append((at, "080#"))
+    rows = [json.loads(row) for row in session_output([log(lines)], output_format="summary", lang="en").splitlines()]
+    (pdo,) = [row for row in rows if row["kind"] == "summary_pdo"]
+    assert pdo["frames"] == 100 and pdo["synchronous"] == pdo["delay"]["count"]
+    assert pdo["delay"]["count"] in (range(50, 52) if stops else range(100, 101))
+    assert float(pdo["delay"]["max_us"]) < 15_000, pdo

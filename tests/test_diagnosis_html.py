@@ -42,7 +42,7 @@ def told(count: int = 1, text: str = "") -> dict[str, Told]:
             if text:
                 incident["message"] = incident["steps"][0]["text"] = incident["subject"]["bus"] = text
             incidents.append(incident)
-        whole: dict[str, Any] = {**one.whole, "order": list(range(1, count + 1))}
+        whole: dict[str, Any] = {**one.whole, "nature": "canopen", "order": list(range(1, count + 1))}
         if text:
             whole["buses"], whole["nodes"] = [text, "can1"], [{**whole["nodes"][0], "bus": text}]
         found[lang] = Told(incidents, whole, {39: f"{text} frame 39", 40: "frame 40"})

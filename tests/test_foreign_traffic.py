@@ -6,6 +6,7 @@ What it must not do: look at the wording.
 from __future__ import annotations
 
 import random
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,7 +58,24 @@ def test_what_is_not_canopen_is_not_called_clean(name: str, tmp_path: Path, cana
         done = canalyze("--lang", lang, "check", "other.log")
         assert done.code == 0
         first = done.out.splitlines()[0]
-        assert word in first and "clean" not in first and "合格" not in first
+        assert word in first and not re.search("clean|合格|no failing", done.out)
+        told = canalyze("--lang", lang, "diagnose", "other.log")
+        assert told.code == 0 and told.out.startswith(("- not judged", "- 未作判断"))
+        assert not re.search("✔|no problems|未发现问题", told.out)
+
+
+def test_a_set_says_how_many_were_not_judged(tmp_path: Path, canalyze: Runner) -> None:
+    (tmp_path / "other.log").write_bytes(log_text(GENERATORS["j1939"](random.Random(1))))
+    heartbeats = [CanFrame(BUS, 0x705, b"\x05", START_US + turn * 100_000) for turn in range(20)]
+    (tmp_path / "clean.log").write_bytes(log_text(heartbeats))
+    whole = canalyze("--lang", "en", "check", "other.log", "clean.log").lines[-1]
+    assert whole.endswith("no failing findings, 1 file not judged")
+    assert "not judged" not in canalyze("--lang", "en", "check", "clean.log").out
+    colours = [
+        [line for line in canalyze("--lang", "en", *args, "--color", "always").lines if "judged" in line]
+        for args in (("check", "other.log"), ("diagnose", "other.log"))
+    ]
+    assert colours and all("\x1b[38;5;166m" in line for lines in colours for line in lines), colours
 
 
 @pytest.mark.parametrize("data", ["0908070605040302", "8A1A0DF213000007", "0020010000000000"])

@@ -74,6 +74,7 @@ CHECK = {
         "failures",
         "others",
         "nature",
+        "judged",
         "overruled",
         "reasons",
         "expectations",

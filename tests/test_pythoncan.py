@@ -651,7 +651,7 @@ def test_damage_is_told_and_never_raises(form: str, tmp_path: Path, capfd: pytes
     rng = random.Random(402)
     path = tmp_path / "b"
     capfd.readouterr()
-    for turn in range(12 if form == "mf4" else 60):  # each in a process of its own
+    for turn in range(6 if form == "mf4" else 60):  # each in a process of its own
         changed = bytearray(data[: rng.randrange(1, len(data))] if turn % 3 == 0 else data)
         for _ in range(0 if turn % 3 == 0 else rng.choice((1, 1, 5, 50))):
             changed[rng.randrange(len(changed))] ^= rng.choice((255, 1, 128))

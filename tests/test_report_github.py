@@ -104,6 +104,15 @@ def test_a_format_without_lines_names_the_file_only() -> None:
     assert command.properties == {"file": "run.blf", "title": "SDO001 toggle-bit"}
 
 
+def test_a_capture_of_which_nothing_was_judged_is_a_notice() -> None:
+    alien = Verdict("a.log", frames=9, nature="silent")
+    assert commands(alien) == [Command("notice", {"file": "a.log"}, "no data frames, not judged")]
+    assert [found.name for found in commands(replace(alien, failures=(one(),)))] == ["error"]
+    assert not commands(replace(alien, expectations="a.expect.toml")) and not commands(Verdict("a.log", frames=9))
+    found = commands(*[replace(alien, file=f"{number}.log") for number in range(20)])
+    assert len(found) == 10 and "11" in found[-1].data
+
+
 def test_standard_input_is_no_file() -> None:
     found, broken = commands(Verdict("-", (one(),))), commands(Verdict("-", error="stdin: nothing in it"))
     assert found[0].properties == {"title": "SDO001 toggle-bit"}

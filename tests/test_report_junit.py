@@ -91,6 +91,17 @@ def test_a_clean_capture_passes_under_the_same_name_every_time() -> None:
     assert (noted.classname, noted.name) == ("b_log", "no failing findings")
 
 
+def test_a_capture_of_which_nothing_was_judged_is_skipped() -> None:
+    alien = Verdict("a.log", frames=9, nature="foreign")
+    (suite,) = read(junit.document([alien], EN))
+    (case,) = suite
+    assert case.is_skipped and (suite.tests, suite.skipped, suite.failures) == (1, 1, 0)
+    assert (case.name, case.result[0].message) == ("no failing findings", "not CANopen, not judged")
+    (held,) = cases(junit.document([replace(alien, expectations="a.expect.toml")], EN))
+    (failed,) = cases(junit.document([replace(alien, failures=(one(),))], EN))
+    assert held.is_passed and not failed.is_skipped and not failed.is_passed
+
+
 def test_what_does_not_count_is_told_beside() -> None:
     verdict = Verdict("a.log", others=(one(replace(FINDING, severity="info")),), complaints=("a.log:3: not a frame",))
     (suite,) = read(junit.document([verdict], EN))

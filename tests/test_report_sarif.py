@@ -174,6 +174,16 @@ def test_an_unreadable_capture_is_a_failed_run_with_the_results_of_the_others() 
     assert len(only["results"]) == 1 and len(only["artifacts"]) == 2
 
 
+def test_a_capture_of_which_nothing_was_judged_is_named() -> None:
+    alien = Verdict("a.log", frames=9, nature="unproven")
+    (invocation,) = log([alien])["runs"][0]["invocations"]
+    (said,) = invocation["toolExecutionNotifications"]
+    assert (said["level"], said["message"]["text"]) == ("warning", "may not be CANopen, not judged")
+    assert invocation["executionSuccessful"] and sarif_faults(log([alien])) == []
+    for judged in (replace(alien, nature="canopen"), replace(alien, failures=(one(),))):
+        assert "toolExecutionNotifications" not in log([judged])["runs"][0]["invocations"][0]
+
+
 def test_an_empty_set_is_a_document() -> None:
     assert sarif_faults(log([])) == []
     assert run()["results"] == [] and run()["tool"]["driver"]["rules"] == []

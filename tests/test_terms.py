@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from captures import TESTS
+from captures import TESTS, run_canalyze
 
 from canalyze.words import FOLDER, LANGUAGES, sentences
 
@@ -125,3 +125,30 @@ def test_each_row_finds_something() -> None:
     """A row whose expression can find nothing is none."""
     for term in TERMS:
         assert term.wrong.pattern and not term.wrong.search(""), term.use
+
+
+def _terms_to_explain() -> list[str]:
+    table = tomllib.loads((PACKAGE / "words" / "terms.toml").read_text("utf-8"))
+    rows = [row for lang in ("zh", "en") for row in table[lang] if not row.get("style")]
+    return [name for row in rows for name in row["use"].split(", ")]
+
+
+MORE = [
+    "客户端",
+    "服务器",
+    "同步",
+    "心跳",
+    "master",
+    "slave",
+    "client",
+    "server",
+    "SDO client",
+    "NMT主站",
+    "error active",
+]
+
+
+@pytest.mark.parametrize("name", [*_terms_to_explain(), *MORE])
+@pytest.mark.parametrize("lang", LANGUAGES)
+def test_each_term_is_explained(name: str, lang: str) -> None:
+    assert run_canalyze(["explain", "--lang", lang, name]).strip()

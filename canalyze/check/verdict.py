@@ -108,3 +108,8 @@ class Verdict:
     def failed(self) -> bool:
         """Tell whether there is anything that fails the check; a capture that cannot be read is another matter."""
         return bool(self.failures or self.problems)
+
+    @property
+    def judged(self) -> bool:
+        """Tell whether that nothing fails says anything: traffic that nothing shows to be CANopen was not checked."""
+        return self.failed or self.nature == "canopen" or self.expectations is not None

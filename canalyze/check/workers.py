@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
@@ -54,6 +54,8 @@ def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list
     from multiprocessing.connection import wait
 
     found: list[Examined | None] = [None] * len(names)
+    # The processors are shared by captures already.
+    job = replace(job, given={**job.given, "threads": 1})
     waiting = [place for place, name in reversed(list(enumerate(names))) if name != STDIN]
     here = [place for place, name in enumerate(names) if name == STDIN]
     busy: dict[Connection, _Worker] = {}

@@ -6,7 +6,7 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 """
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
@@ -35,6 +35,7 @@ from canalyze.sources.file import STDIN, total_size
 from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
+    from canalyze._core import Session
     from canalyze.reports.diagnosis_lanes import Beside
     from canalyze.reports.diagnosis_text import Chosen
 
@@ -90,7 +91,7 @@ def command(words: Words) -> click.Command:
             results: list[bytes] = []
             total = total_size(names)
             code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
-            records = [json.loads(line) for line in b"".join(results).splitlines()]
+            records = _records(results, session)
             incidents = [one for one in records if one["kind"] == "incident"]
             whole = next((one for one in records if one["kind"] == "diagnosis"), None)
             if code and not session.frames:
@@ -110,12 +111,11 @@ def command(words: Words) -> click.Command:
                 elif whole is not None:
                     if story is None:
                         named = tuple(name for name in names if name != STDIN)
-                        nature = session.nature
-                        diagnosis_text.show(
-                            shown, whole, out, words, named, nature, everything=everything, chosen=chosen
-                        )
+                        diagnosis_text.show(shown, whole, out, words, named, everything=everything, chosen=chosen)
                     else:
-                        lines = _around(names, incidents, story, given, stamps, words)
+                        by_id = {one["id"]: one for one in incidents}
+                        near = _near(one for _, one in diagnosis_text.tree(by_id[story], by_id))
+                        lines = _lines(names, near, given, stamps, words)
                         diagnosis_text.tell(story, incidents, whole, lines, out, words, names)
             if html is not None and whole is not None:
                 reading = _Reading(names, given, stamps, words)
@@ -190,6 +190,14 @@ def _ranges(numbers: Iterable[int]) -> str:
     )
 
 
+def _records(results: list[bytes], session: "Session") -> list[dict[str, Any]]:
+    """Give the incidents, and at their end all of it, with what the capture has shown of its buses as `nature`."""
+    records: list[dict[str, Any]] = [json.loads(line) for line in b"".join(results).splitlines()]
+    for one in records[-1:]:
+        one["nature"] = session.nature
+    return records
+
+
 def _write_lines(incidents: list[dict[str, Any]], out: Output) -> None:
     for one in incidents:
         line = json.dumps({key: one[key] for key in KEYS}, ensure_ascii=False)
@@ -202,6 +210,8 @@ def _chosen(
     chosen: "Chosen",
 ) -> list[dict[str, Any]]:
     """Give the stories that are asked for, each with all that belongs to it."""
+    from canalyze.reports.diagnosis_text import root
+
     node, bus, since = chosen
     begin = float((whole or {}).get("begin") or 0)
     by_id = {one["id"]: one for one in incidents}
@@ -216,28 +226,7 @@ def _chosen(
     return [one for one in incidents if root(one, by_id)["id"] in roots]
 
 
-def root(one: dict[str, Any], by_id: dict[int, dict[str, Any]]) -> dict[str, Any]:
-    """Give the incident from which this one comes."""
-    for _ in by_id:
-        if one["root"] or one["cause"] is None:
-            break
-        one = by_id[one["cause"]["id"]]
-    return one
-
-
-def _around(
-    names: tuple[str, ...],
-    incidents: list[dict[str, Any]],
-    story: int,
-    given: CaptureOptions,
-    stamps: str,
-    words: Words,
-) -> dict[int, str]:
-    """Read again, and keep the annotated lines around each step of a story, by the number of the frame."""
-    return _lines(names, _near(_tree(story, incidents)), given, stamps, words)
-
-
-def _near(incidents: Iterable[dict[str, Any]]) -> set[int]:
+def _near(incidents: Iterable[Mapping[str, Any]]) -> set[int]:
     """Give the numbers of the frames around each step."""
     return {
         frame + near
@@ -307,7 +296,7 @@ def _again(
     progress = Progress(reading.words, Output(), None)
     Run(session, spoken, progress, take, reading.given, tell=lambda _: None).over(reading.names)
     gatherer.take(session.batches(flush=True))
-    return [json.loads(line) for line in b"".join(results).splitlines()], gatherer.beside()
+    return _records(results, session), gatherer.beside()
 
 
 def _lines(
@@ -325,12 +314,3 @@ def _lines(
     session = open_session(words, given, format="lines", stamps=stamps, time="z")
     Run(session, words, Progress(words, Output(), total_size(names)), take, given, tell=lambda _: None).over(names)
     return kept
-
-
-def _tree(story: int, incidents: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    by_id = {one["id"]: one for one in incidents}
-    waiting = [story]
-    while waiting:
-        one = by_id[waiting.pop(0)]
-        yield one
-        waiting += [effect for effect in one["effects"] if not by_id[effect]["root"]]

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.monitor.watch import Watch
 
-_FILES: Final = frozenset({"speed", "stamps", "input_format", "merge", "topic", "time_source", "mcap_map"})
+_FILES: Final = frozenset({"speed", "stamps", "input_format", "merge", "threads", "topic", "time_source", "mcap_map"})
 """Parameters that only files have."""
 _CHANNELS: Final = frozenset(OwnOptions.__annotations__)
 """Parameters that only channels have."""

@@ -137,7 +137,7 @@ def _table(
 
 
 def columns(words: Words, *, moments: bool = True) -> list[Column]:
-    """Give the columns of the table. moments: times are those of the capture, and may become shorter."""
+    """Give the columns of the table. moments: nobody has asked for times: they may become shorter, and leave."""
     leaving = dict(LEAVING)
     made = {
         key: Column(words(f"col.{key}"), right=key in RIGHT, folds=key in FOLDING, leaves=leaving.get(key, 0))
@@ -149,6 +149,8 @@ def columns(words: Words, *, moments: bool = True) -> list[Column]:
         made["time"] = made["time"]._replace(
             short_heading=words("col.relative"), shorten=_relative, short_leaves=SPARE + 2
         )
+    else:
+        made["time"] = made["time"]._replace(leaves=0)
     ill = {words(f"status.{status}"): colour for status, colour in _COLOURS.items()}
     made["outcome"] = made["outcome"]._replace(
         colour=lambda cell: next((colour for said, colour in ill.items() if cell.startswith(said)), "")

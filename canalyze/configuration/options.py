@@ -92,6 +92,7 @@ class CaptureOptions(NetworkOptions, total=False):
 
     input_format: str | None
     merge: bool
+    threads: int | None
     topic: tuple[str, ...]
     time_source: str | None
     mcap_map: tuple[str, ...]
@@ -144,6 +145,7 @@ def reading_options(words: Words) -> list[click.Parameter]:
         ),
         click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
         click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
+        click.Option(["--threads"], type=Spelled(positive, "positive", words), metavar="N", help=words("opt.threads")),
         *topic_options(words),
         *network_options(words),
     ]
@@ -268,6 +270,7 @@ def start_session(words: Words, given: CaptureOptions, **settings: Any) -> "Sess
         "topics": given.get("topic"),
         "mcap_maps": given.get("mcap_map"),
         "time_source": given.get("time_source"),
+        "threads": given.get("threads"),
     }
     wanted = {name: value for name, value in settings.items() if value is not None}
     return Session(SessionOptions(words.lang, **wanted))

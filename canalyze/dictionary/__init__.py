@@ -45,13 +45,17 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
     from canalyze.dictionary import pdo
     from canalyze.dictionary.encoding import decode
     from canalyze.dictionary.objects import Objects
-    from canalyze.dictionary.xdd import is_xml, sections
 
     if not data.strip():
         raise SourceError("source.empty", name=name)
     text, encoding, marked = decode(data)
-    xml = is_xml(text)
-    ini = sections(data, name) if xml else parse(text)
+    xml = text.lstrip("\ufeff \t\r\n").startswith("<")  # which no EDS looks like
+    if xml:
+        from canalyze.dictionary.xdd import sections
+
+        ini = sections(data, name)
+    else:
+        ini = parse(text)
     if marked:
         ini.complain(1, "bom")
     if encoding != "utf-8" and not xml:

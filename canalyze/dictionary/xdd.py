@@ -77,11 +77,6 @@ _FEATURES: Final = {
 _FLAGS: Final = {"true": "1", "false": "0"}
 
 
-def is_xml(text: str) -> bool:
-    """Tell whether a text is XML, which no EDS looks like."""
-    return text.lstrip("\ufeff \t\r\n").startswith("<")
-
-
 def sections(data: bytes, name: str) -> Ini:
     """Read a document; SourceError if it is not well-formed."""
     document = _Document(name)

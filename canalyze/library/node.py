@@ -6,7 +6,7 @@ Read from the records of the core's summary and never made here. It must not rea
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 from canalyze.library.columns import Tabular
 from canalyze.library.rows import Rows
@@ -220,44 +220,32 @@ class Nodes(Tabular):
 
 def node(row: Mapping[str, Any]) -> Node:
     """Take one object of the core (`"kind": "summary_node"`)."""
-    sdo = row["sdo"]
     return Node(
-        bus=row["bus"],
-        node=row["node"],
-        name=row["name"],
-        frames=row["frames"],
-        sent=row["sent"],
+        **{name: row[name] for name in _SIMPLE},
+        **{name: row["sdo"][name] for name in _OF_SDO},
         tpdos=row["tpdo"],
         rpdos=row["rpdo"],
         state=row["state_name"],
-        lost=row["lost"],
         states=tuple(
             StateChange(one["name"], one["text"], one["t"], one["frame"], one["commanded"]) for one in row["states"]
         ),
-        changes=row["changes"],
-        boot_ups=row["boot_ups"],
-        error_control=row["error_control"],
-        heartbeats=row["heartbeats"],
         heartbeat=_spread(row["heartbeat"]),
-        transfers=sdo["transfers"],
-        ok=sdo["ok"],
-        aborted=sdo["aborted"],
-        failed=sdo["failed"],
-        incomplete=sdo["incomplete"],
         response=_spread(row["response"]),
-        aborts=tuple(
-            Aborts(int(one["code"], 16), one["by"], one["text"], one["count"], one["first_frame"], one["last_frame"])
-            for one in row["aborts"]
-        ),
+        aborts=tuple(Aborts(by=one["by"], **_coded(one)) for one in row["aborts"]),
         emcy_count=row["emcys"],
-        emcys=tuple(
-            Emcy(int(one["code"], 16), one["text"], one["count"], one["first_frame"], one["last_frame"])
-            for one in row["emcy"]
-        ),
+        emcys=tuple(Emcy(**_coded(one)) for one in row["emcy"]),
     )
 
 
+_SIMPLE: Final = ("bus", "node", "name", "frames", "sent", "lost", "changes", "boot_ups", "error_control", "heartbeats")
+_OF_SDO: Final = ("transfers", "ok", "aborted", "failed", "incomplete")
+
+
+def _coded(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Give what is known of an error code or an abort code."""
+    counted = {name: row[name] for name in ("text", "count", "first_frame", "last_frame")}
+    return {"code": int(row["code"], 16), **counted}
+
+
 def _spread(row: Mapping[str, Any] | None) -> Spread | None:
-    if row is None:
-        return None
-    return Spread(row["count"], row["min_us"], row["mean_us"], row["max_us"], row["sigma_us"], row.get("p99_us"))
+    return None if row is None else Spread(*map(row.get, Spread.__dataclass_fields__))  # type: ignore[arg-type]

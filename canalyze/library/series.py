@@ -6,7 +6,8 @@ Read from the core's JSON lines and never made here. It must not read a capture,
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, overload
+from operator import itemgetter
+from typing import Any, ClassVar, Final, overload
 
 from canalyze.library.rows import Rows, number
 from canalyze.values import ObjectRef, Timed
@@ -196,20 +197,9 @@ def _names(key: tuple[str | None, int, str, str, int, str]) -> set[str]:
     return {name.lower() for name in [*names, *(f"{bus}:{name}" for name in names)]}
 
 
+_FIELDS: Final = itemgetter(*Signal.__dataclass_fields__)
+
+
 def signal(row: Mapping[str, Any]) -> Signal:
     """Take one object of the core (`"kind": "signal"`)."""
-    return Signal(
-        row["t"],
-        row["frame"],
-        row["bus"],
-        row["node"],
-        row["pdo"],
-        row["signal"],
-        row["value"],
-        row["raw"],
-        row["unit"],
-        row["provenance"],
-        row["index"],
-        row["sub"],
-        row["text"],
-    )
+    return Signal(*_FIELDS(row))

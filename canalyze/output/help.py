@@ -32,7 +32,7 @@ _TOPICS: Final = {
     "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--bus", "--select"),
     "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
     "network": ("--eds", "--cob", "--sdo", "--bitrate"),
-    "input": ("--input-format", "--merge", "--topic", "--time-source", "--mcap-map"),
+    "input": ("--input-format", "--merge", "--threads", "--topic", "--time-source", "--mcap-map"),
     "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
     "recording": ("--record", "--rotate", "--keep"),
     "timeline": ("--rerun", "--save", "--web", "--bind", "--port"),

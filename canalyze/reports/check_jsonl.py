@@ -16,7 +16,8 @@ first of its kind, and
 
 `check` has `file`, `frames` (how many were read), `failed`, `failures` and `others` (how many findings fail, and how
 many do not), `nature` (what the capture has shown of its buses: `canopen` where one is; `unproven`, `foreign`, or
-`silent` without data frames), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override
+`silent` without data frames), `judged` (false where nothing fails because none of it is CANopen, and no expectations
+were held against it), `overruled` (how many were taken away), `reasons` (`{"reason","count"}` of each override
 that changed some), `expectations` (the file of them that it was held against, or null) and `error` (why the file could
 not be read, or null).
 """
@@ -49,6 +50,7 @@ def lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
                 "failures": sum(one.count for one in verdict.failures),
                 "others": sum(one.count for one in passing),
                 "nature": verdict.nature,
+                "judged": verdict.judged,
                 "overruled": verdict.overruled,
                 "reasons": [{"reason": reason, "count": count} for reason, count in verdict.reasons],
                 "expectations": verdict.expectations,

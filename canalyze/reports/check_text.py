@@ -23,9 +23,6 @@ _UNJUDGED: Final = frozenset({"EXP015", "BUS009"})
 """What was not judged: an expectation that this capture cannot show, traffic that is not CANopen. No failure, but
 nobody must take it for met, or for clean."""
 
-_NO_CANOPEN: Final = frozenset({"foreign", "unproven", "silent"})
-"""What a capture may be that is neither clean nor not."""
-
 
 def show(verdicts: Sequence[Verdict], out: Output, words: Words) -> None:
     """Write the whole report."""
@@ -67,15 +64,15 @@ class _Report:
 
     def _said(self, verdict: Verdict) -> Iterator[str]:
         """Say what fails; of what nothing shows to be CANopen, that nothing was judged, and not that it is clean."""
-        unjudged = verdict.frames > 0 and verdict.nature in _NO_CANOPEN
-        if verdict.failures or not (unjudged or verdict.problems):
+        alien = verdict.nature != "canopen"
+        if verdict.failures or not (alien or verdict.problems):
             yield self._severities(verdict.failures)
         if verdict.problems:
             yield self._dyed(self._words("check.problems", count=len(verdict.problems)), "error")
-        if unjudged:
-            yield self._words(f"check.{verdict.nature}")
-        if unjudged and not verdict.failures and verdict.expectations is None:
-            yield self._words("check.unjudged")
+        if not verdict.judged:
+            yield self._dyed(wording.unjudged(verdict, self._words), "warning")
+        elif alien:
+            yield self._words.of("check_nature", verdict.nature)
 
     def _rest(self, verdict: Verdict) -> Iterator[str]:
         """Say what does not count."""
@@ -159,6 +156,7 @@ class _Report:
         yield from self._by_rule(verdicts)
         found = [one for verdict in verdicts for one in verdict.failures]
         read = [verdict for verdict in verdicts if verdict.error is None]
+        unjudged = sum(not verdict.judged for verdict in read)
         failed = sum(verdict.failed for verdict in verdicts)
         frames = sum(verdict.frames for verdict in verdicts)
         parts = []
@@ -169,8 +167,10 @@ class _Report:
             parts.append(self._severities(found))
         if found or problems:
             parts[-1] += self._words("check.in_files", files=failed)
-        elif read:
+        elif len(read) > unjudged:
             parts.append(self._dyed(self._words("check.none"), "clean"))
+        if unjudged:
+            parts.append(self._dyed(self._words("check.unjudged_files", files=unjudged), "warning"))
         if len(read) < len(verdicts):
             said = self._words("check.unread_files", files=len(verdicts) - len(read))
             parts.append(self._dyed(said, "error"))

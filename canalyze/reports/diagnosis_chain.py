@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from canalyze.reports.diagnosis_axis import LEFT, RIGHT, WIDTH, Axis, Record, Texts, extent, grid, head, text, title
-from canalyze.reports.diagnosis_text import delay
+from canalyze.reports.diagnosis_text import delay, root
 from canalyze.values import nanoseconds
 from canalyze.words import Words
 
@@ -58,6 +58,7 @@ def chain(told: Mapping[str, Sequence[Record]], whole: Record, axis: Axis | None
     for key in keys:
         parts.append(text(named(key, several, words), 4, tops[key] + 12))
     by_id = {lang: {one["id"]: one for one in each} for lang, each in told.items()}
+    own = next(iter(by_id.values()))
     middles: dict[int, list[_Place]] = {}
     for one in drawn:
         number = one["id"]
@@ -69,7 +70,7 @@ def chain(told: Mapping[str, Sequence[Record]], whole: Record, axis: Axis | None
             top = tops[key] + levels[number, key] * (_BAR + 2)
             middles.setdefault(number, []).append(_Place(left, top + _BAR / 2, key, levels[number, key]))
             parts.append(
-                f'<a href="#story-{_root(one, by_id)}"><rect class="{one["status"]}" x="{left:.1f}" y="{top:.1f}" '
+                f'<a href="#story-{root(one, own)["id"]}"><rect class="{one["status"]}" x="{left:.1f}" y="{top:.1f}" '
                 f'width="{right - left:.1f}" height="{_BAR}" rx="2">{title(said)}</rect>'
                 f'<text class="on" x="{left + 4:.1f}" y="{top + 12:.1f}">{number}</text></a>'
             )
@@ -82,8 +83,8 @@ def _foremost(incidents: Sequence[Record], order: Sequence[int]) -> list[Record]
     """Give the incidents that are drawn, in order of their numbers."""
     by_id = {one["id"]: one for one in incidents if nanoseconds(one["begin"]["t"]) is not None}
     chosen: dict[int, Record] = {}
-    for root in order:
-        waiting = [root]
+    for first in order:
+        waiting = [first]
         while waiting and len(chosen) < _SPANS:
             one = by_id.get(waiting.pop(0))
             if one is not None and one["id"] not in chosen:
@@ -134,15 +135,6 @@ def _levels(
             ends[level : level + 1] = [right]
             levels[one["id"], key] = level
     return levels, {key: max(len(ends), 1) for key, ends in taken.items()}
-
-
-def _root(one: Record, by_id: Mapping[str, Mapping[int, Record]]) -> int:
-    each = next(iter(by_id.values()))
-    for _ in each:
-        if one["root"] or one["cause"] is None or one["cause"]["id"] not in each:
-            break
-        one = each[one["cause"]["id"]]
-    return int(one["id"])
 
 
 def _arrows(

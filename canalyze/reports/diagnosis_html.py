@@ -8,6 +8,7 @@ import base64
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -16,7 +17,7 @@ from canalyze.output import printable
 from canalyze.reports.diagnosis_axis import axis_of
 from canalyze.reports.diagnosis_chain import chain
 from canalyze.reports.diagnosis_lanes import KINDS, PLOTS, Beside, Lane, lanes, plots, tree_of
-from canalyze.reports.diagnosis_text import checks_of, extent, verdict
+from canalyze.reports.diagnosis_text import because, checks_of, extent, tree, verdict, worst
 from canalyze.values import nanoseconds
 from canalyze.words import Words
 
@@ -128,11 +129,9 @@ def _both(told: Mapping[str, Told], give: Any) -> Pair:
 
 
 def _verdict(told: Mapping[str, Told], words: Mapping[str, Words]) -> dict[str, Any]:
-    said = {lang: verdict(_roots(one), words[lang]) for lang, one in told.items()}
+    said = {lang: verdict(_roots(one), one.whole, words[lang]) for lang, one in told.items()}
     first = next(iter(told.values()))
-    states = {one["status"] for one in _roots(first)}
-    mark = next((state for state in _STATES[:2] if state in states), "over")
-    return {"said": said, "mark": mark}
+    return {"said": said, "mark": worst(_roots(first), first.whole)}
 
 
 def _roots(told: Told) -> list[Record]:
@@ -179,20 +178,15 @@ def _story(
     level: _Level,
 ) -> dict[str, Any]:
     first = next(iter(by_id.values()))
-    tree = list(_tree(root, first, 0))[: level.parts]
     return {
         "id": root["id"],
         "status": root["status"],
         "title": _message(root["id"], by_id),
-        "parts": [_part(one, depth, by_id, words, (level.steps, whole)) for depth, one in tree],
+        "parts": [
+            _part(one, min(depth, _DEEPEST), by_id, words, (level.steps, whole))
+            for depth, one in islice(tree(root, first), level.parts)
+        ],
     }
-
-
-def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tuple[int, Record]]:
-    yield min(depth, _DEEPEST), one
-    for effect in one["effects"]:
-        if effect in by_id and not by_id[effect]["root"]:
-            yield from _tree(by_id[effect], by_id, depth + 1)
 
 
 def _message(number: int, by_id: Mapping[str, Mapping[int, Record]]) -> Pair:
@@ -207,21 +201,14 @@ def _part(
     shown: tuple[int, Record],
 ) -> dict[str, Any]:
     number, (steps, whole) = one["id"], shown
-    because: Pair | None = None
-    if one["cause"] is not None:
-        because = {}
-        for lang, incidents in by_id.items():
-            cause = incidents[one["cause"]["id"]]
-            grade = words[lang].of("incident_grade", one["cause"]["grade"])
-            title = printable(cause["message"])
-            because[lang] = words[lang]("diagnose.because", number=cause["id"], title=title, grade=grade)
+    caused = one["cause"] is not None
     return {
         "id": number,
         "depth": depth,
         "status": one["status"],
         "title": _message(number, by_id),
         "standing": {lang: words[lang].of("incident_status", one["status"]) for lang in by_id},
-        "because": because,
+        "because": {lang: because(one, each, words[lang]) for lang, each in by_id.items()} if caused else None,
         "checks": [
             {lang: checks_of(incidents[number])[place] for lang, incidents in by_id.items()}
             for place in range(len(checks_of(one)) if steps else 0)

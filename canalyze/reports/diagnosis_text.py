@@ -35,8 +35,10 @@ _FRAMES: Final = 8
 _APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
 """Checks that say what tells causes apart."""
 _STATES: Final = ("stands", "unknown", "over", "harmless")
-_COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "harmless": "quiet"}
+_COLOURS: Final = {"stands": "error", "unknown": "warning", "over": "clean", "harmless": "quiet", "unjudged": "warning"}
 """Of what stands so."""
+_MARKS: Final = {"stands": "✖", "unknown": "?", "over": "✔", "unjudged": "-"}
+"""Before the verdict."""
 
 Record = Mapping[str, Any]
 
@@ -55,7 +57,6 @@ def show(
     out: Output,
     words: Words,
     names: Sequence[str],
-    nature: str,
     *,
     everything: bool,
     chosen: Chosen,
@@ -64,12 +65,12 @@ def show(
     by_id = {one["id"]: one for one in incidents}
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
-    lines = [f"{verdict(roots, words)}{_only(chosen, words)}   {extent(whole, words)}"]
+    lines = [f"{verdict(roots, whole, words)}{_only(chosen, words)}   {extent(whole, words)}"]
     if not told:
-        lines += _healthy(whole, nature, words)
+        lines += _healthy(whole, words)
         hidden = len(roots)
     else:
-        if (notice := _notice(whole, nature, words)) is not None:
+        if (notice := _notice(whole, words)) is not None:
             lines.append(notice)
         alike = _alike(told) if not everything else {}
         stories, hidden = _stories(
@@ -83,9 +84,8 @@ def show(
         lines += _nodes(whole, by_id, words, chosen)
     if told or hidden:
         lines.append(_more(told, names, hidden, words))
-    worst = next((status for status in _STATES if any(one["status"] == status for one in roots)), "")
     headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
-    headings[lines[0]] = _COLOURS.get(worst, "clean")
+    headings[lines[0]] = _COLOURS[worst(roots, whole)]
     room = shutil.get_terminal_size().columns if out.is_terminal else None
     for line in lines:
         for piece in [line] if room is None else _fitted(line, room):
@@ -106,7 +106,7 @@ def tell(
     rules = {rule.code: rule.message for rule in _rules(words.lang)}
     shown = set[int]()
     story_lines: list[str] = []
-    for depth, one in _tree(by_id[story], by_id, 0):
+    for depth, one in tree(by_id[story], by_id):
         indent = "   " * depth
         told = [*_head(one, depth, by_id, words), *_steps(one, whole, lines, shown, words)]
         told += _advice(one, words)
@@ -126,14 +126,14 @@ def _head(one: Record, depth: int, by_id: Mapping[int, Record], words: Words) ->
     impact = words.of("incident_impact", one["impact"])
     grade = words.of("incident_grade", one["grade"])
     lines = [
-        f"{'→ ' if depth else ''}{one['id']}  {_title(one, words)}  [{standing}]",
+        f"{'→ ' if depth else ''}{one['id']}  {printable(one['message'])}  [{standing}]",
         "   " + words("diagnose.meaning", impact=impact, grade=grade),
     ]
     if one["repeats"]["count"] > 1:
         longest = milliseconds(one["repeats"].get("longest_ns", 0))
         lines.append("   " + words("diagnose.repeats", count=one["repeats"]["count"], longest=longest))
     if one["cause"] is not None:
-        lines.append(f"   {_because(one, by_id, words)}")
+        lines.append(f"   {because(one, by_id, words)}")
         said = delay(one, list(by_id.values()))
         why = words.of("incident_link", one["cause"]["link"])
         lines.append("   " + words("diagnose.why", said=f"{why}{words('diagnose.between')}{said}" if said else why))
@@ -215,30 +215,42 @@ def stories(roots: Sequence[Record], incidents: Sequence[Record], words: Words) 
     return [line for one in roots for line in _story(one, by_id, words, _EFFECTS, checks=True)]
 
 
-def _tree(one: Record, by_id: Mapping[int, Record], depth: int) -> Iterator[tuple[int, Record]]:
+def tree(one: Record, by_id: Mapping[int, Record], depth: int = 0) -> Iterator[tuple[int, Record]]:
+    """Give an incident and what comes from it, each with how many causes are between."""
     yield depth, one
     for effect in one["effects"]:
         if effect in by_id and not by_id[effect]["root"]:
-            yield from _tree(by_id[effect], by_id, depth + 1)
+            yield from tree(by_id[effect], by_id, depth + 1)
 
 
-def verdict(roots: Sequence[Record], words: Words) -> str:
+def root(one: Record, by_id: Mapping[int, Record]) -> Record:
+    """Give the incident from which this one comes."""
+    for _ in by_id:
+        if one["root"] or one["cause"] is None or one["cause"]["id"] not in by_id:
+            break
+        one = by_id[one["cause"]["id"]]
+    return one
+
+
+def worst(roots: Sequence[Record], whole: Record) -> str:
+    """Give how the worst problem stands: `over` also where there is none, `unjudged` where that says nothing."""
+    states = {one["status"] for one in roots}
+    quiet = "over" if whole["nature"] == "canopen" else "unjudged"
+    return next((state for state in _STATES[:2] if state in states), quiet)
+
+
+def verdict(roots: Sequence[Record], whole: Record, words: Words) -> str:
     """Give how many problems there are, by how they stand."""
     counts = {status: sum(one["status"] == status for one in roots) for status in _STATES}
-    parts = [_count(status, counts[status], words) for status in _STATES[:3] if counts[status]]
-    if parts and not counts["stands"]:
+    parts = [_count(status, counts[status], words) for status in _STATES if counts[status]]
+    state = worst(roots, whole)
+    if state == "unjudged":
+        parts.insert(0, words("diagnose.unjudged"))
+    elif not any(counts[status] for status in _STATES[:3]):
+        parts.insert(0, words("diagnose.none"))
+    elif not counts["stands"]:
         parts.insert(0, words("diagnose.none_stands"))
-    if counts["stands"]:
-        mark = "✖"
-    elif counts["unknown"]:
-        mark = "?"
-    else:
-        mark = "✔"
-    if not parts:
-        parts = [words("diagnose.none")]
-    if counts["harmless"]:
-        parts.append(_count("harmless", counts["harmless"], words))
-    return f"{mark} {words('check.then').join(parts)}"
+    return f"{_MARKS[state]} {words('check.then').join(parts)}"
 
 
 def _only(chosen: Chosen, words: Words) -> str:
@@ -271,11 +283,11 @@ def _span(whole: Record) -> float | None:
     return None if begin is None or end is None else float(end) - float(begin)
 
 
-def _notice(whole: Record, nature: str, words: Words) -> str | None:
+def _notice(whole: Record, words: Words) -> str | None:
     """Say what could not be judged, if something could not."""
     span = _span(whole)
-    if nature in ("foreign", "silent", "unproven"):
-        return words(f"diagnose.{nature}")
+    if whole["nature"] != "canopen":
+        return words.of("diagnose_nature", whole["nature"])
     if span is None:
         return words("diagnose.no_stamps")
     if span < _SHORT_S:
@@ -283,8 +295,8 @@ def _notice(whole: Record, nature: str, words: Words) -> str | None:
     return None
 
 
-def _healthy(whole: Record, nature: str, words: Words) -> list[str]:
-    if (notice := _notice(whole, nature, words)) is not None:
+def _healthy(whole: Record, words: Words) -> list[str]:
+    if (notice := _notice(whole, words)) is not None:
         return [notice]
     key = "diagnose.looked" if whole["error_frames"] else "diagnose.looked_without"
     return [words(key)]
@@ -327,13 +339,14 @@ def _alike(roots: Sequence[Record]) -> dict[int, int]:
 
 
 def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int, *, checks: bool) -> list[str]:
-    lines = [_placed(f" {one['id']:>2}  {_title(one, words)}", one)]
-    below = [entry for entry in _tree(one, by_id, 0) if entry[0]]
+    lines = [_placed(f" {one['id']:>2}  {printable(one['message'])}", one)]
+    below = [entry for entry in tree(one, by_id) if entry[0]]
     for depth, effect in below[:effects]:
         grade = words.of("incident_grade", effect["cause"]["grade"])
         lines.append(
             _placed(
-                f"     {'  ' * (depth - 1)}→ {_title(effect, words)}{_delay(effect, by_id, words)}  {grade}", effect
+                f"     {'  ' * (depth - 1)}→ {printable(effect['message'])}{_delay(effect, by_id, words)}  {grade}",
+                effect,
             )
         )
     if len(below) > effects and effects:
@@ -350,14 +363,11 @@ def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int,
     return lines
 
 
-def _title(one: Record, words: Words) -> str:
-    return str(printable(one["message"]))
-
-
-def _because(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
+def because(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
+    """Say what has caused an incident that is no root, and how certain that is."""
     cause = by_id[one["cause"]["id"]]
     grade = words.of("incident_grade", one["cause"]["grade"])
-    return words("diagnose.because", number=cause["id"], title=_title(cause, words), grade=grade)
+    return words("diagnose.because", number=cause["id"], title=printable(cause["message"]), grade=grade)
 
 
 def _delay(one: Record, by_id: Mapping[int, Record], words: Words) -> str:

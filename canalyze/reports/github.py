@@ -1,8 +1,9 @@
 """Annotations of GitHub Actions: workflow commands, which the runner reads from a step's output.
 
-What cannot be read comes first, then what fails the check, then what is below the threshold; what the baseline allows
-is not shown. What a finding explains is said in its annotation. GitHub shows ten annotations of each kind in a step
-and drops the others without a word: these are plain lines of the log here, and a closing annotation counts them.
+What cannot be read comes first, then what fails the check, then what is below the threshold, then a notice for each
+capture of which nothing was judged; what the baseline allows is not shown. What a finding explains is said in its
+annotation. GitHub shows ten annotations of each kind in a step and drops the others without a word: these are plain
+lines of the log here, and a closing annotation counts them.
 Nothing of a capture or of its name can become a command: a command begins a line, and in the older form stands
 anywhere behind `##[`. Must not: judge.
 """
@@ -47,6 +48,14 @@ def lines(verdicts: Sequence[Verdict], words: Words) -> Iterator[str]:
                 severity = one.finding.severity
                 given[severity] += 1
                 yield _finding(verdict.file, one, words, as_command=given[severity] <= _MOST[severity])
+    for verdict in verdicts:
+        if not verdict.judged and verdict.error is None:
+            given["info"] += 1
+            said = wording.unjudged(verdict, words)
+            if given["info"] <= _MOST["info"]:
+                yield _command("notice", _file(verdict.file), said)
+            else:
+                yield _plain(f"{wording.capture_name(verdict.file)}: {said}")
     for verdict in verdicts:
         for said in wording.of_events(verdict, words):
             yield _plain(f"{wording.capture_name(verdict.file)}: {said}")

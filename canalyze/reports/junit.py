@@ -1,9 +1,10 @@
 """JUnit XML: what Jenkins, GitLab and the test reporters of GitHub show of a `check`.
 
 A suite is a capture. A test case is a kind of finding (rule, bus, node, object, expectation): it fails, and bears a
-name that is the same in the next run; one that the baseline allows is skipped. What it explains is said in its text.
-A capture without a failure is one test case that passes, one that cannot be read an error beside what was found until
-then. There is no stamp of now: but for the time it took, the same captures give the same file. Must not: judge.
+name that is the same in the next run; one that the baseline allows is skipped. What it explains is said in its text. A
+capture without a failure is one test case that passes, or is skipped where nothing shows it to be CANopen; one that
+cannot be read is an error beside what was found until then. There is no stamp of now: but for the time it took, the
+same captures give the same file. Must not: judge.
 """
 
 import xml.etree.ElementTree as ET
@@ -58,14 +59,17 @@ def _suite(verdict: Verdict, classname: str, words: Words) -> ET.Element:
         *(_skipped(one, words) for one in known),
     ]
     if verdict.error is None and not verdict.failed:
-        cases.insert(0, ET.Element("testcase", name=words("reports.clean")))
+        case = ET.Element("testcase", name=words("reports.clean"))
+        if not verdict.judged:
+            ET.SubElement(case, "skipped", type=verdict.nature, message=wording.unjudged(verdict, words))
+        cases.insert(0, case)
     for number, case in enumerate(cases):
         case.set("classname", classname)
         case.set("time", _seconds(verdict.seconds if number == 0 else 0))
     suite.set("tests", str(len(cases)))
     suite.set("failures", str(len(verdict.failures) + len(verdict.problems)))
     suite.set("errors", str(int(verdict.error is not None)))
-    suite.set("skipped", str(len(known) + len(verdict.excused)))
+    suite.set("skipped", str(sum(case.find("skipped") is not None for case in cases)))
     suite.set("time", _seconds(verdict.seconds))
     properties = ET.SubElement(suite, "properties")
     facts: list[tuple[str, object]] = [("frames", verdict.frames), ("overruled", verdict.overruled)]

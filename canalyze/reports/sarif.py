@@ -248,6 +248,7 @@ def _invocation(verdicts: Sequence[Verdict], uris: Mapping[str, str], left: int,
     said: list[Json] = []
     for verdict in verdicts:
         lines = [("error", verdict.error)] if verdict.error is not None else []
+        lines += [] if verdict.judged or verdict.error else [("warning", wording.unjudged(verdict, words))]
         lines += [("note", line) for line in verdict.complaints]
         for level, text in lines:
             location = _location({"uri": uris[verdict.file]}, None, None)

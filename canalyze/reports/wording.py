@@ -81,6 +81,11 @@ def repeats(counted: "Counted", words: Words) -> list[str]:
     return said
 
 
+def unjudged(verdict: "Verdict", words: Words) -> str:
+    """Say why nothing was judged, and that it was not."""
+    return words("check.then").join((words.of("check_nature", verdict.nature), words("check.unjudged")))
+
+
 def consequences(found: "Sequence[Counted]", words: Words) -> str:
     """Say how many consequences there are and of which rules: 3 consequences: PDO004, SYN008 (2)."""
     counts = Counter[str]()

@@ -30,6 +30,10 @@ _JOINED: Final = 4 << 20
 """Bytes that are fed of all files together at once, where they are joined by time: their frames wait in memory."""
 _LEAST: Final = 16 << 10
 """Bytes that are fed of one of them at least."""
+_RESULT: Final = 4 << 20
+"""Bytes that a result has at most, about: as many are fed at once as come to that, of what came before."""
+_BEGINNING: Final = 128 << 10
+"""Bytes that are fed of an input before that is known."""
 
 
 class Reader(Protocol):
@@ -63,12 +67,12 @@ class _Input:
         self.fresh = False
         """What was given last is the beginning of what was read."""
 
-    def read(self, most: int | None) -> bytes:
+    def read(self, most: int) -> bytes:
         """Give the next bytes, at most so many; b"" at the end."""
         self.fresh = not self.rest
         if self.fresh:
             self.rest = self.capture.read()
-        given, self.rest = (self.rest, b"") if most is None else (self.rest[:most], self.rest[most:])
+        given, self.rest = self.rest[:most], self.rest[most:]
         return given
 
 
@@ -143,7 +147,7 @@ class Reading:
                 session.foresee(end, place)
             self._name, self._held, self._more = capture.name, [], 0
         joined = len(inputs) > 1
-        most = max(_LEAST, _JOINED // len(inputs)) if joined else None
+        most = max(_LEAST, _JOINED // len(inputs)) if joined else _BEGINNING
         open_ = dict(enumerate(inputs))
         while open_ and not session.done and (number := session.wants()) is not None:
             one = open_[number]
@@ -159,11 +163,14 @@ class Reading:
             if data:
                 if one.capture.begins and one.fresh:
                     session.covered(number)
-                yield from self._results(session.feed(data, number), hold=hold)
+                result = session.feed(data, number)
+                yield from self._results(result, hold=hold)
+                if not joined:
+                    most = max(_BEGINNING, _RESULT * len(data) // max(len(result), 1))
                 self._remarks(one.capture)
                 self._reader.step(one.capture.taken - one.taken, session.frames)
                 one.taken = one.capture.taken
-                if session.holds and self._reader.during(one.capture.rests):
+                if session.holds and not one.rest and self._reader.during(one.capture.rests):
                     yield from self._results(session.rest(), hold=hold)
                 continue
             self._remarks(one.capture)

@@ -16,7 +16,7 @@ from canalyze.errors import SourceError
 if TYPE_CHECKING:
     from pathlib import Path
 
-CHUNK: Final = 1 << 18
+CHUNK: Final = 1 << 20
 _AS_IT_IS: Final = getattr(os, "O_BINARY", 0)
 """Where the system would else translate line ends."""
 STDIN: Final = "-"

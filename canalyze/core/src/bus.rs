@@ -14,7 +14,7 @@ use self::learning::{known, renewed};
 use crate::checks;
 use crate::checks::nodes::ErrorControl;
 use crate::checks::srdo::Seen;
-use crate::checks::{Checks, Fit, PdoName};
+use crate::checks::{Checks, PdoName};
 use crate::cob_id::Role;
 use crate::configuration::Provenance;
 use crate::context::Context;
@@ -333,7 +333,7 @@ impl Bus {
         }
         let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
         let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
-        let fit = Fit::of(&content, frame);
+        let (content, fit) = self.checks.content(name, content, frame);
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {

@@ -119,6 +119,8 @@ pub enum Unmapped {
     Unknown,
     /// The same, and only a write that nothing has confirmed gives the PDO its identifier.
     Unconfirmed,
+    /// Only the default mapping of an EDS is known, and the PDO's frames contradict it.
+    Contradicted,
     /// Sub-index 0 of the mapping is 0.
     Disabled,
     /// A multiplex PDO without its address.

@@ -43,6 +43,7 @@ use drive::Drives;
 use error_frames::ErrorFrames;
 use lss::Lss;
 use nodes::Nodes;
+use pdo::assumed::Assumed;
 use pdo::configuration::{self as pdo_configuration, PdoConfiguration};
 use pdo::identifier::PdoIdentifiers;
 use pdo::length::{Misfit, PdoLength, misfit};
@@ -94,12 +95,14 @@ pub struct Fit {
     fits: bool,
     /// There is one, or it is known that there is none.
     read: bool,
+    /// Frames contradict the one that was assumed.
+    contradicted: bool,
 }
 
 impl Fit {
     /// Of a frame and what its bytes are.
     #[inline]
-    pub fn of(content: &Signals, frame: &Frame) -> Self {
+    fn of(content: &Signals, frame: &Frame) -> Self {
         let misfit = misfit(content, frame);
         Self {
             misfit,
@@ -109,6 +112,7 @@ impl Fit {
                 Signals::Mapped(_, from) | Signals::ByConsumer(_, from, ..) => !from.is_doubted(),
                 Signals::None(_) => true,
             },
+            contradicted: false,
         }
     }
 }
@@ -122,6 +126,7 @@ pub struct Checks {
     /// SYNC and synchronous PDOs.
     pub sync: Sync,
     descriptions: Descriptions,
+    assumed: Assumed,
     pdo_configuration: PdoConfiguration,
     pdo_identifiers: PdoIdentifiers,
     pdo_length: PdoLength,
@@ -142,6 +147,7 @@ impl Checks {
             nodes: Nodes::new(network),
             sync: Sync::new(network, nodes),
             descriptions: Descriptions::default(),
+            assumed: Assumed::default(),
             pdo_configuration: PdoConfiguration::default(),
             pdo_identifiers: PdoIdentifiers::default(),
             pdo_length: PdoLength::default(),
@@ -225,6 +231,18 @@ impl Checks {
         self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
     }
 
+    /// What the bytes of a PDO's frame are, and how they stand to its mapping: one that is only assumed holds as long as
+    /// frames bear it out.
+    #[inline]
+    pub fn content(&mut self, name: PdoName, content: Signals, frame: &Frame) -> (Signals, Fit) {
+        let fit = Fit::of(&content, frame);
+        if self.assumed.contradicts((name.node, name.transmit, name.number), &content, frame) {
+            let fit = Fit { read: false, contradicted: true, ..fit };
+            return (Signals::None(Unmapped::Contradicted), fit);
+        }
+        (content, fit)
+    }
+
     /// A PDO with data; `known` is what is configured of it.
     pub fn process_data(
         &mut self,
@@ -246,7 +264,7 @@ impl Checks {
             self.pdo_length.fitted(transmit, number, node);
         }
         let states = &self.nodes;
-        self.drives.process_data(name, fit.read, frame, nodes, |node| states.state(node), cx);
+        self.drives.process_data(name, (fit.read, fit.contradicted), frame, nodes, |node| states.state(node), cx);
         match known {
             Some(pdo) => {
                 self.pdo_configuration.used(node, pdo, frame, cx);

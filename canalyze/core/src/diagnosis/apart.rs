@@ -4,6 +4,7 @@
 //! open or link incidents.
 
 use super::advice::Shown;
+use super::causes::within;
 use super::incident::{Grade, Incident};
 use super::kinds::Kind;
 use super::ledger::Ledger;
@@ -70,6 +71,8 @@ tells! {
         "no node, SYNC or PDO was lost before it";
     LIMIT_KNOWN true "记录中可见1016h的时限, 与延迟相符"
         "the limit in 1016h is in the capture and fits the delay";
+    LIMIT_DIFFERS true "记录中可见1016h的时限, 但与延迟不符"
+        "the limit in 1016h is in the capture but does not fit the delay";
     LIMIT_UNKNOWN false "1016h的时限未知: 读1016h, 或用 --eds 给出设备描述"
         "the limit in 1016h is unknown: read 1016h, or give a description with --eds";
     PRESENT true "这段时间节点没有失去联系: 从站忙, 或请求不对"
@@ -110,8 +113,7 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: Shown) -> Vec<Tell> {
             tells
         }
         HeartbeatConsumerError => match one.cause.and_then(|link| ledger.by_id(link.cause)) {
-            Some(cause) if one.limit(cause).is_some() => vec![LIMIT_KNOWN],
-            Some(_) => vec![LIMIT_UNKNOWN],
+            Some(cause) => vec![limit(one, cause)],
             None => Vec::new(),
         },
         RequestUnanswered | LateAnswer => presence(one, ledger).into_iter().collect(),
@@ -129,6 +131,16 @@ fn back(one: &Incident) -> Tell {
         (true, _) => BOOTED,
         (false, Some(_)) => RETURNED,
         (false, None) => AWAY,
+    }
+}
+
+/// Whether the time that a consumer waits is known, and is the one that passed.
+fn limit(one: &Incident, cause: &Incident) -> Tell {
+    let delay = one.cause.and_then(|link| link.delay_ns);
+    match one.limit(cause).zip(delay) {
+        Some(((_, limit), delay)) if within(cause, limit).contains(&delay) => LIMIT_KNOWN,
+        Some(_) => LIMIT_DIFFERS,
+        None => LIMIT_UNKNOWN,
     }
 }
 

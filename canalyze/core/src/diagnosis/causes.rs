@@ -3,6 +3,8 @@
 //! A rule looks at two incidents of one bus and at what was known at their begin. Its number is the one that `cause` has in
 //! machine output (L1 to L28); L0 is what a finding says of itself. Must not: look at frames, or choose between causes.
 
+use std::ops::RangeInclusive;
+
 use super::incident::{Grade, Incident};
 use super::kinds::Kind::{self, *};
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
@@ -74,6 +76,10 @@ const RULES: &[Rule] = &[
 pub(super) fn relate(cause: &Incident, effect: &Incident) -> Option<Found> {
     let delay = effect.begin.since(cause.begin).unwrap_or(0);
     let same_node = effect.subject.node.is_some_and(|node| cause.subject.concerns(node));
+    // Where stamps do not tell, the order does: what began after its effect was seen has not caused it.
+    if delay == 0 && cause.begin.no > effect.noticed.no {
+        return None;
+    }
     let pair = Pair { cause, effect, delay, same_node };
     RULES.iter().find_map(|(number, rule)| rule(&pair).map(|(grade, far)| (*number, grade, far)))
 }
@@ -176,19 +182,28 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         let any = effect.clue.watched.is_empty() && (shows || (least..=most).contains(&delay));
         return any.then_some((Grade::Likely, delay.saturating_sub(period.saturating_mul(2)).saturating_abs()));
     };
-    // A silence begins with the last frame, the consumer's time with the last heartbeat before it.
-    let least = limit - limit / 3 - LATE_NS;
-    let apart = if cause.kind == SegmentLost { cause.ns("period").unwrap_or(0) } else { 0 };
-    let most = limit.saturating_add(LATE_NS.max(limit / 3)).saturating_add(apart);
-    let fits = (least.min(0)..=most).contains(&delay) || is_commanded(cause.kind);
+    let within = within(cause, limit);
+    // A boot-up tells the consumer at once.
+    let booted = matches!(cause.kind, NodeRestarted | RestartLoop) && effect.begin.no >= cause.noticed.no;
     // Some stacks look at their times now and then only.
-    let soon = delay > most && delay <= most.saturating_add(limit.saturating_add(PROMPT_NS));
-    let grade = match (fits, soon) {
-        (true, _) => Grade::Certain,
-        (false, true) => Grade::Likely,
-        (false, false) => Grade::Possible,
+    let late = within.end().saturating_add(limit.saturating_add(PROMPT_NS));
+    let grade = if within.contains(&delay) || is_commanded(cause.kind) || booted && delay <= *within.end() {
+        Grade::Certain
+    } else if delay <= late {
+        Grade::Likely
+    } else {
+        Grade::Possible
     };
     Some((grade, delay.saturating_sub(limit).saturating_abs()))
+}
+
+/// How long after the begin of an incident a consumer that waits for `limit` ns reports it, in ns. A silence begins with the
+/// last frame, the consumer's time with the last heartbeat before it.
+pub(super) fn within(cause: &Incident, limit: i64) -> RangeInclusive<i64> {
+    let period = cause.ns("period").unwrap_or(limit / 3);
+    let apart = if cause.kind == SegmentLost { period } else { 0 };
+    limit.saturating_sub(period).saturating_sub(LATE_NS)
+        ..=limit.saturating_add(LATE_NS.max(limit / 3)).saturating_add(apart)
 }
 
 /// L5: who should send the PDO that is missing does not.

@@ -20,7 +20,7 @@ use super::trackers::motion::Motions;
 use super::trackers::nodes::Nodes;
 use super::trackers::rules::{Found, Sign};
 use crate::bus::Bus;
-use crate::checks::pdo::length::misfit;
+use crate::checks::pdo::length::fits;
 use crate::drive::State;
 use crate::event::{Event, Note, ProcessData, Step, What};
 use crate::finding::{Code, Finding, Quantity};
@@ -249,7 +249,7 @@ impl OfBus {
         if !self.found.is_empty() {
             let pdo = Some((data.transmit, data.number));
             let mut ends = vec![Ends::Pdo];
-            if self.found.measures() && misfit(&data.content, frame).is_none() {
+            if self.found.measures() && fits(&data.content, frame) {
                 ends.push(Ends::Length);
             }
             for ends in ends {

@@ -406,8 +406,8 @@ impl Sequence {
         }
     }
 
-    /// Names the steps that were never in their place. One that came too early holds up none of those after it: these
-    /// are held against the last one that was in its place.
+    /// Names the steps that were never in their place. One that came too early is where the sequence goes on from: those
+    /// after it are held against it, not against what it should have waited for.
     fn finish(&self, all: &[Progress], closing: &mut Closing<'_>) {
         let steps = || self.steps.iter().filter_map(|step| all.get(*step));
         let mut before = None;
@@ -420,6 +420,7 @@ impl Sequence {
                     let first = before.map_or("", |(_, one)| &one.place.label);
                     let early = Exp002::TooEarly { sequence: self.name.as_str().into(), before: first.into() };
                     closing.raise(&one.place, Breach::new(early, seen.at, seen.bus));
+                    before = Some((seen.at.no, one));
                 }
                 None => one.missing(closing),
             }

@@ -1,9 +1,16 @@
 //! The value of a signal as a bare number, for machines: no unit, no words.
 
+use std::fmt::Display;
+use std::io::Write;
+
 use crate::services::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::text::digits::{Joined, put};
-use crate::text::signal::product;
+use crate::text::signal::{self, product};
 
+/// The factors that are written by hand.
+const POWERS: [f64; 6] = [0.1, 0.01, 0.001, 0.0001, 0.00001, 0.000_001];
+/// The least number of 16 digits.
+const DIGITS_15: u64 = 1_000_000_000_000_000;
 /// Numbers beyond this are strings in JSON, since a double holds no more.
 const EXACT: u64 = 1 << 53;
 
@@ -35,10 +42,10 @@ pub(super) fn value(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, paylo
         Number::Bool(on) => whole(out, false, u64::from(on)),
         Number::Unsigned(read) if !scaled => whole(out, false, read),
         Number::Signed(read) if !scaled => whole(out, read < 0, read.unsigned_abs()),
-        Number::Unsigned(read) => real(out, product(read as f64, mapped.factor)),
-        Number::Signed(read) => real(out, product(read as f64, mapped.factor)),
+        Number::Unsigned(read) => scaled_whole(out, false, read, mapped.factor),
+        Number::Signed(read) => scaled_whole(out, read < 0, read.unsigned_abs(), mapped.factor),
         // The shortest decimal of the single precision number, not of its double.
-        Number::Real32(read) if !scaled => shortest(out, read.is_finite(), read.to_string()),
+        Number::Real32(read) if !scaled => shortest(out, read.is_finite(), read),
         Number::Real32(read) => real(out, f64::from(read) * mapped.factor),
         Number::Real64(read) => real(out, read * mapped.factor),
         Number::Bytes => bytes(out, mapping, mapped, payload),
@@ -53,15 +60,32 @@ fn whole(out: &mut Vec<u8>, negative: bool, magnitude: u64) -> Shape {
     if magnitude <= EXACT { Shape::Number } else { Shape::Long }
 }
 
-fn real(out: &mut Vec<u8>, read: f64) -> Shape {
-    shortest(out, read.is_finite(), read.to_string())
+/// A whole number times a factor. Such a power of ten as is the rule is written by hand: up to 15 digits are those of
+/// the double, too.
+fn scaled_whole(out: &mut Vec<u8>, negative: bool, magnitude: u64, factor: f64) -> Shape {
+    let digits = POWERS.iter().position(|power| factor == *power);
+    match digits {
+        Some(digits) if magnitude < DIGITS_15 && magnitude != 0 => {
+            signal::fixed(out, negative, magnitude, digits as u8 + 1);
+            Shape::Number
+        }
+        _ => {
+            let read = magnitude as f64;
+            real(out, product(if negative { -read } else { read }, factor))
+        }
+    }
 }
 
-fn shortest(out: &mut Vec<u8>, finite: bool, text: String) -> Shape {
+fn real(out: &mut Vec<u8>, read: f64) -> Shape {
+    shortest(out, read.is_finite(), read)
+}
+
+fn shortest(out: &mut Vec<u8>, finite: bool, read: impl Display) -> Shape {
     if !finite {
         return Shape::Missing;
     }
-    out.extend_from_slice(text.as_bytes());
+    // Writing to a vector cannot fail.
+    let _ = write!(out, "{read}");
     Shape::Number
 }
 
@@ -72,5 +96,22 @@ fn bytes(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, payload: &[u8]) 
             Shape::Bytes
         }
         None => Shape::Missing,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn by_hand_as_the_double_is_written(magnitude in 0u64..2_000_000_000_000_000, negative: bool, digits in 1i32..8) {
+            let factor = 1.0 / 10f64.powi(digits);
+            let mut out = Vec::new();
+            scaled_whole(&mut out, negative, magnitude, factor);
+            let read = if negative { -(magnitude as f64) } else { magnitude as f64 };
+            prop_assert_eq!(String::from_utf8_lossy(&out), product(read, factor).to_string());
+        }
     }
 }

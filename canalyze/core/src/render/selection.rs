@@ -6,8 +6,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::csv;
 use crate::select::Select;
-use crate::services::pdo::mapping::{Mapped, Mapping};
+use crate::services::pdo::mapping::Mapping;
 use crate::text::{Lang, signal};
 
 /// PDOs whose selection is remembered at most, and mappings of each: every bus has its own, and so has every node that
@@ -41,6 +42,9 @@ pub(super) struct Chosen {
     pub(super) object: String,
     /// `TPDO1`.
     pub(super) pdo: String,
+    /// Its name and its unit as cells of CSV.
+    pub(super) cell: Vec<u8>,
+    pub(super) unit_cell: Vec<u8>,
 }
 
 /// The signals of the mappings seen so far.
@@ -94,34 +98,18 @@ impl Selection {
     pub(super) fn choose(&self, whose: Whose, mapping: &Mapping) -> Vec<Chosen> {
         let mut chosen = Vec::new();
         for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
-            if self.select.is_everything() || self.select.takes(names(whose, mapped).iter().map(String::as_str)) {
+            let names = || signal::names(whose.transmit, whose.number, whose.node, mapped);
+            if self.select.is_everything() || self.select.takes(names().iter().map(String::as_str)) {
                 let mut name = Vec::new();
                 signal::name(&mut name, self.lang, mapped);
                 let name = String::from_utf8_lossy(&name).into_owned();
                 let object = format!("{:04X}:{:02X}", mapped.index, mapped.sub);
-                chosen.push(Chosen { place, name, object, pdo: whose.pdo() });
+                let (mut cell, mut unit_cell) = (Vec::new(), Vec::new());
+                csv::cell(&mut cell, name.as_bytes());
+                csv::cell(&mut unit_cell, mapped.unit.as_deref().unwrap_or("").as_bytes());
+                chosen.push(Chosen { place, name, object, pdo: whose.pdo(), cell, unit_cell });
             }
         }
         chosen
     }
-}
-
-/// All names by which a signal may be selected.
-fn names(whose: Whose, mapped: &Mapped) -> Vec<String> {
-    let (index, sub) = (mapped.index, mapped.sub);
-    let mut own = vec![format!("{index:04X}"), format!("{index:04X}:{sub:02X}"), format!("{index:04X}h:{sub:02X}")];
-    for lang in [Lang::Zh, Lang::En] {
-        let mut name = Vec::new();
-        signal::name(&mut name, lang, mapped);
-        own.push(String::from_utf8_lossy(&name).into_owned());
-    }
-    own.extend(mapped.name.as_deref().map(str::to_owned));
-    let pdo = whose.pdo();
-    let mut all = Vec::new();
-    for name in own {
-        all.push(format!("{}.{name}", whose.node));
-        all.push(format!("{}.{pdo}.{name}", whose.node));
-        all.push(name);
-    }
-    all
 }

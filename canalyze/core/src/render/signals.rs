@@ -79,55 +79,58 @@ impl Signals {
         mapping: &Arc<Mapping>,
         from: Provenance,
     ) {
-        let (lang, csv) = (self.lang, self.csv);
-        for Chosen { place, name, .. } in self.selection.of(whose, mapping) {
-            let Some(mapped) = mapping.entries.get(*place) else { continue };
-            if csv {
-                row(out, setting, frame, whose, mapping, mapped, name, from);
-            } else {
-                line(out, lang, setting, frame, whose, mapping, mapped, name, from);
-            }
-        }
+        let Self { lang, csv, .. } = *self;
+        let chosen = self.selection.of(whose, mapping);
+        write(out, lang, csv, setting, frame, whose, mapping, chosen, from);
     }
 
     /// The object in a multiplex PDO: another one in every frame, so that nothing of it is remembered.
     fn multiplexed(&self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, data: &Addressed) {
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
-        let mapping = &data.mapping;
-        for Chosen { place, name, .. } in self.selection.choose(whose, mapping) {
-            let Some(mapped) = mapping.entries.get(place) else { continue };
-            if self.csv {
-                row(out, setting, frame, whose, mapping, mapped, &name, data.from);
-            } else {
-                line(out, self.lang, setting, frame, whose, mapping, mapped, &name, data.from);
-            }
-        }
+        let chosen = self.selection.choose(whose, &data.mapping);
+        write(out, self.lang, self.csv, setting, frame, whose, &data.mapping, &chosen, data.from);
     }
 }
 
-#[allow(clippy::too_many_arguments, reason = "the columns of a row")]
-fn row(
+#[allow(clippy::too_many_arguments, reason = "what a row is made of")]
+fn write(
     out: &mut Vec<u8>,
+    lang: Lang,
+    csv: bool,
     setting: Setting<'_>,
     frame: &Frame,
     whose: Whose,
     mapping: &Mapping,
-    mapped: &Mapped,
-    name: &str,
+    chosen: &[Chosen],
     from: Provenance,
 ) {
-    csv::bare(out, |out| setting.moment(out, frame.t_ns));
-    put!(out; ",", frame.no, ",");
-    csv::cell(out, setting.buses.name(frame.bus));
-    put!(out; ",", whose.node, if whose.transmit { ",TPDO" } else { ",RPDO" }, whose.number, ",");
-    csv::cell(out, name.as_bytes());
-    put!(out; ",");
-    number::value(out, mapping, mapped, frame.payload());
-    put!(out; ",");
-    number::raw(out, mapping, mapped, frame.payload());
-    put!(out; ",");
-    csv::cell(out, mapped.unit.as_deref().unwrap_or("").as_bytes());
-    put!(out; ",", from.name(), ",", Hex::<4>(u64::from(mapped.index)), ":", Hex::<2>(u64::from(mapped.sub)), "\n");
+    let start = out.len();
+    // The columns of the frame, which are those of each of its rows.
+    let mut head = 0..0;
+    for one in chosen {
+        let Some(mapped) = mapping.entries.get(one.place) else { continue };
+        if !csv {
+            line(out, lang, setting, frame, whose, mapping, mapped, &one.name, from);
+            continue;
+        }
+        if head.is_empty() {
+            csv::bare(out, |out| setting.moment(out, frame.t_ns));
+            put!(out; ",", frame.no, ",");
+            csv::cell(out, setting.buses.name(frame.bus));
+            put!(out; ",", whose.node, if whose.transmit { ",TPDO" } else { ",RPDO" }, whose.number, ",");
+            head = start..out.len();
+        } else {
+            out.extend_from_within(head.clone());
+        }
+        out.extend_from_slice(&one.cell);
+        put!(out; ",");
+        number::value(out, mapping, mapped, frame.payload());
+        put!(out; ",");
+        number::raw(out, mapping, mapped, frame.payload());
+        put!(out; ",");
+        out.extend_from_slice(&one.unit_cell);
+        put!(out; ",", from.name(), ",", one.object.as_str(), "\n");
+    }
 }
 
 #[allow(clippy::too_many_arguments, reason = "the keys of an object")]

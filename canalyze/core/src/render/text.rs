@@ -113,6 +113,11 @@ impl Lines {
         Self { look, ..self }
     }
 
+    /// Whether each line is followed by its explanation.
+    pub fn explains(&self) -> bool {
+        self.depth == Depth::Explain
+    }
+
     /// One frame's line, and below it what else it shows.
     pub fn frame(&mut self, out: &mut Vec<u8>, frame: &Frame, events: &[Event], buses: &Buses) {
         let stamp = self.stamp(frame);

@@ -77,7 +77,9 @@ impl Session {
             inputs: Inputs::default(),
             turn: 0,
             fed: 0,
-            threads: threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get)),
+            threads: threads
+                .unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get))
+                .min(pipeline::MOST),
             buses: Buses::default(),
             stream: Stream {
                 capture: Capture::new(lang, time),

@@ -27,9 +27,11 @@ use crate::writers;
 /// Bytes of a piece below which threads cost more than they gain.
 const LEAST: usize = 32 << 10;
 /// Items or calls of a block: to wake a thread costs as much as some tens of them.
-const BLOCK: usize = 512;
+const BLOCK: usize = 256;
 /// Blocks that wait to be understood: with that many the reader of a piece need not stop on its way.
 const READ: usize = 128;
+/// Most threads.
+pub(super) const MOST: usize = 64;
 /// Blocks that wait to be written.
 const UNDERSTOOD: usize = 8;
 
@@ -73,8 +75,8 @@ pub(super) fn feed(
     let filter = stream.output.filter.clone();
     let mut others: Vec<_> = (1..threads).map_while(|_| sink.another()).collect();
     let done = thread::scope(|scope| {
-        let sinks = std::iter::once(&mut sink).chain(&mut others);
-        let started = sinks.map(|sink| write_beside(scope, &mut **sink, &filter, &calls, &ordered)).all(|all| all);
+        let mut sinks = std::iter::once(&mut sink).chain(&mut others);
+        let started = sinks.all(|sink| write_beside(scope, &mut **sink, &filter, &calls, &ordered));
         let blocks = started.then(|| read_beside(scope, piece)).flatten();
         let done = blocks.is_some();
         understand(blocks.into_iter().flatten(), stream, counts, &mut Vec::new());
@@ -318,4 +320,37 @@ impl Sink for Deferred {
 /// A lock that a panic elsewhere has poisoned is taken all the same.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Options, Session};
+    use super::*;
+    use crate::readers::{Format, Settings};
+
+    /// Whether a piece of so many lines was shared, and what came out of it.
+    fn fed(lines: usize, threads: usize) -> (bool, Vec<u8>) {
+        let line = b"(1700000000.000000) can0 185#0102030405060708\n";
+        let (mut session, bytes) = (Session::new(Options::default()), line.repeat(lines));
+        let mut reader = Reader::new(Format::Candump, &Settings::default());
+        let Session { buses, stream, .. } = &mut session;
+        let (mut out, mut counted) = (Vec::new(), 0);
+        let piece = Piece { reader: &mut reader, bytes: &bytes, buses };
+        let shared = feed(piece, threads, stream, &mut |_| counted += 1, &mut out);
+        assert_eq!(counted, if shared { lines } else { 0 });
+        (shared, out)
+    }
+
+    #[test]
+    fn what_is_worth_threads_is_shared() {
+        let (shared, out) = fed(3000, 2);
+        assert!(shared);
+        assert_eq!(out.iter().filter(|byte| **byte == b'\n').count(), 3000);
+    }
+
+    #[test]
+    fn nothing_is_done_where_it_is_not() {
+        assert_eq!(fed(3000, 1), (false, Vec::new()));
+        assert_eq!(fed(10, 2), (false, Vec::new()));
+    }
 }

@@ -185,7 +185,8 @@ impl Sink for Text {
     }
 
     fn defers(&self) -> bool {
-        true
+        // A line without explanations is written in less time than it takes to hand its frame over.
+        self.0.explains()
     }
 
     fn incident(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis, change: (Phase, IncidentId)) {

@@ -338,7 +338,7 @@ fn octets(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
 }
 
 /// A whole number times a power of ten below 1, by hand: such factors are the rule. `-7534` with one digit is `-753.4`.
-fn fixed(out: &mut Vec<u8>, negative: bool, magnitude: u64, digits: u8) {
+pub(crate) fn fixed(out: &mut Vec<u8>, negative: bool, magnitude: u64, digits: u8) {
     if negative {
         out.push(b'-');
     }

@@ -132,7 +132,7 @@ impl Drives {
     pub fn process_data(
         &mut self,
         pdo: PdoName,
-        read: bool,
+        (read, contradicted): (bool, bool),
         frame: &Frame,
         nodes: &PerNode<Node>,
         state: impl Fn(u8) -> Option<u8>,
@@ -151,8 +151,11 @@ impl Drives {
                 continue;
             }
             let (Some(known), drive) = (nodes.get(*node), drives.entry(*node)) else { continue };
-            if objects.is_empty() {
+            if objects.is_empty() || contradicted && !*transmit {
                 drive.blind(cx);
+            }
+            if contradicted {
+                continue;
             }
             for part in objects {
                 let Some(raw) = extract(frame.payload(), usize::from(part.offset), usize::from(part.bits)) else {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::series::Series;
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::event::Signals;
+use crate::event::{Signals, Unmapped};
 use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{Frame, Kind};
 use crate::node::{Node, PerNode};
@@ -72,6 +72,11 @@ pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
         _ => {}
     }
     Some(Misfit { found: found as u64, mapped: mapped as u64, from, consumer })
+}
+
+/// Whether a frame is as long as the mapping of its PDO, as far as one is known.
+pub fn fits(content: &Signals, frame: &Frame) -> bool {
+    misfit(content, frame).is_none() && !matches!(content, Signals::None(Unmapped::Contradicted))
 }
 
 impl PdoLength {

@@ -96,9 +96,12 @@ impl Sync {
         self.period.cycle()
     }
 
-    /// Where a PDO stands in its SYNC cycle, if it is a synchronous one. `lag_ns`: how late SYNC may be listed.
+    /// Where a PDO stands in its SYNC cycle, if it is a synchronous one and SYNC runs. `lag_ns`: how late SYNC may be listed.
     pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
         let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;
+        if self.producer.ended || self.period.is_overdue(frame.reference()) {
+            return None;
+        }
         self.window.place(&self.period, node, pdo, frame.reference(), lag_ns)
     }
 
@@ -231,7 +234,7 @@ impl Sync {
         let stopped = if ended { Restart::Likely } else { stopped };
         let wrong = self.lengths.judge(frame.len, self.settings.any_overflow, restarted, cx);
         let period = self.period.period_ns();
-        let long = period.zip(self.period.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2);
+        let long = self.period.is_overdue(at);
         let spread_ns = self.follower.spread_ns(self.cycle());
         let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {

@@ -134,6 +134,11 @@ impl SyncPeriod {
         Some(at.t_ns?.saturating_sub(self.sync(self.cycle)?.at.t_ns?))
     }
 
+    /// Whether the SYNC that is due has not come, half a period after its time.
+    pub fn is_overdue(&self, at: FrameRef) -> bool {
+        self.period_ns().zip(self.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2)
+    }
+
     /// The period that traffic shows, where it is regular.
     pub fn period_ns(&self) -> Option<i64> {
         self.period.learnt_ns().filter(|_| self.regular)

@@ -20,8 +20,8 @@ fn ranges() {
     signal(r#""select":"5.606C:00","max":0"#, &pdo(0.0, 1), &[("EXP007", 1, 0, 1)]);
     signal(r#""select":"door","min":1"#, &pdo(0.0, 1), &[]);
     signal(r#""select":"door","max":0"#, &pdo(0.0, 1), &[("EXP007", 1, 0, 1)]);
-    // A short PDO has no value.
-    signal(velocity, "0 185#3702FF", &[]);
+    // A PDO that is shorter than the default mapping has another one.
+    signal(velocity, "0 185#3702FF", &[("EXP015", 1, 0, 1)]);
 }
 
 #[test]

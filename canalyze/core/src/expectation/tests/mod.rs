@@ -190,7 +190,7 @@ fn a_bus_that_is_named() {
 #[test]
 fn repeats_are_folded_by_expectation() {
     let entries = [r#""select":"5.606C","max":1"#, r#""select":"5.606C","max":2"#];
-    let frames: Vec<_> = (0..20).map(|no| format!("{no} 185#000064000000")).collect();
+    let frames: Vec<_> = (0..20).map(|no| format!("{no} 185#00006400000000")).collect();
     let numbered = entries.iter().zip(1..).map(|(entry, line)| format!("{{\"line\":{line},{entry}}}"));
     let json = format!("{{\"file\":\"x.toml\",\"signal\":[{}]}}", numbered.collect::<Vec<_>>().join(","));
     let rows = findings(&json, &capture(&frames.join(";")), Lang::En, 100);

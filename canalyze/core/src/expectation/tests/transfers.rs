@@ -109,6 +109,13 @@ fn sequences() {
     // Out of order, and named once.
     held(&all, &run(&[1, 3, 2]), &[("EXP002", 4, 0, 3)]);
     held(&all, &run(&[2, 1, 3]), &[("EXP002", 2, 0, 2)]);
+    // One step that comes late is one fault, however many were to come after it.
+    held(&all, &run(&[2, 3, 1]), &[("EXP002", 2, 0, 2)]);
+    // Two faults.
+    let (four, five) = (step("download", 4), step("download", 5));
+    let longer = [one.as_str(), &two, &three, &four, &five];
+    held(&longer, &run(&[2, 3, 4, 5, 1]), &[("EXP002", 2, 0, 2)]);
+    held(&longer, &run(&[2, 1, 3, 5, 4]), &[("EXP002", 2, 0, 2), ("EXP002", 8, 0, 5)]);
     // Missing: what comes after it is not held against it.
     held(&all, &run(&[1, 3]), &[("EXP001", 4, 0, 2)]);
     held(&all, &run(&[2, 3]), &[("EXP001", 4, 0, 1)]);

@@ -3,7 +3,7 @@
 //! Keys: `direction` transmit/receive, `number`, `remote` false, `communication_parameter` and `mapping_parameter`
 //! hex, `pdo` (`TPDO1`), `state` NMT state of the node as hex or null, `provenance` of the mapping (`observed`,
 //! `option`, `dcf`, `eds`, `unconfirmed`) or null, `mapped_at` frame that completed an observed mapping or null, `unmapped`
-//! (`unknown`, `disabled`, `multiplex`) or null, `consumer` (`{"node","number"}` of the RPDO whose mapping was used)
+//! (`unknown`, `contradicted` by the frames, `disabled`, `multiplex`) or null, `consumer` (`{"node","number"}` of the RPDO whose mapping was used)
 //! or null, `sync` (`{"cycle","delay_us"}`, the latter with three decimals or null) or null, and `signals`: a list of
 //! `{"index","sub","name","bit","bits","raw","value","unit","text","provenance"}`. `raw` is the unsigned number in the
 //! payload; `value` has sign, type and factor applied; both are strings beyond 2^53 and hex strings for bytes, null
@@ -41,6 +41,7 @@ pub(super) fn fields(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &
         "unmapped",
         match &data.content {
             Signals::None(Unmapped::Unknown | Unmapped::Unconfirmed) => Some("unknown"),
+            Signals::None(Unmapped::Contradicted) => Some("contradicted"),
             Signals::None(Unmapped::Disabled) => Some("disabled"),
             Signals::None(Unmapped::Multiplex) => Some("multiplex"),
             Signals::Mapped(..) | Signals::ByConsumer(..) => None,

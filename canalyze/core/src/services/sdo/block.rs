@@ -8,49 +8,13 @@
 //! This file judges sequence numbers only. It knows nothing of channels, findings or time.
 
 use super::pace::Pace;
+use super::sub_block::{Segment, SubBlock, Taken, Wrong, sequence};
 use super::transfer::Transfer;
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo012;
 
 /// Most segments of a sub-block.
 pub const MOST: u8 = 127;
-
-/// A segment as it came. Where its frame was too short, its data has a hole; of an empty frame not even the mark of the
-/// last segment is known.
-#[derive(Clone, Copy, Debug)]
-pub struct Segment {
-    /// Sequence number in the sub-block.
-    pub seqno: u8,
-    /// c: last segment of the transfer.
-    pub last: bool,
-    /// Seven data bytes.
-    pub data: [u8; 7],
-    /// Bytes of the frame.
-    pub len: u8,
-}
-
-impl Segment {
-    /// Bytes of data that the frame had.
-    fn carried(&self) -> usize {
-        usize::from(self.len.saturating_sub(1)).min(self.data.len())
-    }
-
-    /// Whether it and another are the same, but for a byte or two that were damaged on the way. Of what was too short
-    /// nobody knows.
-    fn is_like(&self, other: &Self) -> bool {
-        let same = self.data.iter().zip(&other.data).filter(|(one, other)| one == other).count();
-        same > 4 || self.carried().min(other.carried()) < self.data.len()
-    }
-}
-
-/// A segment out of sequence.
-#[derive(Clone, Debug)]
-struct Wrong {
-    at: FrameRef,
-    /// The number that was expected when it came: an acknowledgement of it accepts what is wrong.
-    expected: u8,
-    what: Sdo012,
-}
 
 /// The end frame of the transfer.
 #[derive(Clone, Copy, Debug)]
@@ -61,17 +25,6 @@ pub struct End {
     pub unused: Option<u8>,
     /// The CRC field, where the frame has one.
     pub crc: Option<u16>,
-}
-
-/// How a segment was taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taken {
-    /// It is the next one.
-    InSequence,
-    /// It was under way when the sub-block was acknowledged early; it does not count.
-    InFlight,
-    /// Another number was expected.
-    OutOfSequence(u8),
 }
 
 /// What an acknowledgement settled.
@@ -85,86 +38,6 @@ pub struct Acked {
     pub fault: Option<(Sdo012, Option<FrameRef>)>,
     /// Segments that the receiver has got and that are not in the capture.
     pub missing: u8,
-}
-
-/// A sub-block: segments in sequence since the last acknowledgement.
-#[derive(Clone, Debug, Default)]
-struct SubBlock {
-    segments: Vec<Segment>,
-    /// Highest sequence number sent, in sequence or not.
-    sent: u8,
-    /// Sequence number of the segment with c = 1.
-    last_at: Option<u8>,
-    wrong: Option<Wrong>,
-    /// Segments out of sequence.
-    astray: u64,
-    /// Those behind a gap, while numbers ascend: whether the receiver has got what is missing shows its acknowledgement.
-    behind: Vec<Segment>,
-    /// Some number came again, or is lower than one before.
-    descends: bool,
-}
-
-impl SubBlock {
-    fn expected(&self) -> u8 {
-        (self.segments.len() as u8).saturating_add(1)
-    }
-
-    fn is_complete(&self, blksize: u8) -> bool {
-        let taken = self.segments.len();
-        taken >= usize::from(blksize) || self.last_at.is_some_and(|seqno| usize::from(seqno) == taken)
-    }
-
-    /// Whether its newest segment came in an empty frame: it may have been the last one.
-    fn ends_unread(&self) -> bool {
-        self.wrong.is_none() && self.segments.last().is_some_and(|segment| segment.len == 0)
-    }
-
-    fn take(&mut self, blksize: u8, at: FrameRef, segment: Segment) -> Taken {
-        let Segment { seqno, last, .. } = segment;
-        let expected = self.expected();
-        self.descends |= seqno <= self.sent;
-        self.sent = self.sent.max(seqno);
-        if last {
-            self.last_at = Some(seqno);
-        }
-        if seqno == expected && seqno <= blksize {
-            self.segments.push(segment);
-            return Taken::InSequence;
-        }
-        self.astray += 1;
-        self.wrong.get_or_insert(Wrong { at, expected, what: sequence(expected, seqno) });
-        // Numbers that do not ascend are no loss of the recording. At most one sub-block of them is kept.
-        if !self.descends {
-            self.behind.push(segment);
-        }
-        Taken::OutOfSequence(expected)
-    }
-
-    /// Segments out of sequence that an acknowledgement covers.
-    fn acknowledged_astray(&self, ackseq: u8) -> u64 {
-        let covered = || self.behind.iter().filter(|segment| segment.seqno <= ackseq).count() as u64;
-        if self.descends { self.astray } else { covered() }
-    }
-
-    /// How many segments up to `ackseq` the receiver has got that were not seen, of a sub-block of up to `most`: numbers
-    /// ascend, none of them is behind the last one, and it acknowledges beyond the gap, or the whole sub-block.
-    fn not_captured(&self, ackseq: u8, most: u8) -> u8 {
-        let seen = self.segments.len() + self.behind.len();
-        let ends = self.last_at.is_none_or(|last| last == ackseq) && ackseq <= most;
-        let gap = self.wrong.is_some() && ackseq == self.sent;
-        let tail = seen > 0 && ackseq > self.sent && ackseq == most;
-        if self.descends || !ends || !(gap || tail) { 0 } else { ackseq.saturating_sub(seen as u8) }
-    }
-
-    /// All segments up to `ackseq`, in their places; what was not captured is empty.
-    fn in_place(self, ackseq: u8) -> Vec<Segment> {
-        let mut seen = self.segments.into_iter().chain(self.behind).peekable();
-        let at = |seqno| {
-            let segment = seen.next_if(|segment| segment.seqno == seqno);
-            segment.unwrap_or(Segment { seqno, last: false, data: [0; 7], len: 0 })
-        };
-        (1..=ackseq).map(at).collect()
-    }
 }
 
 /// From which segment on frames count again after an acknowledgement.
@@ -659,10 +532,6 @@ impl Block {
     pub fn wrong(&self) -> Option<(Sdo012, FrameRef)> {
         self.current.wrong.as_ref().map(|wrong| (wrong.what.clone(), wrong.at))
     }
-}
-
-fn sequence(expected: u8, found: u8) -> Sdo012 {
-    Sdo012::Sequence { expected: expected.into(), found: found.into() }
 }
 
 /// Adds the first bytes of a segment to the transfer's data, as far as its frame had them: the others are missing.

@@ -4,10 +4,12 @@
 //! the next segment, or after the end frame; in a download the server may acknowledge one segment more than was seen,
 //! which is then late. Which segments count stands in `block`; which frame comes here stands in `machine`.
 
-use super::block::{Block, End, Resume, Segment, Taken};
-use super::channel::{Channel, Half, Phase, strict_initiate};
+use super::block::{Block, End, Resume};
+use super::channel::{Channel, strict_initiate};
 use super::exchange::wrong_size;
+use super::phase::{Half, Phase};
 use super::sequence::{FRAMES, is_strict_answer};
+use super::sub_block::{Segment, Taken};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::context::Context;

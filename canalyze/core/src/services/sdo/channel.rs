@@ -5,18 +5,16 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::block::Block;
 use super::exchange::{expedited, lacks_data};
 use super::hypotheses::Hypotheses;
 use super::judgement::{Proof, Verdicts};
-use super::pace::Pace;
+use super::phase::{Half, Phase, Segments};
 use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
-use super::wire::{self, Command, Initiate, Mux, Side};
+use super::wire::{self, Command, Mux, Side};
 use crate::context::{Chunk, Context};
 use crate::dictionary::{Described, Dictionary};
 use crate::event::{Note, Place, Step, What};
-use crate::evidence::When;
 use crate::evidence::duplicates::Sighting;
 use crate::frame::{BusId, CanId, Frame, FrameRef};
 use crate::profiles::Profile;
@@ -31,65 +29,6 @@ const PROBES: u64 = 3;
 
 /// Frames that are kept to show how a duplicate was read the first time.
 const RECENT: usize = 128;
-
-/// One frame of the channel, kept until the other half of its exchange is known.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Half {
-    pub(super) at: FrameRef,
-    pub(super) when: When,
-    pub(super) command: Command,
-    /// How it is read while the channel may be in the midst of anything.
-    pub(super) reading: Option<Command>,
-    pub(super) bytes: [u8; 8],
-    pub(super) len: u8,
-}
-
-impl Half {
-    /// Eight bytes without a place in the capture.
-    pub(super) fn of(bytes: [u8; 8]) -> Self {
-        Self {
-            at: FrameRef::default(),
-            when: When::default(),
-            command: Command::Unknown(0),
-            reading: None,
-            bytes,
-            len: 8,
-        }
-    }
-}
-
-/// Segments of a transfer.
-#[derive(Debug)]
-pub(super) struct Segments {
-    /// The toggle bit of the next request.
-    pub(super) toggle: bool,
-    /// The request that awaits its response.
-    pub(super) asked: Option<Half>,
-    /// The initiate with e = s = 0 that began the transfer, until a segment shows what it means.
-    pub(super) unmarked: Option<(Half, Initiate)>,
-    /// The last response had another toggle bit than its request: the next request tells which was right.
-    pub(super) doubtful: bool,
-    pub(super) pace: Box<Pace>,
-}
-
-impl From<bool> for Segments {
-    fn from(toggle: bool) -> Self {
-        Self { toggle, asked: None, unmarked: None, doubtful: false, pace: Box::default() }
-    }
-}
-
-/// Where the transfer stands.
-#[derive(Debug)]
-pub(super) enum Phase {
-    /// No transfer.
-    Idle,
-    /// The initiate request awaits its response.
-    Initiated(Half),
-    /// Segmented transfer.
-    Segments(Segments),
-    /// Block transfer; the end frame of a download that awaits its confirmation.
-    Block(Box<Block>, Option<Half>),
-}
 
 /// The server of a channel.
 #[derive(Debug)]

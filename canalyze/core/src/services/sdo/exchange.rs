@@ -7,9 +7,10 @@
 use std::sync::Arc;
 
 use super::block::Block;
-use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::channel::{Channel, strict_initiate};
 use super::judgement::Refused;
 use super::machine::GIVEN_UP_NS;
+use super::phase::{Half, Phase, Segments};
 use super::sequence::{UnderWay, within};
 use super::transfer::{Abort, Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};

@@ -5,8 +5,9 @@
 //! command. A transfer whose beginning is not in the capture is incomplete.
 
 use super::block::{Block, MOST};
-use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::channel::{Channel, strict_initiate};
 use super::machine::{Action, State, transition};
+use super::phase::{Half, Phase, Segments};
 use super::sequence::is_strict_answer;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Mux, Side};

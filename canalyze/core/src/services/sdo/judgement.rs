@@ -4,7 +4,8 @@
 //! one valid request with its response. A channel that never does is reported once. A finding that follows from another
 //! one is linked to it (`because_of`), not dropped.
 
-use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
+use super::channel::{Channel, UNANSWERED_NS, strict_initiate};
+use super::phase::{Half, Phase};
 use super::transfer::Transfer;
 use super::unasked::{APART_NS, Unasked};
 use super::wire::{self, Command, Mux, Segment, Side};

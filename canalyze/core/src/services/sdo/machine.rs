@@ -5,8 +5,9 @@
 //!
 //! The exchange is stop-and-wait: at most one request is pending. It must not read raw bytes, except to compare frames.
 
-use super::channel::{Channel, Half, Phase, Segments, strict_initiate};
+use super::channel::{Channel, strict_initiate};
 use super::judgement::SHORTEST_TIMEOUT_NS;
+use super::phase::{Half, Phase, Segments};
 use super::sequence::within;
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};

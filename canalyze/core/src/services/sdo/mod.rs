@@ -29,7 +29,9 @@ pub mod judgement;
 mod listing;
 mod machine;
 mod pace;
+mod phase;
 mod sequence;
+mod sub_block;
 #[cfg(test)]
 mod tests;
 pub mod transfer;

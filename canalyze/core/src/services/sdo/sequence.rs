@@ -9,7 +9,8 @@
 
 use std::collections::VecDeque;
 
-use super::channel::{Channel, Half, Phase, UNANSWERED_NS, strict_initiate};
+use super::channel::{Channel, UNANSWERED_NS, strict_initiate};
+use super::phase::{Half, Phase};
 use super::transfer::{Direction, Status};
 use super::wire::{self, Command, Side};
 use crate::context::Context;

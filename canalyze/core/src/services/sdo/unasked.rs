@@ -4,7 +4,8 @@
 //! finding with its count. One that lasts is reported while it runs, and its whole count when it is over. It must not
 //! call a flood what lost requests explain: responses to one object after another, and segments that continue a transfer.
 
-use super::channel::{Channel, Half, Phase, UNANSWERED_NS};
+use super::channel::{Channel, UNANSWERED_NS};
+use super::phase::{Half, Phase};
 use super::sequence::is_strict_answer;
 use super::wire::{Command, Mux, Segment};
 use crate::context::Context;

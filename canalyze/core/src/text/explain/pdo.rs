@@ -24,6 +24,11 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Fr
                     zh: "#   COB-ID来源: 记录中的SDO写请求, 未见响应\n";
                     en: "#   COB-ID from: SDO write request in the capture, no response seen\n");
             }
+            if *why == Unmapped::Contradicted {
+                say!(out, lang;
+                    zh: "#   映射未知: 该PDO的帧与EDS默认映射不符\n";
+                    en: "#   mapping unknown: frames of this PDO do not fit the EDS default mapping\n");
+            }
             data(out, lang, frame.payload());
         }
     }

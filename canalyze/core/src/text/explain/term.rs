@@ -81,17 +81,37 @@ terms! {
         "the default COB-IDs: NMT 000h, SYNC 080h, EMCY 080h+n, TPDO1 180h+n, RPDO1 200h+n, SDO 580h+n and 600h+n, heartbeat 700h+n";
         "自定义的COB-ID与另一个节点的默认值重叠; 第5个以后的PDO没有默认COB-ID"
         "a custom COB-ID that is another node's default; PDOs beyond the fourth have no default";
-    ["NMT", "网络管理", "network management", "nmt master", "nmt主站"] "CiA 301 7.2.8, 7.3.2"
+    ["NMT", "网络管理", "network management"] "CiA 301 7.2.8, 7.3.2"
         "主站用CAN-ID 000h命令节点的状态: 01h启动, 02h停止, 80h进入预操作状态, 81h复位节点, 82h复位通信; 第二字节是节点ID, 0为全部"
         "the master commands states by CAN-ID 000h: 01h start, 02h stop, 80h Pre-operational, 81h reset node, 82h reset communication; the second byte is the node-ID, 0 for all";
         "命令没有确认, 丢失后只能由心跳看出; 两个命令相隔不到1 ms时有的节点会漏收; 同时有两个主站"
         "commands are not confirmed: only heartbeats show a lost one; some nodes miss one of two within 1 ms; two masters at the same time";
+    ["master", "主站", "slave", "从站", "nmt master", "nmt主站", "nmt slave", "nmt从站"] "CiA 301 7.2.8, 7.3.2"
+        "主站以NMT命令启动、停止和复位节点, 多由控制器担任; 其余节点为从站。与PDO、SDO的方向无关: 从站也可自行发送"
+        "the master starts, stops and resets nodes by NMT commands, usually the controller does; all other nodes are slaves. PDO and SDO are independent of it: slaves send on their own as well";
+        "同时有两个主站; 主站未启动从站; 与SDO的客户端和服务器混淆"
+        "two masters at the same time; slaves that the master never starts; confused with SDO client and server";
+    ["client", "客户端", "server", "服务器", "sdo client", "sdo客户端", "sdo server", "sdo服务器"] "CiA 301 7.2.4"
+        "SDO的两端: 客户端(多为主站)以600h+n请求, 服务器(拥有对象字典的节点n)以580h+n响应"
+        "the two ends of an SDO: the client, usually the master, requests on 600h+n; the server, node n with its object dictionary, responds on 580h+n";
+        "两个客户端同时使用一个服务器的默认通道; 客户端超时短于服务器的处理时间"
+        "two clients on the default channel of one server at the same time; a client timeout shorter than the server needs";
+    ["request", "请求", "response", "响应"] "CiA 301 7.2.4, 7.2.8.3.2.1"
+        "请求由SDO客户端、LSS主站或节点保护的主站发送, 对方应以响应回复"
+        "a request is sent by an SDO client, an LSS master or a guarding master; the other end has to send a response";
+        "没有响应: 节点离线或停止; 响应过晚; 没有请求的响应"
+        "no response: node offline or Stopped; a late response; a response without a request";
+    ["timeout", "超时"] "CiA 301 7.2.4.3.17, 7.2.8.3.2"
+        "在规定时间内没有收到应有的报文: SDO响应、心跳(1016h)、节点保护、RPDO(140xh:05)"
+        "an expected frame does not come in time: an SDO response, a heartbeat (1016h), node guarding, an RPDO (140xh:05)";
+        "时间设得过短; 单位弄错(ms, 100 µs, µs); 存储参数时节点响应很慢"
+        "time set too short; wrong unit (ms, 100 µs, µs); nodes respond slowly while storing parameters";
     ["boot-up", "启动报文", "bootup", "boot up message"] "CiA 301 7.2.8.3.3"
         "节点初始化后发送一次700h+n, 数据00h, 随后进入预操作状态"
         "700h+n with 00h, sent once after initialisation; the node is then Pre-operational";
         "没有复位命令却出现, 说明断电或看门狗复位; 未存储的配置会丢失"
         "a boot-up without a reset command means power loss or a watchdog reset; configuration that was not stored is lost";
-    ["operational", "操作状态", "nmt state", "nmt状态", "pre-operational", "预操作", "stopped", "停止状态"] "CiA 301 7.3.2"
+    ["operational", "操作状态", "nmt state", "nmt状态", "pre-operational", "预操作状态", "预操作", "stopped", "停止状态"] "CiA 301 7.3.2"
         "NMT状态: 启动后为预操作状态(7Fh, 只有SDO), 启动命令后为操作状态(05h, 有PDO), 停止状态(04h)下只有NMT和心跳"
         "NMT states: Pre-operational (7Fh, SDO only) after boot-up, Operational (05h, with PDOs) after a start, Stopped (04h) with NMT and heartbeat only";
         "节点未启动就等待其PDO; 重启后停留在预操作状态"
@@ -121,7 +141,7 @@ terms! {
         "a bit that changes with each frame to detect lost or repeated ones; it starts with 0 in SDO segments and in guarding responses";
         "丢帧或重复请求后不再交替(中止码05030000h); 节点重启后又从0开始"
         "it does not alternate after a lost frame or a repeated request (abort code 05030000h); it starts again with 0 after a restart";
-    ["SYNC", "同步报文", "sync producer", "sync生产者", "同步周期", "communication cycle period", "1005h", "1006h"] "CiA 301 7.2.5, 7.5.2.5, 7.5.2.6"
+    ["SYNC", "同步报文", "同步", "sync producer", "sync生产者", "同步周期", "communication cycle period", "1005h", "1006h"] "CiA 301 7.2.5, 7.5.2.5, 7.5.2.6"
         "周期性的空报文(默认080h), 同步PDO以它为准; 生产者由1005h位30决定, 周期为1006h(µs)"
         "a periodic frame, empty by default, on 080h, that synchronous PDOs follow; bit 30 of 1005h makes the producer, 1006h is the period in µs";
         "没有生产者或有两个生产者; 1006h的单位为µs而不是ms; 抖动使驱动器报告同步错误"
@@ -161,6 +181,16 @@ terms! {
         "safety data: the same content in two frames, the second one inverse; SCT limits the cycle, SRVT the time between the two";
         "两帧不互为取反, SRVT或SCT太短, 校验和(13FFh)或配置有效(13FEh)未写"
         "frames not inverse, SRVT or SCT too short, checksum (13FFh) or configuration valid (13FEh) not written";
+    ["inverse data", "取反数据", "complement"] "CiA 304, EN 50325-5"
+        "SRDO的第二帧: 内容为第一帧的逐位取反"
+        "the second frame of an SRDO: the content of the first one, each bit inverse";
+        "两帧不互为取反, 次序颠倒"
+        "frames that are not inverse, or in the wrong order";
+    ["checksum", "校验和", "crc"] "CiA 301 7.2.4.3.9, CiA 304"
+        "SDO块传输结束时的16位CRC; SRDO参数的校验和13FFh"
+        "the 16-bit CRC at the end of an SDO block transfer; 13FFh, the checksum of SRDO parameters";
+        "CRC不符(中止码05040004h); 改写SRDO参数后未更新13FFh"
+        "CRC error (abort code 05040004h); 13FFh not updated after SRDO parameters were changed";
     ["PDO mapping", "PDO映射", "mapping", "映射", "1600h"] "CiA 301 7.5.2.36, 7.5.2.38"
         "每个条目32位: 索引、子索引、位长; 改写顺序: PDO无效(COB-ID位31=1), :00=0, 条目, :00=n, 有效"
         "an entry has 32 bits: index, sub-index, length in bits; to change it: PDO invalid (bit 31 of the COB-ID), :00 = 0, entries, :00 = n, valid";
@@ -221,6 +251,11 @@ terms! {
         "080h+n, sent when an error occurs and when it disappears: error code, error register, 5 bytes of manufacturer data; 0000h clears it";
         "有的设备在错误消失时不发0000h; 1014h位31=1时不发送; 多个错误时一个0000h只清除其中一个"
         "devices that never send 0000h; bit 31 of 1014h disables it; with several errors one 0000h clears only one of them";
+    ["error code", "错误码", "emcy error code"] "CiA 301 7.2.7.1"
+        "EMCY的前两个字节: 0000h清除, 1xxxh通用, 2xxxh电流, 3xxxh电压, 4xxxh温度, 5xxxh硬件, 6xxxh软件, 8xxxh监视(81xxh通信), FFxxh设备规定"
+        "the first two bytes of an EMCY: 0000h clears, 1xxxh generic, 2xxxh current, 3xxxh voltage, 4xxxh temperature, 5xxxh hardware, 6xxxh software, 8xxxh monitoring (81xxh communication), FFxxh device-specific";
+        "与SDO的中止码混淆; 字节顺序弄反(低字节在前)"
+        "confused with an SDO abort code; byte order reversed (the low byte comes first)";
     ["error register", "错误寄存器", "1001h"] "CiA 301 7.5.2.2"
         "1001h, 8位: 0通用, 1电流, 2电压, 3温度, 4通信, 5设备规范, 7制造商"
         "1001h, 8 bits: 0 generic, 1 current, 2 voltage, 3 temperature, 4 communication, 5 device profile, 7 manufacturer";
@@ -246,6 +281,16 @@ terms! {
         "100h, 6 bytes: milliseconds since midnight and days since 1 January 1984";
         "有两个生产者; 毫秒数超出一天"
         "two producers; milliseconds beyond one day";
+    ["device profile", "设备规范", "profile"] "CiA 301 7.5.2.1"
+        "一类设备共同的对象(6000h起)和行为, 如CiA 401(I/O)、CiA 402(驱动器); 1000h的低16位给出其编号"
+        "the objects (from 6000h) and the behaviour that a class of devices shares, such as CiA 401 (I/O) or CiA 402 (drives); the low 16 bits of 1000h have its number";
+        "1000h为0: 不遵循任何设备规范; 只实现了一部分对象"
+        "1000h is 0: no profile is followed; only some of its objects are implemented";
+    ["manufacturer", "制造商", "vendor", "vendor-id", "制造商id"] "CiA 301 7.5.2.21"
+        "设备的生产者, 由1018h:01的制造商ID标识, 该ID由CiA分配; 2000h到5FFFh的对象由其定义"
+        "who makes the device, known by the vendor-ID in 1018h:01, which CiA assigns; it defines the objects from 2000h to 5FFFh";
+        "制造商ID为0; EDS是另一型号的"
+        "a vendor-ID of 0; an EDS of another model";
     ["identity object", "标识对象", "身份对象", "identity", "1018h"] "CiA 301 7.5.2.21"
         "1018h: 制造商ID、产品码、修订号、序列号"
         "1018h: vendor-ID, product code, revision number, serial number";
@@ -256,12 +301,32 @@ terms! {
         "writing \"save\" (65766173h) to 1010h stores, \"load\" (64616F6Ch) to 1011h restores the defaults at the next reset";
         "存储期间节点可能不响应; 签名错误(08000020h); 每次启动都存储会磨损闪存"
         "the node may not respond while storing; wrong signature (08000020h); storing at every start wears out the flash";
-    ["controlword", "控制字", "statusword", "状态字", "cia 402", "drive state", "驱动状态", "6040h", "6041h"] "CiA 402-2, 6040h, 6041h"
+    ["controlword", "控制字", "statusword", "状态字", "cia 402", "drive state", "驱动状态", "shutdown", "关闭(Shutdown)", "disable voltage", "断开电压(Disable voltage)", "6040h", "6041h"] "CiA 402-2, 6040h, 6041h"
         "驱动器状态机: 06h关闭(Shutdown), 07h接通, 0Fh使能运行, 位7上升沿为故障复位; 状态字显示当前状态"
         "the state machine of drives: 06h shutdown, 07h switch on, 0Fh enable operation, a rising edge of bit 7 resets a fault; the statusword shows the state";
         "命令顺序不对; 位7没有上升沿; 远程位(位9)为0; 主电源未接入(位4为0)"
         "wrong command order; no rising edge of bit 7; remote bit (bit 9) is 0; no voltage (bit 4 is 0)";
-    ["bus-off", "总线关闭", "error passive", "错误被动", "被动错误"] "ISO 11898-1"
+    ["bit rate", "波特率", "bit timing", "位定时"] "CiA 301 6.3, 6.4"
+        "总线的传输速率, 所有节点相同, 10 kbit/s到1 Mbit/s; 位定时规定采样点, 建议为87.5%"
+        "the speed of the bus, the same for all nodes, 10 kbit/s to 1 Mbit/s; the bit timing sets the sample point, 87.5% is recommended";
+        "一个节点的波特率不同, 使总线充满错误帧; 采样点不同; 线缆对该波特率过长"
+        "one node with another bit rate fills the bus with error frames; different sample points; cable too long for the bit rate";
+    ["timestamp", "时间戳"] "-"
+        "记录程序收到该帧的时间, 不是报文的内容; 周期和延迟都由它计算"
+        "when the recording program received a frame, not part of its content; periods and delays are computed from it";
+        "由软件而不是适配器打时间戳, 抖动可达数ms; 记录中没有时间戳"
+        "stamped by software instead of the adapter, with a jitter of some milliseconds; a capture without timestamps";
+    ["problem", "问题", "incident"] "-"
+        "总线上发生的一件事, 如节点失去联系; 由若干检查结果和报文得出, 列出原因、后果和应先检查的位置"
+        "something that happened on the bus, such as a silent node; drawn from findings and frames, with its cause, its consequences and what to check first";
+        "把后果当成原因: 先处理没有原因的问题"
+        "a consequence taken for the cause: start with problems that have no cause";
+    ["finding", "检查结果"] "-"
+        "某一帧违反规则或期望, 有代码(如SDO001)和严重程度"
+        "a frame violates a rule or an expectation; it has a code (such as SDO001) and a severity";
+        "记录不完整或没有时间戳时, 有些规则无法检查"
+        "some rules cannot be checked on a capture that is cut or has no timestamps";
+    ["bus-off", "总线关闭", "error passive", "错误被动", "被动错误", "error active", "错误主动"] "ISO 11898-1"
         "发送错误计数达到128为错误被动, 达到256为总线关闭: 控制器不再参与总线通信"
         "a controller is error passive at a transmit error count of 128 and bus-off at 256: it no longer takes part in bus traffic";
         "短路、接反、波特率不同; 总线上只有自己时因无ACK而进入错误被动"

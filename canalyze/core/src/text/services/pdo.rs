@@ -31,6 +31,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessD
         Signals::None(why) => put!(out; Size(lang, frame.len.into()), match why {
             Unmapped::Unknown => lang.pick(", 映射未知", ", mapping unknown"),
             Unmapped::Unconfirmed => lang.pick(", 映射未知, COB-ID未确认", ", mapping unknown, COB-ID unconfirmed"),
+            Unmapped::Contradicted => lang.pick(", 与EDS默认映射不符", ", does not fit the EDS default mapping"),
             Unmapped::Disabled => lang.pick(", 映射已禁用", ", mapping disabled"),
             Unmapped::Multiplex => lang.pick(", 不是完整的MPDO", ", not a complete MPDO"),
         }),

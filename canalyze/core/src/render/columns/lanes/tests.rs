@@ -159,10 +159,10 @@ fn without_time_stamps() {
 fn no_more_than_so_many_texts() {
     let mut frames = Vec::new();
     for number in 0..600_u32 {
-        frames.push(format!("385#40{:02X}{:02X}000000", number & 0xFF, number >> 8));
+        frames.push(format!("385#40{:02X}{:02X}00000000", number & 0xFF, number >> 8));
     }
     frames.push("705#00".to_owned());
-    frames.push("385#400000000000".to_owned());
+    frames.push("385#40000000000000".to_owned());
     let frames: Vec<&str> = frames.iter().map(String::as_str).collect();
     let rows = rows(&capture(&frames), described(Lang::En));
     let lane = "value/can0/node5/TPDO3/digital_inputs ";
@@ -299,12 +299,12 @@ fn behind_a_gap_nothing_holds() {
     let frames = [
         "705#05",
         "185#3702",
-        "385#410500000008",
+        "385#41050000000800",
         "085#3081010000000000",
         "605#4041600000000000",
         "585#4B41600037020000",
         dropped,
-        "385#410500000008",
+        "385#41050000000800",
         "705#05",
         "085#1032010000000000",
     ];
@@ -369,12 +369,12 @@ fn echoes_that_come_late() {
 #[test]
 fn bits_have_lanes_once_they_change() {
     let frames = [
-        "385#000000000000",
-        "385#000400000000",
-        "385#000500000000",
+        "385#00000000000000",
+        "385#00040000000000",
+        "385#00050000000000",
         "000#0205",
         "705#05",
-        "385#000900000000",
+        "385#00090000000000",
         "385#41",
     ];
     let rows = rows(&capture(&frames), described(Lang::Zh));
