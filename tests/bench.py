@@ -9,7 +9,8 @@ program that is installed over it, output to /dev/null, and prints frames per se
 repeats), the ratio to tshark's one-line summary, and the peak of memory. Slow programs get the beginning of the
 capture only, and the table says how much. A second table has the same capture in every format, each file written by
 another program, beside that format's usual reader in Python. A third one has what is made of a capture beside text:
-check, expect, diff, columns, the library, beside python-can's reader of the same file. A fourth one has the same frames
+check, expect, diff, columns, the library, beside python-can's reader of the same file; and exports to Parquet beside
+decode to JSON lines, with the sizes of the files. A fourth one has the same frames
 as a live bus gives them, without the bus: to text, to recordings, to the screen's session, beside decode of the log.
 A fifth one has the timeline: `canalyze view --save` beside decode to text with the same descriptions, of that capture
 and of one of eight I/O blocks with four analogue inputs in nearly every frame, and the samples of signals a second.
@@ -34,6 +35,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import zstandard
 from bench_captures import MAKERS, capture
 
 TESTS = Path(__file__).resolve().parent
@@ -125,6 +127,7 @@ session.batches()
 LIBRARY = "import sys, collections, canalyze; "
 CHECKED = "canalyze check"
 ITERATED = "canalyze.open(), iterated"
+JSON = "canalyze decode --format jsonl --eds"
 LOG_ITERATED = "python-can iterating candump"
 
 JUDGED = [
@@ -290,11 +293,27 @@ def measure_formats(directory: Path, frames: int, repeat: int) -> None:
 
 
 def measure_judging(directory: Path, frames: int, repeat: int) -> None:
-    """The table of what is made of a capture beside text."""
+    """The table of what is made of a capture beside text, and that of what is exported."""
     rates = compete(JUDGED, directory, frames, repeat)
     show(rates, frames, CANDUMP_TO_TEXT, "x decode")
     if ITERATED in rates and LOG_ITERATED in rates:
         print(f"{ITERATED} / {LOG_ITERATED}: {rates[ITERATED][0] / rates[LOG_ITERATED][0]:.2f}")
+    described, lines = ["--eds", f"1-8={DRIVE}", "--force", "-o"], str(directory / "decoded.jsonl")
+    some, whole = directory / "lake", directory / "lake-of-all"
+    tables = ["--table", "frames", "--table", "signals"]
+    exports = [
+        Contestant(JSON, [*CANALYZE, "decode", "--format", "jsonl", *described, lines]),
+        Contestant("canalyze export, frames and signals", [*CANALYZE, "export", *tables, *described, str(some)]),
+        Contestant("canalyze export, all tables", [*CANALYZE, "export", *described, str(whole)]),
+    ]
+    show(compete(exports, directory, frames, repeat), frames, JSON, "x JSON")
+    log = directory / f"capture-{frames}.log"
+    with log.open("rb") as source, Path(os.devnull).open("wb") as nowhere:
+        _, packed = zstandard.ZstdCompressor(3).copy_stream(source, nowhere)
+    print(f"{log.name}: {log.stat().st_size / 1e6:.1f} MB, {packed / 1e6:.1f} MB by zstd")
+    for folder in (some, whole):
+        size = sum(path.stat().st_size for path in folder.rglob("*.parquet"))
+        print(f"{folder.name}: {size / 1e6:.1f} MB, {size / packed:.2f} x that")
 
 
 IO = DRIVE.with_name("io.eds")

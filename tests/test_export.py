@@ -238,6 +238,18 @@ def test_stamps_without_a_date_are_no_dates(tmp_path: Path) -> None:
     assert capture["seconds"] > 0
 
 
+def test_a_date_beside_the_stamps_counts(tmp_path: Path) -> None:
+    """ASC has it in its head; as everywhere it is taken as UTC."""
+    out = export(tmp_path / "asc", capture=SAMPLES / "services.asc")
+    dated = export(tmp_path / "log", capture=SAMPLES / "services.log")
+    times, exact = ([row["t"] for row in rows(folder, "frames")] for folder in (out, dated))
+    assert times == exact
+    assert files(out) == [path.replace("services.log", "services.asc") for path in files(dated)]
+    assert "t_ns" not in rows(out, "frames")[0]
+    (of_asc,), (of_log,) = rows(out, "captures"), rows(dated, "captures")
+    assert (of_asc["t"], of_asc["end_t"]) == (of_log["t"], of_log["end_t"])
+
+
 def test_a_capture_without_stamps(tmp_path: Path) -> None:
     out = export(tmp_path / "none", capture=SAMPLES / "recorded/session.plain.candump")
     found = rows(out, "frames")
@@ -397,6 +409,16 @@ def test_data_of_csv_without_any_bytes(tmp_path: Path) -> None:
     assert [line["data"] for line in lines] == ["", "05", ""]
 
 
+def test_few_files_are_open_at_once(lake: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was written in pieces is put together: one file each, with the same rows."""
+    monkeypatch.setattr("canalyze.exporting.export._OPEN", 1)
+    monkeypatch.setattr("canalyze.exporting.writing.ROWS", 1)
+    out = export(tmp_path / "lake", "--eds", DRIVE, "--device", "truck 1/a")
+    assert files(out) == files(lake)
+    for path in files(out):
+        assert pq.read_table(out / path).equals(pq.read_table(lake / path)), path
+
+
 def test_only_what_is_asked_for(tmp_path: Path) -> None:
     out = export(
         tmp_path / "some", "--table", "findings", "--table", "signals", "--eds", DRIVE, "--select", "5.TPDO4.*"
@@ -552,7 +574,7 @@ def test_a_program_of_its_own_may_export(tmp_path: Path) -> None:
         session = _core.Session(options)
         session.begin("n.log", True)
         results = [session.feed(data), session.end(), session.finish()]
-        made.take(session.batches(), b"".join(results))
+        made.take(session, b"".join(results))
 
     about = About("night-17", "truck", ("n.log",), {(None, 5): "drive.eds"})
     with Export(target, about) as made:

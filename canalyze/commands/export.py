@@ -62,11 +62,11 @@ def command(words: Words) -> click.Command:
         with Export(where, about, force=force) as made:
 
             def take(result: bytes) -> None:
-                made.take(session.batches(), result)
+                made.take(session, result)
 
             progress = Progress(words, Output(), total, until_output=True)
             code = Run(session, words, progress, take, given).over(names)
-            made.take(session.batches())
+            made.take(session)
             # A stream has no other end than a signal.
             if session.frames and (code < 128 or total is None):
                 made.complete()
@@ -81,7 +81,11 @@ def command(words: Words) -> click.Command:
         run,
         [
             click.Option(
-                ["--table", "tables"], type=OneOf(tuple(TABLES), words), multiple=True, help=words("export.table")
+                ["--table", "tables"],
+                type=OneOf(tuple(TABLES), words),
+                metavar="TABLE",
+                multiple=True,
+                help=words("export.table", tables=", ".join(TABLES)),
             ),
             click.Option(["--device"], metavar="NAME", default="", help=words("export.device")),
             click.Option(

@@ -2,8 +2,8 @@
 
     with Export(target, About(capture="night-17"), force=True) as made:
         for result in Reading(session, ...).over(names):   # or the `take` of a Run
-            made.take(session.batches(), result)
-        made.take(session.batches())
+            made.take(session, result)
+        made.take(session)
         written = made.complete()
 
 `session` is one with SETTINGS and the target's tables (`target.core`). Files are parts until `complete` gives them
@@ -16,9 +16,10 @@ Must not: read a capture, print, or decide what a column is called.
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping, Set
 from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
+from decimal import Decimal
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
@@ -29,12 +30,12 @@ import pyarrow as pa
 from canalyze import __version__
 from canalyze.errors import OutputError
 from canalyze.exporting import FOLDER, TABLES, Target
-from canalyze.exporting.shaping import RAW, Message, fixed, identifier, kind_of, said_of, wide
+from canalyze.exporting.shaping import DATES, RAW, Message, Of, fixed, identifier, kind_of, said_of, wide
 from canalyze.exporting.writing import File
 from canalyze.library.columns import columns
 
 if TYPE_CHECKING:
-    from canalyze._core import Batch
+    from canalyze._core import Session
 
 SETTINGS: Final = {"format": "summary"}
 """What a session needs beside its tables."""
@@ -45,8 +46,7 @@ _OPEN: Final = 100
 _NONE: Final = "__HIVE_DEFAULT_PARTITION__"
 """What a folder says for no value; whoever reads such folders takes it for null."""
 _SUFFIX: Final = ".parquet"
-_DATES: Final = 631_152_000
-"""1990-01-01: stamps from here on are dates."""
+_EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 _NAMES: Final = {table: name for name, table in TABLES.items()}
 
 
@@ -83,6 +83,7 @@ class Export:
         self._force = force
         self._folder = target.path if target.form == FOLDER else target.path.parent
         self._made = False
+        self._of = Of(about.capture, exact=target.form not in (FOLDER, "parquet"))
         self._files: dict[str, File] = {}
         """By table, a wide one as signals/MESSAGE; the one written last is last."""
         self._messages: dict[str, Message] = {}
@@ -109,22 +110,24 @@ class Export:
             with suppress(OSError):  # it is not empty
                 self._folder.rmdir()
 
-    def take(self, batches: "Iterable[tuple[str, Batch]]", result: bytes = b"") -> None:
-        """Take batches as they come from the session, and what else came: lines of its summary."""
+    def take(self, session: "Session", result: bytes = b"") -> None:
+        """Take the batches that are complete, and what the session has given: lines of its summary."""
         self._summary += map(json.loads, result.splitlines())
+        self._of = self._of._replace(date_ns=session.date_ns or 0)
         with _said(self._target.path):
-            for name, batch in batches:
+            for name, batch in session.batches():
                 self._take(name, pa.record_batch(batch))
             if sum(file.waiting for file in self._files.values()) > _WAITING:
                 max(self._files.values(), key=lambda file: file.waiting).flush()
 
     def complete(self) -> Written:
         """Write the rest and give all files their names; FileExistsError is an OutputError here, too."""
-        about, capture = self._about, next((one for one in self._summary if one["kind"] == "summary_capture"), {})
+        capture = next((one for one in self._summary if one["kind"] == "summary_capture"), {})
+        day = self._moment(capture.get("first_t"))
         if self._target.form == FOLDER:
             own = {"captures": lambda: [self._capture(capture)], "catalog": self._columns}
             for name, listed in own.items():
-                made = fixed(pa.RecordBatch.from_pylist(listed(), _SCHEMAS[name]), {"seconds": "s"}, about.capture)
+                made = fixed(pa.RecordBatch.from_pylist(listed(), _SCHEMAS[name]), {"seconds": "s"}, self._of)
                 self._remember(name, "", made.schema)
                 self._file(name).take(made)
             self._files["captures"] = self._files.pop("captures")  # it says that the others are complete
@@ -133,7 +136,11 @@ class Export:
             rows = {name: file.rows for name, file in self._files.items()}
             written = []
             for name, file in self._files.items():
-                final = self._place(name, _date(capture)) if self._target.form == FOLDER else self._target.path
+                final = (
+                    self._place(name, day.date().isoformat() if day else None)
+                    if self._target.form == FOLDER
+                    else self._target.path
+                )
                 final.parent.mkdir(parents=True, exist_ok=True)
                 file.complete(final)
                 written.append(final)
@@ -150,7 +157,7 @@ class Export:
         if "/" not in name:
             table = _NAMES[name]
             units = {column.name: column.unit for column in columns(name)}
-            made = fixed(batch, units, about.capture, always=self._target.form not in (FOLDER, "parquet"))
+            made = fixed(batch, units, self._of)
             self._remember(table, "", made.schema)
             self._file(table).take(made)
             return
@@ -159,7 +166,7 @@ class Export:
         file = described.get((said["bus"], int(said["node"])), described.get((None, int(said["node"])), ""))
         message = "_".join(filter(None, (said["pdo"], identifier(Path(file).stem))))
         names = self._messages.setdefault(message, Message()).names(name, batch.schema)
-        made = wide(batch, names, about.capture)
+        made = wide(batch, names, self._of)
         self._remember("signals", message, made.schema, set(names.values()))
         for signal, column in names.items():
             self._signal(message, column, batch.schema.field(signal), said, (file, signal))
@@ -223,13 +230,12 @@ class Export:
 
     def _capture(self, said: dict[str, Any]) -> dict[str, Any]:
         """Give the row of the capture itself."""
-        dated = _date(said) is not None
         buses = [one for one in self._summary if one["kind"] == "summary_bus"]
         nodes = {one["node"] for one in self._summary if one["kind"] == "summary_node"}
         counted = "findings" in self._target.tables
         return {
-            "t": _moment(said["first_t"]) if dated else None,
-            "end_t": _moment(said["last_t"]) if dated else None,
+            "t": self._moment(said.get("first_t")),
+            "end_t": self._moment(said.get("last_t")),
             "seconds": None if said.get("seconds") is None else float(said["seconds"]),
             "frames": said.get("frames", 0),
             "buses": [one["bus"] for one in buses if one["bus"]],
@@ -238,6 +244,13 @@ class Export:
             "files": [os.fsencode(name).decode("utf-8", "replace") for name in self._about.files],
             "version": __version__,
         }
+
+    def _moment(self, t: str | None) -> datetime | None:
+        """Give a time of the summary; None where no date of it is known."""
+        t_ns = None if t is None else int(Decimal(t) * 10**9)
+        if t_ns is not None and t_ns < DATES:
+            t_ns = t_ns + self._of.date_ns if self._of.date_ns else None
+        return None if t_ns is None else _EPOCH + timedelta(microseconds=t_ns // 1000)
 
     def _place(self, table: str, date: str | None) -> Path:
         """Give where a table of this capture is."""
@@ -260,17 +273,6 @@ class Export:
     @property
     def _device(self) -> str:
         return f"device={quote(self._about.device, safe=' ') or _NONE}"
-
-
-def _date(said: dict[str, Any]) -> str | None:
-    """Give the day of a capture, in UTC; None where its stamps are no dates."""
-    first = said.get("first_t")
-    return _moment(first).date().isoformat() if first is not None and float(first) >= _DATES else None
-
-
-def _moment(text: str) -> datetime:
-    whole, _, part = text.partition(".")
-    return datetime.fromtimestamp(int(whole), UTC).replace(microsecond=int(part[:6].ljust(6, "0")))
 
 
 @contextmanager

@@ -2,8 +2,8 @@
 
 | the core has | an export has |
 |---|---|
-| `t_ns`, `end_t_ns`, ... | `t`, `end_t`, ...: TIMESTAMP in microseconds, UTC; null where the stamp is no date |
-| the same, where `t` cannot hold it | `t_ns` besides: stamps without a date, or with digits below a microsecond |
+| `t_ns`, `end_t_ns`, ... | `t`, `end_t`, ...: TIMESTAMP in microseconds, UTC; null where no date is known |
+| the same, where `t` cannot hold it | `t_ns` besides, on the same clock: without a date, or with digits below 1 µs |
 | unsigned numbers | signed ones with more bits, which every reader has; a value of 64 bits stays as it is |
 | - | `capture`: which one it is |
 
@@ -12,12 +12,12 @@ Must not: write, or know where a column ends up.
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import pyarrow as pa
 import pyarrow.compute as pc
 
-_DATES: Final = 631_152_000 * 10**9
+DATES: Final = 631_152_000 * 10**9
 """1990-01-01 in ns: stamps from here on are dates, earlier ones count from some start."""
 _US: Final = 1000
 _TIME: Final = pa.timestamp("us", "UTC")
@@ -34,31 +34,42 @@ RAW: Final = "__raw"
 Made = tuple[pa.Field, pa.Array]
 
 
-def fixed(batch: pa.RecordBatch, units: Mapping[str, str], capture: str, *, always: bool = False) -> pa.RecordBatch:
-    """Give rows of a table that has always the same columns. always: stamps as numbers are there in any case."""
+class Of(NamedTuple):
+    """What all rows of a capture have in common."""
+
+    capture: str
+    """What it is called."""
+    date_ns: int = 0
+    """The date from which stamps count that are none themselves, 0: not known."""
+    exact: bool = False
+    """Whether stamps are there as numbers in any case."""
+
+
+def fixed(batch: pa.RecordBatch, units: Mapping[str, str], of: Of) -> pa.RecordBatch:
+    """Give rows of a table that has always the same columns."""
     made: list[Made] = []
     for field, values in zip(batch.schema, batch.columns, strict=True):
-        made += _column(field, values, units.get(field.name, ""), always=always)
-    return _batch(batch.schema.metadata, [*made, _constant("capture", capture, len(batch))])
+        made += _column(field, values, units.get(field.name, ""), of)
+    return _batch(batch.schema.metadata, [*made, _constant("capture", of.capture, len(batch))])
 
 
-def wide(batch: pa.RecordBatch, names: Mapping[str, str], capture: str) -> pa.RecordBatch:
+def wide(batch: pa.RecordBatch, names: Mapping[str, str], of: Of) -> pa.RecordBatch:
     """Give rows of a message: `names` has a column's name for that of each signal."""
     about, count = said_of(batch.schema), len(batch)
     made = [
-        *_column(batch.schema.field("t_ns"), batch.column("t_ns"), "ns"),
+        *_column(batch.schema.field("t_ns"), batch.column("t_ns"), "ns", of),
         _constant("bus", about["bus"] or None, count),
         (pa.field("node", pa.int16(), False), pa.repeat(pa.scalar(int(about["node"]), pa.int16()), count)),
         (pa.field("mapping", pa.int16(), False), pa.repeat(pa.scalar(int(about["version"]), pa.int16()), count)),
     ]
     for name in _KEPT[1:]:
-        made += _column(batch.schema.field(name), batch.column(name), "ns" if name.endswith("_ns") else "")
+        made += _column(batch.schema.field(name), batch.column(name), "ns" if name.endswith("_ns") else "", of)
     for name, column in names.items():
         field, values = batch.schema.field(name), batch.column(name)
         unit = "" if column.endswith(RAW) else said_of(field).get("unit", "")
         kind = field.type if field.type == pa.uint64() else _SIGNED.get(field.type, field.type)
         made.append((_field(column, kind, field.nullable, unit), values.cast(kind)))
-    return _batch(None, [*made, _constant("capture", capture, count)])
+    return _batch(None, [*made, _constant("capture", of.capture, count)])
 
 
 class Message:
@@ -158,13 +169,13 @@ def _replaced(batch: pa.RecordBatch, arrays: list[pa.Array]) -> pa.RecordBatch:
     return pa.record_batch(arrays, schema=pa.schema(fields, batch.schema.metadata))
 
 
-def _column(field: pa.Field, values: pa.Array, unit: str, *, always: bool = False) -> Iterator[Made]:
+def _column(field: pa.Field, values: pa.Array, unit: str, of: Of) -> Iterator[Made]:
     """Give a column as it is exported; of times two where it takes two."""
     name, kind = field.name, field.type
     if name == "t_ns" or name.endswith("_t_ns"):
-        times, exact = _times(values)
+        values, times, whole = _times(values, of.date_ns)
         yield pa.field(name.removesuffix("_ns"), _TIME, True), times
-        if always or not exact:
+        if of.exact or not whole:
             yield _field(name, kind, True, "ns"), values
         return
     if pa.types.is_list(kind) and kind.value_type in _SIGNED:
@@ -174,14 +185,16 @@ def _column(field: pa.Field, values: pa.Array, unit: str, *, always: bool = Fals
     yield _field(name, kind, field.nullable, "" if unit == "unit" else unit), values.cast(kind)
 
 
-def _times(values: pa.Array) -> tuple[pa.Array, bool]:
-    """Give stamps as timestamps, and whether these hold all that the stamps say."""
-    micros = pc.divide(values, _US)
+def _times(values: pa.Array, date_ns: int) -> tuple[pa.Array, pa.Array, bool]:
+    """Give stamps from the date on that is known, these as timestamps, and whether timestamps hold all of them."""
     least = pc.min(values).as_py()
-    whole = pc.all(pc.equal(pc.multiply(micros, _US), values)).as_py()
-    if least is not None and least < _DATES:
-        return pc.if_else(pc.greater_equal(values, _DATES), micros, None).cast(_TIME), False
-    return micros.cast(_TIME), whole is not False
+    if least is not None and least < DATES and date_ns:
+        values = pc.if_else(pc.less(values, DATES), pc.add(values, date_ns), values)
+        least = pc.min(values).as_py()
+    micros = pc.divide(values, _US)
+    if least is not None and least < DATES:
+        return values, pc.if_else(pc.greater_equal(values, DATES), micros, None).cast(_TIME), False
+    return values, micros.cast(_TIME), pc.all(pc.equal(pc.multiply(micros, _US), values)).as_py() is not False
 
 
 def _kind(data_type: pa.DataType) -> str:

@@ -307,6 +307,11 @@ impl Session {
     }
 
     #[getter]
+    fn date_ns(&self, py: Python<'_>) -> Option<i64> {
+        self.run(py, |core| core.date_ns())
+    }
+
+    #[getter]
     fn nature(&self, py: Python<'_>) -> &'static str {
         self.run(py, |core| core.nature().name())
     }

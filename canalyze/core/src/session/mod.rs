@@ -356,6 +356,11 @@ impl Session {
         self.stream.decoding.nature()
     }
 
+    /// The date from which stamps count that are none themselves, in ns since 1970, where a file so far has told one.
+    pub fn date_ns(&self) -> Option<i64> {
+        self.stream.capture.date_ns.filter(|date_ns| *date_ns != 0)
+    }
+
     /// Frames so far: those that all files have given, those that were found in the file that was fed last.
     pub fn frames(&mut self) -> (u64, u64) {
         let fed = if self.inputs.count() > 1 { self.inputs.get(self.fed) } else { None };
