@@ -11,7 +11,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 from canalyze import __version__
 from canalyze.check import policy
@@ -29,9 +29,6 @@ from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked
-
-if TYPE_CHECKING:
-    from canalyze._core import Session
 
 Action = Literal["check", "summary", "export"]
 
@@ -171,16 +168,12 @@ def _export(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
     with to.beside(capture.id, work.scratch) as folder:
         with Export(Target(folder, FOLDER, work.tables), about) as made:
             job = replace(work.job, beside=False)
-
-            def take(session: "Session", result: bytes) -> None:
-                made.take(session.batches(), result)
-
-            done = read(path, job, Far(tell), take, form="summary", shown=capture.name)
+            done = read(path, job, Far(tell), made.take, form="summary", shown=capture.name)
             if done.signal:
                 raise SystemExit(128 + done.signal)
             if done.session is None or not done.session.frames:
                 return Result(done.error, 0, 0, {"files": [], "rows": {}, "bytes": 0})
-            take(done.session, b"")
+            made.take(done.session)
             written = made.complete()
         files = [file.relative_to(folder).as_posix() for file in written.files]
         for file in files:
