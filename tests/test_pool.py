@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
 import sys
 import time
+import weakref
 from collections.abc import Iterator
+from pathlib import Path
 
 import fleet_works
 import pytest
 
+from canalyze._core import Session
+from canalyze.running.options import SessionOptions
 from canalyze.running.pool import Ended, Pool
+from canalyze.running.run import Run
+from canalyze.words import Words
 
 
 def done(pieces: list[str], **limits: int) -> dict[str, Ended]:
@@ -82,3 +89,25 @@ def test_nothing_is_left(idle: tuple[Pool, int]) -> None:
     pool.close()
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)
+
+
+class _Still:
+    def step(self, size: int, frames: int) -> None:
+        """Show nothing."""
+
+    def clear(self) -> None:
+        """Nothing is shown."""
+
+
+def test_what_has_read_a_capture_is_gone_with_its_session() -> None:
+    """A process that examines one capture after the other does not keep them until its cycles are looked for."""
+    sample = Path(__file__).parent.parent / "samples" / "zephyr-sdo.log"
+    gc.disable()
+    try:
+        one = Run(Session(SessionOptions("en")), Words("en"), _Still(), lambda _: None, {})
+        assert one.over((str(sample),)) == 0
+        held = weakref.ref(one)
+        del one
+        assert held() is None
+    finally:
+        gc.enable()

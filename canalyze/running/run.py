@@ -109,10 +109,11 @@ class Run:
         has received is still read, and Ctrl-C is its usual end. shown: the name of what is read, for people.
         """
         form = given.get("input_format")
-        self._reading = Reading(
+        # Made when it reads, so that the two do not hold each other, and with them the session, when that is over.
+        self._reading = partial(
+            Reading,
             session,
             words,
-            self,
             open_input=partial(open_capture, asked=form, shown=shown) if live is None else lambda _: live,
             merge=given.get("merge", False),
             given_format=form is not None,
@@ -120,6 +121,10 @@ class Run:
         )
         self.failure: str | None = None
         """Why an input, or its rest, could not be read: the first such reason, in words."""
+        self.last: Capture | PythonCanCapture | Live | None = None
+        """The input that was read last, closed: what is known of it."""
+        self.understood = False
+        """Something could be read of it."""
         self._live = live is not None
         self._tell = tell
         self._words = words
@@ -132,27 +137,20 @@ class Run:
         """The signal that has ended the reading; 0 if none has."""
         return self._interrupt.signal
 
-    @property
-    def last(self) -> "Capture | PythonCanCapture | Live | None":
-        """The input that was read last, closed: what is known of it."""
-        return self._reading.last
-
-    @property
-    def understood(self) -> bool:
-        """Something could be read of it."""
-        return self._reading.understood
-
     def over(self, names: tuple[str, ...]) -> int:
         """Read all of them, one after the other or joined by time, and finish the capture; give the exit code."""
         self._code = 0
+        reading = self._reading(self)
         try:
-            with self._interrupt, closing(self._reading.over(names)) as results:
+            with self._interrupt, closing(reading.over(names)) as results:
                 for result in results:
                     self._take(result)
                 self._progress.clear()
         except ReaderGone as gone:  # what could not be read before stays unread
             gone.exit_code = self._code
             raise
+        finally:
+            self.last, self.understood = reading.last, reading.understood
         ended_by = 0 if self._live and self.signal == signal.SIGINT else self.signal
         return 128 + ended_by if ended_by else self._code
 
