@@ -21,8 +21,14 @@ COMMANDS = (
     "info",
     "eds",
     "rules",
+    "diagnose",
+    "export",
+    "fleet",
+    "monitor",
+    "examples",
 )
 CHINESE = re.compile("[\u4e00-\u9fff]")
+UNFILLED = re.compile(r"\{[a-z_]+\}")
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -35,6 +41,7 @@ def test_help_in_english(canalyze: Runner, name: str, place: str) -> None:
     assert "Examples" in done.lines
     assert ("Options" in done.lines) != ("Usual options" in done.lines)
     assert not CHINESE.search(done.out)
+    assert not UNFILLED.search(done.out)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -43,6 +50,7 @@ def test_help_in_chinese(canalyze: Runner, name: str) -> None:
     assert (done.code, done.err) == (0, "")
     assert done.out.startswith(f"用法：canalyze {name} ")
     assert "例子" in done.lines
+    assert not UNFILLED.search(done.out)
     for english in ("Usage", "Options", "Commands", "Show this", "Examples"):
         assert english not in done.out
 

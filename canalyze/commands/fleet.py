@@ -151,8 +151,9 @@ def command(words: Words) -> click.Command:
             click.Option(
                 ["--table", "tables"],
                 type=OneOf(tuple(exporting.TABLES), words),
+                metavar="TABLE",
                 multiple=True,
-                help=words("export.table"),
+                help=words("export.table", tables=", ".join(exporting.TABLES)),
             ),
             click.Option(["--signals"], metavar="GLOBS", help=words("signals.select")),
             click.Option(
