@@ -577,7 +577,9 @@ def test_hostile_names_of_signals() -> None:
 
 def test_types_are_those_of_the_bus() -> None:
     network = described_as((0x2000, "flag", 1, ""), (0x2001, "whole", 6, "V"), (0x2002, "real", 8, ""))
-    tables = tables_of([log(1, "can0", "185", "0102") + log(1, "can0", "185", "01000000803F0000")], network=network)
+    # A mapping that was written: one that is only assumed is not that of a frame that it does not fit.
+    frames = log(1, "can0", "185", "0102") + log(1, "can0", "185", "01000000803F0000")
+    tables = tables_of([mapped(0x2000_0001, 0x2001_0010, 0x2002_0020) + frames], network=network)
     wide = pa.table(tables["pdo/can0/5.TPDO1/1"])
     assert [str(field.type) for field in wide.schema][6:] == ["bool", "uint16", "float"]
     assert wide.schema.field("whole").metadata[b"unit"] == b"V"
@@ -586,10 +588,12 @@ def test_types_are_those_of_the_bus() -> None:
     assert wide.column("real").to_pylist()[0] is None
 
 
-def mapped(entry: int) -> bytes:
-    """Node 5's TPDO1 is mapped anew, to one object."""
+def mapped(*entries: int) -> bytes:
+    """Node 5's TPDO1 is mapped anew, to these objects."""
     lines = []
-    for index, sub, value in ((0x1A00, 0, 0), (0x1A00, 1, entry), (0x1A00, 0, 1)):
+    written = [(sub, entry) for sub, entry in enumerate(entries, 1)]
+    for sub, value in [(0, 0), *written, (0, len(entries))]:
+        index = 0x1A00
         size = 4 if sub else 1
         command = 0x43 - 0x20 if size == 4 else 0x2F
         data = bytes([command]) + index.to_bytes(2, "little") + bytes([sub]) + value.to_bytes(4, "little")
