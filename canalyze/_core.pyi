@@ -320,7 +320,7 @@ class Session:
         """Frames read so far in the file that was fed or ended last."""
     @property
     def date_ns(self) -> int | None:
-        """The date from which stamps count that are none themselves, in ns since 1970, where a file has told one."""
+        """The date from which relative stamps count, in ns since 1970, where a file has one."""
     @property
     def nature(self) -> Literal["silent", "foreign", "unproven", "canopen"]:
         """What the capture, which is finished, has shown of its buses: that one is CANopen, where one is."""

@@ -26,7 +26,7 @@ import pyarrow.parquet as pq
 import pytest
 from captures import EDS, SAMPLES, Row, decoded, described, run_canalyze
 from conftest import Runner, command, environment
-from test_columns import mapped
+from test_columns_names import mapped
 
 from canalyze import _core
 from canalyze.commands.export import name_of

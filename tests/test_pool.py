@@ -58,7 +58,7 @@ def test_memory_is_limited_and_given_back() -> None:
 
 def test_words_arrive_before_the_end() -> None:
     said: list[object] = []
-    pool = Pool(fleet_works.simple, 1, told=lambda piece, word: said.append((piece, word)))
+    pool = Pool(fleet_works.simple, 1, progress=lambda piece, word: said.append((piece, word)))
     pool.submit("tell me")
     assert [one.failure for one in pool.completed()] == [None]
     pool.close()

@@ -37,7 +37,7 @@ def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list
     job = replace(job, given={**job.given, "threads": 1})
     frames = [0] * len(names)
 
-    def told(place: int, word: Any) -> None:
+    def progressed(place: int, word: Any) -> None:
         size, frames[place] = word
         progress.step(size, sum(frames))
 
@@ -46,7 +46,7 @@ def _side_by_side(names: Sequence[str], job: Job, progress: Meter) -> tuple[list
             _Examination(names, job),
             min(processors(), len(names)),
             forked=True,
-            told=told,
+            progress=progressed,
             during=interrupt.during,
         )
         try:

@@ -214,7 +214,7 @@ def _field(name: str, kind: pa.DataType, nullable: bool, unit: str) -> pa.Field:
 
 
 def _batch(metadata: Any, made: list[Made]) -> pa.RecordBatch:
-    """Put columns together: times first, and what stands in every table."""
+    """Put columns together: times first, and the columns that every table has."""
     first = {name: place for place, name in enumerate(_FIRST)}
     made = sorted(made, key=lambda one: first.get(one[0].name, len(first)))
     schema = pa.schema([field for field, _ in made], metadata)

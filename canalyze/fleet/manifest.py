@@ -31,7 +31,7 @@ class Manifest:
     content: str
     """What it was: hashes of a file, or ETag and size."""
     stamp: str
-    """What tells without reading a file that it is that; of a store the same as `content`."""
+    """Of a file size, times and inode, by which it is known unread; of a store the same as `content`."""
     version: str
     """The program's."""
     settings: str

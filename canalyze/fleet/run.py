@@ -1,4 +1,4 @@
-"""All captures through an executor: so many at a time, again where a worker was lost, and no more than that.
+"""All captures through an executor: a few for each worker at a time, and again where a worker was lost.
 
 What cannot be done after three attempts is quarantined: it has a manifest that says so and stands in nobody's way.
 Must not: know where the work is done, or print.
@@ -27,7 +27,7 @@ _AHEAD: Final = 3
 
 
 def standing(work: Work, captures: Iterable[Capture], *, retry: bool) -> dict[str, Manifest]:
-    """Give the manifests that need no new work, as far as can be told without reading a capture, by their numbers.
+    """Give the manifests that need no new work, as far as is known without reading a capture, by their numbers.
 
     A failure stays one until its capture changes, but where it is not the capture's own. retry: no failure stays.
     """

@@ -1,7 +1,7 @@
 """Which captures there are, what each of them is by its content, and how it gets to where it is read.
 
-A capture of this machine is what its bytes are; that they are the same is told by size, times and inode without reading
-them, as long as these are. One in a store is what its ETag and its size say. Must not: read what is in a capture.
+A capture of this machine is what its bytes are. While size, times and inode are the same, they are not read again. One
+in a store is what its ETag and its size say. Must not: read what is in a capture.
 """
 
 import errno
@@ -18,7 +18,7 @@ from typing import Final
 from canalyze import expectations
 from canalyze.check.globs import glob
 from canalyze.errors import SourceError
-from canalyze.fleet.stores import is_url, listed, local, opened, tag_of, told
+from canalyze.fleet.stores import is_url, listed, local, opened, reported, tag_of
 from canalyze.sources.names import expanded, named_as_capture
 
 _MAGIC: Final = frozenset("*?[")
@@ -36,7 +36,7 @@ class Capture:
     store: str | None = None
     """The URL of its store."""
     stamp: str = ""
-    """Of a store: ETag and size. Of a file what tells without reading it that it is the same; "" where it is none."""
+    """Of a store: ETag and size. Of a file size, times and inode; "" where it is none."""
 
     @property
     def id(self) -> str:
@@ -99,7 +99,7 @@ def _stored(source: str) -> Iterator[Capture]:
         import obstore
 
         opened(store)
-        with told(source, SourceError):
+        with reported(source, SourceError):
             try:
                 yield Capture(source, last, store, tag_of(obstore.head(opened(store), last)))
                 return
@@ -108,7 +108,7 @@ def _stored(source: str) -> Iterator[Capture]:
     elif wanted is None:
         store = source.rstrip("/")
     opened(store)
-    with told(source, SourceError):
+    with reported(source, SourceError):
         for path, _, tag in sorted(listed(store)):
             hidden = re.search(r"(^|/)[._]", path) is not None
             if wanted.names(path) if wanted else named_as_capture(path) and not hidden:
@@ -116,7 +116,7 @@ def _stored(source: str) -> Iterator[Capture]:
 
 
 def stamp(name: str, *, beside: bool) -> str:
-    """Give what tells without reading a file that it is the same, and so are the expectations beside it."""
+    """Give size, times and inode of a file and of the expectations beside it: while they stay, so does the content."""
     found = []
     for path in _parts(name, beside=beside):
         try:
@@ -160,7 +160,7 @@ def fetched(capture: Capture, scratch: str | None) -> Iterator[tuple[str, str]]:
     store = opened(capture.store)
     with tempfile.TemporaryDirectory(prefix="canalyze-", dir=scratch) as folder:
         path = Path(folder, "capture").with_suffix(Path(capture.path).suffix)
-        with told(capture.name, SourceError), path.open("wb") as file:
+        with reported(capture.name, SourceError), path.open("wb") as file:
             answer = obstore.get(store, capture.path)
             meta = answer.meta
             for chunk in answer.stream(min_chunk_size=_CHUNK):

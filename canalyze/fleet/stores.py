@@ -144,13 +144,13 @@ class _Bucket:
         self._url = url
 
     def names(self, folder: str) -> list[str]:
-        with told(self._url, SourceError):
+        with reported(self._url, SourceError):
             return [path.removeprefix(f"{folder}/") for path, *_ in listed(self._url, folder)]
 
     def get(self, name: str) -> bytes | None:
         import obstore
 
-        with told(f"{self._url}/{name}", SourceError):
+        with reported(f"{self._url}/{name}", SourceError):
             try:
                 return bytes(obstore.get(opened(self._url), name).bytes())
             except FileNotFoundError:
@@ -159,7 +159,7 @@ class _Bucket:
     def put(self, name: str, data: bytes) -> None:
         import obstore
 
-        with told(f"{self._url}/{name}", OutputError):
+        with reported(f"{self._url}/{name}", OutputError):
             obstore.put(opened(self._url), name, data)
 
     @contextmanager
@@ -170,13 +170,13 @@ class _Bucket:
     def bring(self, path: Path, name: str) -> None:
         import obstore
 
-        with told(f"{self._url}/{name}", OutputError):
+        with reported(f"{self._url}/{name}", OutputError):
             obstore.put(opened(self._url), name, path)
 
     def remove(self, name: str) -> None:
         import obstore
 
-        with told(f"{self._url}/{name}", OutputError), suppress(FileNotFoundError):
+        with reported(f"{self._url}/{name}", OutputError), suppress(FileNotFoundError):
             obstore.delete(opened(self._url), name)
 
 
@@ -188,7 +188,7 @@ def opened(url: str) -> "ObjectStore":
     except ImportError as error:
         raise ConfigError("fleet.needs", error=error, name="obstore", extra="fleet") from error
     plain: dict[str, Any] = {"client_options": {"allow_http": True}} if url.startswith("http:") else {}
-    with told(url, SourceError):
+    with reported(url, SourceError):
         return from_url(url, retry_config=_RETRIES, **plain)
 
 
@@ -206,7 +206,7 @@ def tag_of(meta: Any) -> str:
 
 
 @contextmanager
-def told(name: str, kind: Callable[..., CanalyzeError]) -> Iterator[None]:
+def reported(name: str, kind: Callable[..., CanalyzeError]) -> Iterator[None]:
     """Make what a store refuses an error of ours: in its own words, the first line of them."""
     try:
         yield

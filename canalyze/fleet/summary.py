@@ -27,7 +27,7 @@ class _Kept(Output):
 
 
 def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *, whole: bool) -> None:
-    """Write it as text. whole: of check what is said of each capture, and not only of all."""
+    """Write it as text. whole: of check the findings of each capture too, not only the totals."""
     if action == "check":
         check_text.show([verdict_of(action, one) for one in done], out, words, totals=not whole)
     elif action == "export":

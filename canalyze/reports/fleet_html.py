@@ -15,7 +15,7 @@ from canalyze.words import Words
 
 _TEMPLATES: Final = Path(__file__).with_name("templates")
 _SAID: Final = 20
-"""Sentences that are told of one capture."""
+"""Findings of one capture that are shown at most."""
 
 
 def page(captures: Sequence[tuple[Verdict, int]], words: Words) -> bytes:

@@ -92,14 +92,15 @@ class Pool:
         forked: bool = False,
         seconds: float | None = None,
         megabytes: int | None = None,
-        told: Callable[[Any, Any], None] = lambda piece, word: None,
+        progress: Callable[[Any, Any], None] = lambda piece, word: None,
         during: During = at_once,
     ) -> None:
         """Start nothing yet.
 
         forked: where the system can, processes have all that this one has read. That must not be while it has threads.
-        seconds, megabytes: what a piece may take; the limit of memory is there where the system has one. told: gets
-        what the work says of a piece. during: does what waits; where it gives None, `completed` ends.
+        seconds, megabytes: what a piece may take; the limit of memory is there where the system has one. progress:
+        gets a piece and how far its work says that it is. during: does what waits; where it gives None, `completed`
+        ends.
         """
         import multiprocessing
 
@@ -108,7 +109,7 @@ class Pool:
         self._work = work
         self._seconds = seconds
         self._megabytes = megabytes
-        self._told = told
+        self._progress = progress
         self._during = during
         self._waiting: deque[Any] = deque()
         self._idle: dict[Connection, _Worker] = {}
@@ -175,8 +176,8 @@ class Pool:
             return
         if kind == "begun":
             worker.overdue = _NEVER if self._seconds is None else monotonic() + self._seconds
-        elif kind == "told":
-            self._told(worker.piece, said)
+        elif kind == "progress":
+            self._progress(worker.piece, said)
         elif kind == "memory":
             yield self._lost(connection, kind)
         else:
@@ -222,12 +223,12 @@ def _serve(connection: "Connection", work: Work, megabytes: int | None) -> None:
     threading.Thread(target=_follow, daemon=True).start()
     if megabytes is not None:
         _limit(megabytes << 20)
-    with suppress(EOFError, OSError):  # nobody is there any more
+    with suppress(EOFError, OSError):  # the process that waits for it has ended
         while True:
             piece = connection.recv()
             connection.send(("begun", None))
             try:
-                said = "done", work(piece, lambda word: connection.send(("told", word)))
+                said = "done", work(piece, lambda word: connection.send(("progress", word)))
             except MemoryError:
                 said = "memory", None
             except Exception as error:

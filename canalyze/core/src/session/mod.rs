@@ -356,7 +356,7 @@ impl Session {
         self.stream.decoding.nature()
     }
 
-    /// The date from which stamps count that are none themselves, in ns since 1970, where a file so far has told one.
+    /// The date from which relative stamps count, in ns since 1970, where a file so far has one.
     pub fn date_ns(&self) -> Option<i64> {
         self.stream.capture.date_ns.filter(|date_ns| *date_ns != 0)
     }

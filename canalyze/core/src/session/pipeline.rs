@@ -328,7 +328,7 @@ mod tests {
     use super::*;
     use crate::readers::{Format, Settings};
 
-    /// Whether a piece of so many lines was shared, and what came out of it.
+    /// Whether a piece with this number of lines was shared, and what came out of it.
     fn fed(lines: usize, threads: usize) -> (bool, Vec<u8>) {
         let line = b"(1700000000.000000) can0 185#0102030405060708\n";
         let (mut session, bytes) = (Session::new(Options::default()), line.repeat(lines));

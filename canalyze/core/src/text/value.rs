@@ -82,18 +82,27 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described) {
 
 /// A described object as if a PDO carried all of it.
 pub(crate) fn as_mapped(object: &Object, profile: Profile) -> Mapped {
-    let data_type = object.data_type();
     Mapped {
-        index: object.index,
-        sub: object.sub,
+        name: Some(Arc::clone(&object.name)),
+        unit: object.unit.clone(),
+        factor: object.factor,
+        ..undescribed(Mux { index: object.index, sub: object.sub }, object.data_type(), profile)
+    }
+}
+
+/// The same of an object that no description has.
+pub(crate) fn undescribed(mux: Mux, data_type: Option<DataType>, profile: Profile) -> Mapped {
+    Mapped {
+        index: mux.index,
+        sub: mux.sub,
         bits: data_type.and_then(DataType::size).map_or(0, |bytes| 8 * bytes as u8),
         offset: 0,
         data_type,
         profile,
         dummy: false,
-        name: Some(Arc::clone(&object.name)),
-        unit: object.unit.clone(),
-        factor: object.factor,
+        name: None,
+        unit: None,
+        factor: 1.0,
     }
 }
 

@@ -218,21 +218,9 @@ impl Objects {
 /// The object of a transfer as if a PDO carried it.
 fn mapped(transfer: &Transfer, mux: Mux) -> Mapped {
     let described = &transfer.described;
-    if let Some(object) = &described.object {
-        return value::as_mapped(object, described.profile);
-    }
-    let data_type = transfer.data_type();
-    Mapped {
-        index: mux.index,
-        sub: mux.sub,
-        bits: data_type.and_then(DataType::size).map_or(0, |bytes| 8 * bytes as u8),
-        offset: 0,
-        data_type,
-        profile: described.profile,
-        dummy: false,
-        name: None,
-        unit: None,
-        factor: 1.0,
+    match &described.object {
+        Some(object) => value::as_mapped(object, described.profile),
+        None => value::undescribed(mux, transfer.data_type(), described.profile),
     }
 }
 
