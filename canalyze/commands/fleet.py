@@ -119,6 +119,8 @@ def command(words: Words) -> click.Command:
                         break
                 progress.clear()
         if interrupt.signal:
+            # a worker may have left a manifest and come no further
+            done |= runs.standing(work, [one for one in todo if one.id not in done], retry=retry)
             complain(f"canalyze: {words('fleet.broken_off', done=len(done), files=len(captures))}")
             return 128 + interrupt.signal
         manifests = [done[one.id] for one in captures]
