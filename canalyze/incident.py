@@ -57,7 +57,7 @@ class Incident:
     """What happened to one subject."""
 
     id: int
-    """Its number, in the order in which incidents began to show."""
+    """Its number, from 1: in the order of reading, or that in which problems were told live."""
     kind: str
     """What it is, as `node-silent`."""
     bus: str | None

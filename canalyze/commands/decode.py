@@ -14,7 +14,7 @@ from canalyze.configuration.options import (
     listing_options,
     open_session,
 )
-from canalyze.output import Progress, complain, open_output, told
+from canalyze.output import Progress, open_output, told
 from canalyze.output.help import Command
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
@@ -68,9 +68,6 @@ def command(words: Words) -> click.Command:
             told(code, out, words, stream=total is None, some=session.frames > 0)
             if session.frames == 0:
                 out.drop()
-            for span in (around + frame) if code < 128 and session.frames else ():
-                if int(span.partition("-")[0]) > session.frames:
-                    complain(f"canalyze: {words('decode.beyond', span=span, frames=session.frames)}")
         return code
 
     return Command(

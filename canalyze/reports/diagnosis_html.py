@@ -233,7 +233,7 @@ def _part(
             }
             for place, step in enumerate(one["steps"][:steps])
         ],
-        "findings": ", ".join(f"{entry['code']} #{entry['frame']}" for entry in one["findings"][:steps]),
+        "findings": ", ".join(f"{entry['code']} #{entry['about_frame']}" for entry in one["findings"][:steps]),
     }
 
 

@@ -190,13 +190,13 @@ class Gatherer:
                 self._series[key].add(t_ns, float(value))
 
     def _findings(self, batch: "Batch") -> None:
-        columns = (batch.column(name) for name in ("code", "severity", "frame", "bus", "node", "message"))
-        for code, severity, frame, bus, node, message in zip(*columns, strict=True):
+        columns = (batch.column(name) for name in ("code", "severity", "frame", "about_frame", "bus", "node", "message"))
+        for code, severity, frame, about, bus, node, message in zip(*columns, strict=True):
             if (code, frame) in self._told:
                 continue
             known = self._others.get((code, bus, node))
             if known is None:
-                self._others[code, bus, node] = Other(code, severity, node, bus, frame or 0, message)
+                self._others[code, bus, node] = Other(code, severity, node, bus, about or frame or 0, message)
             else:
                 known.count += 1
 

@@ -182,7 +182,7 @@ def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
     """Give the findings in it, those of one rule in a line."""
     frames: dict[str, list[int]] = {}
     for entry in one["findings"]:
-        frames.setdefault(entry["code"], []).append(entry["frame"])
+        frames.setdefault(entry["code"], []).append(entry["about_frame"])
     lines = [] if not frames else ["   " + words("diagnose.found")]
     for code, numbers in frames.items():
         at = ", ".join(f"#{number}" for number in sorted(numbers)[:_FRAMES])
@@ -339,13 +339,16 @@ def _alike(roots: Sequence[Record]) -> dict[int, int]:
 
 
 def _story(one: Record, by_id: Mapping[int, Record], words: Words, effects: int, *, checks: bool) -> list[str]:
-    lines = [_placed(f" {one['id']:>2}  {printable(one['message'])}", one)]
     below = [entry for entry in tree(one, by_id) if entry[0]]
+    # Whose consequences have no line of their own: their numbers are missing below.
+    untold = f" → {words('diagnose.more_effects', count=len(below))}" if below and not effects else ""
+    lines = [_placed(f" {one['id']:>2}  {printable(one['message'])}{untold}", one)]
     for depth, effect in below[:effects]:
         grade = words.of("incident_grade", effect["cause"]["grade"])
         lines.append(
             _placed(
-                f"     {'  ' * (depth - 1)}→ {printable(effect['message'])}{_delay(effect, by_id, words)}  {grade}",
+                f"     {'  ' * (depth - 1)}→ {effect['id']}  {printable(effect['message'])}"
+                f"{_delay(effect, by_id, words)}  {grade}",
                 effect,
             )
         )

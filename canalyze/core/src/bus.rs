@@ -25,7 +25,7 @@ use crate::evidence::When;
 use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
-use crate::frame::{CanId, Frame, Kind};
+use crate::frame::{CanId, Frame, FrameRef, Kind};
 use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
@@ -130,6 +130,11 @@ impl Bus {
     /// The states that the axes of a drive have reported last, by their number from 0.
     pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::State)> {
         self.checks.drives.states(node)
+    }
+
+    /// The same with the frames that reported them.
+    pub fn drive_reports(&self, node: u8) -> impl Iterator<Item = (usize, drive::State, FrameRef)> {
+        self.checks.drives.reports(node)
     }
 
     /// What is known of a node.

@@ -137,6 +137,20 @@ impl Filter {
         self.clauses.is_empty()
     }
 
+    /// The numbers of frames that it asks for and that a capture of so many frames has not; and whether there are no others
+    /// that it could show.
+    pub fn beyond(&self, frames: u64) -> (Vec<(u32, u32)>, bool) {
+        let (mut beyond, mut all) = (Vec::new(), false);
+        for clause in &self.clauses {
+            if let Clause::Number(ranges) = clause {
+                let before = beyond.len();
+                beyond.extend(ranges.iter().copied().filter(|(from, _)| u64::from(*from) > frames));
+                all |= beyond.len() - before == ranges.len();
+            }
+        }
+        (beyond, all)
+    }
+
     /// Whether it asks only for what a frame itself says, not for what it means.
     pub fn is_plain(&self) -> bool {
         let plain =

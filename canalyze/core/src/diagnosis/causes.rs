@@ -313,7 +313,7 @@ fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L11: frames of a transfer that the server has refused were under way.
 fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let soon = (0..=PROMPT_NS).contains(&pair.delay) && pair.alone();
-    let left_over = pair.effect.findings.iter().all(|(code, _)| *code == Code::Sdo007);
+    let left_over = pair.effect.findings.iter().all(|cited| cited.code == Code::Sdo007);
     let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer && left_over;
     (soon && refused).then_some((Grade::Likely, pair.delay))
 }

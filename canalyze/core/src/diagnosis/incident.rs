@@ -3,6 +3,7 @@
 //! It is made of facts at frames. Must not: hold words of a language, or decide anything.
 
 use super::kinds::{Impact, Kind};
+use crate::finding::Finding;
 use crate::frame::{BusId, FrameRef};
 use crate::rules::{Code, Measured, Quantity};
 
@@ -13,7 +14,7 @@ const FINDINGS: usize = 32;
 /// Most further causes that are possible, too.
 const POSSIBLE: usize = 3;
 
-/// Number of an incident in the capture, from 1.
+/// What an incident is known by in here: its place in the ledger, from 1. People see [`Incident::number`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct IncidentId(pub u32);
 
@@ -179,11 +180,33 @@ pub struct Repeats {
     pub since: FrameRef,
 }
 
+/// A finding that belongs to an incident.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cited {
+    /// The rule.
+    pub code: Code,
+    /// The frame that shows it: where it was noticed.
+    pub frame: u64,
+    /// The frame that it is about. Where something is missing that is the last one before, which is where whoever reads
+    /// the capture looks first; where it was noticed depends on the limit alone. `check` places it there, too.
+    pub about: u64,
+}
+
+impl Cited {
+    fn of(finding: &Finding) -> Self {
+        let frame = finding.at.no;
+        Self { code: finding.code, frame, about: finding.about().map_or(frame, |about| about.no) }
+    }
+}
+
 /// What happened to one subject.
 #[derive(Clone, Debug)]
 pub struct Incident {
-    /// Its number.
+    /// What it is known by.
     pub id: IncidentId,
+    /// Its number for people, from 1 and without gaps: in the order of reading, or, where problems are told while the
+    /// capture is read, in the order in which they are told. 0 while nobody was told of it.
+    pub number: u32,
     /// What it is.
     pub kind: Kind,
     /// The bus.
@@ -212,9 +235,9 @@ pub struct Incident {
     pub cause: Option<Link>,
     /// What may have caused it, too.
     pub possible: Vec<Link>,
-    /// The rules that found what belongs to it, with their frames.
-    pub findings: Vec<(Code, u64)>,
-    /// The numbers of those that turned out to be one with it.
+    /// The findings that belong to it.
+    pub findings: Vec<Cited>,
+    /// Those that turned out to be one with it.
     pub parts: Vec<IncidentId>,
     /// It is part of another incident, and not told by itself.
     pub(super) merged: bool,
@@ -253,21 +276,29 @@ pub(super) struct Clue {
 
 impl Incident {
     /// Adds a step.
-    pub fn step(&mut self, at: FrameRef, role: Role, said: impl Into<Measured>, from: Option<Code>) {
+    pub fn step(&mut self, at: FrameRef, role: Role, said: impl Into<Measured>, from: Option<&Finding>) {
+        self.add(Step { at, role, said: said.into(), from: from.map(|finding| finding.code) });
+        if let Some(finding) = from {
+            self.found(finding);
+        }
+    }
+
+    pub(super) fn add(&mut self, step: Step) {
         if self.steps.len() < STEPS {
-            self.steps.push(Step { at, role, said: said.into(), from });
+            self.steps.push(step);
         } else {
             self.left_out = self.left_out.saturating_add(1);
-        }
-        if let Some(code) = from {
-            self.found(code, at.no);
         }
     }
 
     /// Adds a finding.
-    pub fn found(&mut self, code: Code, frame: u64) {
-        if self.findings.len() < FINDINGS && !self.findings.contains(&(code, frame)) {
-            self.findings.push((code, frame));
+    pub fn found(&mut self, finding: &Finding) {
+        self.cite(Cited::of(finding));
+    }
+
+    pub(super) fn cite(&mut self, cited: Cited) {
+        if self.findings.len() < FINDINGS && !self.findings.contains(&cited) {
+            self.findings.push(cited);
         }
     }
 
@@ -340,7 +371,7 @@ impl Incident {
         self.begin.no == frame
             || self.noticed.no == frame
             || self.steps.iter().any(|step| step.at.no == frame)
-            || self.findings.iter().any(|(_, no)| *no == frame)
+            || self.findings.iter().any(|cited| cited.frame == frame)
     }
 
     /// What it means for the machine.

@@ -21,6 +21,8 @@ pub struct Ledger {
     pub(super) all: Vec<Incident>,
     /// Further ones that are only counted.
     pub(super) beyond: u64,
+    /// Numbers for people that were given.
+    numbered: u32,
     /// Those of which more is known since their causes were looked for.
     pub(super) grown: Vec<Place>,
 }
@@ -41,6 +43,7 @@ impl Ledger {
         }
         self.all.push(Incident {
             id: IncidentId(self.all.len() as u32 + 1),
+            number: 0,
             kind,
             bus,
             subject,
@@ -71,9 +74,33 @@ impl Ledger {
         self.all.get_mut(place)
     }
 
-    /// The incident of this number.
+    /// The incident that is known by this.
     pub fn by_id(&self, id: IncidentId) -> Option<&Incident> {
         self.all.get((id.0 as usize).checked_sub(1)?)
+    }
+
+    /// The number of an incident for people; 0 where it has none.
+    pub fn number(&self, id: IncidentId) -> u32 {
+        self.by_id(id).map_or(0, |one| one.number)
+    }
+
+    /// Gives incidents the next numbers; those that have one keep it.
+    pub(super) fn give_numbers(&mut self, ids: impl IntoIterator<Item = IncidentId>) {
+        for id in ids {
+            let place = (id.0 as usize).wrapping_sub(1);
+            if let Some(one) = self.all.get_mut(place).filter(|one| one.number == 0) {
+                self.numbered += 1;
+                one.number = self.numbered;
+            }
+        }
+    }
+
+    /// Takes over the numbers that were given in a copy of this ledger that has gone on.
+    pub(super) fn take_numbers(&mut self, copy: &Self) {
+        for (one, other) in self.all.iter_mut().zip(&copy.all) {
+            one.number = other.number;
+        }
+        self.numbered = self.all.iter().map(|one| one.number).max().unwrap_or(0);
     }
 
     /// The last incident of a bus that fits, among the recent ones.
@@ -122,11 +149,9 @@ impl Ledger {
         if one.end.is_some() && other.end.is_none() && other.kind == Kind::Storing {
             other.end = one.end;
         }
-        for step in one.steps {
-            other.step(step.at, step.role, step.said, step.from);
-        }
+        one.steps.into_iter().for_each(|step| other.add(step));
         other.steps.sort_by_key(|step| step.at.no);
-        one.findings.iter().for_each(|(code, frame)| other.found(*code, *frame));
+        one.findings.into_iter().for_each(|cited| other.cite(cited));
         for one in &mut self.all {
             for link in one.cause.iter_mut().chain(&mut one.possible).filter(|link| link.cause == gone) {
                 link.cause = stays;
@@ -143,7 +168,14 @@ impl Ledger {
         self.beyond
     }
 
-    /// All incidents that are worth telling.
+    /// All incidents that are worth telling, by their numbers.
+    pub fn numbered(&self) -> Vec<&Incident> {
+        let mut told: Vec<_> = self.told().collect();
+        told.sort_by_key(|one| one.number);
+        told
+    }
+
+    /// All incidents that are worth telling, in the order in which they were opened.
     pub fn told(&self) -> impl Iterator<Item = &Incident> {
         self.all.iter().filter(|one| one.counts())
     }

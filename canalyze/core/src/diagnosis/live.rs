@@ -59,10 +59,11 @@ impl Diagnosis {
         self.over
     }
 
-    /// How all of it would stand if the capture were over now.
-    pub fn by_now(&self, state: &[Bus]) -> Self {
+    /// How all of it would stand if the capture were over now. Whom that shows keeps its number from then on.
+    pub fn by_now(&mut self, state: &[Bus]) -> Self {
         let mut copy = self.clone();
         copy.finish(state);
+        self.ledger.take_numbers(&copy.ledger);
         copy
     }
 }

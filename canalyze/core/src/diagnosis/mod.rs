@@ -163,7 +163,17 @@ impl Diagnosis {
             closed.pop_front();
         }
         self.linked(&mut changes);
+        self.number(&changes);
         changes
+    }
+
+    /// Whom people are told of has a number from then on, and so has what caused it, where that is named with it.
+    fn number(&mut self, changes: &[(Phase, IncidentId)]) {
+        for (phase, id) in changes {
+            let cause = self.ledger.by_id(*id).filter(|one| *phase != Phase::Ended && !rank::is_root(one));
+            let cause = cause.and_then(|one| one.cause).map(|link| link.cause);
+            self.ledger.give_numbers([*id].into_iter().chain(cause));
+        }
     }
 
     /// Takes what belongs to no frame at hand.
@@ -193,6 +203,8 @@ impl Diagnosis {
         }
         links::settle(&mut self.ledger);
         links::join(&mut self.ledger);
+        let order = rank::stories(&self.ledger);
+        self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));
     }
 
     /// All incidents.
@@ -202,7 +214,9 @@ impl Diagnosis {
 
     /// Frames so far, and the first and the last of them.
     pub fn extent(&self) -> (u64, Option<FrameRef>, FrameRef) {
-        (self.frames, self.first, self.last)
+        // Stamps of no use from somewhere on give no time to count from.
+        let timed = |first: FrameRef| FrameRef { t_ns: first.t_ns.filter(|_| self.last.t_ns.is_some()), ..first };
+        (self.frames, self.first.map(timed), self.last)
     }
 
     /// A diagnosis of buses with this bit rate in bit/s, where it is known.

@@ -78,7 +78,7 @@ pub(super) fn status(
     }
     // A refused write may still be made good where the capture ends too soon for the rule to say.
     if one.has("refused") {
-        let stays = one.findings.iter().any(|(code, _)| *code == Code::Sdo018);
+        let stays = one.findings.iter().any(|cited| cited.code == Code::Sdo018);
         return if stays { Status::Stands } else { Status::Unknown };
     }
     let silent = matches!(one.kind, NodeSilent | HeartbeatStopped | SegmentLost | RequestUnanswered | NodeAbsent);

@@ -22,6 +22,8 @@ pub use super::stalls::Verdict;
 
 /// The coarsest resolution of stamps that is taken for one, in ns: software that prints hundredths of a second.
 const COARSEST_NS: i64 = 10_000_000;
+/// Frames from which on it shows that they share their stamps.
+const SHARING: u64 = 16;
 /// The last digit of a stamp, in ns, by the number of its decimals.
 const UNITS_NS: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
 /// The latest that a host lists its own frames, in ns.
@@ -119,6 +121,10 @@ struct Grain {
     ns: i64,
     /// What all stamps are whole multiples of, in ns.
     divisor_ns: i64,
+    /// Frames with a stamp, and those of them that have the stamp of the one before.
+    frames: u64,
+    shared: u64,
+    last_ns: Option<i64>,
 }
 
 impl Grain {
@@ -129,6 +135,17 @@ impl Grain {
             self.divisor_ns = common_divisor(now.saturating_abs(), self.divisor_ns);
             self.ns = self.divisor_ns.max(written).min(COARSEST_NS);
         }
+        self.frames = self.frames.saturating_add(1);
+        self.shared = self.shared.saturating_add(u64::from(self.last_ns == Some(now)));
+        self.last_ns = Some(now);
+    }
+
+    /// Whether the stamps say when frames were on the bus. A bus carries one frame at a time: where nearly all share the
+    /// stamp of the one before, and all stamps are multiples of something coarse (whole seconds, or one and the same
+    /// stamp), they tell the order at most. A coarse divisor alone tells nothing: frames may come at round times.
+    fn is_of_use(&self) -> bool {
+        let coarse = self.divisor_ns == 0 || self.divisor_ns > COARSEST_NS;
+        !(coarse && self.frames >= SHARING && self.shared.saturating_mul(4) > self.frames.saturating_mul(3))
     }
 }
 
@@ -154,16 +171,34 @@ impl Recording {
         Self { jitter_ns, ..Self::default() }
     }
 
-    /// Takes the next frame of the bus: its place, and what happened to the recording with it.
+    /// Takes the next frame of the bus: its place, and what happened to the recording with it. Where the stamps are of no
+    /// use the place has no time, as if there were none.
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
+        let (of_use, grain_ns) = (self.grain.is_of_use(), self.grain.ns);
+        if let Some(now) = frame.t_ns {
+            self.grain.narrow(frame, now);
+        }
+        if self.grain.is_of_use() != of_use {
+            // Times before and after are not comparable.
+            self.clock.steps = self.clock.steps.saturating_add(1);
+            (self.clock.latest_ns, self.last_ns) = (None, None);
+            self.stalls.end_burst();
+        }
+        let untimed;
+        let frame = match self.grain.is_of_use() {
+            true => frame,
+            false => {
+                untimed = Frame { t_ns: None, ..*frame };
+                &untimed
+            }
+        };
         let mut happened = Happened::default();
         let wire_ns = wire_ns(frame);
         let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
         let close = gap.is_some_and(|gap| gap < wire_ns);
-        happened.sighting = self.duplicates.step(frame, close, self.grain.ns);
+        happened.sighting = self.duplicates.step(frame, close, grain_ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
-            self.grain.narrow(frame, now);
             happened.step_ns = self.step_of_clock(now);
             if happened.step_ns.is_some() || self.last_ns.is_none() {
                 self.holes.start(now);
@@ -259,6 +294,7 @@ impl Recording {
     /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
     pub fn at(&self, at: FrameRef) -> When {
         let burst = self.stalls.running();
+        let at = FrameRef { t_ns: at.t_ns.filter(|_| self.grain.is_of_use()), ..at };
         When { at, epoch: self.clock.steps.saturating_add(self.losses), burst, ..When::default() }
     }
 

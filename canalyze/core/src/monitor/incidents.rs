@@ -3,8 +3,6 @@
 //! While the capture goes on it is what would be said if it were over now; what may still change is marked. Must not:
 //! judge, or keep anything from one snapshot to the next.
 
-use std::borrow::Cow;
-
 use super::clock::Clock;
 use super::{Known, Monitor};
 use crate::diagnosis::incident::{Incident, IncidentId, Status, members};
@@ -24,7 +22,7 @@ pub(super) struct Incidents<'a> {
     /// As it is told while it goes on; `None` where nothing went wrong.
     told: Option<&'a Diagnosis>,
     /// As it would be if the capture were over now.
-    now: Option<Cow<'a, Diagnosis>>,
+    now: Option<&'a Diagnosis>,
     /// In the order of reading, with how many causes stand above each.
     order: Vec<(IncidentId, u64)>,
 }
@@ -33,17 +31,14 @@ impl<'a> Incidents<'a> {
     /// Looks at what is known.
     pub(super) fn new(monitor: &Monitor, known: Known<'a>) -> Self {
         let told = known.diagnosis.filter(|one| !one.is_empty());
-        let now = told.map(|one| match one.is_over() {
-            true => Cow::Borrowed(one),
-            false => Cow::Owned(one.by_now(known.buses)),
-        });
-        let order = now.as_ref().map_or_else(Vec::new, |now| stories(now.ledger()));
+        let now = told.and(known.by_now);
+        let order = now.map_or_else(Vec::new, |now| stories(now.ledger()));
         Self { clock: monitor.clock, told, now, order }
     }
 
     /// Those for which there is no room.
     pub(super) fn more(&self) -> u64 {
-        let beyond = self.now.as_ref().map_or(0, |now| now.ledger().beyond());
+        let beyond = self.now.map_or(0, |now| now.ledger().beyond());
         beyond + self.order.len().saturating_sub(ROWS) as u64
     }
 
@@ -63,13 +58,13 @@ impl<'a> Incidents<'a> {
             one.bus == bus && one.subject.concerns(node) && matches!(one.status, Status::Stands | Status::Unknown)
         };
         let Some(one) = self.rows().map(|(one, _)| one).find(mine) else { return put!(out; "null") };
-        put!(out; "{\"id\":", u64::from(one.id.0), ",\"word\":");
+        put!(out; "{\"id\":", u64::from(one.number), ",\"word\":");
         jsonl::quoted(out, |text| put!(text; lang.of(one.kind.row().words)));
         put!(out; ",\"provisional\":", jsonl::truth(self.is_provisional(one)), "}");
     }
 
     fn rows(&self) -> impl Iterator<Item = (&Incident, u64)> {
-        self.order.iter().filter_map(|(id, depth)| Some((self.now.as_ref()?.ledger().by_id(*id)?, *depth)))
+        self.order.iter().filter_map(|(id, depth)| Some((self.now?.ledger().by_id(*id)?, *depth)))
     }
 
     /// Whether more of the capture may change what is said of it.
@@ -80,7 +75,7 @@ impl<'a> Incidents<'a> {
 
     fn row(&self, out: &mut Vec<u8>, setting: Setting<'_>, one: &Incident, depth: u64) {
         let row = one.kind.row();
-        put!(out; "{\"id\":", u64::from(one.id.0), ",\"kind\":\"", row.name, "\",\"word\":");
+        put!(out; "{\"id\":", u64::from(one.number), ",\"kind\":\"", row.name, "\",\"word\":");
         jsonl::quoted(out, |text| put!(text; setting.lang.of(row.words)));
         put!(out; ",\"status\":\"", one.status.name(), "\",\"provisional\":", jsonl::truth(self.is_provisional(one)));
         put!(out; ",\"impact\":\"", one.impact().name(), "\",\"grade\":\"", one.grade.name(), "\",\"bus\":");
@@ -99,7 +94,8 @@ impl<'a> Incidents<'a> {
         jsonl::signed_or_null(out, one.end.and_then(|end| end.t_ns));
         let link = one.cause.filter(|_| !is_root(one));
         put!(out; ",\"depth\":", depth, ",\"cause\":");
-        jsonl::number_or_null(out, link.map(|link| u64::from(link.cause.0)));
+        let number = |cause| self.now.map(|now| u64::from(now.ledger().number(cause)));
+        jsonl::number_or_null(out, link.and_then(|link| number(link.cause)));
         put!(out; ",\"cause_grade\":");
         jsonl::name_or_null(out, link.map_or("", |link| link.grade.name()).as_bytes());
         put!(out; ",\"delay_ns\":");
@@ -107,7 +103,7 @@ impl<'a> Incidents<'a> {
         put!(out; ",\"text\":");
         jsonl::quoted(out, |text| words::title(text, setting.lang, one, self.clock.start_ns));
         put!(out; ",\"checks\":[");
-        let shown = self.now.as_ref().map(|now| now.shown()).unwrap_or_default();
+        let shown = self.now.map(|now| now.shown()).unwrap_or_default();
         for (place, check) in advice::of(one, shown).iter().enumerate() {
             put!(out; if place > 0 { "," } else { "" });
             jsonl::quoted(out, |text| put!(text; setting.lang.of(check.words)));

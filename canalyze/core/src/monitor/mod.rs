@@ -52,8 +52,10 @@ pub struct Known<'a> {
     pub tally: &'a [u8],
     /// What decoding knows, by bus.
     pub buses: &'a [Bus],
-    /// What has gone wrong so far.
+    /// What has gone wrong so far, as it is told while it goes on.
     pub diagnosis: Option<&'a Diagnosis>,
+    /// The same as it would be if the capture were over now.
+    pub by_now: Option<&'a Diagnosis>,
 }
 
 /// What is watched of a capture.
@@ -181,7 +183,8 @@ impl Monitor {
         self.summary.gap(bus);
         self.objects.lost(bus);
         if away {
-            self.wire(bus, Wire::leave);
+            let last = self.last.no;
+            self.wire(bus, |wire| wire.leave(last));
         }
     }
 

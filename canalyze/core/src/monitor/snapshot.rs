@@ -34,7 +34,7 @@ use super::wire::{Emergency, ErrorState, Live, Wire};
 use super::{Known, Monitor};
 use crate::bus::Bus;
 use crate::finding::Severity;
-use crate::frame::BusId;
+use crate::frame::{BusId, FrameRef};
 use crate::render::jsonl::{self, Setting};
 use crate::services::sdo::wire::Side;
 use crate::summary;
@@ -155,7 +155,7 @@ impl View<'_> {
         put!(out; ",\"guarded\":", jsonl::truth(node.guarded), ",\"emcy\":");
         emergency(out, lang, live.emergency);
         put!(out; ",\"boot_ups\":", node.boot_ups, ",\"drive\":");
-        self.drive(out, known, id);
+        self.drive(out, known, id, live, !silent.is_empty());
         put!(out; ",\"findings\":");
         let [_, warning, error] = live.findings;
         put!(out; "{\"error\":", error, ",\"warning\":", warning, "},\"incident\":");
@@ -163,9 +163,17 @@ impl View<'_> {
         put!(out; "}");
     }
 
-    /// The state of a drive; of several axes with their numbers.
-    fn drive(&self, out: &mut Vec<u8>, known: Option<&Bus>, node: u8) {
-        let states: Vec<_> = known.into_iter().flat_map(|bus| bus.drive_states(node)).collect();
+    /// The state of a drive; of several axes with their numbers. What it reported last holds no more once the bus was
+    /// away, or its node is lost: unless it was reported when the next heartbeat was overdue already, so that the node goes
+    /// on without them.
+    fn drive(&self, out: &mut Vec<u8>, known: Option<&Bus>, node: u8, live: &Live, silent: bool) {
+        let period = known.and_then(|bus| bus.heartbeat_period(node));
+        let holds = |at: FrameRef| {
+            let since = live.beat_ns.and_then(|beat| Some(at.t_ns?.saturating_sub(beat)));
+            at.no > live.left && (!silent || since.zip(period).is_some_and(|(since, period)| since > period))
+        };
+        let reports = known.into_iter().flat_map(|bus| bus.drive_reports(node)).filter(|(_, _, at)| holds(*at));
+        let states: Vec<_> = reports.map(|(axis, state, _)| (axis, state)).collect();
         if states.is_empty() {
             return put!(out; "null");
         }

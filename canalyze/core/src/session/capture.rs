@@ -21,6 +21,9 @@ use crate::writers;
 const NAMED: u64 = 5;
 /// A file that begins so much earlier than the one before it ended is out of order, in ns.
 const STEP_BACK_NS: i64 = 10_000_000;
+/// Files further apart than this, in ns, are no parts of one recording that goes on: nothing is known of the time between
+/// them, and they may have nothing to do with each other.
+const APART_NS: i64 = 3_600_000_000_000;
 
 /// A capture, of one file or several.
 #[derive(Debug)]
@@ -49,6 +52,8 @@ pub(super) struct Capture {
     pub(super) last: FrameRef,
     /// Lines for standard error.
     pub(super) complaints: Vec<String>,
+    /// It was said that files are far apart: a folder may hold hundreds.
+    apart: bool,
 }
 
 /// A file, as far as a frame of it that is held back needs it.
@@ -86,6 +91,7 @@ impl Capture {
             gaps: 0,
             last: FrameRef::default(),
             complaints: Vec::new(),
+            apart: false,
         }
     }
 
@@ -128,8 +134,9 @@ impl Capture {
         self.file.beyond += u64::from(frame.is_clamped());
     }
 
-    /// Gives the next frame its number and its time among the capture's.
-    pub(super) fn place(&mut self, frame: &mut Frame) {
+    /// Gives the next frame its number and its time among the capture's. Whether it begins a file that is far from the one
+    /// before.
+    pub(super) fn place(&mut self, frame: &mut Frame) -> bool {
         self.numbered += 1;
         self.arrived(frame);
         frame.no = self.numbered;
@@ -141,9 +148,7 @@ impl Capture {
             frame.t_ns = frame.t_ns.map(shift);
             frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
         }
-        if let Some(before) = self.before.take() {
-            self.boundary(&before, frame);
-        }
+        self.before.take().is_some_and(|before| self.boundary(&before, frame))
     }
 
     /// The file that has its turn, for a frame that is held back.
@@ -194,13 +199,21 @@ impl Capture {
         }
     }
 
-    /// The first frame of a file that follows another: files that are named out of order are worth a word.
-    fn boundary(&mut self, before: &[u8], frame: &Frame) {
-        let (Some(end_ns), Some(t_ns)) = (self.last.t_ns, frame.t_ns) else { return };
+    /// The first frame of a file that follows another: files that are named out of order are worth a word, and so are files
+    /// that are far apart, as they may be no one capture. Whether they are.
+    fn boundary(&mut self, before: &[u8], frame: &Frame) -> bool {
+        let (Some(end_ns), Some(t_ns)) = (self.last.t_ns, frame.t_ns) else { return false };
         let back_ns = end_ns.saturating_sub(t_ns);
+        if back_ns.saturating_abs() >= APART_NS {
+            if !std::mem::replace(&mut self.apart, true) {
+                self.complaints.push(complaints::far_apart(self.lang, &self.file.name, before, back_ns));
+            }
+            return true;
+        }
         if back_ns >= STEP_BACK_NS {
             self.complaints.push(complaints::step_back(self.lang, &self.file.name, before, back_ns));
         }
+        false
     }
 
     /// From here on the file's stamps count from this date.
@@ -325,12 +338,20 @@ impl Capture {
     }
 
     /// The capture is over. `absent`: descriptions of nodes that are not in it, by file. `idle`: a filter let nothing
-    /// through.
-    pub(super) fn finish(&mut self, absent: BTreeMap<&str, Vec<u8>>, idle: bool) {
+    /// through. `beyond`: frames that it asks for and that there are not, and whether it asks for no others. One line says
+    /// why nothing is shown.
+    pub(super) fn finish(
+        &mut self,
+        absent: BTreeMap<&str, Vec<u8>>,
+        idle: bool,
+        (beyond, all): (Vec<(u32, u32)>, bool),
+    ) {
         let lines = absent.into_iter().map(|(file, nodes)| complaints::absent(self.lang, file.as_bytes(), nodes));
         self.complaints.extend(lines);
-        if idle {
+        if idle && !all {
             self.complaints.push(complaints::nothing_shown(self.lang, self.frames));
+        } else if !beyond.is_empty() {
+            self.complaints.push(complaints::no_such_frames(self.lang, &beyond, self.frames));
         }
     }
 

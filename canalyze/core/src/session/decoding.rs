@@ -2,7 +2,7 @@
 //!
 //! Must not: know a format, or count what is shown.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::bus::Bus;
@@ -36,6 +36,9 @@ pub struct Extracted {
     pub holes: Vec<Hole>,
 }
 
+/// Frames whose stamps are kept where those are of no use to verdicts (invariant 6).
+const STAMPS: usize = 4096;
+
 /// What is known of all buses.
 #[derive(Debug)]
 pub(super) struct Decoding {
@@ -60,6 +63,8 @@ pub(super) struct Decoding {
     diagnosis: Option<Box<Diagnosis>>,
     /// Which nodes had a frame, a bit each, by bus.
     seen: Vec<u128>,
+    /// The stamps of the last frames that verdicts saw without, by their numbers.
+    stamps: VecDeque<(u64, Option<i64>)>,
     pub(super) extracted: Vec<Extracted>,
 }
 
@@ -79,6 +84,7 @@ impl Decoding {
             verification: None,
             diagnosis: None,
             seen: Vec::new(),
+            stamps: VecDeque::new(),
             extracted: Vec::new(),
         }
     }
@@ -129,6 +135,13 @@ impl Decoding {
     /// What went wrong so far.
     pub(super) fn diagnosis(&self) -> Option<&Diagnosis> {
         self.diagnosis.as_deref()
+    }
+
+    /// The same as it would be if the capture were over now; `None` where it is, or where nothing went wrong. What this
+    /// shows keeps its number.
+    pub(super) fn diagnosis_by_now(&mut self) -> Option<Diagnosis> {
+        let diagnosis = self.diagnosis.as_deref_mut().filter(|one| !one.is_empty() && !one.is_over())?;
+        Some(diagnosis.by_now(&self.state))
     }
 
     /// The capture is over at its frame `last`: what went wrong in it, which is held against what is expected of that.
@@ -188,6 +201,50 @@ impl Decoding {
     /// Whether a frame belongs to the same SDO channel as another one.
     pub(super) fn is_of_channel(&self, one: &Frame, other: &Frame) -> bool {
         one.bus == other.bus && self.state.get(usize::from(one.bus.0)).is_some_and(|bus| bus.is_of_channel(one, other))
+    }
+
+    /// A frame as verdicts see it, where that is another one: without its time, as its stamp says nothing of that. What is
+    /// printed has the stamp all the same ([`Self::restore_times`]).
+    #[inline]
+    pub(super) fn judged(&mut self, frame: &Frame, seen: Option<&(When, Happened)>) -> Option<Frame> {
+        let (when, _) = seen?;
+        if when.at.t_ns == frame.t_ns {
+            return None;
+        }
+        if self.stamps.len() >= STAMPS {
+            self.stamps.pop_front();
+        }
+        self.stamps.push_back((frame.no, frame.t_ns));
+        Some(Frame { t_ns: when.at.t_ns, ..*frame })
+    }
+
+    /// What follows was judged without times: whoever prints it gets the stamps.
+    pub(super) fn restore_times(&mut self) {
+        if self.stamps.is_empty() {
+            return;
+        }
+        let (stamps, events) = (&self.stamps, &mut self.events);
+        let restore = |at: &mut FrameRef| {
+            if let (None, Ok(place)) = (at.t_ns, stamps.binary_search_by_key(&at.no, |(no, _)| *no)) {
+                at.t_ns = stamps.get(place).and_then(|(_, t_ns)| *t_ns);
+            }
+        };
+        for event in events {
+            restore(&mut event.at);
+            event.about.iter_mut().for_each(restore);
+            match &mut event.what {
+                What::Finding(finding) => {
+                    restore(&mut finding.at);
+                    finding.cause.iter_mut().chain(&mut finding.because_of).for_each(restore);
+                }
+                What::Transfer(transfer) => {
+                    let transfer = Arc::make_mut(transfer);
+                    restore(&mut transfer.first);
+                    restore(&mut transfer.last);
+                }
+                _ => {}
+            }
+        }
     }
 
     /// Takes a frame that was observed. `next`: the next one of its SDO channel, where it was read ahead.

@@ -326,10 +326,16 @@ impl Session {
 
     /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other
     /// formats.
-    pub fn snapshot(&self) -> Vec<u8> {
+    pub fn snapshot(&mut self) -> Vec<u8> {
+        let by_now = self.stream.decoding.diagnosis_by_now();
         let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
         let (tally, decoding) = (self.tally(), &self.stream.decoding);
-        let known = Known { tally: &tally, buses: decoding.buses(), diagnosis: decoding.diagnosis() };
+        let known = Known {
+            tally: &tally,
+            buses: decoding.buses(),
+            diagnosis: decoding.diagnosis(),
+            by_now: by_now.as_ref().or(decoding.diagnosis()),
+        };
         monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
     }
 

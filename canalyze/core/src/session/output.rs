@@ -133,6 +133,12 @@ impl Output {
         self.shown == 0 && !(self.filter.is_empty() && self.masks.is_empty())
     }
 
+    /// Frames that the filter asks for and that there are not in a capture of so many, and whether it asks for no others.
+    /// Nothing is known of that where reading has ended before the capture.
+    pub(super) fn beyond(&self, frames: u64) -> (Vec<(u32, u32)>, bool) {
+        if self.is_done() { (Vec::new(), false) } else { self.filter.beyond(frames) }
+    }
+
     /// What the format that is written cannot hold.
     pub(super) fn losses(&self) -> Option<&Losses> {
         self.sink.losses()

@@ -60,7 +60,9 @@ impl Stream {
 
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
     pub(super) fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
-        self.capture.place(frame);
+        if self.capture.place(frame) {
+            self.part(buses, out);
+        }
         let seen = self.decoding.observe(frame, buses);
         let before = self.capture.before(frame);
         if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
@@ -69,6 +71,17 @@ impl Stream {
         }
         self.ahead.hold(Placed { frame: *frame, before, seen }, self.capture.origin());
         self.release(false, buses, out);
+    }
+
+    /// A file begins that is far from the one before: across that time nothing is judged on any bus.
+    #[cold]
+    fn part(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.settle(buses, out);
+        for index in 0..buses.names().count() {
+            self.output.gap(BusId(index as u8), false);
+        }
+        self.decoding.all_lost(self.capture.last, buses);
+        self.aside(buses, out);
     }
 
     /// Hands on the frames of which it is known what the recording did with them, and what comes next on their SDO
@@ -115,18 +128,24 @@ impl Stream {
             self.decoding.lost(frame.bus, *before, buses);
             self.aside(buses, out);
         }
-        self.decoding.step(frame, seen, next, buses);
+        let judged = self.decoding.judged(frame, seen);
+        let untimed = judged.is_some();
+        let judged = judged.as_ref().unwrap_or(frame);
+        self.decoding.step(judged, seen, next, buses);
         if (holed || stepped)
             && let Some((before, apart)) = before.and_then(|before| Some((*before, frame.reference().since(*before)?)))
         {
             if holed {
-                self.decoding.find(frame, Cap007::Silent { silence: apart }.into(), before);
+                self.decoding.find(judged, Cap007::Silent { silence: apart }.into(), before);
             }
             if stepped {
-                self.decoding.find(frame, Cap006::Back { back: apart.saturating_neg() }.into(), before);
+                self.decoding.find(judged, Cap006::Back { back: apart.saturating_neg() }.into(), before);
             }
         }
-        self.decoding.diagnosed(frame);
+        self.decoding.diagnosed(judged);
+        if untimed {
+            self.decoding.restore_times();
+        }
         if self.output.has_tables() {
             let sync = self.decoding.sync(frame.bus);
             self.output.rows(self.capture.view(buses), frame, &mut self.decoding.events, sync);
@@ -237,7 +256,8 @@ impl Stream {
             self.output.diagnosis(out, self.capture.view(buses), diagnosis);
         }
         if self.capture.frames > 0 {
-            self.capture.finish(self.decoding.absent(buses), self.output.is_idle());
+            let beyond = self.output.beyond(self.capture.frames);
+            self.capture.finish(self.decoding.absent(buses), self.output.is_idle(), beyond);
             self.output.finish(out, self.capture.view(buses));
         }
         self.output.close(self.capture.view(buses));
@@ -253,8 +273,9 @@ impl Stream {
 
     /// What belongs to no frame at hand.
     pub(super) fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
         self.decoding.diagnosed_aside();
+        self.decoding.restore_times();
+        self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
         self.decoding.fold();
         self.write_aside(buses, out);
     }

@@ -188,6 +188,26 @@ pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String
     String::from_utf8_lossy(&out).into_owned()
 }
 
+/// The first frame of a file is far from the last one of the file before: `back_ns` before it.
+pub fn far_apart(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
+    const HOUR_NS: u64 = 3_600_000_000_000;
+    let mut out = Vec::new();
+    escape::terminal(&mut out, file);
+    let hours = back_ns.unsigned_abs() / HOUR_NS;
+    let (count, unit) = if hours < 48 { (hours, " h") } else { (hours / 24, lang.pick(" 天", " days")) };
+    let before = |out: &mut Vec<u8>| escape::terminal(out, before);
+    let early = back_ns > 0;
+    say!(&mut out, lang;
+        zh: ": 第一帧比 ", before, " 的最后一帧", if early { "早 " } else { "晚 " }, count, unit,
+            "; 所有文件按给出的顺序作为一个记录读取。若互不相关, 请逐个文件读取, 或用 canalyze check (逐个文件判断)",
+            if early { "; 若是同一次记录的各部分, 请用 --merge 按时间合并" } else { "" };
+        en: ": begins ", count, unit, if early { " before" } else { " after" }, " the last frame of ", before,
+            "; all files are read as one capture in the given order. If they are unrelated, read them one by one, or use ",
+            "canalyze check, which judges each file by itself",
+            if early { "; if they are parts of one recording, use --merge to merge them by time" } else { "" });
+    String::from_utf8_lossy(&out).into_owned()
+}
+
 /// A description was given for nodes that have no frame in the capture.
 pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     nodes.sort_unstable();
@@ -218,6 +238,16 @@ pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
     put!(&mut out; ": ");
     losses::loss(&mut out, lang, loss, count);
     String::from_utf8_lossy(&out).into_owned()
+}
+
+/// Frames that are asked for by their numbers, from and to, are not in the capture.
+pub fn no_such_frames(lang: Lang, spans: &[(u32, u32)], frames: u64) -> String {
+    let span = |(from, to): &(u32, u32)| if from == to { from.to_string() } else { format!("{from}-{to}") };
+    let spans: Vec<String> = spans.iter().map(span).collect();
+    match lang {
+        Lang::Zh => format!("canalyze: 没有第{}帧: 记录中有第1-{frames}帧", spans.join("、")),
+        Lang::En => format!("canalyze: no frame {}: the capture has frames 1-{frames}", spans.join(", ")),
+    }
 }
 
 /// The filter let nothing through.

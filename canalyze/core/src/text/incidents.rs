@@ -22,7 +22,7 @@ pub fn said(out: &mut Vec<u8>, lang: Lang, measured: &Measured) {
 pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
     let Some(one) = diagnosis.ledger().by_id(id) else { return };
     let began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
-    let number = u64::from(id.0);
+    let number = u64::from(one.number);
     match phase {
         Phase::Opened => {
             put!(out; lang.pick("# ✖ 问题", "# ✖ problem "), number, ": ");
@@ -54,7 +54,7 @@ fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident,
         Grade::Certain => lang.pick("起因是问题", "caused by "),
         _ => lang.pick("起因很可能是问题", "probably caused by "),
     };
-    put!(out; words, u64::from(link.cause.0), if diagnosis.is_settled_by_now(one) { " (" } else { "? (" });
+    put!(out; words, u64::from(cause.number), if diagnosis.is_settled_by_now(one) { " (" } else { "? (" });
     title(out, lang, cause, began_ns);
     put!(out; ")");
 }

@@ -124,8 +124,16 @@ impl Drives {
 
     /// The states that a node's axes have reported last, by their number from 0.
     pub fn states(&self, node: u8) -> impl Iterator<Item = (usize, State)> {
+        self.reports(node).map(|(number, state, _)| (number, state))
+    }
+
+    /// The same with the frames that reported them.
+    pub fn reports(&self, node: u8) -> impl Iterator<Item = (usize, State, FrameRef)> {
         let axes = self.nodes.get(node).into_iter().flat_map(|drive| drive.axes.iter().enumerate());
-        axes.filter_map(|(number, axis)| Some((number, axis.as_ref()?.sample?.state)))
+        axes.filter_map(|(number, axis)| {
+            let sample = axis.as_ref()?.sample?;
+            Some((number, sample.state, sample.at))
+        })
     }
 
     /// Follows a PDO; `read`: it is known what it carries. `state` is the NMT state of a node, where known.

@@ -207,7 +207,7 @@ impl Configurations {
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
             && finding.because_of.is_none()
         {
-            one.found(finding.code, finding.at.no);
+            one.found(finding);
         }
     }
 

@@ -129,9 +129,9 @@ impl Drives {
         self.enter(node, (at, axis(finding)), finding.because_of, Some(finding.code), scene);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
             if let Some(Quantity::Statusword(statusword)) = finding.measured().and_then(|all| all.get("statusword")) {
-                one.step(at, Role::Sign, Saying::InFault { statusword }, Some(finding.code));
+                one.step(at, Role::Sign, Saying::InFault { statusword }, Some(finding));
             }
-            one.found(finding.code, finding.at.no);
+            one.found(finding);
         }
     }
 
@@ -200,7 +200,7 @@ impl Drives {
         let at = finding.about().unwrap_or(finding.at);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
             one.fact("reset_in_vain", Quantity::Count(at.no));
-            return one.step(at, Role::Attempt, Saying::ResetInVain, Some(finding.code));
+            return one.step(at, Role::Attempt, Saying::ResetInVain, Some(finding));
         }
         let state = scene.bus.drive_states(node).find(|(number, _)| number + 1 == usize::from(axis(finding)));
         let state = state.map(|(_, state)| state);
@@ -208,7 +208,7 @@ impl Drives {
         if let Some((place, _)) = self.stuck.get(&node)
             && let Some(one) = scene.ledger.get_mut(*place)
         {
-            return one.step(at, Role::Attempt, Saying::ResetInVain, Some(finding.code));
+            return one.step(at, Role::Attempt, Saying::ResetInVain, Some(finding));
         }
         let axes = 1 << (axis(finding) - 1);
         let subject = Subject { axis: Some(axis(finding)), axes, ..Subject::node(node) };
@@ -218,7 +218,7 @@ impl Drives {
             for (name, value) in finding.measured().iter().flat_map(|all| all.facts()) {
                 one.fact(name, value);
             }
-            one.found(finding.code, finding.at.no);
+            one.found(finding);
         }
         self.stuck.insert(node, (place, state));
     }

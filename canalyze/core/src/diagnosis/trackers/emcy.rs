@@ -265,7 +265,7 @@ impl Emergencies {
     pub(in crate::diagnosis) fn found(&self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let place = scene.ledger.last(scene.id, |one| one.subject.node == Some(node) && one.holds(finding.at.no));
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
-            one.found(finding.code, finding.at.no);
+            one.found(finding);
             return true;
         }
         false

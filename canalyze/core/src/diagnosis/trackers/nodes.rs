@@ -233,7 +233,7 @@ impl Nodes {
     /// A heartbeat is overdue (HBT002).
     pub(in crate::diagnosis) fn lost(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         if let Some(one) = self.silent.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
-            return one.found(finding.code, finding.at.no);
+            return one.found(finding);
         }
         let heartbeat = finding.cause.or_else(|| scene.heard.last_heartbeat(node)).unwrap_or(finding.at);
         let period = scene.bus.heartbeat_period(node);
@@ -267,7 +267,7 @@ impl Nodes {
             for (name, value) in clue_limit.iter().flat_map(|all| all.facts()) {
                 one.fact(if name == "silence" { "noticed_after" } else { name }, value);
             }
-            one.found(finding.code, finding.at.no);
+            one.found(finding);
         }
         self.silent.insert(node, place);
         self.remember(node, scene);
@@ -283,12 +283,12 @@ impl Nodes {
             let back = self.returned.get(&node) == Some(&at.no);
             if !back {
                 one.again(at);
-                one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding.code));
+                one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding));
                 if one.repeats.count >= LOOP {
                     one.kind = Kind::RestartLoop;
                 }
             }
-            return one.found(finding.code, at.no);
+            return one.found(finding);
         }
         let silent = scene.ledger.last(scene.id, |one| {
             one.subject.concerns(node) && one.end.is_some_and(|end| end.no == at.no) && one.kind == Kind::NodeSilent
@@ -297,7 +297,7 @@ impl Nodes {
             if one.repeats.count >= LOOP {
                 one.kind = Kind::RestartLoop;
             }
-            return one.found(finding.code, at.no);
+            return one.found(finding);
         }
         if self.comes_with_others(node, finding, scene) {
             return;
@@ -320,7 +320,7 @@ impl Nodes {
         };
         let Some(place) = place else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding.code));
+            one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding));
             one.clue.because_of = finding.because_of.map(|at| at.no);
             if !was {
                 one.ends(at);
@@ -372,7 +372,7 @@ impl Nodes {
         one.kind = Kind::SegmentLost;
         one.subject.nodes |= bit(node);
         one.subject.node = None;
-        one.step(at, Role::Recovery, Saying::BootedUnasked, Some(finding.code));
+        one.step(at, Role::Recovery, Saying::BootedUnasked, Some(finding));
         true
     }
 
@@ -467,7 +467,7 @@ impl Nodes {
         });
         let Some(place) = place else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Reaction, Saying::Went { from, to }, Some(finding.code));
+            one.step(at, Role::Reaction, Saying::Went { from, to }, Some(finding));
             one.fact("left_operational", Quantity::Count(1));
             if one.clue.because_of.is_none() {
                 one.clue.because_of = finding.because_of.map(|at| at.no);
@@ -524,7 +524,7 @@ impl Nodes {
         {
             one.again(begin);
             if let Some(Quantity::Command(command)) = finding.measured().and_then(|all| all.get("command")) {
-                one.step(begin, Role::Attempt, Saying::Commanded { command }, Some(finding.code));
+                one.step(begin, Role::Attempt, Saying::Commanded { command }, Some(finding));
             }
             return;
         }
@@ -534,7 +534,7 @@ impl Nodes {
             if let Some(command) = finding.measured().and_then(|all| all.get("command")) {
                 one.fact("command", command);
                 if let Quantity::Command(command) = command {
-                    one.step(begin, Role::Sign, Saying::Commanded { command }, Some(finding.code));
+                    one.step(begin, Role::Sign, Saying::Commanded { command }, Some(finding));
                 }
             }
         }

@@ -86,7 +86,7 @@ impl Found {
         });
         if let Some(place) = again {
             let one = scene.ledger.get_mut(place)?;
-            one.found(finding.code, finding.at.no);
+            one.found(finding);
             // What follows from an earlier one of the same is one more.
             if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) {
                 if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
@@ -112,7 +112,7 @@ impl Found {
             && let Some(one) = scene.ledger.get_mut(one)
         {
             (one.kind, one.end, one.clue.least) = (kind, None, 1);
-            one.found(finding.code, finding.at.no);
+            one.found(finding);
             return None;
         }
         // What something else explains, and is no trouble of its own, belongs to that.
@@ -121,7 +121,7 @@ impl Found {
         {
             let cause = scene.ledger.last(scene.id, |one| one.holds(frame));
             if let Some(one) = cause.and_then(|place| scene.ledger.get_mut(place)) {
-                one.found(finding.code, finding.at.no);
+                one.found(finding);
                 if finding.node.is_none_or(|node| one.subject.concerns(node)) {
                     return None;
                 }
@@ -140,7 +140,7 @@ impl Found {
         if let Some(object) = finding.object {
             one.fact("object", Quantity::Object(object));
         }
-        one.found(finding.code, finding.at.no);
+        one.found(finding);
         self.keep(place, ends, last);
         Some(place)
     }

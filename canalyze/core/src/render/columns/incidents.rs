@@ -75,7 +75,7 @@ impl Table<Incidents> {
         (one, depth): (&Incident, u64),
     ) {
         let columns = &mut self.columns;
-        columns.id.append_value(one.id.0);
+        columns.id.append_value(one.number);
         columns.incident.word(one.kind.row().name);
         columns.status.word(one.status.name());
         columns.impact.word(one.impact().name());
@@ -100,7 +100,7 @@ impl Table<Incidents> {
         columns.count.append_value(one.repeats.count);
         columns.root.append_value(is_root(one));
         let cause = one.cause.filter(|_| !is_root(one));
-        columns.cause.append_option(cause.map(|link| link.cause.0));
+        columns.cause.append_option(cause.map(|link| diagnosis.ledger().number(link.cause)));
         columns.cause_link.maybe(cause.map(|link| format!("L{}", link.rule)).as_deref());
         columns.cause_grade.maybe(cause.map(|link| link.grade.name()));
         columns.delay_ns.append_option(cause.and_then(|link| link.delay_ns));

@@ -19,7 +19,7 @@ use crate::text::incidents as words;
 
 /// Appends all of it.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
-    for one in diagnosis.ledger().told() {
+    for one in diagnosis.ledger().numbered() {
         incident(out, setting, diagnosis, one, "final");
         for_people(out, setting, diagnosis, one);
     }
@@ -28,7 +28,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
 
 /// Appends the incidents alone, without what is for people: how they stand at the end.
 pub fn ends(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
-    for one in diagnosis.ledger().told() {
+    for one in diagnosis.ledger().numbered() {
         incident(out, setting, diagnosis, one, "final");
         put!(out; "}\n");
     }
@@ -80,7 +80,7 @@ fn for_people(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, on
 fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident, phase: &'static str) {
     let (_, first, _) = diagnosis.extent();
     let row = one.kind.row();
-    put!(out; "{\"kind\":\"incident\",\"phase\":\"", phase, "\",\"id\":", u64::from(one.id.0), ",\"incident\":\"", row.name);
+    put!(out; "{\"kind\":\"incident\",\"phase\":\"", phase, "\",\"id\":", u64::from(one.number), ",\"incident\":\"", row.name);
     put!(out; "\",\"subject\":{\"bus\":");
     name_or_null(out, setting.buses.name(one.bus));
     if let Some(node) = one.subject.node {
@@ -118,18 +118,16 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     // What is only possible is no cause: the incident stays a root.
     match one.cause.filter(|_| !is_root(one)) {
         Some(link) => {
-            put!(out; "{\"id\":", u64::from(link.cause.0), ",\"link\":\"L", u64::from(link.rule));
+            put!(out; "{\"id\":", u64::from(diagnosis.ledger().number(link.cause)), ",\"link\":\"L", u64::from(link.rule));
             put!(out; "\",\"grade\":\"", link.grade.name(), "\"}");
         }
         None => put!(out; "null"),
     }
     put!(out; ",\"effects\":[");
-    let effects = diagnosis
-        .ledger()
-        .told()
-        .filter(|other| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id));
-    for (place, other) in effects.enumerate() {
-        put!(out; if place > 0 { "," } else { "" }, u64::from(other.id.0));
+    let effects = diagnosis.ledger().numbered().into_iter();
+    let mine = |other: &&Incident| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);
+    for (place, other) in effects.filter(mine).enumerate() {
+        put!(out; if place > 0 { "," } else { "" }, u64::from(other.number));
     }
     put!(out; "],\"steps\":[");
     for (number, step) in one.steps.iter().enumerate() {
@@ -152,8 +150,9 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
         put!(out; if number > 0 { "," } else { "" }, "\"", check.name, "\"");
     }
     put!(out; "],\"findings\":[");
-    for (number, (code, frame)) in one.findings.iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" }, "{\"code\":\"", code.rule().id, "\",\"frame\":", *frame, "}");
+    for (place, cited) in one.findings.iter().enumerate() {
+        put!(out; if place > 0 { "," } else { "" }, "{\"code\":\"", cited.code.rule().id, "\",\"frame\":", cited.frame);
+        put!(out; ",\"about_frame\":", cited.about, "}");
     }
     put!(out; "],\"message\":");
     quoted(out, |text| words::title(text, setting.lang, one, first.and_then(|first| first.t_ns)));
@@ -162,10 +161,12 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
         put!(out; ",\"longest_ns\":", one.repeats.longest_ns, ",\"total_ns\":", one.repeats.total_ns);
     }
     put!(out; "}");
-    if !one.parts.is_empty() {
+    let parts: Vec<_> =
+        one.parts.iter().map(|part| diagnosis.ledger().number(*part)).filter(|part| *part > 0).collect();
+    if !parts.is_empty() {
         put!(out; ",\"parts\":[");
-        for (number, part) in one.parts.iter().enumerate() {
-            put!(out; if number > 0 { "," } else { "" }, u64::from(part.0));
+        for (place, part) in parts.into_iter().enumerate() {
+            put!(out; if place > 0 { "," } else { "" }, u64::from(part));
         }
         put!(out; "]");
     }
@@ -186,7 +187,7 @@ fn whole(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     put!(out; "{\"kind\":\"diagnosis\",\"order\":[");
     let order = roots(diagnosis.ledger());
     for (place, id) in order.iter().enumerate() {
-        put!(out; if place > 0 { "," } else { "" }, u64::from(id.0));
+        put!(out; if place > 0 { "," } else { "" }, u64::from(diagnosis.ledger().number(*id)));
     }
     put!(out; "],\"counts\":{");
     for (place, status) in [Status::Stands, Status::Unknown, Status::Over, Status::Harmless].iter().enumerate() {
@@ -214,7 +215,7 @@ fn whole(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
             Some(state_of) => put!(state; "\"", Hex::<2>(u64::from(state_of)), "\""),
             None => put!(state; "null"),
         }
-        number_or_null(object.key("incident"), view.incident.map(|id| u64::from(id.0)));
+        number_or_null(object.key("incident"), view.incident.map(|id| u64::from(diagnosis.ledger().number(id))));
         object.close();
     }
     put!(out; "],\"beyond\":", diagnosis.ledger().beyond(), ",\"error_frames\":");

@@ -84,7 +84,7 @@ fn story(out: &mut Vec<u8>, setting: Setting<'_>, one: &StoryDifference) {
 fn incident(out: &mut Vec<u8>, setting: Setting<'_>, digest: &Digest, one: &Incident) {
     put!(out; "{\"bus\":");
     name_or_null(out, digest.buses.name(one.bus));
-    put!(out; ",\"id\":", u64::from(one.id.0), ",\"frame\":", one.begin.no, ",\"t\":");
+    put!(out; ",\"id\":", u64::from(one.number), ",\"frame\":", one.begin.no, ",\"t\":");
     seconds(out, one.begin.t_ns, digest.decimals);
     put!(out; ",\"end_frame\":");
     number_or_null(out, one.end.map(|end| end.no));
