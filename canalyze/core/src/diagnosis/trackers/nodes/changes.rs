@@ -1,0 +1,175 @@
+//! Nodes that restart or leave Operational though nobody has told them to.
+//!
+//! Must not: decide whether somebody has (`checks/nmt` does).
+
+use super::Nodes;
+use crate::diagnosis::incident::{Role, Subject, bit, members};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::ledger::Place;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::diagnosis::trackers::AGAIN_NS;
+use crate::finding::{Finding, Quantity};
+use crate::frame::FrameRef;
+use crate::services::heartbeat::OPERATIONAL;
+
+/// A state that is left within this time of an emergency, in ns, is left because of it.
+const REACTION_NS: i64 = 2_000_000_000;
+/// Boot-ups without a command from which on they are a loop.
+const LOOP: u64 = 3;
+/// Boot-ups of nodes that were lost together come within this time, in ns.
+const BACK_NS: i64 = 1_000_000_000;
+/// What a second node with a node-ID shows comes within this time, in ns.
+const DOUBLE_NS: i64 = 15_000_000_000;
+
+impl Nodes {
+    /// A boot-up that nobody had asked for (NMT003).
+    pub(in crate::diagnosis) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
+        let at = finding.at;
+        if let Some(place) = self.waiting.get(&node).and_then(|places| places.last()).copied()
+            && let Some(one) = scene.ledger.get_mut(place)
+            && matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted | Kind::RestartLoop)
+        {
+            let back = self.returned.get(&node) == Some(&at.no);
+            if !back {
+                one.again(at);
+                one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding));
+                if one.repeats.count >= LOOP {
+                    one.kind = Kind::RestartLoop;
+                }
+            }
+            return one.found(finding);
+        }
+        let silent = scene.ledger.last(scene.id, |one| {
+            one.subject.concerns(node) && one.end.is_some_and(|end| end.no == at.no) && one.kind == Kind::NodeSilent
+        });
+        if let Some(one) = silent.and_then(|place| scene.ledger.get_mut(place)) {
+            if one.repeats.count >= LOOP {
+                one.kind = Kind::RestartLoop;
+            }
+            return one.found(finding);
+        }
+        if self.comes_with_others(node, finding, scene) {
+            return;
+        }
+        let again = scene.ledger.last(scene.id, |one| {
+            one.subject.node == Some(node) && matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop)
+        });
+        let again = again.filter(|place| scene.ledger.get(*place).is_some_and(|one| one.ended_within(at, AGAIN_NS)));
+        let place = match again {
+            Some(place) => {
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.again(at);
+                    if one.repeats.count >= LOOP {
+                        one.kind = Kind::RestartLoop;
+                    }
+                }
+                Some(place)
+            }
+            None => scene.ledger.open(Kind::NodeRestarted, scene.id, Subject::node(node), at, at),
+        };
+        let Some(place) = place else { return };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding));
+            one.clue.because_of = finding.because_of.map(|at| at.no);
+            if !was {
+                one.ends(at);
+            }
+        }
+        if was {
+            self.wait(node, place);
+        }
+    }
+
+    /// A boot-up that comes with those of other nodes that were lost together: a node that is heard so seldom that it was not
+    /// missed was lost with them.
+    fn comes_with_others(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
+        let (at, Some(before)) = (finding.at, self.before.get(&node).copied()) else { return false };
+        let others = scene.ledger.last(scene.id, |one| {
+            let lost = matches!(one.kind, Kind::SegmentLost | Kind::NodeSilent) && one.has("boot_up");
+            let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
+            let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.saturating_abs() <= BACK_NS));
+            // Its last frame is older than the loss, or came within the time in which the others were lost.
+            let period = one.ns("period").unwrap_or(0);
+            lost && near && before.since(one.begin).is_some_and(|since| since <= period)
+        });
+        let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
+        one.kind = Kind::SegmentLost;
+        one.subject.nodes |= bit(node);
+        one.subject.node = None;
+        one.step(at, Role::Recovery, Saying::BootedUnasked, Some(finding));
+        true
+    }
+
+    /// A node has changed its state by itself (NMT004, NMT005).
+    pub(in crate::diagnosis) fn changed(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let Some(measured) = finding.measured() else { return };
+        let (Some(Quantity::State(from)), Some(Quantity::State(to))) = (measured.get("from"), measured.get("to"))
+        else {
+            return;
+        };
+        if from != OPERATIONAL {
+            return;
+        }
+        let at = finding.about().unwrap_or(finding.at);
+        let trouble = scene.ledger.last(scene.id, |one| {
+            // It could hear nobody while nobody could hear it.
+            let lost = matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) && one.ended_within(at, REACTION_NS);
+            lost && one.subject.concerns(node)
+        });
+        let trouble = trouble.or_else(|| {
+            scene.ledger.last(scene.id, |one| {
+                one.subject.node == Some(node)
+                    && !one.clue.reported.is_empty()
+                    && at.since(one.repeats.since).is_none_or(|since| since.saturating_abs() <= REACTION_NS)
+            })
+        });
+        let trouble = trouble.or_else(|| self.left_again(node, at, scene));
+        let place = trouble.or_else(|| {
+            let place = scene.ledger.open(Kind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
+            scene.ledger.get_mut(place)?.fact("state", Quantity::State(to));
+            Some(place)
+        });
+        let Some(place) = place else { return };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(at, Role::Reaction, Saying::Went { from, to }, Some(finding));
+            one.fact("left_operational", Quantity::Count(1));
+            if one.clue.because_of.is_none() {
+                one.clue.because_of = finding.because_of.map(|at| at.no);
+            }
+            one.end = None;
+        }
+        self.wait(node, place);
+    }
+
+    /// The same node has left Operational shortly before. Where it was Operational in between though nobody had started it,
+    /// and does so again and again, two nodes answer by one node-ID.
+    fn left_again(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
+        let place = scene.ledger.last(scene.id, |one| {
+            let left = matches!(one.kind, Kind::LeftOperational | Kind::DuplicateNodeId);
+            left && one.subject.node == Some(node) && (one.end.is_none() || one.ended_within(at, AGAIN_NS))
+        })?;
+        let since = scene.ledger.get(place)?.repeats.since;
+        let ordered = [node, 0].into_iter().filter_map(|key| self.ordered.get(&key)).any(|order| order.no > since.no);
+        let one = scene.ledger.get_mut(place)?;
+        one.again(at);
+        if one.repeats.count < LOOP || ordered {
+            return Some(place);
+        }
+        one.kind = Kind::DuplicateNodeId;
+        let begin = one.begin;
+        let boot = scene.ledger.last(scene.id, |one| {
+            let booted = matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop);
+            booted && one.subject.node == Some(node) && one.began_within(at, DOUBLE_NS)
+        });
+        if let Some(boot) = boot {
+            let first = scene.ledger.get(boot)?.begin;
+            scene.ledger.merge(boot, place);
+            let one = scene.ledger.get_mut(place)?;
+            if first.no < begin.no {
+                one.begin = first;
+            }
+        }
+        Some(place)
+    }
+}

@@ -1,0 +1,160 @@
+//! Nodes that are lost, restart, leave Operational or are commanded to: who was heard, and what it did then.
+//!
+//! A silence begins with the last frame of the node, not with the moment at which it is noticed. It ends when the node is
+//! heard again; where that is a boot-up of a node that was Operational, when it is Operational again. Here stands what is
+//! open and what ends it; what opens it is in `losses`, `changes` and `commands`. Must not: decide when a heartbeat is
+//! overdue (`checks/heartbeat` does).
+
+mod changes;
+mod commands;
+mod losses;
+
+use std::collections::BTreeMap;
+
+use super::commanded::Commanded;
+use crate::diagnosis::incident::{Role, bit};
+use crate::diagnosis::kinds::Kind;
+use crate::diagnosis::ledger::Place;
+use crate::diagnosis::sayings::Saying;
+use crate::diagnosis::scene::Scene;
+use crate::finding::Quantity;
+use crate::frame::FrameRef;
+use crate::services::heartbeat::OPERATIONAL;
+
+/// What is open about the nodes of a bus.
+#[derive(Clone, Debug, Default)]
+pub(in crate::diagnosis) struct Nodes {
+    silent: BTreeMap<u8, Place>,
+    /// Nodes that are back, or left Operational, and are over it once they are Operational again.
+    waiting: BTreeMap<u8, Vec<Place>>,
+    /// Nodes that were to boot or to reach a state.
+    owing: BTreeMap<u8, Place>,
+    commanded: Option<Commanded>,
+    /// Which of the nodes were Operational before their last boot-up or reset.
+    was_operational: u128,
+    /// The first start of each node that it has not obeyed yet.
+    started: BTreeMap<u8, FrameRef>,
+    /// The boot-up of each node that ended its last silence.
+    returned: BTreeMap<u8, u64>,
+    /// The last frame of each node before its last boot-up.
+    before: BTreeMap<u8, FrameRef>,
+    /// The last start of each node, and of all (0), by command.
+    ordered: BTreeMap<u8, FrameRef>,
+    /// RPDOs to nodes that are not Operational: the first, how many, and what was opened.
+    ignored: BTreeMap<u8, (FrameRef, u64, Option<Place>)>,
+    /// The last boot-up of each node.
+    booted: BTreeMap<u8, FrameRef>,
+}
+
+impl Nodes {
+    /// A node has booted; `asked`: by command.
+    pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
+        self.booted.insert(node, at);
+        if let Some(commanded) = &mut self.commanded {
+            commanded.boots(node, scene.ledger);
+        }
+        match scene.heard.last(node) {
+            Some(last) => self.before.insert(node, last),
+            None => self.before.remove(&node),
+        };
+        self.started.remove(&node);
+        if let Some(place) = self.owing.remove(&node) {
+            self.close(place, at, Saying::Booted, scene);
+        }
+        let waits = self.waiting.remove(&node).unwrap_or_default();
+        for place in &waits {
+            if let Some(one) = scene.ledger.get_mut(*place) {
+                one.step(at, Role::Reaction, Saying::Booted, None);
+            }
+        }
+        if !waits.is_empty() {
+            self.waiting.insert(node, waits);
+        }
+        if let Some(place) = self.silent.remove(&node)
+            && let Some(one) = scene.ledger.get_mut(place)
+        {
+            self.returned.insert(node, at.no);
+            one.step(at, Role::Recovery, Saying::BootedUnasked, None);
+            one.fact("boot_up", Quantity::Count(1));
+            if let Some(silence) = at.since(one.repeats.since) {
+                one.fact("silence", Quantity::Ns(silence));
+            }
+            if was {
+                self.wait(node, place);
+            } else if !self.silent.values().any(|other| *other == place) {
+                one.ends(at);
+            }
+        }
+    }
+
+    /// Error control has shown a state.
+    pub(in crate::diagnosis) fn state(&mut self, node: u8, state: u8, scene: &mut Scene<'_>) {
+        if state != OPERATIONAL {
+            return;
+        }
+        self.was_operational &= !bit(node);
+        self.started.remove(&node);
+        self.controlled(node, true, scene);
+        let at = scene.at;
+        for place in self.waiting.remove(&node).unwrap_or_default() {
+            let others = self.waiting.values().flatten().any(|other| *other == place)
+                || self.silent.values().any(|other| *other == place);
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.step(at, Role::Recovery, Saying::OperationalAgain, None);
+                if !others && one.clue.codes.is_empty() && one.kind != Kind::AxisFault {
+                    one.ends(at);
+                }
+            }
+        }
+        if let Some(place) = self.owing.get(&node).copied()
+            && scene.ledger.get(place).is_some_and(|one| one.kind == Kind::StartWithoutEffect)
+        {
+            self.owing.remove(&node);
+            self.close(place, at, Saying::OperationalAgain, scene);
+        }
+        let booted = self.booted.get(&node).copied();
+        if self.commanded.as_mut().is_some_and(|commanded| commanded.is_over_with(node, booted, scene)) {
+            self.commanded = None;
+        }
+    }
+
+    /// Whether an incident of a node is over only once the node is Operational again.
+    pub(in crate::diagnosis) fn waits(&self, place: Place) -> bool {
+        self.waiting.values().flatten().any(|other| *other == place)
+    }
+
+    /// Whether a node is waited for to be Operational.
+    pub(in crate::diagnosis) fn is_waiting(&self, node: u8) -> bool {
+        self.waiting.contains_key(&node)
+            || self.owing.contains_key(&node)
+            || self.ignored.contains_key(&node)
+            || self.commanded.is_some()
+    }
+
+    /// Whether a node is silent.
+    pub(in crate::diagnosis) fn is_silent(&self, node: u8) -> bool {
+        self.silent.contains_key(&node)
+    }
+
+    /// Since when nodes are back without being Operational again.
+    pub(in crate::diagnosis) fn back(&self, place: Place) -> Option<FrameRef> {
+        let waiting = self.waiting.iter().filter(|(_, places)| places.contains(&place));
+        waiting.filter_map(|(node, _)| self.booted.get(node).copied()).max_by_key(|at| at.no)
+    }
+
+    fn wait(&mut self, node: u8, place: Place) {
+        let places = self.waiting.entry(node).or_default();
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+
+    fn close(&mut self, place: Place, at: FrameRef, said: Saying, scene: &mut Scene<'_>) {
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(at, Role::Recovery, said, None);
+            one.ends(at);
+        }
+    }
+}
