@@ -79,7 +79,7 @@ impl Provenance {
 
 /// A value and from where it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Known {
+pub struct KnownValue {
     /// The number, at most 64 bits.
     pub value: u64,
     /// Its provenance.
@@ -179,35 +179,35 @@ impl Configuration {
     }
 
     /// What an object holds on node `node`, by the most trusted source.
-    pub fn get(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
+    pub fn get(&self, node: u8, index: u16, sub: u8) -> Option<KnownValue> {
         let known = self.before_writing(node, index, sub)?;
         let unsure = self.unsure.get(&(index, sub)).map(|frame| Provenance::Doubted(*frame));
-        Some(Known { from: unsure.unwrap_or(known.from), ..known })
+        Some(KnownValue { from: unsure.unwrap_or(known.from), ..known })
     }
 
     /// The same, whatever is being written to it.
-    pub fn before_writing(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
+    pub fn before_writing(&self, node: u8, index: u16, sub: u8) -> Option<KnownValue> {
         let address = (index, sub);
         if let Some((value, frame)) = self.observed.get(&address) {
             let doubted = self.doubted_to.is_some_and(|lost| *frame <= lost);
             let from = if doubted { Provenance::Doubted(*frame) } else { Provenance::Observed(*frame) };
-            return Some(Known { value: *value, from });
+            return Some(KnownValue { value: *value, from });
         }
         if let Some(value) = self.options.get(&address) {
-            return Some(Known { value: *value, from: Provenance::Option });
+            return Some(KnownValue { value: *value, from: Provenance::Option });
         }
         if let Some(value) = self.concise.get(&address) {
-            return Some(Known { value: *value, from: Provenance::Dcf });
+            return Some(KnownValue { value: *value, from: Provenance::Dcf });
         }
         self.described(node, index, sub)
     }
 
     /// What the description says of an object, whatever else is known.
-    pub fn described(&self, node: u8, index: u16, sub: u8) -> Option<Known> {
+    pub fn described(&self, node: u8, index: u16, sub: u8) -> Option<KnownValue> {
         let description = self.description.as_ref()?;
         let object = description.get(index, sub)?;
         let dcf = object.preset?.configured || description.form == Form::Dcf;
-        Some(Known { value: object.preset_at(node)?, from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
+        Some(KnownValue { value: object.preset_at(node)?, from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
     }
 
     /// Whether something of an object is known otherwise than by an EDS.
@@ -369,9 +369,9 @@ impl Configuration {
     }
 
     /// What an unanswered write asked for.
-    pub fn requested(&self, index: u16, sub: u8) -> Option<Known> {
+    pub fn requested(&self, index: u16, sub: u8) -> Option<KnownValue> {
         let it = self.requested.get(&(index, sub)).filter(|it| it.unanswered)?;
-        Some(Known { value: it.value, from: Provenance::Unconfirmed(it.frame) })
+        Some(KnownValue { value: it.value, from: Provenance::Unconfirmed(it.frame) })
     }
 
     /// Whether unanswered writes asked for a value of an object.
@@ -533,13 +533,13 @@ mod tests {
         let dictionary = |object| Arc::new(Dictionary::new(String::new(), Form::Eds, String::new(), vec![object]));
         let mut configuration = Configuration::default();
         configuration.describe(dictionary(object(100, false)));
-        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 100, from: Provenance::Eds }));
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(KnownValue { value: 100, from: Provenance::Eds }));
         configuration.describe(dictionary(object(200, true)));
-        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 200, from: Provenance::Dcf }));
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(KnownValue { value: 200, from: Provenance::Dcf }));
         configuration.set_option(0x1017, 0, 300);
-        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 300, from: Provenance::Option }));
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(KnownValue { value: 300, from: Provenance::Option }));
         write(&mut configuration, 0x1017, 0, 400);
-        assert_eq!(configuration.get(5, 0x1017, 0), Some(Known { value: 400, from: Provenance::Observed(7) }));
+        assert_eq!(configuration.get(5, 0x1017, 0), Some(KnownValue { value: 400, from: Provenance::Observed(7) }));
     }
 
     use crate::dictionary::{Access, Preset};

@@ -92,7 +92,7 @@ pub struct Duplicates {
     last: Vec<Last>,
     count: u64,
     /// The resolution of the stamps, in ns.
-    grain_ns: i64,
+    resolution_ns: i64,
     /// Frames that stood twice, right behind each other.
     pairs: u64,
     /// How long isolated frames were before their duplicates, in ns, their CAN-IDs, and when the duplicates came, in ns;
@@ -152,14 +152,14 @@ impl Duplicates {
     }
 
     /// Takes the next frame. `squeezed`: it stands closer to the one before than it can be on a bus, so its time
-    /// shows nothing. `grain_ns`: the resolution of the stamps.
+    /// shows nothing. `resolution_ns`: the resolution of the stamps.
     #[inline]
-    pub fn step(&mut self, frame: &Frame, squeezed: bool, grain_ns: i64) -> Sighting {
+    pub fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: i64) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;
             return Sighting::Original;
         }
-        self.grain_ns = grain_ns;
+        self.resolution_ns = resolution_ns;
         self.compare(frame, squeezed)
     }
 
@@ -267,7 +267,7 @@ impl Duplicates {
             None => now.count - seen.count <= APART_FRAMES,
         };
         let middle = usual.start().midpoint(*usual.end());
-        let overdue = |seen: &Seen| seen.age_ns(now).is_none_or(|age| age.saturating_add(self.grain_ns) >= middle);
+        let overdue = |seen: &Seen| seen.age_ns(now).is_none_or(|age| age.saturating_add(self.resolution_ns) >= middle);
         let Some(place) = self.recent.iter().position(|seen| seen.key == now.key && in_time(seen)) else {
             return false;
         };

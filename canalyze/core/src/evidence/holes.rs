@@ -205,21 +205,21 @@ impl Holes {
         }
     }
 
-    /// A frame has ended a silence (from, to in ns). `even`: the senders that come evenly. `grain_ns`: the resolution of
+    /// A frame has ended a silence (from, to in ns). `even`: the senders that come evenly. `resolution_ns`: the resolution of
     /// the stamps.
     pub(super) fn begin(
         &mut self,
         frame: &Frame,
         (from_ns, to_ns): (i64, i64),
         even: impl Iterator<Item = Even>,
-        grain_ns: i64,
+        resolution_ns: i64,
     ) {
         let given = self.given_ns.is_some_and(|given_ns| given_ns > from_ns);
         if given || self.doubt.is_some() || restarts(frame) {
             return;
         }
         let expected = |even: Even| {
-            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * grain_ns);
+            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * resolution_ns);
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
             let known = (self.since_ns..=from_ns).contains(&even.last_ns);
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;

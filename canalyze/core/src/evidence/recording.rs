@@ -95,7 +95,7 @@ pub struct Recording {
     clock: Clock,
     /// Counts up where frames were lost.
     losses: u32,
-    grain: Grain,
+    resolution: Resolution,
     /// The last frame's time.
     last_ns: Option<i64>,
     /// The last silence of the bus after which frames came in a row, in ns.
@@ -116,7 +116,7 @@ pub struct Recording {
 
 /// The resolution of the stamps.
 #[derive(Clone, Copy, Debug, Default)]
-struct Grain {
+struct Resolution {
     /// In ns; 0: nothing was seen.
     ns: i64,
     /// What all stamps are whole multiples of, in ns.
@@ -127,7 +127,7 @@ struct Grain {
     last_ns: Option<i64>,
 }
 
-impl Grain {
+impl Resolution {
     /// Takes a stamp: with how many decimals it is written tells less than what all of them are multiples of.
     fn narrow(&mut self, frame: &Frame, now: i64) {
         let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
@@ -174,18 +174,18 @@ impl Recording {
     /// Takes the next frame of the bus: its place, and what happened to the recording with it. Where the stamps are of no
     /// use the place has no time, as if there were none.
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
-        let (of_use, grain_ns) = (self.grain.is_of_use(), self.grain.ns);
+        let (of_use, resolution_ns) = (self.resolution.is_of_use(), self.resolution.ns);
         if let Some(now) = frame.t_ns {
-            self.grain.narrow(frame, now);
+            self.resolution.narrow(frame, now);
         }
-        if self.grain.is_of_use() != of_use {
+        if self.resolution.is_of_use() != of_use {
             // Times before and after are not comparable.
             self.clock.steps = self.clock.steps.saturating_add(1);
             (self.clock.latest_ns, self.last_ns) = (None, None);
             self.stalls.end_burst();
         }
         let untimed;
-        let frame = match self.grain.is_of_use() {
+        let frame = match self.resolution.is_of_use() {
             true => frame,
             false => {
                 untimed = Frame { t_ns: None, ..*frame };
@@ -196,7 +196,7 @@ impl Recording {
         let wire_ns = wire_ns(frame);
         let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
         let close = gap.is_some_and(|gap| gap < wire_ns);
-        happened.sighting = self.duplicates.step(frame, close, grain_ns);
+        happened.sighting = self.duplicates.step(frame, close, resolution_ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             happened.step_ns = self.step_of_clock(now);
@@ -207,11 +207,11 @@ impl Recording {
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(Box::new(self.measure(last, now)));
                 if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
-                    self.holes.begin(frame, (last, now), self.stalls.even(), self.grain.ns);
+                    self.holes.begin(frame, (last, now), self.stalls.even(), self.resolution.ns);
                 }
             }
             let original = happened.sighting == Sighting::Original;
-            let too_close = (close, self.grain.ns < wire_ns);
+            let too_close = (close, self.resolution.ns < wire_ns);
             self.stalls.follow(frame, (self.last_ns, now, silent_ns), original, too_close);
             self.last_ns = Some(now);
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
@@ -294,7 +294,7 @@ impl Recording {
     /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
     pub fn at(&self, at: FrameRef) -> When {
         let burst = self.stalls.running();
-        let at = FrameRef { t_ns: at.t_ns.filter(|_| self.grain.is_of_use()), ..at };
+        let at = FrameRef { t_ns: at.t_ns.filter(|_| self.resolution.is_of_use()), ..at };
         When { at, epoch: self.clock.steps.saturating_add(self.losses), burst, ..When::default() }
     }
 
@@ -322,8 +322,8 @@ impl Recording {
     }
 
     /// The resolution of the stamps in ns; at least 1.
-    pub fn grain_ns(&self) -> i64 {
-        self.grain.ns.max(1)
+    pub fn resolution_ns(&self) -> i64 {
+        self.resolution.ns.max(1)
     }
 
     /// How late an own frame may be listed at most, in ns.
@@ -346,7 +346,7 @@ impl Recording {
     }
 
     /// Whether the capture shows its frames twice.
-    pub fn shows_twice(&self) -> bool {
+    pub fn shows_duplicates(&self) -> bool {
         self.duplicates.are_proven()
     }
 
@@ -374,7 +374,7 @@ impl Recording {
     /// When a frame was on the bus: the earliest and the latest time, in ns.
     pub fn interval(&self, when: When) -> (i64, i64) {
         let Some(stamp) = when.at.t_ns else { return (i64::MIN, i64::MAX) };
-        let uncertain = self.jitter_ns.unwrap_or_else(|| self.grain_ns());
+        let uncertain = self.jitter_ns.unwrap_or_else(|| self.resolution_ns());
         let echo = if when.own { self.lag_ns() } else { 0 };
         let earliest = stamp.saturating_sub(uncertain.saturating_add(echo));
         match self.stalls.since_ns(when.burst) {

@@ -31,7 +31,7 @@ const WAIT_NS: i64 = 3_000_000_000;
 
 /// What it is certain that an identifier carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Standing {
+enum Carries {
     /// The service.
     Service,
     /// Not known yet.
@@ -69,7 +69,7 @@ impl Shown {
     }
 
     /// `ground`: what else is known to be CANopen; `over`: no further frame can tell.
-    fn standing(&self, ground: Ground, over: bool) -> Standing {
+    fn carries(&self, ground: Ground, over: bool) -> Carries {
         let (different, same) = match ground {
             Ground::Nothing => (4, 3),
             Ground::Bus => (4, 16),
@@ -77,18 +77,18 @@ impl Shown {
             Ground::Node => (12, 16),
         };
         if self.proven || self.misfit == 0 {
-            Standing::Service
+            Carries::Service
         } else if self.fit.saturating_mul(3) >= self.misfit {
             // Of random values some fit, too.
-            if ground == Ground::Nothing { Standing::Open } else { Standing::Service }
+            if ground == Ground::Nothing { Carries::Open } else { Carries::Service }
         } else if self.different >= different {
-            Standing::Other
+            Carries::Other
         } else if self.misfit < same {
-            Standing::Open
+            Carries::Open
         } else if ground == Ground::Node {
-            Standing::Service
+            Carries::Service
         } else {
-            Standing::Other
+            Carries::Other
         }
     }
 }
@@ -243,7 +243,7 @@ impl Services {
     }
 
     fn is_other_at(&self, slot: usize) -> bool {
-        self.standing(slot) == Standing::Other
+        self.carries(slot) == Carries::Other
     }
 
     /// Whether anything has shown that the bus is CANopen.
@@ -286,12 +286,12 @@ impl Services {
     /// yet, and drops it where they are not.
     pub fn admit(&mut self, finding: Finding, at: When) -> Option<Finding> {
         match self.of(&finding) {
-            Standing::Service => Some(finding),
-            Standing::Open if self.waiting.len() < KEPT => {
+            Carries::Service => Some(finding),
+            Carries::Open if self.waiting.len() < KEPT => {
                 self.waiting.push((finding, at));
                 None
             }
-            Standing::Open | Standing::Other => None,
+            Carries::Open | Carries::Other => None,
         }
     }
 
@@ -307,10 +307,10 @@ impl Services {
         for (finding, since) in std::mem::take(&mut self.waiting) {
             let known = finding.node.map_or_else(|| self.is_canopen(), |node| self.is_node(node));
             match self.of(&finding) {
-                Standing::Service => out.push(finding),
-                Standing::Open if known && recording.certainly_later(now, since, WAIT_NS) => out.push(finding),
-                Standing::Open => self.waiting.push((finding, since)),
-                Standing::Other => {}
+                Carries::Service => out.push(finding),
+                Carries::Open if known && recording.certainly_later(now, since, WAIT_NS) => out.push(finding),
+                Carries::Open => self.waiting.push((finding, since)),
+                Carries::Other => {}
             }
         }
         out
@@ -327,15 +327,15 @@ impl Services {
         let emergency = finding.code.rule().context.contains(&Family::Emcy);
         let own = finding.node.and_then(|node| self.shown.get(slot(Role::Emcy(node))?)).map_or(0, |shown| shown.fit);
         match self.of(finding) {
-            Standing::Service => true,
-            Standing::Open => !emergency || self.exchanged || self.is_canopen() || self.fits > u64::from(own == 1),
-            Standing::Other => false,
+            Carries::Service => true,
+            Carries::Open => !emergency || self.exchanged || self.is_canopen() || self.fits > u64::from(own == 1),
+            Carries::Other => false,
         }
     }
 
     /// The identifiers that carry something else.
     pub fn others(&self) -> impl Iterator<Item = Other> {
-        let others = self.shown.iter().enumerate().filter(|(slot, _)| self.standing(*slot) == Standing::Other);
+        let others = self.shown.iter().enumerate().filter(|(slot, _)| self.carries(*slot) == Carries::Other);
         others.filter_map(|(_, shown)| {
             let (id, first) = shown.first?;
             Some(Other { id, first, frames: u64::from(shown.fit) + u64::from(shown.misfit) })
@@ -346,29 +346,29 @@ impl Services {
         self.nodes & 1 << (node & 0x7F) != 0
     }
 
-    fn standing(&self, slot: usize) -> Standing {
-        let Some(shown) = self.shown.get(slot) else { return Standing::Service };
+    fn carries(&self, slot: usize) -> Carries {
+        let Some(shown) = self.shown.get(slot) else { return Carries::Service };
         if shown.misfit == 0 {
             let emergency = (EMCY..ERROR_CONTROL).contains(&slot);
             let alone = emergency && self.fits < HINTS && self.nodes == 0 && !self.described;
-            return if alone { Standing::Open } else { Standing::Service };
+            return if alone { Carries::Open } else { Carries::Service };
         }
         let node = slot.checked_sub(EMCY).map(|place| place as u8);
         let ground = match node {
             // What a node of CANopen sends wrong on its own identifiers is its fault.
-            Some(node) if self.is_node(node) => return Standing::Service,
+            Some(node) if self.is_node(node) => return Carries::Service,
             None if self.is_canopen() => Ground::Node,
             Some(_) if self.is_canopen() => Ground::Bus,
             _ => Ground::Nothing,
         };
-        shown.standing(ground, self.over)
+        shown.carries(ground, self.over)
     }
 
-    fn of(&self, finding: &Finding) -> Standing {
-        let mut found = Standing::Service;
+    fn of(&self, finding: &Finding) -> Carries {
+        let mut found = Carries::Service;
         let families = finding.code.rule().context;
         if self.alien && families.iter().any(|family| !matches!(family, Family::Error | Family::Other)) {
-            return Standing::Other;
+            return Carries::Other;
         }
         for family in families {
             let slot = match (family, finding.node) {
@@ -379,10 +379,10 @@ impl Services {
                 (Family::ErrorControl, Some(node)) => slot(Role::ErrorControl(node)),
                 _ => None,
             };
-            match slot.map(|slot| self.standing(slot)) {
-                Some(Standing::Other) => return Standing::Other,
-                Some(Standing::Open) => found = Standing::Open,
-                Some(Standing::Service) | None => {}
+            match slot.map(|slot| self.carries(slot)) {
+                Some(Carries::Other) => return Carries::Other,
+                Some(Carries::Open) => found = Carries::Open,
+                Some(Carries::Service) | None => {}
             }
         }
         found

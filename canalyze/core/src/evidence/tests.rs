@@ -189,7 +189,7 @@ fn frames_captured_twice_are_duplicates_at_any_distance() {
             observed.push((frame.reference(), recording.observe(&frame).1.sighting));
         }
         recording.settle();
-        assert!(recording.shows_twice(), "{apart}");
+        assert!(recording.shows_duplicates(), "{apart}");
         let duplicates =
             observed.iter().filter(|(at, sighting)| recording.sighting(*at, *sighting) == Sighting::Duplicate);
         assert_eq!(duplicates.count(), frames.len() / 2, "{apart}");
@@ -208,7 +208,7 @@ fn equal_frames_of_one_sender_are_no_duplicates() {
             suspects += usize::from(happened.sighting == Sighting::Duplicate);
         }
     }
-    assert!(!recording.shows_twice());
+    assert!(!recording.shows_duplicates());
     assert!(suspects <= 4, "{suspects}");
 }
 
@@ -234,7 +234,7 @@ fn the_resolution_of_stamps_is_what_all_of_them_are_multiples_of() {
         let mut recording = Recording::default();
         let floored: Vec<(i64, u16)> = cyclic(3000).into_iter().map(|(us, id)| (us - us % unit, id)).collect();
         feed(&mut recording, &floored);
-        assert_eq!(recording.grain_ns(), unit * 1000, "{unit} us");
+        assert_eq!(recording.resolution_ns(), unit * 1000, "{unit} us");
     }
 }
 
@@ -410,7 +410,7 @@ fn what_is_sent_again_and_again_behind_pauses_stands_once() {
             for id in [0x60A, 0x58A] {
                 (no, t_us) = (no + 1, t_us + 60);
                 observe(&mut recording, &frame(no, id, &[byte], t_us), false);
-                assert!(!recording.shows_twice(), "{no}");
+                assert!(!recording.shows_duplicates(), "{no}");
             }
         }
     }

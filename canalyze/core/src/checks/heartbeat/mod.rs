@@ -468,7 +468,7 @@ impl Producer {
 
     /// Takes the gap between two heartbeats in the same state.
     fn learn(&mut self, node: u8, gap: i64, last: When, cx: &mut Context<'_>) {
-        let uncertain = cx.evidence.recording.grain_ns();
+        let uncertain = cx.evidence.recording.resolution_ns();
         let gap = match self.duplicate.gap(node, gap, last.at, &self.period, uncertain, cx) {
             Place::InTurn(gap) => gap,
             Place::Additional => return,

@@ -78,7 +78,7 @@ impl Power {
 
 /// A state that is known, for verdicts on other services.
 #[derive(Clone, Copy, Debug)]
-pub struct Known {
+pub struct KnownState {
     /// 04, 05, 7F.
     pub state: u8,
     /// The frame with which the node was first shown or commanded to be in it.
@@ -129,7 +129,7 @@ impl Nmt {
     }
 
     /// The same with its evidence, for verdicts.
-    pub fn known(&self, node: u8) -> Option<Known> {
+    pub fn known(&self, node: u8) -> Option<KnownState> {
         let node_state = self.nodes.get(node)?;
         let state = self.state(node)?;
         let may_start_itself = state == PRE_OPERATIONAL && !node_state.managed && node_state.command.is_none();
@@ -138,13 +138,19 @@ impl Nmt {
         match node_state.command {
             Some(command) if !command.judged => {
                 let doubtful = commanded(command.at);
-                Some(Known { state, at: command.at, shown: false, may_start_itself, doubtful })
+                Some(KnownState { state, at: command.at, shown: false, may_start_itself, doubtful })
             }
             _ => {
                 let seen = node_state.reports.last.or(node_state.boots.last);
                 let doubtful =
                     node_state.reports.unsettled || node_state.suspect.is_some() || seen.is_some_and(commanded);
-                node_state.reports.first.map(|(state, at)| Known { state, at, shown: true, may_start_itself, doubtful })
+                node_state.reports.first.map(|(state, at)| KnownState {
+                    state,
+                    at,
+                    shown: true,
+                    may_start_itself,
+                    doubtful,
+                })
             }
         }
     }
@@ -413,7 +419,7 @@ impl Nmt {
 
     fn resolve(&mut self, over: bool, cx: &mut Context<'_>) {
         let recording = &cx.evidence.recording;
-        let (twice, once) = (recording.shows_twice(), recording.shows_once());
+        let (twice, once) = (recording.shows_duplicates(), recording.shows_once());
         let power = self.power(cx.at);
         for (node, node_state) in self.nodes.iter_mut() {
             let recording = &cx.evidence.recording;

@@ -4,7 +4,7 @@
 //! Only a state that is known judges (`nmt`), and what was under way when the state changed is no fault. Each fault is
 //! reported once as long as the node stays in a state. It must not move states.
 
-use super::{Known, Nmt, OBEYED_NS};
+use super::{KnownState, Nmt, OBEYED_NS};
 use crate::context::Context;
 use crate::evidence::duplicates::Sighting;
 use crate::finding::{Code, Finding};
@@ -74,7 +74,7 @@ impl NmtPermissions {
         }
         // Without commands a node may have started itself.
         let doubtful = known.doubtful || transmit && (known.may_start_itself || !nmt.commanded());
-        self.judge(nmt, Known { doubtful, ..known }, finding, cx);
+        self.judge(nmt, KnownState { doubtful, ..known }, finding, cx);
     }
 
     /// A frame of a node's default SDO channel.
@@ -171,7 +171,7 @@ impl NmtPermissions {
         *self = Self::default();
     }
 
-    fn period(&mut self, node: u8, known: Known) -> &mut StatePeriod {
+    fn period(&mut self, node: u8, known: KnownState) -> &mut StatePeriod {
         let period = self.nodes.entry(node);
         if period.state != known.state {
             period.state = known.state;
@@ -182,7 +182,7 @@ impl NmtPermissions {
 
     /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And
     /// where one heartbeat alone shows a state that was not commanded, it is that heartbeat.
-    fn judge(&mut self, nmt: &Nmt, known: Known, finding: Finding, cx: &mut Context<'_>) {
+    fn judge(&mut self, nmt: &Nmt, known: KnownState, finding: Finding, cx: &mut Context<'_>) {
         let Some(node) = finding.node else { return };
         if !known.doubtful && (known.shown || !nmt.shows(node)) {
             return cx.report_listed(finding);
@@ -222,13 +222,13 @@ fn is_permitted(code: Code, state: u8) -> bool {
 }
 
 /// Whether a frame may have been under way when the state changed.
-fn is_under_way(known: Known, cx: &Context<'_>) -> bool {
+fn is_under_way(known: KnownState, cx: &Context<'_>) -> bool {
     is_within(known, if known.shown { QUEUED_NS } else { OBEYED_NS }, cx)
 }
 
 /// Whether a frame may have been sent within `limit_ns` of the change of state. Without stamps only what a node has
 /// shown counts.
-fn is_within(known: Known, limit_ns: i64, cx: &Context<'_>) -> bool {
+fn is_within(known: KnownState, limit_ns: i64, cx: &Context<'_>) -> bool {
     let (earliest, _) = cx.evidence.recording.interval(cx.when);
     match known.at.t_ns.filter(|_| cx.at.t_ns.is_some()) {
         Some(known_ns) => earliest.saturating_sub(known_ns) < limit_ns,

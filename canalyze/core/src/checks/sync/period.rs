@@ -163,13 +163,13 @@ impl SyncPeriod {
     /// What a verdict on times has to allow for: as given, or the larger of the stamps' resolution and the period's
     /// deviation. `None` before that is known.
     pub fn tolerance_ns(&self, recording: &Recording) -> Option<i64> {
-        let measured = self.period_ns().map(|_| self.deviation_ns.max(recording.grain_ns()));
+        let measured = self.period_ns().map(|_| self.deviation_ns.max(recording.resolution_ns()));
         recording.stated_jitter_ns().or(measured)
     }
 
     /// The same as room for what a gap may differ from the period `period`.
     fn room_ns(&self, period: i64, recording: &Recording) -> i64 {
-        self.tolerance_ns(recording).unwrap_or(0).max(recording.grain_ns()).min(period)
+        self.tolerance_ns(recording).unwrap_or(0).max(recording.resolution_ns()).min(period)
     }
 
     /// Whether SYNCs come as of one producer for some time.
@@ -185,7 +185,7 @@ impl SyncPeriod {
             return None;
         }
         let (since, now) = (self.sync(first)?, self.sync(self.cycle)?);
-        let uncertain = recording.grain_ns().saturating_add(lag(now, recording));
+        let uncertain = recording.resolution_ns().saturating_add(lag(now, recording));
         let mean = recording.between(since, now)? / count;
         // A pause is not in the period.
         let settled = |period: &i64| mean.abs_diff(*period) <= (period / 32).unsigned_abs();
@@ -257,7 +257,7 @@ impl SyncPeriod {
             self.early.remove(0);
         }
         self.early.push(gap);
-        let _ = self.period.take(gap.ns, recording.grain_ns(), gap.now.at);
+        let _ = self.period.take(gap.ns, recording.resolution_ns(), gap.now.at);
         let Some(period) = self.period.learnt_ns() else { return };
         let agreeing = self.early.iter().filter(|gap| close(gap.ns, period)).count();
         // Listed late now and then, gaps differ and make up for each other: then a few show no period.
@@ -271,7 +271,7 @@ impl SyncPeriod {
                 let mean = sum / agreeing.max(1) as i64;
                 self.period.forget();
                 for _ in 0..agreeing {
-                    let _ = self.period.take(mean, recording.grain_ns(), gap.now.at);
+                    let _ = self.period.take(mean, recording.resolution_ns(), gap.now.at);
                 }
             }
             let Some(period) = self.period.learnt_ns() else { return };
@@ -339,7 +339,7 @@ impl SyncPeriod {
     /// Whether enough SYNCs have come in one phase to tell what the one that was late has been.
     fn settle(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let explainable = self.behind.off_ns <= lag(gap.now, recording);
-        let exact = if explainable { period / 16 + recording.grain_ns() } else { period / 4 };
+        let exact = if explainable { period / 16 + recording.resolution_ns() } else { period / 4 };
         let calm = gap.ns.abs_diff(period) <= exact.unsigned_abs();
         self.behind.calm = if calm { self.behind.calm.saturating_add(1) } else { 0 };
         let moved = self.behind.late.is_some() && self.whole(period).1 > period / 4;
@@ -396,7 +396,7 @@ impl SyncPeriod {
         let tolerance = self.tolerance_ns(recording).unwrap_or(0);
         let explainable = off_ns <= lag(now, recording);
         let exact = if explainable { period / 16 } else { period / 4 };
-        let what = if missing > 0 && from_whole <= exact && recording.grain_ns() < period {
+        let what = if missing > 0 && from_whole <= exact && recording.resolution_ns() < period {
             let most = gap.saturating_add(period / 2) / period.max(1) - 1;
             let missing = missing.min(most).max(1).unsigned_abs();
             Syn003::Missing { gap, period, tolerance, missing }.into()

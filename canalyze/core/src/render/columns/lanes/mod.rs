@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 
 use arrow_array::types::{Int64Type, UInt64Type};
 
-use self::node::{Node, Standing};
+use self::node::{Node, NodeState};
 use self::rows::{At, Pen, prefix};
 use self::transfers::Channels;
 use self::values::Values;
@@ -172,7 +172,7 @@ impl Lanes {
         let Bus { prefix, last, nodes, fresh, .. } = bus;
         let mut pen = self.sheet.pen(done);
         for node in nodes.values_mut() {
-            node.lose(&mut pen, prefix, Standing::Unknown(Word::Gap), None, *last);
+            node.lose(&mut pen, prefix, NodeState::Unknown(Word::Gap), None, *last);
             node.end_drives(&mut pen, prefix, false, *last);
             node.forget_errors(&mut pen, prefix, *last);
             node.forget(*last);
@@ -243,10 +243,10 @@ impl Lanes {
             Some(from?.saturating_add(sign.saturating_mul(measured(finding, name)?)))
         };
         let heard = finding.cause.and_then(|cause| cause.t_ns);
-        let (standing, t_ns) = match finding.code {
-            Code::Hbt002 => (Standing::Lost(Word::HeartbeatLost), since(heard, "limit", 1)),
-            Code::Grd002 => (Standing::Lost(Word::GuardingLost), None),
-            Code::Hbt005 => (Standing::Unknown(Word::Silence), since(finding.at.t_ns, "silence", -1)),
+        let (node_state, t_ns) = match finding.code {
+            Code::Hbt002 => (NodeState::Lost(Word::HeartbeatLost), since(heard, "limit", 1)),
+            Code::Grd002 => (NodeState::Lost(Word::GuardingLost), None),
+            Code::Hbt005 => (NodeState::Unknown(Word::Silence), since(finding.at.t_ns, "silence", -1)),
             _ => return,
         };
         let Some(bus) = self.buses.get_mut(usize::from(finding.bus.0)) else { return };
@@ -257,7 +257,7 @@ impl Lanes {
                 continue;
             }
             bus.fresh &= !bit(*id);
-            node.lose(&mut pen, &bus.prefix, standing, t_ns, at);
+            node.lose(&mut pen, &bus.prefix, node_state, t_ns, at);
             node.end_drives(&mut pen, &bus.prefix, false, at);
             // The frame at which it is found out may carry a PDO of the node itself.
             self.values.end_since(&mut pen, finding.bus, Some(*id), at, bus.last);
@@ -320,17 +320,17 @@ impl Lanes {
                 bus.present |= bit(node);
                 bus.node(node).boots(at);
                 let (prefix, one) = bus.parts(node);
-                one.stand(&mut pen, prefix, Standing::BootUp, place.at, place.shown);
+                one.stand(&mut pen, prefix, NodeState::BootUp, place.at, place.shown);
                 bus.fresh |= bit(node);
                 self.restart(done, place, node);
             }
             Message::Heartbeat { node, state, toggle, .. } => {
                 bus.present |= bit(node);
-                let Some(standing) = bus.node(node).shows(state, toggle, at) else { return };
+                let Some(node_state) = bus.node(node).shows(state, toggle, at) else { return };
                 bus.fresh &= !bit(node);
                 let (prefix, one) = bus.parts(node);
-                if one.stand(&mut pen, prefix, standing, place.at, place.shown) {
-                    self.follow(done, place, node, standing);
+                if one.stand(&mut pen, prefix, node_state, place.at, place.shown) {
+                    self.follow(done, place, node, node_state);
                 }
             }
             Message::GuardingRequest { node } => bus.node(node).asked = true,
@@ -370,32 +370,32 @@ impl Lanes {
                 node.managed |= addressed != 0;
                 continue;
             }
-            let standing = node.commanded(state, addressed != 0, present, at);
+            let node_state = node.commanded(state, addressed != 0, present, at);
             let news =
-                standing.filter(|one| node.stand(&mut self.sheet.pen(done), prefix, *one, place.at, place.shown));
+                node_state.filter(|one| node.stand(&mut self.sheet.pen(done), prefix, *one, place.at, place.shown));
             match news {
                 // What it sends now says more.
-                Some(Standing::Unknown(_)) => bus.fresh |= bit(id),
+                Some(NodeState::Unknown(_)) => bus.fresh |= bit(id),
                 Some(_) => bus.fresh &= !bit(id),
                 None => {}
             }
             if state == BOOT_UP {
                 self.restart(done, place, id);
-            } else if let Some(standing) = news {
-                self.follow(done, place, id, standing);
+            } else if let Some(node_state) = news {
+                self.follow(done, place, id, node_state);
             }
         }
     }
 
     /// A node is in another state now: its PDOs say nothing any more where it sends none.
-    fn follow(&mut self, done: &mut Vec<Batch>, place: Place<'_>, id: u8, standing: Standing) {
-        if standing.has_pdos() {
+    fn follow(&mut self, done: &mut Vec<Batch>, place: Place<'_>, id: u8, node_state: NodeState) {
+        if node_state.has_pdos() {
             return;
         }
         let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
         let mut pen = self.sheet.pen(done);
         let (prefix, node) = bus.parts(id);
-        node.end_drives(&mut pen, prefix, standing.has_sdo(), place.at);
+        node.end_drives(&mut pen, prefix, node_state.has_sdo(), place.at);
         self.values.end(&mut pen, place.frame.bus, Some(id), place.at);
     }
 
@@ -417,7 +417,7 @@ impl Lanes {
         bus.present &= !bit(id);
         bus.fresh &= !bit(id);
         let (prefix, node) = bus.parts(id);
-        node.end_standing(&mut self.sheet.pen(done), prefix, place.at);
+        node.end_node_state(&mut self.sheet.pen(done), prefix, place.at);
     }
 }
 
@@ -447,8 +447,8 @@ impl Bus {
     fn appears(&mut self, pen: &mut Pen<'_>, place: Place<'_>, id: u8) {
         self.present |= bit(id);
         let (prefix, node) = self.parts(id);
-        if let Some(standing) = node.appears() {
-            node.stand(pen, prefix, standing, place.at, place.shown);
+        if let Some(node_state) = node.appears() {
+            node.stand(pen, prefix, node_state, place.at, place.shown);
         }
     }
 }
@@ -457,7 +457,7 @@ impl Bus {
 /// statusword (`drive`). `None`: it has none, or there is no such kind of lane.
 pub fn class_of(kind: &str, number: u16) -> Option<&'static str> {
     match kind {
-        "nmt" => u8::try_from(number).ok().map(|state| Standing::Shown(state).class()),
+        "nmt" => u8::try_from(number).ok().map(|state| NodeState::Shown(state).class()),
         "drive" => drive::State::of(number).map(drive::State::name),
         _ => None,
     }

@@ -23,7 +23,7 @@ const HEARTBEATS: u8 = 3;
 
 /// What the lane of the NMT state shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Standing {
+pub(super) enum NodeState {
     /// The state that the node has shown.
     Shown(u8),
     /// The state that it was commanded to.
@@ -36,7 +36,7 @@ pub(super) enum Standing {
     Unknown(Word),
 }
 
-impl Standing {
+impl NodeState {
     /// The word by which it is coloured.
     pub(super) fn class(self) -> &'static str {
         match self {
@@ -88,7 +88,7 @@ struct Axis {
 pub(super) struct Node {
     id: u8,
     /// What its lane shows, and since when.
-    standing: Option<Standing>,
+    node_state: Option<NodeState>,
     since: At,
     boot_up: Option<FrameRef>,
     /// The last command to this node, until it shows a state.
@@ -125,42 +125,49 @@ impl Node {
 
     /// Whether it has shown states.
     pub(super) fn is_heard(&self) -> bool {
-        matches!(self.standing, Some(Standing::Shown(_)))
+        matches!(self.node_state, Some(NodeState::Shown(_)))
     }
 
     /// What is known now goes into its lane; gives whether that is news. A lane that nobody may see ends instead.
-    pub(super) fn stand(&mut self, pen: &mut Pen<'_>, prefix: &str, standing: Standing, at: At, shown: bool) -> bool {
-        if self.standing == Some(standing) {
+    pub(super) fn stand(
+        &mut self,
+        pen: &mut Pen<'_>,
+        prefix: &str,
+        node_state: NodeState,
+        at: At,
+        shown: bool,
+    ) -> bool {
+        if self.node_state == Some(node_state) {
             return false;
         }
         if !shown {
-            self.end_standing(pen, prefix, at);
+            self.end_node_state(pen, prefix, at);
             return true;
         }
-        self.standing = Some(standing);
+        self.node_state = Some(node_state);
         self.since = at;
-        pen.says(&self.name("nmt", prefix), at, Some(standing.class()), |out, lang| standing.say(out, lang));
+        pen.says(&self.name("nmt", prefix), at, Some(node_state.class()), |out, lang| node_state.say(out, lang));
         true
     }
 
     /// The lane of its state ends.
-    pub(super) fn end_standing(&mut self, pen: &mut Pen<'_>, prefix: &str, at: At) {
-        if self.standing.take().is_some() {
+    pub(super) fn end_node_state(&mut self, pen: &mut Pen<'_>, prefix: &str, at: At) {
+        if self.node_state.take().is_some() {
             self.since = at;
             pen.end(&self.name("nmt", prefix), at);
         }
     }
 
     /// It is not heard any more, since `t_ns` where that is known; or nobody is.
-    pub(super) fn lose(&mut self, pen: &mut Pen<'_>, prefix: &str, standing: Standing, t_ns: Option<i64>, at: At) {
-        if self.standing.is_some() {
+    pub(super) fn lose(&mut self, pen: &mut Pen<'_>, prefix: &str, node_state: NodeState, t_ns: Option<i64>, at: At) {
+        if self.node_state.is_some() {
             let at = at.at_time(t_ns, self.since);
-            self.stand(pen, prefix, standing, at, true);
+            self.stand(pen, prefix, node_state, at, true);
         }
     }
 
     /// Error control has shown a state; gives what the lane should show. `None`: it says nothing new.
-    pub(super) fn shows(&mut self, state: u8, toggle: bool, at: FrameRef) -> Option<Standing> {
+    pub(super) fn shows(&mut self, state: u8, toggle: bool, at: FrameRef) -> Option<NodeState> {
         if toggle && !self.toggles && !self.asked && self.plain >= HEARTBEATS {
             // Heartbeats have no bit 7.
             return None;
@@ -174,7 +181,7 @@ impl Node {
             return None;
         }
         self.command = None;
-        Some(Standing::Shown(state))
+        Some(NodeState::Shown(state))
     }
 
     /// It has booted.
@@ -193,27 +200,27 @@ impl Node {
 
     /// It was commanded to a state (00: reset); gives what the lane should show. `present`: it was seen. A command to
     /// all nodes is not for the one that gives it: that may be this one.
-    pub(super) fn commanded(&mut self, state: u8, explicit: bool, present: bool, at: FrameRef) -> Option<Standing> {
+    pub(super) fn commanded(&mut self, state: u8, explicit: bool, present: bool, at: FrameRef) -> Option<NodeState> {
         self.managed |= explicit;
-        let there = match self.standing {
+        let there = match self.node_state {
             // Who is not heard does not hear, as far as anybody knows.
-            Some(Standing::Lost(_) | Standing::Unknown(Word::Silence)) => true,
-            Some(Standing::Shown(shown)) => shown == state,
+            Some(NodeState::Lost(_) | NodeState::Unknown(Word::Silence)) => true,
+            Some(NodeState::Shown(shown)) => shown == state,
             _ => false,
         };
         if there {
             return None;
         }
         self.command = Some((state, at));
-        let standing = if self.managed { Standing::Commanded(state) } else { Standing::Unknown(Word::All) };
-        (present && (self.managed || self.standing.is_some())).then_some(standing)
+        let node_state = if self.managed { NodeState::Commanded(state) } else { NodeState::Unknown(Word::All) };
+        (present && (self.managed || self.node_state.is_some())).then_some(node_state)
     }
 
     /// What it shows by sending PDOs where nothing has said its state.
-    pub(super) fn sends(&self) -> Standing {
+    pub(super) fn sends(&self) -> NodeState {
         match self.command {
-            Some((OPERATIONAL, _)) => Standing::Commanded(OPERATIONAL),
-            _ => Standing::Unknown(Word::Sends),
+            Some((OPERATIONAL, _)) => NodeState::Commanded(OPERATIONAL),
+            _ => NodeState::Unknown(Word::Sends),
         }
     }
 
@@ -223,10 +230,10 @@ impl Node {
     }
 
     /// It has sent something for the first time: what it was commanded before.
-    pub(super) fn appears(&self) -> Option<Standing> {
-        let told = |(state, _): &(u8, FrameRef)| *state != 0 && self.managed && self.standing.is_none();
+    pub(super) fn appears(&self) -> Option<NodeState> {
+        let told = |(state, _): &(u8, FrameRef)| *state != 0 && self.managed && self.node_state.is_none();
         let (state, _) = self.command.filter(told)?;
-        Some(Standing::Commanded(state))
+        Some(NodeState::Commanded(state))
     }
 
     /// An axis has reported a statusword, in a frame.
