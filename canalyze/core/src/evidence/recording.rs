@@ -22,8 +22,8 @@ pub use super::stalls::Verdict;
 
 /// The coarsest resolution of stamps that is taken for one, in ns: software that prints hundredths of a second.
 const COARSEST_NS: i64 = 10_000_000;
-/// Frames from which on it shows that they share their stamps.
-const SHARING: u64 = 16;
+/// Frames from which on it shows that they share their stamps, where there are several.
+const SHARING: u64 = 8;
 /// The last digit of a stamp, in ns, by the number of its decimals.
 const UNITS_NS: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
 /// The latest that a host lists its own frames, in ns.
@@ -145,7 +145,9 @@ impl Resolution {
     /// stamp), they tell the order at most. A coarse divisor alone tells nothing: frames may come at round times.
     fn is_of_use(&self) -> bool {
         let coarse = self.divisor_ns == 0 || self.divisor_ns > COARSEST_NS;
-        !(coarse && self.frames >= SHARING && self.shared.saturating_mul(4) > self.frames.saturating_mul(3))
+        // One stamp alone may be that of a burst with which the capture begins.
+        let least = if self.frames.saturating_sub(self.shared) > 1 { SHARING } else { 2 * SHARING };
+        !(coarse && self.frames >= least && self.shared.saturating_mul(4) > self.frames.saturating_mul(3))
     }
 }
 
