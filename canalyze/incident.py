@@ -87,7 +87,7 @@ class Incident:
     checks: tuple[str, ...]
     """What to look at first, in words."""
     findings: tuple[tuple[str, int], ...]
-    """The codes of the rules that found what belongs to it, with their frames."""
+    """The codes of the rules that found what belongs to it, each with the frame that shows it; 0: none does."""
     message: str
     """What it says, in one line."""
     count: int
@@ -112,7 +112,7 @@ def incident(row: Mapping[str, Any]) -> Incident:
         effects=tuple(row["effects"]),
         steps=tuple(Step(**step) for step in row["steps"]),
         checks=tuple(row["checks_text"]),
-        findings=tuple((one["code"], one["frame"]) for one in row["findings"]),
+        findings=tuple((one["code"], one["frame"] or 0) for one in row["findings"]),
         count=row["repeats"]["count"],
         is_root=row["root"],
     )

@@ -126,6 +126,27 @@ def test_frames_beyond_the_end(canalyze: Runner) -> None:
 
 
 @pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["--frame", "5000"], "no frame 5000: the capture has frames 1-175"),
+        (["--around", "99999:1", "--filter", "node=9"], "no frame 99998-100000: the capture has frames 1-175"),
+        (["--frame", "5000", "--frame", "6000-6001"], "no frame 5000, 6000-6001: the capture has frames 1-175"),
+        (["--filter", "frame=5000"], "no frame 5000: the capture has frames 1-175"),
+        (["--frame", "3-4", "--filter", "node=99"], "no frame matches the filter (175 frames)"),
+        (["--frame", "3-4", "--frame", "5000", "--filter", "node=99"], "no frame matches the filter (175 frames)"),
+    ],
+)
+def test_one_line_says_why_nothing_is_shown(canalyze: Runner, args: list[str], said: str) -> None:
+    done = canalyze("decode", "--lang", "en", *args, PROBLEMS)
+    assert (done.code, done.out, done.err) == (0, "", f"canalyze: {said}\n")
+
+
+def test_frames_behind_the_count_are_not_said_to_be_missing(canalyze: Runner) -> None:
+    done = canalyze("decode", "--lang", "en", "-c", "2", "--frame", "3-5000", "--frame", "170", PROBLEMS)
+    assert (len(done.lines), done.err) == (2, "")
+
+
+@pytest.mark.parametrize(
     ("args", "wanted"),
     [
         (["--around", "100"], [*range(90, 111)]),

@@ -233,7 +233,10 @@ def _part(
             }
             for place, step in enumerate(one["steps"][:steps])
         ],
-        "findings": ", ".join(f"{entry['code']} #{entry['about_frame']}" for entry in one["findings"][:steps]),
+        "findings": ", ".join(
+            f"{entry['code']} #{entry['about_frame']}" if entry["about_frame"] is not None else entry["code"]
+            for entry in one["findings"][:steps]
+        ),
     }
 
 

@@ -182,12 +182,14 @@ def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
     """Give the findings in it, those of one rule in a line."""
     frames: dict[str, list[int]] = {}
     for entry in one["findings"]:
-        frames.setdefault(entry["code"], []).append(entry["about_frame"])
+        at = frames.setdefault(entry["code"], [])
+        if entry["about_frame"] is not None:
+            at.append(entry["about_frame"])
     lines = [] if not frames else ["   " + words("diagnose.found")]
     for code, numbers in frames.items():
         at = ", ".join(f"#{number}" for number in sorted(numbers)[:_FRAMES])
         more = " …" if len(numbers) > _FRAMES else ""
-        lines.append(f"     {code} {at}{more}  {rules.get(code, '')}")
+        lines.append(f"     {f'{code} {at}'.rstrip()}{more}  {rules.get(code, '')}")
     return lines
 
 

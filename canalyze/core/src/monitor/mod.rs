@@ -183,8 +183,7 @@ impl Monitor {
         self.summary.gap(bus);
         self.objects.lost(bus);
         if away {
-            let last = self.last.no;
-            self.wire(bus, |wire| wire.leave(last));
+            self.wire(bus, Wire::leave);
         }
     }
 

@@ -163,14 +163,13 @@ impl View<'_> {
         put!(out; "}");
     }
 
-    /// The state of a drive; of several axes with their numbers. What it reported last holds no more once the bus was
-    /// away, or its node is lost: unless it was reported when the next heartbeat was overdue already, so that the node goes
-    /// on without them.
+    /// The state of a drive; of several axes with their numbers. What it reported last holds no more once its node is lost,
+    /// unless it was reported when the next heartbeat was overdue already: the node goes on without them.
     fn drive(&self, out: &mut Vec<u8>, known: Option<&Bus>, node: u8, live: &Live, silent: bool) {
         let period = known.and_then(|bus| bus.heartbeat_period(node));
         let holds = |at: FrameRef| {
             let since = live.beat_ns.and_then(|beat| Some(at.t_ns?.saturating_sub(beat)));
-            at.no > live.left && (!silent || since.zip(period).is_some_and(|(since, period)| since > period))
+            !silent || since.zip(period).is_some_and(|(since, period)| since > period)
         };
         let reports = known.into_iter().flat_map(|bus| bus.drive_reports(node)).filter(|(_, _, at)| holds(*at));
         let states: Vec<_> = reports.map(|(axis, state, _)| (axis, state)).collect();

@@ -89,13 +89,11 @@ pub(super) struct Live {
     pub(super) findings: [u64; 3],
     /// The bus was away since its state was seen last: what it is now, nobody knows.
     pub(super) unknown: bool,
-    /// The last frame of the capture before the bus was away last: what its drive reported until then holds no more.
-    pub(super) left: u64,
 }
 
 impl Default for Live {
     fn default() -> Self {
-        Self { rate: Recent::new(RATE_NS), beat_ns: None, emergency: None, findings: [0; 3], unknown: false, left: 0 }
+        Self { rate: Recent::new(RATE_NS), beat_ns: None, emergency: None, findings: [0; 3], unknown: false }
     }
 }
 
@@ -172,11 +170,10 @@ impl Wire {
         }
     }
 
-    /// The bus is away since a frame of the capture: its nodes may do anything meanwhile, and its controller may be
-    /// restarted.
-    pub(super) fn leave(&mut self, last: u64) {
+    /// The bus is away: its nodes may do anything meanwhile, and its controller may be restarted.
+    pub(super) fn leave(&mut self) {
         self.state = None;
-        self.nodes.iter_mut().for_each(|(_, live)| (live.unknown, live.left) = (true, last));
+        self.nodes.iter_mut().for_each(|(_, live)| live.unknown = true);
     }
 
     /// A finding about one of its nodes.

@@ -151,8 +151,11 @@ fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one:
     }
     put!(out; "],\"findings\":[");
     for (place, cited) in one.findings.iter().enumerate() {
-        put!(out; if place > 0 { "," } else { "" }, "{\"code\":\"", cited.code.rule().id, "\",\"frame\":", cited.frame);
-        put!(out; ",\"about_frame\":", cited.about, "}");
+        put!(out; if place > 0 { "," } else { "" }, "{\"code\":\"", cited.code.rule().id, "\",\"frame\":");
+        number_or_null(out, (cited.frame > 0).then_some(cited.frame));
+        put!(out; ",\"about_frame\":");
+        number_or_null(out, (cited.about > 0).then_some(cited.about));
+        put!(out; "}");
     }
     put!(out; "],\"message\":");
     quoted(out, |text| words::title(text, setting.lang, one, first.and_then(|first| first.t_ns)));

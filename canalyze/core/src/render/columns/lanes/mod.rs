@@ -258,7 +258,7 @@ impl Lanes {
             }
             bus.fresh &= !bit(*id);
             node.lose(&mut pen, &bus.prefix, node_state, t_ns, at);
-            node.end_drives(&mut pen, &bus.prefix, false, at);
+            node.lose_drives(&mut pen, &bus.prefix, t_ns, at);
             // The frame at which it is found out may carry a PDO of the node itself.
             self.values.end_since(&mut pen, finding.bus, Some(*id), at, bus.last);
         }

@@ -81,6 +81,8 @@ struct Axis {
     by_pdo: bool,
     /// The frame that told it.
     frame: u64,
+    /// Since when its lane shows it.
+    since: At,
 }
 
 /// One node.
@@ -243,7 +245,7 @@ impl Node {
             Some(place) => place,
             None if state.is_none() => return,
             None => {
-                self.axes.push(Axis { number: axis, state: None, by_pdo, frame: 0 });
+                self.axes.push(Axis { number: axis, state: None, by_pdo, frame: 0, since: at });
                 self.axes.len() - 1
             }
         };
@@ -257,6 +259,7 @@ impl Node {
         if std::mem::replace(&mut one.state, state) == state {
             return;
         }
+        one.since = at;
         let name = drive(id, prefix, axis);
         match state {
             Some(state) => pen.row(&name, at, Some(terms::drive::state(pen.lang, state)), Some(state.name())),
@@ -269,6 +272,15 @@ impl Node {
         for one in self.axes.iter_mut().filter(|one| one.by_pdo || !by_pdo) {
             if one.state.take().is_some() {
                 pen.end(&drive(self.id, prefix, one.number), at);
+            }
+        }
+    }
+
+    /// The node is not heard any more, since `t_ns` where that is known: nor is its drive, from the same moment on.
+    pub(super) fn lose_drives(&mut self, pen: &mut Pen<'_>, prefix: &str, t_ns: Option<i64>, at: At) {
+        for one in &mut self.axes {
+            if one.state.take().is_some() {
+                pen.end(&drive(self.id, prefix, one.number), at.at_time(t_ns, one.since));
             }
         }
     }
