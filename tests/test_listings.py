@@ -141,11 +141,6 @@ def test_one_line_says_why_nothing_is_shown(canalyze: Runner, args: list[str], s
     assert (done.code, done.out, done.err) == (0, "", f"canalyze: {said}\n")
 
 
-def test_frames_behind_the_count_are_not_said_to_be_missing(canalyze: Runner) -> None:
-    done = canalyze("decode", "--lang", "en", "-c", "2", "--frame", "3-5000", "--frame", "170", PROBLEMS)
-    assert (len(done.lines), done.err) == (2, "")
-
-
 @pytest.mark.parametrize(
     ("args", "wanted"),
     [
