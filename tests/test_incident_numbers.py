@@ -1,7 +1,7 @@
 """The numbers of problems that a reader sees, and the frames that findings are cited with.
 
-Numbers count from 1 without gaps in the order of reading, the same in every output of a whole capture; a finding stands at
-one frame, wherever it is named. What it must not do: test what is found.
+Numbers count from 1 without gaps in the order of reading, the same in every output of a whole capture; a finding stands
+at one frame, wherever it is named. What it must not do: test what is found.
 """
 
 from __future__ import annotations

@@ -184,7 +184,9 @@ HOUR = 3600
 
 def _beats(begin: int) -> str:
     """Ten seconds of a node that is Operational, and of one that is watched with it."""
-    return "".join(f"({begin + t}.{part}00000) can0 {node}#05\n" for t in range(10) for part, node in ((0, 701), (5, 702)))
+    return "".join(
+        f"({begin + t}.{part}00000) can0 {node}#05\n" for t in range(10) for part, node in ((0, 701), (5, 702))
+    )
 
 
 @pytest.mark.parametrize(
@@ -194,7 +196,9 @@ def _beats(begin: int) -> str:
         (-5 * HOUR, "b.log: begins 5 h before the last frame of a.log; all files are read as one capture"),
     ],
 )
-def test_files_that_are_far_apart_may_be_no_one_capture(canalyze: Runner, tmp_path: Path, later: int, said: str) -> None:
+def test_files_that_are_far_apart_may_be_no_one_capture(
+    canalyze: Runner, tmp_path: Path, later: int, said: str
+) -> None:
     (tmp_path / "a.log").write_text(_beats(1_700_000_000))
     for name in ("b.log", "c.log"):
         (tmp_path / name).write_text(_beats(1_700_000_000 + later * (1 if name == "b.log" else 2)))
@@ -211,7 +215,9 @@ def test_parts_of_a_recording_say_nothing_and_go_on(canalyze: Runner, tmp_path: 
     (tmp_path / "a.log").write_text(_beats(1_700_000_000))
     (tmp_path / "b.log").write_text(_beats(1_700_000_010).replace("702#05", "703#05"))
     done = canalyze("--lang", "en", "diagnose", "a.log", "b.log")
-    assert (done.code, done.err) == (0, "") and "node 2: silent since" in done.out, "a node that is lost between two parts"
+    assert (done.code, done.err) == (0, "") and "node 2: silent since" in done.out, (
+        "a node that is lost between two parts"
+    )
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the peak of memory stands in /proc")

@@ -190,7 +190,9 @@ class Gatherer:
                 self._series[key].add(t_ns, float(value))
 
     def _findings(self, batch: "Batch") -> None:
-        columns = (batch.column(name) for name in ("code", "severity", "frame", "about_frame", "bus", "node", "message"))
+        columns = (
+            batch.column(name) for name in ("code", "severity", "frame", "about_frame", "bus", "node", "message")
+        )
         for code, severity, frame, about, bus, node, message in zip(*columns, strict=True):
             if (code, frame) in self._told:
                 continue

@@ -182,9 +182,7 @@ def _findings(one: Record, rules: Mapping[str, str], words: Words) -> list[str]:
     """Give the findings in it, those of one rule in a line."""
     frames: dict[str, list[int]] = {}
     for entry in one["findings"]:
-        at = frames.setdefault(entry["code"], [])
-        if entry["about_frame"] is not None:
-            at.append(entry["about_frame"])
+        frames.setdefault(entry["code"], []).extend([entry["about_frame"]] if entry["about_frame"] else [])
     lines = [] if not frames else ["   " + words("diagnose.found")]
     for code, numbers in frames.items():
         at = ", ".join(f"#{number}" for number in sorted(numbers)[:_FRAMES])
