@@ -58,13 +58,11 @@ def _devices(given: tuple[network.Description, ...]) -> "_core.Network | None":
         return None
     from canalyze import _core
     from canalyze.dictionary import load
-    from canalyze.dictionary.rows import flat
 
     descriptions = []
     for one in given:
         found = load(one.file)
-        table = flat(found)
-        descriptions += [(one.bus, node, table) for node in one.nodes or (found.node or 0,)]
+        descriptions += [(one.bus, node, found.table) for node in one.nodes or (found.node or 0,)]
     return _core.Network(descriptions=descriptions)
 
 

@@ -53,6 +53,7 @@ pub mod monitor;
 pub mod network;
 pub mod node;
 pub mod od;
+pub mod preset;
 pub mod profiles;
 #[cfg(feature = "python")]
 mod python;
