@@ -17,7 +17,6 @@ from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     OneOf,
-    Spelled,
     capture_options,
     color_option,
     format_option,
@@ -25,6 +24,7 @@ from canalyze.configuration.options import (
     moment,
     open_session,
     positive,
+    spelled,
 )
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import FileOutput, Output, Progress, open_output, told
@@ -131,14 +131,10 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Option(
-                ["-n", "story"], type=Spelled(positive, "positive", words), metavar="N", help=words("diagnose.story")
-            ),
+            spelled(words, "-n story", positive, "positive", "N", "diagnose.story"),
             click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
-            click.Option(["--since"], type=Spelled(moment, "moment", words), metavar="S", help=words("diagnose.since")),
-            click.Option(
-                ["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("diagnose.node")
-            ),
+            spelled(words, "--since", moment, "moment", "S", "diagnose.since"),
+            spelled(words, "--node", network.node, "node", "N", "diagnose.node"),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
             click.Option(["--html"], type=ANY_PATH, metavar="FILE", help=words("diagnose.html")),
             click.Option(["--frames"], type=OneOf(("near", "all"), words), help=words("diagnose.html_option")),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from canalyze.configuration import network
-from canalyze.configuration.options import Spelled
+from canalyze.configuration.options import spelled
 from canalyze.errors import SourceError
 from canalyze.output import Output, complain
 from canalyze.output.help import Command
@@ -41,13 +41,7 @@ def command(words: Words) -> click.Command:
         run,
         [
             click.Argument(["frame"], nargs=-1, type=click.UNPROCESSED, metavar="FRAME"),
-            click.Option(
-                ["--eds"],
-                type=Spelled(network.description, "eds", words),
-                metavar="[[BUS:]NODE=]FILE",
-                multiple=True,
-                help=words("explain.eds"),
-            ),
+            spelled(words, "--eds", network.description, "eds", "[[BUS:]NODE=]FILE", "explain.eds", multiple=True),
         ],
     )
 

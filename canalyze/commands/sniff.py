@@ -18,12 +18,12 @@ import click
 from canalyze import expectations
 from canalyze.configuration.options import (
     ANY_PATH,
-    Spelled,
     depth_of,
     listing_options,
     network_options,
     open_session,
     positive,
+    spelled,
 )
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import Output, Progress, complain, hint, open_output
@@ -102,12 +102,8 @@ def command(words: Words) -> click.Command:
             click.Argument(["channels"], nargs=-1, metavar="CHANNEL"),
             *listening_options(words),
             click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
-            click.Option(
-                ["--duration"], type=Spelled(seconds, "duration", words), metavar="TIME", help=words("sniff.duration")
-            ),
-            click.Option(
-                ["--count"], type=Spelled(positive, "positive", words), metavar="N", help=words("sniff.count")
-            ),
+            spelled(words, "--duration", seconds, "duration", "TIME", "sniff.duration"),
+            spelled(words, "--count", positive, "positive", "N", "sniff.count"),
             *listing_options(words),
             click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("sniff.expect")),
             click.Option(["--rerun"], is_flag=True, help=words("sniff.rerun")),
