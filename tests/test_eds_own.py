@@ -6,6 +6,7 @@ from pathlib import Path
 
 import canopen
 import pytest
+from eds_texts import pdos, pdos_of_the_library
 
 from canalyze.dictionary import load
 
@@ -32,6 +33,12 @@ def test_the_library_reads_it_too(name: str) -> None:
     theirs = canopen.import_od(str(OWN / name), 5)
     ours = load(str(OWN / name), 5)
     assert [thing.index for thing in ours.objects] == sorted(index for index in theirs.indices if index >= 0x1000)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_library_finds_the_same_pdos(name: str) -> None:
+    found = pdos(load(str(OWN / name)), 5)
+    assert found == pdos_of_the_library(str(OWN / name), 5) != []
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -8,7 +8,8 @@ from canalyze.dictionary.model import ARRAY, RECORD, Defect, Dictionary, Entry, 
 from canalyze.dictionary.values import NAMES
 from canalyze.output import Output, printable
 from canalyze.output.layout import definitions, width
-from canalyze.reports.table import Column, Row, Table
+from canalyze.reports import table
+from canalyze.reports.table import Column
 from canalyze.words import Words
 
 _SHOWN: Final = range(0x1000, 0x102A)
@@ -286,6 +287,4 @@ def _table(
     folds: Iterable[str] = (),
 ) -> None:
     columns = [Column(words(f"col.{key}"), right=key in set(right), folds=key in set(folds)) for key in keys]
-    table = Table(columns, out, live=False)
-    table.add([Row(row, number) for number, row in enumerate(rows)])
-    table.close()
+    table.write(columns, rows, out)
