@@ -231,7 +231,7 @@ impl Decoding {
         };
         for event in events {
             restore(&mut event.at);
-            event.about.iter_mut().for_each(restore);
+            event.about.as_deref_mut().into_iter().for_each(restore);
             match &mut event.what {
                 What::Finding(finding) => {
                     restore(&mut finding.at);
@@ -279,7 +279,7 @@ impl Decoding {
             let (at, cause, bus, Verdict { code, facts }) = (frame.reference(), Some(before), frame.bus, what);
             let finding = Finding { code, at, cause, bus, node: None, object: None, facts, because_of: None };
             let what = What::Finding(Box::new(finding));
-            self.events.push(Event { at, about: cause, bus, node: None, transfer: None, what });
+            self.events.push(Event { at, about: cause.map(Box::new), bus, node: None, transfer: None, what });
         }
     }
 

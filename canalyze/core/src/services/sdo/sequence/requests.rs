@@ -88,7 +88,7 @@ impl Channel {
             && let Some(answer) = self.sequence.answered.take()
         {
             self.leave_answered(cx);
-            self.step.answered_by = Some(answer.at);
+            self.step.answered_by = Some(Box::new(answer.at));
             self.take(Side::Client, half, cx);
             self.server(answer, cx);
             return None;
