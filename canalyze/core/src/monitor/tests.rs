@@ -33,7 +33,7 @@ fn end(session: &mut Session) {
     session.rest(&mut Vec::new());
 }
 
-fn shot(session: &Session) -> Value {
+fn shot(session: &mut Session) -> Value {
     serde_json::from_slice(&session.snapshot()).unwrap()
 }
 
@@ -47,7 +47,7 @@ fn seen(frames: &[(u64, &str)]) -> Value {
     let mut session = session(Some(500_000));
     feed(&mut session, &log(frames));
     end(&mut session);
-    shot(&session)
+    shot(&mut session)
 }
 
 fn object<'a>(shot: &'a Value, id: &str) -> &'a Value {
@@ -92,11 +92,11 @@ fn time_goes_on_without_frames() {
     let beats: Vec<_> = (0..8).map(|no| (no * 100, "705#05")).collect();
     feed(&mut session, &log(&beats));
     end(&mut session);
-    let before = shot(&session);
+    let before = shot(&mut session);
     assert_eq!(before["nodes"][0]["heartbeat_age_ns"], 0);
     assert_eq!(before["nodes"][0]["heartbeat_period_ns"], 100_000_000);
     session.advance(105_000_000_000, &mut Vec::new());
-    let after = shot(&session);
+    let after = shot(&mut session);
     assert_eq!(after["nodes"][0]["heartbeat_age_ns"], 4_300_000_000u64);
     assert_eq!((&after["nodes"][0]["frames_per_s"], &after["buses"][0]["load_percent"]), (&json!(0.0), &json!(0.0)));
     assert_eq!(object(&after, "705")["rate"], json!(0.0));
@@ -104,7 +104,7 @@ fn time_goes_on_without_frames() {
     assert_eq!((&after["findings"][0]["code"], &after["nodes"][0]["findings"]["error"]), (&json!("HBT005"), &json!(0)));
     assert_eq!(object(&after, "705")["severity"], Value::Null);
     session.advance(1, &mut Vec::new());
-    assert_eq!(shot(&session)["now_ns"], 105_000_000_000u64);
+    assert_eq!(shot(&mut session)["now_ns"], 105_000_000_000u64);
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn a_node_that_is_no_longer_heard_is_silent() {
     feed(&mut session, &log(&beats));
     end(&mut session);
     session.advance(105_000_000_000, &mut Vec::new());
-    assert_eq!(shot(&session)["nodes"][0]["silent"], "heartbeat");
+    assert_eq!(shot(&mut session)["nodes"][0]["silent"], "heartbeat");
 
     let asked: Vec<_> = (0..8).map(|no| (no * 100, if no % 2 == 0 { "705#85" } else { "705#05" })).collect();
     let asked: Vec<_> = asked.into_iter().flat_map(|(ms, answer)| [(ms, "705#R"), (ms + 1, answer)]).collect();
@@ -150,7 +150,7 @@ fn without_stamps_there_are_no_times() {
     feed(&mut session, "  can0  705   [1]  05\n  can0  185   [2]  01 02\n  can0  185   [2]  01 03\n");
     session.advance(5, &mut Vec::new());
     end(&mut session);
-    let shot = shot(&session);
+    let shot = shot(&mut session);
     assert_eq!((&shot["now_ns"], &shot["start_ns"]), (&Value::Null, &Value::Null));
     let pdo = object(&shot, "185");
     for key in ["last_ns", "period_ns", "jitter_ns", "rate"] {
@@ -186,7 +186,7 @@ fn a_running_transfer_shows_how_far_it_is() {
         ]),
     );
     end(&mut session);
-    let shot = shot(&session);
+    let shot = shot(&mut session);
     let running = shot["transfers"]["running"].as_array().unwrap();
     assert_eq!(running.len(), 1, "{running:?}");
     assert_eq!(
@@ -259,7 +259,7 @@ fn many_identifiers_take_no_more_room() {
     text.push_str("(2.000000) can0 705#05\n(2.000001) can0 705#R\n");
     feed(&mut session, &text);
     end(&mut session);
-    let shot = shot(&session);
+    let shot = shot(&mut session);
     let objects = shot["objects"].as_array().unwrap();
     assert_eq!((objects.len(), &shot["objects_more"]), (1_026, &json!(1_976)));
     assert_eq!(
@@ -277,7 +277,7 @@ fn repeats_are_counted_in_the_last_row_of_their_kind() {
     let mut session = session(None);
     feed(&mut session, &log(&all));
     end(&mut session);
-    let shot = shot(&session);
+    let shot = shot(&mut session);
     let rows = shot["findings"].as_array().unwrap();
     let of_kind: Vec<_> = rows.iter().filter(|row| row["code"] == rows[0]["code"]).collect();
     let all: u64 = rows.iter().map(|row| row["count"].as_u64().unwrap()).sum();
@@ -336,7 +336,7 @@ fn no_time_is_measured_across_lost_frames() {
     feed(&mut session, "DROPCOUNT: dropped 5 CAN frames on 'can0' socket (total drops 5)\n");
     feed(&mut session, &log(&[(9_000, "705#05"), (9_100, "705#05")]));
     end(&mut session);
-    let shot = shot(&session);
+    let shot = shot(&mut session);
     let beat = object(&shot, "705");
     assert_eq!((&beat["count"], &beat["period_ns"]), (&json!(4), &json!(100_000_000)));
     assert_eq!(shot["buses"][0]["dropped"], 5);
@@ -351,7 +351,7 @@ fn a_filter_leaves_the_state_alone() {
     session.begin(b"capture.log", Input::Candump, true);
     feed(&mut session, &log(&[(0, "705#05"), (1, "085#2081110000000000"), (2, "185#00")]));
     end(&mut session);
-    let shot = shot(&session);
+    let shot = shot(&mut session);
     assert_eq!((&shot["tally"]["frames"], &shot["tally"]["shown"]), (&json!(3), &json!(1)));
     assert_eq!(shot["objects"].as_array().unwrap().len(), 3);
     assert!(numbers(&lines(&session, "", "", None, 9, true)).iter().all(|no| *no == 2));
@@ -428,7 +428,7 @@ fn lost(until_ms: Option<i64>) -> Value {
     if let Some(until_ms) = until_ms {
         session.advance(until_ms * 1_000_000, &mut Vec::new());
     }
-    shot(&session)
+    shot(&mut session)
 }
 
 #[test]
