@@ -145,6 +145,29 @@ def _whole(entry: Entry | None) -> int | None:
     return value if isinstance(value, int) else None
 
 
+def title(index: int) -> str | None:
+    """Give what a parameter of a PDO is called; None for another object."""
+    for direction, first in _COMMUNICATION.items():
+        for start, kind in ((first, "communication"), (first + _TO_MAPPING, "mapping")):
+            if index in range(start, start + _TO_MAPPING):
+                return f"{direction.upper()} {kind} parameter"
+    return None
+
+
+def mapping_of(index: int) -> int | None:
+    """Give the mapping parameter of the PDO of a communication parameter; None for another object."""
+    is_one = any(index in range(first, first + _TO_MAPPING) for first in _COMMUNICATION.values())
+    return index + _TO_MAPPING if is_one else None
+
+
+def mapped_by(index: int, sub: int, value: object) -> tuple[int, int, int] | None:
+    """Give the object that an entry of a mapping parameter maps, and its bits; None for a dummy, and for no entry."""
+    if mapping_of(index - _TO_MAPPING) is None or not sub or not isinstance(value, int):
+        return None
+    mapped = value >> 16, value >> 8 & 0xFF, value & 0xFF
+    return mapped if mapped[0] >= _DUMMIES_END else None
+
+
 def implied(
     mask: int, numbers: tuple[int, int], existing: set[int]
 ) -> Iterator[tuple[int, str, dict[int, dict[str, str]]]]:
@@ -165,12 +188,12 @@ def implied(
                 for sub, (name, width) in enumerate(_SUBS, 1):
                     if mask & 1 << (sub - 1):
                         subs[sub] = _sub(name, width, "rw", default if sub == 1 else "")
-                yield index, f"{direction.upper()} communication parameter", subs
+                yield index, title(index) or "", subs
             index += _TO_MAPPING
             if index not in existing:
                 subs = {0: _sub("Number of mapped objects", UNSIGNED8, "rw", "0")}
                 subs |= {sub: _sub(f"Application object {sub}", UNSIGNED32, "rw", "") for sub in range(1, _LONGEST + 1)}
-                yield index, f"{direction.upper()} mapping parameter", subs
+                yield index, title(index) or "", subs
 
 
 def _sub(name: str, kind: int, access: str, default: str) -> dict[str, str]:

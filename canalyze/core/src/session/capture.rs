@@ -115,6 +115,11 @@ impl Capture {
         }
     }
 
+    /// The time of its first frame, where one has come and has a stamp or counts from 0.
+    pub(super) fn start_ns(&self) -> Option<i64> {
+        self.start_ns
+    }
+
     /// Counts a frame that is not placed.
     pub(super) fn count(&mut self, frame: &Frame) {
         self.numbered += 1;
@@ -325,12 +330,15 @@ impl Capture {
     }
 
     /// The capture is over. `absent`: descriptions of nodes that are not in it, by file. `idle`: a filter let nothing
-    /// through.
-    pub(super) fn finish(&mut self, absent: BTreeMap<&str, Vec<u8>>, idle: bool) {
+    /// through. `timeless`: it should have ended with a time, and has none.
+    pub(super) fn finish(&mut self, absent: BTreeMap<&str, Vec<u8>>, idle: bool, timeless: bool) {
         let lines = absent.into_iter().map(|(file, nodes)| complaints::absent(self.lang, file.as_bytes(), nodes));
         self.complaints.extend(lines);
         if idle {
             self.complaints.push(complaints::nothing_shown(self.lang, self.frames));
+        }
+        if timeless {
+            self.complaints.push(complaints::timeless(self.lang));
         }
     }
 
