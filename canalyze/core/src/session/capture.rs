@@ -120,6 +120,11 @@ impl Capture {
         self.start_ns
     }
 
+    /// The number of the last frame that was placed.
+    pub(super) fn numbered(&self) -> u64 {
+        self.numbered
+    }
+
     /// Counts a frame that is not placed.
     pub(super) fn count(&mut self, frame: &Frame) {
         self.numbered += 1;
