@@ -19,13 +19,15 @@ from captures import EDS, SAMPLES, SHARED, eds_options, read_log, run_canalyze, 
 from conftest import Runner
 from sdo_reading import read_transfers
 
+from canalyze._core import DATA_TYPES
 from canalyze.dictionary import contents, read
 from canalyze.dictionary.dcf import configured, spelled
 from canalyze.dictionary.model import Dictionary
 from canalyze.dictionary.skeleton import skeleton
-from canalyze.dictionary.values import REAL, WIDTHS
+from canalyze.dictionary.values import REAL
 
 SESSIONS = [*sorted((SAMPLES / "network").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
+WIDTHS = {kind: width for kind, (_, width) in DATA_TYPES.items() if width}
 COMMANDS = {0x1003, 0x1010, 0x1011, 0x6040}
 """Objects whose writing is a command, as far as the sessions have them."""
 EVERY = [*sorted(EDS.glob("*.eds")), *sorted((SHARED / "corpus/eds").rglob("*.[eEdD][dDcC][sSfF]"))]

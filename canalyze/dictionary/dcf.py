@@ -9,12 +9,13 @@ import struct
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
+from canalyze._core import DATA_TYPES
 from canalyze.dictionary import read
 from canalyze.dictionary.encoding import decode
 from canalyze.dictionary.ini import Ini, Section, parse
 from canalyze.dictionary.model import DOMAIN, VAR, Entry
 from canalyze.dictionary.objects import place
-from canalyze.dictionary.values import BYTES, REAL, SIGNED, STRINGS, UNSIGNED
+from canalyze.dictionary.values import BYTES, REAL, SIGNED, STRINGS
 
 Address = tuple[int, int]
 """Index and sub-index."""
@@ -67,8 +68,8 @@ def spelled(data: bytes, entry: Entry) -> str | None:
     if kind in SIGNED:
         signed = int.from_bytes(data, "little", signed=True)
         return str(signed) if 0 < len(data) <= 8 and -1 << SIGNED[kind] - 1 <= signed < 1 << SIGNED[kind] - 1 else None
-    if kind in UNSIGNED:
-        return f"{number:#x}" if 0 < len(data) <= 8 and number < 1 << UNSIGNED[kind] else None
+    if (width := DATA_TYPES.get(kind, ("", None))[1]) is not None:
+        return f"{number:#x}" if 0 < len(data) <= 8 and number < 1 << width else None
     if kind in STRINGS:
         text = data.decode("utf-16-le" if kind == 0x0B else "utf-8", "replace").rstrip("\0")
         return text if text == text.strip() and text.isprintable() and text else None

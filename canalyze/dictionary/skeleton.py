@@ -7,14 +7,16 @@ Must not: say more of a device than what was seen.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from canalyze.dictionary.pdo import mapped_by, mapping_of, title
-from canalyze.dictionary.values import NAMES, UNSIGNED, UNSIGNED8, UNSIGNED32
+from canalyze import _core
+from canalyze.dictionary.values import NAMES, UNSIGNED8, UNSIGNED32
 
 Record = Mapping[str, Any]
 """A line of the core: `od_node` or `od_object`."""
 
 _TYPES: Final = {name: kind for kind, name in NAMES.items()}
-_BY_WIDTH: Final = {bits: kind for kind, bits in reversed(UNSIGNED.items())}
+_BY_WIDTH: Final = {
+    bits: kind for kind, (name, bits) in _core.DATA_TYPES.items() if name.startswith(("UNSIGNED", "BOOLEAN"))
+}
 _OCTETS: Final = 0x0A
 _ACCESS: Final = {"rw": "rw", "ro": "ro", "wo": "wo", "r": "ro"}
 """Of what was read and never written it is not known that it can be."""
@@ -26,7 +28,7 @@ _MANDATORY: Final = {
     (0x1001, 0): ("Error register", UNSIGNED8),
     (0x1018, 1): ("Vendor-ID", UNSIGNED32),
 }
-_IDENTITY: Final = 0x1018
+_TITLES: Final = {0x1018: "Identity object"}
 _FIXED: Final = range(0x1000, 0x2000)
 """Where what was read and never written is what the device starts with."""
 
@@ -35,7 +37,10 @@ _Keys = dict[str, str]
 
 def skeleton(node: Record, objects: Sequence[Record]) -> str:
     """Give the EDS of a node."""
-    entries = _entries(objects)
+    pdos = _pdos(objects)
+    titles = {pdo.communication: f"{pdo.direction.upper()} communication parameter" for pdo in pdos}
+    titles |= {_mapping(pdo): f"{pdo.direction.upper()} mapping parameter" for pdo in pdos} | _TITLES
+    entries = _entries(objects, pdos)
     by_index: dict[int, dict[int, _Keys]] = {}
     for (index, sub), keys in sorted(entries.items()):
         by_index.setdefault(index, {})[sub] = keys
@@ -48,51 +53,72 @@ def skeleton(node: Record, objects: Sequence[Record]) -> str:
     lists["OptionalObjects"] = [index for index in by_index if index not in listed]
     sections = {
         "FileInfo": {"FileName": "", "FileVersion": "1", "FileRevision": "0", "EDSVersion": "4.0"},
-        "DeviceInfo": _device(node, by_index),
+        "DeviceInfo": _device(node, pdos),
         "DummyUsage": {f"Dummy{kind:04X}": "0" if kind == 1 else "1" for kind in range(1, 8)},
     }
     for name, indices in lists.items():
         numbered = {str(number): f"{index:#06x}" for number, index in enumerate(indices, 1)}
         sections[name] = {"SupportedObjects": str(len(indices)), **numbered}
         for index in indices:
-            sections |= _object(index, by_index[index])
+            sections |= _object(index, by_index[index], titles.get(index))
     return "\n".join(
         f"[{name}]\n" + "".join(f"{key}={value}\n" for key, value in keys.items()) for name, keys in sections.items()
     )
 
 
-def _device(node: Record, by_index: Mapping[int, object]) -> _Keys:
+def _pdos(objects: Sequence[Record]) -> "list[_core.Pdo]":
+    """Let the core give the PDOs that the objects configure."""
+    rows = [
+        (
+            int(one["index"], 16),
+            one["sub"],
+            "",
+            _TYPES.get(one["type"], 0),
+            "rw",
+            one["value"],
+            False,
+            True,
+            False,
+            "",
+            1.0,
+        )
+        for one in objects
+        if isinstance(one["value"], int) and one["type_from"] in ("standard", "eds")
+    ]
+    found, _ = _core.Dictionary(file="", form="dcf", device="", rows=rows).pdos(range(1, 0x20))
+    return found
+
+
+def _device(node: Record, pdos: "Sequence[_core.Pdo]") -> _Keys:
     numbers = {"VendorNumber": "vendor_id", "ProductNumber": "product_code", "RevisionNumber": "revision"}
-    pdos = {
-        key: str(sum(first <= index < first + 0x200 for index in by_index))
-        for key, first in (("NrOfRXPDO", 0x1400), ("NrOfTXPDO", 0x1800))
-    }
     return {
         "VendorName": "",
         "ProductName": _line(node["device_name"] or ""),
         **{key: f"0x{node[name]}" for key, name in numbers.items() if node[name]},
         **{f"BaudRate_{rate}": "0" for rate in (10, 20, 50, 125, 250, 500, 800, 1000)},
         "Granularity": "8",
-        **pdos,
+        "NrOfRXPDO": str(sum(pdo.direction == "rpdo" for pdo in pdos)),
+        "NrOfTXPDO": str(sum(pdo.direction == "tpdo" for pdo in pdos)),
         "LSS_Supported": "0",
     }
 
 
-def _entries(objects: Sequence[Record]) -> dict[tuple[int, int], _Keys]:
+def _mapping(pdo: "_core.Pdo") -> int:
+    return _core.pdo_parameters(pdo.direction, pdo.number)[1]
+
+
+def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tuple[int, int], _Keys]:
     """Give the keys of all entries: what was seen, what is mapped, and what every device has."""
     entries: dict[tuple[int, int], _Keys] = {}
-    mapped: dict[tuple[int, int], int] = {}
     for one in objects:
         index, sub = int(one["index"], 16), one["sub"]
         if one["exists"]:
             entries[index, sub] = _seen(one, index)
-        if (target := mapped_by(index, sub, one["value"])) is not None:
-            mapped[target[0], target[1]] = target[2]
-        if (mapping := mapping_of(index)) is not None:
-            entries.setdefault((mapping, 0), _keys("Number of mapped objects", UNSIGNED8, "rw"))
-    for address, bits in mapped.items():
-        keys = entries.setdefault(address, _keys(_named(*address), _BY_WIDTH.get(bits, _OCTETS), "rw"))
-        keys["PDOMapping"] = "1"
+    for pdo in pdos:
+        entries.setdefault((_mapping(pdo), 0), _keys("Number of mapped objects", UNSIGNED8, "rw"))
+        for mapped in (mapped for mapped in pdo.mapped if not mapped.dummy):
+            made = _keys(_named(mapped.index, mapped.sub), _BY_WIDTH.get(mapped.bits, _OCTETS), "rw")
+            entries.setdefault((mapped.index, mapped.sub), made)["PDOMapping"] = "1"
     for address, (name, kind) in _MANDATORY.items():
         entries.setdefault(address, _keys(name, kind, "ro"))
     for index in {index for index, sub in entries if sub}:
@@ -127,14 +153,13 @@ def _line(text: str) -> str:
     return "".join(char for char in text if char.isprintable()).strip()
 
 
-def _object(index: int, subs: Mapping[int, _Keys]) -> Iterator[tuple[str, _Keys]]:
+def _object(index: int, subs: Mapping[int, _Keys], title: str | None) -> Iterator[tuple[str, _Keys]]:
     """Give the sections of an object."""
     record = len(subs) > 1 or index in _RECORDS or any(index in one for one in _RECORD_RANGES)
     if not record:
         yield f"{index:04X}", {"ObjectType": "0x7", **subs[0]}
         return
     first = next((keys["ParameterName"] for sub, keys in subs.items() if sub), subs[0]["ParameterName"])
-    name = "Identity object" if index == _IDENTITY else title(index) or first
-    yield f"{index:04X}", {"ParameterName": name, "ObjectType": "0x9", "SubNumber": str(len(subs))}
+    yield f"{index:04X}", {"ParameterName": title or first, "ObjectType": "0x9", "SubNumber": str(len(subs))}
     for sub, keys in subs.items():
         yield f"{index:04X}sub{sub:X}", {"ObjectType": "0x7", **keys}
