@@ -177,6 +177,14 @@ def described_beside(capture: Path) -> _core.Network | None:
     return None
 
 
+def eds_options(capture: Path) -> list[str]:
+    """The options that give the nodes of a session of a network their descriptions, by the truth beside it."""
+    if capture.parent.name != "network":
+        return []
+    nodes = json.loads(capture.with_suffix(".json").read_text())["nodes"]
+    return [f"--eds={row['node']}={EDS / row['eds']}" for row in nodes if row["eds"]]
+
+
 def expected_beside(capture: Path) -> _core.Expectations | None:
     """What is expected of a sample, and of its clean neighbour; None where nothing is."""
     file = capture.with_name(f"{capture.name.split('.')[0]}.expect.toml")

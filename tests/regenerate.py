@@ -19,7 +19,7 @@ from pathlib import Path
 
 import generated_pages
 import page_examples
-from captures import SAMPLES, described_beside, expected_beside, run_canalyze, session_output
+from captures import SAMPLES, described_beside, eds_options, expected_beside, run_canalyze, session_output
 from monitor_screens import golden as screen_golden
 from monitor_screens import goldens as screen_goldens
 from monitor_screens import screens
@@ -29,6 +29,7 @@ from canalyze._core import sniff
 BRIEF = {"zephyr-sdo", "zephyr-sdo-causal", "string-5-bytes", "string-100-bytes", "sdo-block", "two-nodes-interleaved"}
 EXPLAIN = {"zephyr-sdo", "sdo-block", "services"}
 SUMMARY = {"services", "two-nodes-interleaved"}
+OD = {"services", "sync-and-pdos"}
 HANDMADE = ("dialects.asc",)
 """Captures in other formats than candump's that have goldens."""
 CONVERTED = ("zephyr-sdo", "services", "sdo-block", "two-nodes-interleaved")
@@ -68,6 +69,9 @@ def goldens(capture: Path) -> dict[Path, dict[str, str]]:
         made |= {f"{name}.explain.{lang}.txt": {"lang": lang, "depth": "explain"} for lang in ("zh", "en")}
     if name in SUMMARY:
         made |= {f"{name}.summary.{lang}.txt": {"lang": lang, "command": "summary"} for lang in ("zh", "en")}
+    if name in OD:
+        made |= {f"{name}.od.{lang}.txt": {"lang": lang, "command": "od"} for lang in ("zh", "en")}
+        made[f"{name}.od.jsonl"] = {"lang": "en", "command": "od", "format": "jsonl"}
     return {capture.parent / file: arguments for file, arguments in made.items()}
 
 
@@ -90,7 +94,9 @@ def input_format(capture: Path) -> str:
 def output(capture: Path, arguments: dict[str, str]) -> bytes:
     """What the program says now."""
     if "command" in arguments:
-        return run_canalyze([arguments["command"], capture, "--bitrate", "500k", "--lang", arguments["lang"]])
+        further = ["--bitrate", "500k"] if arguments["command"] == "summary" else eds_options(capture)
+        shown = ["--format", arguments.get("format", "text"), "--lang", arguments["lang"]]
+        return run_canalyze([arguments["command"], capture, *shown, *further])
     regular = capture.stem not in PIPED
     known, expected = described_beside(capture), expected_beside(capture)
     form = input_format(capture)

@@ -12,6 +12,7 @@ COMMANDS = (
     "view",
     "explain",
     "sdo",
+    "od",
     "signals",
     "summary",
     "check",
@@ -81,6 +82,7 @@ FIRST = {
     "monitor": ["--record", "--speed", "--eds", "--filter", "--bitrate"],
     "view": ["--eds", "--filter", "--bitrate", "--save", "--merge"],
     "sdo": ["--extract", "--eds", "--filter", "-t", "-o, --output"],
+    "od": ["--history", "--at", "--eds", "--filter", "-t"],
     "check": ["--fail-on", "--baseline", "--junit", "--eds", "--filter"],
     "convert": ["--to", "--eds", "--filter", "--merge", "--force"],
 }

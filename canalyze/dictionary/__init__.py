@@ -29,6 +29,11 @@ _FURTHER_DUMMIES: Final = range(8, 0x20)
 
 def load(name: str, node: int | None = None) -> Dictionary:
     """Read a file ('-' is standard input); `node` overrules the node-ID of a DCF."""
+    return read(*contents(name), node)
+
+
+def contents(name: str) -> tuple[bytes, str]:
+    """Give the bytes of a file ('-' is standard input), and its name for messages."""
     from canalyze.sources.file import Source
 
     data = bytearray()
@@ -37,7 +42,7 @@ def load(name: str, node: int | None = None) -> Dictionary:
             data += piece
             if len(data) > _LARGEST:
                 raise SourceError("eds.large", name=source.name, most=_LARGEST >> 20)
-        return read(bytes(data), source.name, node)
+    return bytes(data), source.name
 
 
 def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
@@ -215,4 +220,4 @@ def _say_modules(ini: Ini, values: Values) -> None:
         ini.complain(section.line, "modules", section=section.name, count=number.value)
 
 
-__all__ = ["load", "model", "read", "taken"]
+__all__ = ["contents", "load", "model", "read", "taken"]

@@ -26,6 +26,15 @@ _ACCESSES: Final = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
 _ALMOST: Final = {"r": "ro", "w": "wo", "r/w": "rw", "wr": "rw", "read": "ro", "write": "wo", "readonly": "ro"}
 
 
+def place(section: str) -> tuple[int, int | None, str] | None:
+    """Give index, sub-index and part (name, value ...; "" for none) of a section of an object; None for another one."""
+    match = _SECTION.fullmatch(section)
+    if match is None or (match["sub"] is None and match["part"] is None and len(match["index"]) < 4):
+        return None
+    sub = None if match["sub"] is None else int(match["sub"], 16)
+    return int(match["index"], 16), sub, match["part"] or ""
+
+
 class _Parts:
     """All sections of one index."""
 
@@ -54,27 +63,26 @@ class Objects:
             self._find(section)
 
     def _find(self, section: Section) -> None:
-        match = _SECTION.fullmatch(section.name)
-        if match is None or (match["sub"] is None and match["part"] is None and len(match["index"]) < 4):
+        found = place(section.name)
+        if found is None:
             if re.match(r"[0-9a-f]{4}(?![0-9a-z])|[0-9a-f]{4}sub", section.name, re.IGNORECASE):
                 self._ini.complain(section.line, "section-unused", section=section.name[:60])
             return
         # It is kept here alone, for as long as it takes to write it anew.
         self._ini.sections.pop(section.name.lower(), None)
-        index = int(match["index"], 16)
+        index, sub, part = found
         if "x" in section.name.lower() or len(section.name.split()) > 1:
-            read = f"{index:04X}" + (f"sub{int(match['sub'], 16):X}" if match["sub"] else match["part"] or "")
+            read = f"{index:04X}" + (f"sub{sub:X}" if sub is not None else part)
             self._ini.complain(section.line, "section-name", section=section.name[:60], read=read)
         table = self._parts if index >= _FIRST_OBJECT else self._types
         parts = table.setdefault(index, _Parts())
-        if match["sub"] is not None:
-            sub = int(match["sub"], 16)
+        if sub is not None:
             parts.subs[sub] = self._joined(parts.subs.get(sub), section)
-        elif match["part"] is None:
+        elif not part:
             parts.head = self._joined(parts.head, section)
-        elif match["part"].lower() == "name":
+        elif part.lower() == "name":
             parts.names = self._joined(parts.names, section)
-        elif match["part"].lower() == "value":
+        elif part.lower() == "value":
             parts.values = self._joined(parts.values, section)
 
     def _joined(self, earlier: Section | None, later: Section) -> Section:

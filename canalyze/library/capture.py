@@ -212,9 +212,9 @@ class Capture:
         Arrow's readers take one as it is: `pyarrow.table(table)`.
         names: frames, transfers, states, emcy, findings, sync_cycles, signals, pdo (one table for each PDO and mapping,
         `pdo/can1/5.TPDO4/1`; 0: a synchronous PDO of which no mapping is known), wide (the same in units and words),
-        objects (each value of an object, whatever carried it), listing (annotated lines), lanes (what
-        each lane of a timeline shows), log (findings and emergencies), load (each 100 ms of a bus), incidents (what
-        went wrong); none: all of them. `canalyze.columns` lists their columns.
+        objects (each value of an object, whatever carried it), od (each object of a node), listing (annotated lines),
+        lanes (what each lane of a timeline shows), log (findings and emergencies), load (each 100 ms of a bus),
+        incidents (what went wrong); none: all of them. `canalyze.columns` lists their columns.
         select: which signals, as --select. Times are `t_ns`, in nanoseconds. Nothing is kept but what is given.
         ValueError for another name.
         """

@@ -40,6 +40,11 @@ _COLUMNS: Final[dict[str, str]] = {
     "wide": "t_ns:int64? frame:uint64 provenance:word cycle:uint64? delay_ns:int64? running_cycle:uint64",
     "objects": "t_ns:int64? frame:uint64 bus:word? node:uint8 index:uint16? sub:uint8? source:word name:word?"
     " value:float64?=unit integer:int64?=unit text:string? unit:word?",
+    "od": "bus:word? node:uint8 index:uint16 sub:uint8 name:word? type:word? type_from:word? bits:uint64?=bits"
+    " access:word? readable:bool? writable:bool? exists:bool? value:float64? integer:int64? text:string? data:binary?"
+    " source:word? t_ns:int64? frame:uint64? values:uint64 read:uint64 written:uint64 tpdo:uint64 rpdo:uint64"
+    " emcy:uint64 refused:uint64 unconfirmed:uint64 abort_codes:list<uint32> in_force:uint64? in_force_from:word?"
+    " first_frame:uint64 last_frame:uint64",
     "listing": "frame:uint64 t_ns:int64? cycle:uint64 bus:word? node:uint8? service:word severity:word? line:string",
     "lanes": "lane:word t_ns:int64? frame:uint64 cycle:uint64 state:word? class:word?",
     "log": "t_ns:int64? frame:uint64 cycle:uint64 bus:word? node:uint8? level:word source:word code:word text:string",

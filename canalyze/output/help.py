@@ -23,8 +23,8 @@ _USUAL: Final = 5
 """Options that stand first."""
 _FIRST: Final = (
     *("-n", "--all", "--html", "--record", "--extract", "--to", "--fail-on", "--baseline", "--junit", "--explain"),
-    *("--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output", "--save", "--format"),
-    *("--merge", "--force"),
+    *("--history", "--at", "--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output"),
+    *("--save", "--format", "--merge", "--force"),
 )
 """The usual ones, of whichever command: it shows the first of these that it has."""
 _TOPICS: Final = {

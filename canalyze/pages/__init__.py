@@ -13,6 +13,7 @@ TOPICS: Final[Mapping[str, tuple[str, ...]]] = {
     "decode": ("decode", "explain"),
     "sdo": ("sdo",),
     "pdo": ("signals", "eds"),
+    "od": ("od",),
     "summary": ("summary",),
     "diagnosis": ("diagnose", "examples"),
     "live": ("sniff",),

@@ -97,14 +97,13 @@ class Table:
             return
         rows = [row.cells for row in sorted(self._rows, key=lambda row: row.order)]
         self._rows = []
-        text = ""
+        lines = []
         if not self._widths:
             self._settle(rows)
             heading = self._line([shown.column.heading for shown in self._shown])
-            text = dyed(heading, "own", out=self._out) + "\n"
-        for row in rows:
-            text += self._laid_out([_written(shown, row) for shown in self._shown])
-        self._out.text(text)
+            lines.append(dyed(heading, "own", out=self._out) + "\n")
+        lines += (self._laid_out([_written(shown, row) for shown in self._shown]) for row in rows)
+        self._out.text("".join(lines))
 
     def _settle(self, rows: list[list[str]]) -> None:
         """Decide which columns are shown, and how wide."""

@@ -24,6 +24,11 @@ class SessionOptions(NamedTuple):
     transfers-csv (the same as CSV, a line of headings first) |
     signals (JSON lines of decoded signals) |
     signals-csv (the same as CSV, a line of headings first) |
+    objects (JSON lines of what the traffic shows of each object of the devices, from finish()) |
+    objects-text (the same with names in the language of the session, for a table) |
+    objects-csv (the same as CSV, a line of headings first) |
+    history (JSON lines of all that is seen of objects, as it comes) |
+    history-text, history-csv (the same) |
     summary (JSON lines, one object a record, all of them from finish()) |
     observed (the lines of transfers as they end; from finish() those of summary, then observed_...) |
     lines (JSON lines of `line`: what text has of each frame, with its number) |
@@ -75,6 +80,8 @@ class SessionOptions(NamedTuple):
     channels that are not named, or have no filters, all are."""
     limit: int | None = None
     """Frames that are shown at most: the capture ends behind the last of them, see done()."""
+    until_ns: int | None = None
+    """The capture ends with this time, counted from its first frame."""
     threads: int | None = None
     """Threads that share the work on a piece of a file; None: as many as there are processors to use. What comes out is
     the same."""

@@ -215,6 +215,15 @@ impl Filter {
         })
     }
 
+    /// Whether an object of a node is one of those that are asked for, wherever it is seen.
+    pub fn takes_object(&self, node: u8, object: Mux) -> bool {
+        self.clauses.iter().all(|clause| match clause {
+            Clause::Node(ranges) => within(ranges, u32::from(node)),
+            Clause::Object(ranges) => within(ranges, place_of(object)),
+            _ => true,
+        })
+    }
+
     /// Whether something that belongs to no frame at hand is shown, as far as it tells itself. `annotation` appends what
     /// is said of it.
     pub fn shows_aside(&self, event: &Event, annotation: &dyn Fn(&mut Vec<u8>), buses: &Buses, clock: Clock) -> bool {

@@ -22,7 +22,7 @@
 //! `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `rules`,
-//! `od`; `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
+//! `od`; `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `inventory` (which objects devices have), `diff` (two captures held
 //! against each other) and `finding_context` (the frames beside a finding) see `event`; `render` sees `text`, `info`,
 //! `summary`, `expectation`, `finding_context`, `diff` and the columns of `writers::console`; `monitor` (what holds now)
 //! sees `bus`, `summary` and `render`; `settings` (what users write for the program) sees `expectation` and `diagnosis`;
@@ -48,6 +48,7 @@ pub mod finding_context;
 pub mod frame;
 pub mod info;
 pub mod inputs;
+pub mod inventory;
 pub mod masks;
 pub mod message;
 pub mod monitor;

@@ -6,6 +6,7 @@ pub mod colour;
 pub mod columns;
 mod csv;
 pub mod diff;
+pub mod inventory;
 pub mod jsonl;
 mod number;
 mod selection;

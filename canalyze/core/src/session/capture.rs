@@ -121,6 +121,11 @@ impl Capture {
         }
     }
 
+    /// The time of its first frame, where one has come and has a stamp or counts from 0.
+    pub(super) fn start_ns(&self) -> Option<i64> {
+        self.start_ns
+    }
+
     /// The number of the last frame that was placed.
     pub(super) fn numbered(&self) -> u64 {
         self.numbered
@@ -344,12 +349,13 @@ impl Capture {
 
     /// The capture is over. `absent`: descriptions of nodes that are not in it, by file. `idle`: a filter let nothing
     /// through. `beyond`: frames that it asks for and that there are not, and whether it asks for no others. One line says
-    /// why nothing is shown.
+    /// why nothing is shown. `timeless`: it should have ended with a time, and has none.
     pub(super) fn finish(
         &mut self,
         absent: BTreeMap<&str, Vec<u8>>,
         idle: bool,
         (beyond, all): (Vec<(u32, u32)>, bool),
+        timeless: bool,
     ) {
         let lines = absent.into_iter().map(|(file, nodes)| complaints::absent(self.lang, file.as_bytes(), nodes));
         self.complaints.extend(lines);
@@ -357,6 +363,9 @@ impl Capture {
             self.complaints.push(complaints::nothing_shown(self.lang, self.frames));
         } else if !beyond.is_empty() {
             self.complaints.push(complaints::no_such_frames(self.lang, &beyond, self.frames));
+        }
+        if timeless {
+            self.complaints.push(complaints::timeless(self.lang));
         }
     }
 

@@ -7,6 +7,7 @@
 mod ahead;
 mod capture;
 mod decoding;
+mod inventory;
 mod options;
 mod output;
 mod pipeline;

@@ -36,6 +36,18 @@ pub enum Format {
     Signals,
     /// CSV of decoded signals.
     SignalsCsv,
+    /// JSON lines of objects of devices by what the traffic shows of them, all at the end.
+    Objects,
+    /// The same for a table for people: names of objects are in their language.
+    ObjectsText,
+    /// CSV of the same.
+    ObjectsCsv,
+    /// JSON lines of all that is seen of objects, as it comes.
+    History,
+    /// The same for a table for people.
+    HistoryText,
+    /// CSV of the same.
+    HistoryCsv,
     /// JSON lines of figures, all at the end.
     Summary,
     /// JSON lines of what expectations can be written from: transfers as they end, then figures.
@@ -84,6 +96,8 @@ pub struct Options {
     pub masks: Masks,
     /// Frames that are shown at most (transfers, where only they are): the capture ends behind the last of them.
     pub count: Option<u64>,
+    /// The capture ends with this time in ns, counted from its first frame.
+    pub until_ns: Option<i64>,
     /// Whether the bytes of SDO transfers are handed out.
     pub extract: bool,
     /// What is known of the network beforehand.

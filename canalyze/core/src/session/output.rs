@@ -4,10 +4,12 @@
 //! together.
 
 use super::capture::View;
+use super::inventory::{History, Objects};
 use super::options::{Format, Options};
 use super::records::Records;
 use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text};
 use super::subject::{self, Seen, said_of, service};
+use crate::bus::Bus;
 use crate::diagnosis::incident::IncidentId;
 use crate::diagnosis::{Diagnosis, Phase};
 use crate::diff::digest::Digest;
@@ -16,6 +18,7 @@ use crate::filter::Filter;
 use crate::finding::Finding;
 use crate::frame::{BusId, Frame};
 use crate::info::Info;
+use crate::inventory::Inventory;
 use crate::masks::Masks;
 use crate::monitor::Monitor;
 use crate::readers::Marker;
@@ -34,6 +37,11 @@ pub(super) struct Output {
     pub(super) shown: u64,
     /// So many are shown at most.
     count: Option<u64>,
+    /// The capture ends with this time in ns, counted from its first frame; and it has ended so.
+    until_ns: Option<i64>,
+    over: bool,
+    /// No frame by now had a stamp that it could have ended by.
+    timeless: bool,
     /// Incidents are written, too.
     incidents: bool,
     /// Tables that are built beside.
@@ -43,6 +51,7 @@ pub(super) struct Output {
 impl Output {
     pub(super) fn new(options: &Options) -> Self {
         let (lang, depth, time) = (options.lang, options.depth, options.time);
+        let inventory = || Inventory::new(options.filter.clone());
         let signals = |csv| Box::new(Signals::new(lang, csv, options.select.clone()));
         let sink: Box<dyn Sink> = match options.format {
             Format::Text => Box::new(Text(Lines::folding(lang, depth, time).looking(options.look))),
@@ -58,6 +67,12 @@ impl Output {
             | Format::Summary
             | Format::Records
             | Format::Observed => Box::new(Records::new(options.format, &options.network)),
+            Format::Objects | Format::ObjectsText | Format::ObjectsCsv => {
+                Box::new(Objects::new(options.format, lang, inventory()))
+            }
+            Format::History | Format::HistoryText | Format::HistoryCsv => {
+                Box::new(History::new(options.format, lang, options.filter.clone()))
+            }
             Format::Diagnosis => Box::new(Incidents),
             Format::Info => Box::new(Info::default()),
             // What goes wrong is no matter of single frames: behind a filter it is not compared.
@@ -68,14 +83,34 @@ impl Output {
         };
         let (filter, masks) = (options.filter.clone(), options.masks.clone());
         let has_tables = !options.tables.is_empty() && options.format != Format::Info;
-        let columns = || Columns::new(lang, &options.select, &options.tables, options.network.bit_rate);
+        let columns =
+            || Columns::new(lang, &options.select, &options.tables, options.network.bit_rate).taking(inventory());
         let tables = has_tables.then(|| Box::new(columns()));
-        Self { sink, filter, masks, shown: 0, count: options.count, incidents: options.incidents, tables }
+        let Options { count, until_ns, incidents, .. } = *options;
+        Self { sink, filter, masks, shown: 0, count, until_ns, over: false, timeless: true, incidents, tables }
     }
 
-    /// As many were shown as are to be.
+    /// As many were shown as are to be, or the time has come with which the capture ends.
     pub(super) fn is_done(&self) -> bool {
-        self.count.is_some_and(|count| self.shown >= count)
+        self.over || self.count.is_some_and(|count| self.shown >= count)
+    }
+
+    /// Whether the capture ends before a frame of this time; the first one had that.
+    pub(super) fn ends_before(&mut self, t_ns: Option<i64>, start_ns: Option<i64>) -> bool {
+        self.timeless &= t_ns.is_none();
+        let since = || Some(t_ns?.saturating_sub(start_ns?));
+        self.over |= self.until_ns.is_some_and(|until_ns| since().is_some_and(|since| since > until_ns));
+        self.over
+    }
+
+    /// The capture should have ended with a time, and no frame has one.
+    pub(super) fn is_timeless(&self) -> bool {
+        self.until_ns.is_some() && self.timeless
+    }
+
+    /// The capture is over: what is known of the nodes now.
+    pub(super) fn settle(&mut self, state: &[Bus]) {
+        self.each(|sink| sink.settle(state));
     }
 
     /// Whether what goes wrong is asked for.

@@ -7,6 +7,7 @@ use std::fmt::Debug;
 
 use super::capture::View;
 use super::subject::said_of;
+use crate::bus::Bus;
 use crate::diagnosis::incident::IncidentId;
 use crate::diagnosis::{Diagnosis, Phase};
 use crate::diff::digest::Digest;
@@ -77,6 +78,9 @@ pub(super) trait Sink: Debug + Send + Sync {
 
     /// The end of a file that had frames; `unreadable`: its lines or records that cannot be read.
     fn end_of_file(&mut self, _unreadable: u64) {}
+
+    /// What is known of the nodes when the capture is over, before [`Self::finish`].
+    fn settle(&mut self, _state: &[Bus]) {}
 
     /// The end of the capture; `shown`: the frames or transfers of it that were shown.
     fn finish(&mut self, _out: &mut Vec<u8>, _view: View<'_>, _shown: u64) {}
@@ -437,6 +441,10 @@ impl Sink for Columns {
 
     fn advance(&mut self, view: View<'_>, now_ns: i64) {
         Columns::advance(self, view.jsonl, now_ns);
+    }
+
+    fn settle(&mut self, state: &[Bus]) {
+        Columns::settle(self, state);
     }
 
     fn finish(&mut self, _out: &mut Vec<u8>, view: View<'_>, _shown: u64) {

@@ -66,6 +66,9 @@ impl Stream {
         let seen = self.decoding.observe(frame, buses);
         let before = self.capture.before(frame);
         if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
+            if self.output.ends_before(frame.t_ns, self.capture.start_ns()) {
+                return;
+            }
             self.capture.take(frame, None);
             return self.frame(frame, (before.as_ref(), None), seen.as_ref(), buses, out);
         }
@@ -99,7 +102,7 @@ impl Stream {
                 Behind::Open | Behind::None => None,
             };
             let Some((Placed { frame, before, seen }, origin)) = self.ahead.take() else { break };
-            if !self.output.is_done() {
+            if !self.output.is_done() && !self.output.ends_before(frame.t_ns, self.capture.start_ns()) {
                 self.capture.take(&frame, Some(origin));
                 self.frame(&frame, (before.as_ref(), next.as_deref()), seen.as_ref(), buses, out);
             }
@@ -256,8 +259,10 @@ impl Stream {
             self.output.diagnosis(out, self.capture.view(buses), diagnosis);
         }
         if self.capture.frames > 0 {
+            let (idle, timeless) = (self.output.is_idle(), self.output.is_timeless());
             let beyond = self.output.beyond(self.capture.frames);
-            self.capture.finish(self.decoding.absent(buses), self.output.is_idle(), beyond);
+            self.capture.finish(self.decoding.absent(buses), idle, beyond, timeless);
+            self.output.settle(self.decoding.buses());
             self.output.finish(out, self.capture.view(buses));
         }
         self.output.close(self.capture.view(buses));

@@ -258,6 +258,12 @@ pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     }
 }
 
+/// The capture should end with a time, and its frames have none.
+pub fn timeless(lang: Lang) -> String {
+    let zh = "canalyze: 记录中没有时间戳, --at 不起作用: 列出的是记录结束时的情况";
+    lang.pick(zh, "canalyze: no timestamps in the capture, so that --at has no effect: shown as of the end").to_owned()
+}
+
 /// Why a `--mcap-map` cannot be read.
 pub fn mcap_map(lang: Lang, mistake: &crate::readers::mcap::Mistake) -> String {
     let words: Vec<&str> = crate::readers::mcap::Role::NAMES.iter().map(|(word, _)| *word).collect();

@@ -21,6 +21,7 @@ pub mod escape;
 pub mod explain;
 pub mod findings;
 pub mod incidents;
+pub mod inventory;
 pub mod lane;
 pub mod losses;
 pub mod notes;

@@ -15,6 +15,7 @@
 //! | `pdo` | a PDO; `pdo/can1/5.TPDO1/1` is a table for itself, see `pdo` | `t_ns? frame provenance cycle? delay_ns? running_cycle`, then its signals |
 //! | `wide` | the same in units and words, see `pdo` | the same |
 //! | `objects` | a value of an object that the capture shows | `t_ns? frame bus? node index? sub? source name? value? integer? text? unit?` |
+//! | `od` | an object of a node, at the end of the capture | `bus? node index sub name? type? type_from? bits? access? readable? writable? exists? value? integer? text? data? source? t_ns? frame? values read written tpdo rpdo emcy refused unconfirmed abort_codes in_force? in_force_from? first_frame last_frame` |
 //! | `listing` | a frame, for people | `frame t_ns? cycle bus? node? service severity? line` |
 //! | `lanes` | a change of what a lane of a timeline shows | `lane t_ns? frame cycle state? class?` |
 //! | `log` | a finding or an emergency, for people | `t_ns? frame cycle bus? node? level source code text` |
@@ -42,6 +43,7 @@ mod listing;
 mod load;
 mod log;
 mod objects;
+mod od;
 mod pdo;
 mod signals;
 mod states;
@@ -59,6 +61,7 @@ use self::listing::Listing;
 use self::load::Load;
 use self::log::Log;
 use self::objects::Objects;
+use self::od::Od;
 use self::pdo::{Of, Pdos};
 use self::signals::Listed;
 use self::states::States;
@@ -66,10 +69,12 @@ use self::sync_cycles::Cycles;
 use self::transfers::Transfers;
 use super::jsonl::Setting;
 use super::selection::Selection;
+use crate::bus::Bus;
 use crate::diagnosis::Diagnosis;
 use crate::event::{Event, What};
 use crate::finding::{Code, Finding, Severity};
 use crate::frame::{BusId, Frame, FrameRef};
+use crate::inventory::Inventory;
 use crate::repeats::Repeats;
 use crate::select::Select;
 use crate::services::sdo::transfer::Transfer;
@@ -101,6 +106,8 @@ pub enum Name {
     Wide,
     /// Values of objects, one a row.
     Objects,
+    /// Objects of nodes, one a row.
+    Od,
     /// Frames with what they mean, for people.
     Listing,
     /// Lanes of a timeline.
@@ -126,6 +133,7 @@ impl Name {
         ("pdo", Name::Pdo),
         ("wide", Name::Wide),
         ("objects", Name::Objects),
+        ("od", Name::Od),
         ("listing", Name::Listing),
         ("lanes", Name::Lanes),
         ("log", Name::Log),
@@ -164,6 +172,7 @@ pub struct Columns {
     pdos: Option<Pdos>,
     wide: Option<Pdos>,
     objects: Option<Objects>,
+    od: Option<Od>,
     listing: Option<Listing>,
     lanes: Option<Lanes>,
     log: Option<Log>,
@@ -196,6 +205,7 @@ impl Columns {
             pdos: tables.contains(&Name::Pdo).then(|| Pdos::new(lang, selection(), Of::Bus)),
             wide: tables.contains(&Name::Wide).then(|| Pdos::new(Lang::En, english(), Of::Values)),
             objects: table(tables, Name::Objects).map(|table| Objects::new(table, english())),
+            od: table(tables, Name::Od).map(|table| Od::new(table, lang)),
             listing: table(tables, Name::Listing).map(|table| Listing::new(table, lang)),
             lanes: table(tables, Name::Lanes).map(|table| Lanes::new(table, lang, selection())),
             log: table(tables, Name::Log).map(|table| Log::new(table, lang)),
@@ -205,6 +215,14 @@ impl Columns {
             repeats: Repeats::default(),
             last: FrameRef::default(),
         }
+    }
+
+    /// The same, with objects of nodes as this takes them.
+    pub fn taking(mut self, inventory: Inventory) -> Self {
+        if let Some(od) = &mut self.od {
+            od.inventory = inventory;
+        }
+        self
     }
 
     /// Takes a frame and what follows from it, but for transfers. Repeats of findings are among it: they are folded
@@ -229,6 +247,9 @@ impl Columns {
         }
         if let Some(load) = &mut self.load {
             load.frame(&mut self.done, seen, frame);
+        }
+        if let Some(od) = &mut self.od {
+            od.inventory.frame(frame, events);
         }
         if let Some(frames) = &mut self.frames {
             frames.frame(&mut self.done, setting, frame, service);
@@ -323,6 +344,9 @@ impl Columns {
         if let Some(objects) = &mut self.objects {
             objects.transfer(&mut self.done, setting, transfer);
         }
+        if let Some(od) = &mut self.od {
+            od.inventory.transfer(transfer);
+        }
         if let Some(lanes) = &mut self.lanes {
             lanes.transfer(&mut self.done, setting, &self.cycle_numbers, transfer);
         }
@@ -352,6 +376,13 @@ impl Columns {
         }
     }
 
+    /// Takes what is known of the nodes when the capture is over.
+    pub fn settle(&mut self, state: &[Bus]) {
+        if let Some(od) = &mut self.od {
+            od.inventory.settle(state);
+        }
+    }
+
     /// The capture is over: the last batches, and one without rows of each table that has had none, for its schema.
     pub fn finish(&mut self, setting: Setting<'_>) {
         let mut counted = Vec::new();
@@ -371,9 +402,10 @@ impl Columns {
         cycles.iter_mut().for_each(|cycles| cycles.finish(done, setting.buses));
         signals.iter_mut().for_each(|signals| signals.table.finish(done));
         pdos.iter_mut().for_each(|pdos| pdos.flush(done));
-        let Self { done, wide, objects, listing, lanes, log, load, incidents, .. } = self;
+        let Self { done, wide, objects, od, listing, lanes, log, load, incidents, .. } = self;
         wide.iter_mut().for_each(|pdos| pdos.flush(done));
         objects.iter_mut().for_each(|objects| objects.table.finish(done));
+        od.iter_mut().for_each(|od| od.finish(done, setting));
         listing.iter_mut().for_each(|listing| listing.table.finish(done));
         lanes.iter_mut().for_each(|lanes| lanes.finish(done));
         log.iter_mut().for_each(|log| log.table.finish(done));
@@ -393,6 +425,7 @@ impl Columns {
             cycles.iter_mut().for_each(|cycles| cycles.table.flush(done));
             signals.iter_mut().for_each(|signals| signals.table.flush(done));
             pdos.iter_mut().for_each(|pdos| pdos.flush(done));
+            // Those of objects of nodes come at the end.
             let Self { done, wide, objects, listing, lanes, log, load, incidents, .. } = self;
             wide.iter_mut().for_each(|pdos| pdos.flush(done));
             objects.iter_mut().for_each(|objects| objects.table.flush(done));

@@ -50,6 +50,10 @@ wide/can0/5.TPDO1/1: t_ns i64?, frame u64, provenance word, cycle u64?, delay_ns
 statusword word?, statusword__raw u16?, position actual value i32?, 2000h:00 bool?, 2001h:00 u64?, 2002h:00 u8?
 objects: t_ns i64?, frame u64, bus word?, node u8, index u16?, sub u8?, source word, name word?, value f64?, \
 integer i64?, text utf8?, unit word?
+od: bus word?, node u8, index u16, sub u8, name word?, type word?, type_from word?, bits u64?, access word?, \
+readable bool?, writable bool?, exists bool?, value f64?, integer i64?, text utf8?, data binary?, source word?, \
+t_ns i64?, frame u64?, values u64, read u64, written u64, tpdo u64, rpdo u64, emcy u64, refused u64, unconfirmed u64, \
+abort_codes [u32?], in_force u64?, in_force_from word?, first_frame u64, last_frame u64
 listing: frame u64, t_ns i64?, cycle u64, bus word?, node u8?, service word, severity word?, line utf8
 lanes: lane word, t_ns i64?, frame u64, cycle u64, state word?, class word?
 log: t_ns i64?, frame u64, cycle u64, bus word?, node u8?, level word, source word, code word, text utf8

@@ -14,6 +14,7 @@
 //! | `observed_...` | see [`observed`] |
 //! | `difference`, `diff` | see [`diff`] |
 //! | `incident`, `diagnosis` | see [`diagnosis`] |
+//! | `od_node`, `od_object`, `od_value` | see [`inventory`] |
 //!
 //! `name` of a code, a state or an object is the description's or that of the standard in English, whatever the language;
 //! `text`, `message`, and what ends in `_text` are for people, in theirs.
@@ -27,6 +28,7 @@ pub mod diagnosis;
 pub mod diff;
 pub mod facts;
 mod info;
+pub mod inventory;
 mod object;
 pub mod observed;
 mod pdo;

@@ -1,0 +1,111 @@
+//! Objects of devices by what the traffic shows of them: at the end what is known of each, or all that is seen as it
+//! comes. Must not: judge.
+
+use super::capture::View;
+use super::options::Format;
+use super::sink::{Passing, Sink};
+use crate::bus::Bus;
+use crate::event::Event;
+use crate::filter::Filter;
+use crate::inventory::Inventory;
+use crate::inventory::sighting::{self, Sighting};
+use crate::render::{inventory, jsonl};
+use crate::services::sdo::transfer::Transfer;
+use crate::text::Lang;
+
+/// What is known of each object, at the end.
+#[derive(Debug)]
+pub(super) struct Objects {
+    /// The language of names; `None`: CSV.
+    names: Option<Lang>,
+    inventory: Inventory,
+}
+
+impl Objects {
+    pub(super) fn new(format: Format, lang: Lang, inventory: Inventory) -> Self {
+        Self { names: names(format, lang), inventory }
+    }
+}
+
+impl Sink for Objects {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+        if passing.shown {
+            self.inventory.frame(passing.frame, events);
+        }
+    }
+
+    fn transfer(&mut self, _out: &mut Vec<u8>, _view: View<'_>, transfer: &Transfer) -> bool {
+        self.inventory.transfer(transfer);
+        true
+    }
+
+    fn settle(&mut self, state: &[Bus]) {
+        self.inventory.settle(state);
+    }
+
+    fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
+        match self.names {
+            Some(names) => jsonl::inventory::write(out, view.jsonl, &self.inventory, names),
+            None if self.inventory.nodes.is_empty() => {}
+            None => {
+                inventory::head(out);
+                inventory::write(out, view.jsonl, &self.inventory);
+            }
+        }
+    }
+}
+
+/// All that is seen of objects, as it comes.
+#[derive(Debug)]
+pub(super) struct History {
+    /// The language of names; `None`: CSV.
+    names: Option<Lang>,
+    filter: Filter,
+    /// The headings of CSV are written.
+    headed: bool,
+}
+
+impl History {
+    pub(super) fn new(format: Format, lang: Lang, filter: Filter) -> Self {
+        Self { names: names(format, lang), filter, headed: false }
+    }
+
+    fn write(&mut self, out: &mut Vec<u8>, view: View<'_>, sighting: &Sighting<'_>) {
+        if !self.filter.takes_object(sighting.node, sighting.object) {
+            return;
+        }
+        match self.names {
+            Some(names) => jsonl::inventory::sighting(out, view.jsonl, sighting, names),
+            None => {
+                if !std::mem::replace(&mut self.headed, true) {
+                    inventory::history_head(out);
+                }
+                inventory::sighting(out, view.jsonl, sighting);
+            }
+        }
+    }
+}
+
+impl Sink for History {
+    fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+        if passing.shown {
+            sighting::each(passing.frame, events, &mut |sighting| self.write(out, view, &sighting));
+        }
+    }
+
+    fn transfer(&mut self, out: &mut Vec<u8>, view: View<'_>, transfer: &Transfer) -> bool {
+        if let Some(sighting) = Sighting::of(transfer) {
+            self.write(out, view, &sighting);
+        }
+        true
+    }
+}
+
+/// The language of names in a format; `None`: it is CSV, which has its own.
+fn names(format: Format, lang: Lang) -> Option<Lang> {
+    match format {
+        Format::ObjectsCsv | Format::HistoryCsv => None,
+        Format::ObjectsText | Format::HistoryText => Some(lang),
+        _ => Some(jsonl::NAMES),
+    }
+}

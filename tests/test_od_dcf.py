@@ -1,0 +1,221 @@
+"""`canalyze od --dcf`: the configuration that was written and accepted is in the DCF, over an EDS or what was seen.
+
+What is in it is read back by our reader and by python-canopen; what was written is what a second, strict reader of SDO
+has read. Must not: take a value from the program that is not compared.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import canopen
+import pytest
+from captures import EDS, SAMPLES, SHARED, eds_options, read_log, run_canalyze, session_output
+from conftest import Runner
+from sdo_reading import read_transfers
+
+from canalyze._core import DATA_TYPES
+from canalyze.dictionary import contents, read
+from canalyze.dictionary.dcf import configured, spelled
+from canalyze.dictionary.model import Dictionary
+from canalyze.dictionary.skeleton import skeleton
+from canalyze.dictionary.values import REAL
+
+SESSIONS = [*sorted((SAMPLES / "network").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
+WIDTHS = {kind: width for kind, (_, width) in DATA_TYPES.items() if width}
+COMMANDS = {0x1003, 0x1010, 0x1011, 0x6040}
+"""Objects whose writing is a command, as far as the sessions have them."""
+EVERY = [*sorted(EDS.glob("*.eds")), *sorted((SHARED / "corpus/eds").rglob("*.[eEdD][dDcC][sSfF]"))]
+
+Address = tuple[int, int]
+
+
+def written(log: Path, *, described: bool) -> dict[int, dict[Address, bytes]]:
+    """What was written and accepted last, by node and object; of what RPDOs are described to write, too, nothing."""
+    told = json.loads(log.with_suffix(".json").read_text())
+    carried = {
+        (pdo["node"], *(int(part, 16) for part in place.split(":")))
+        for pdo in told["pdo"]
+        if described and pdo["pdo"].startswith("RPDO")
+        for place in pdo.get("signals", ())
+    }
+    if "sdo" in told:
+        rows = [(one["dir"], one["result"], one, bytes.fromhex(one["data"])) for one in told["sdo"]]
+    else:
+        read_all = read_transfers(read_log(log.read_bytes()))
+        rows = [(one.direction, one.status, asdict(one), bytes(one.data)) for one in read_all]
+    found: dict[int, dict[Address, bytes]] = {}
+    for direction, result, one, data in rows:
+        address = (int(one["index"], 16), one["sub"])
+        configures = address[0] not in COMMANDS and (one["node"], *address) not in carried
+        if (direction, result) == ("download", "ok") and configures:
+            found.setdefault(one["node"], {})[address] = data
+    return found
+
+
+def parameters(found: Dictionary) -> dict[Address, Any]:
+    """The values that a DCF configures."""
+    entries = (entry for thing in found.objects for entry in thing.entries)
+    return {(entry.index, entry.sub): entry.parameter for entry in entries if entry.parameter is not None}
+
+
+def number(data: bytes, found: Dictionary, address: Address) -> Any:
+    """The value of bytes by the type that the DCF has."""
+    (entry,) = (e for thing in found.objects for e in thing.entries if (e.index, e.sub) == address)
+    if entry.type == 0x09:
+        return data.rstrip(b"\0").decode()
+    if entry.type in (0x0A, 0x0F):
+        return data
+    signed = entry.type in (0x02, 0x03, 0x04)
+    return int.from_bytes(data, "little", signed=signed)
+
+
+@pytest.mark.parametrize("described", [True, False], ids=["over an EDS", "from traffic"])
+@pytest.mark.parametrize("log", SESSIONS, ids=lambda path: path.stem)
+def test_what_was_accepted_is_in_it(log: Path, described: bool, tmp_path: Path) -> None:
+    options = eds_options(log) if described else []
+    nodes = {int(option[6:].split("=")[0]) for option in options}
+    for node, values in written(log, described=described).items():
+        if described != (node in nodes):
+            continue
+        out = tmp_path / f"{node}.dcf"
+        run_canalyze(["od", log, "--node", str(node), "--dcf", out, "--lang", "en", *options])
+        found = read(out.read_bytes(), out.name)
+        assert (found.form, found.node, found.defects) == ("dcf", node, ())
+        got = parameters(found)
+        assert got == {address: number(data, found, address) for address, data in values.items()}
+        theirs = canopen.import_od(str(out), node)
+        assert theirs.node_id == node
+        for address, value in got.items():
+            given = theirs.get_variable(*address)
+            assert given is not None
+            assert isinstance(value, bytes) or given.value == value, address
+
+
+def test_the_sessions_configure_something() -> None:
+    described = [values for log in SESSIONS for values in written(log, described=False).values()]
+    assert sum(map(len, described)) > 60
+
+
+@pytest.mark.parametrize("eds", EVERY, ids=lambda path: path.name)
+def test_any_description_takes_values(eds: Path) -> None:
+    """Seeded values are read back, every line of the file is still there, and nothing new is wrong with it."""
+    data, name = contents(str(eds))
+    before = read(data, name)
+    source = random.Random(eds.name)
+    entries = [e for thing in before.objects for e in thing.entries if not 0x1400 <= e.index < 0x1C00]
+    chosen = [entry for entry in entries if entry.type in WIDTHS and entry.type not in REAL and entry.line]
+    values = {
+        (entry.index, entry.sub): source.randrange(1 << WIDTHS[entry.type]).to_bytes(
+            -(-WIDTHS[entry.type] // 8), "little"
+        )
+        for entry in source.sample(chosen, min(50, len(chosen)))
+    }
+    made = configured(data, name, values, 5, {"FileName": "of 5.dcf"})
+    assert made.values == len(values) - len(made.left_out) and len(made.left_out) < len(values) / 2
+    after = read(made.text.encode(), "of 5.dcf")
+    assert (after.form, after.node, after.info.name) == ("dcf", 5, "of 5.dcf")
+    got = parameters(after)
+    for address, value in values.items():
+        if address not in made.left_out:
+            signed = int(str(spelled(value, _entry(after, address))), 0)
+            assert got[address] == signed, address
+    kept = parameters(before)
+    assert {address: got[address] for address in kept if address not in values} == {
+        address: value for address, value in kept.items() if address not in values
+    }
+    new = Counter(one.code for one in after.defects) - Counter(one.code for one in before.defects)
+    assert not new
+    for line in made.text.splitlines():
+        assert "\r" not in line
+
+
+def _entry(found: Dictionary, address: Address) -> Any:
+    return next(e for thing in found.objects for e in thing.entries if (e.index, e.sub) == address)
+
+
+def test_an_array_without_sections_of_its_own() -> None:
+    eds = b"""[DeviceInfo]\n[ManufacturerObjects]\nSupportedObjects=1\n1=0x2000
+[2000]\nParameterName=Gain\nObjectType=0x8\nDataType=0x0006\nAccessType=rw\nCompactSubObj=4
+[2000Value]\nNrOfEntries=1\n3=7\n"""
+    made = configured(eds, "a.eds", {(0x2000, 1): b"\1\0", (0x2000, 3): b"\2\0", (0x2000, 5): b"\3\0"}, 5, {})
+    assert (made.values, made.left_out) == (2, ((0x2000, 5),))
+    assert parameters(read(made.text.encode(), "a.dcf")) == {(0x2000, 1): 1, (0x2000, 3): 2}
+    assert "NrOfEntries=2" in made.text and "3=7" not in made.text
+
+
+def test_what_a_file_cannot_hold_is_left_out() -> None:
+    eds = (EDS / "drive.eds").read_bytes()
+    values = {(0x1017, 0): b"\x64\0\0\1", (0x2345, 0): b"\1", (0x1008, 0): b"two\nlines", (0x1006, 0): b"\1\0\0\0"}
+    made = configured(eds, "drive.eds", values, 5, {})
+    assert made.left_out == ((0x1008, 0), (0x1017, 0), (0x2345, 0))
+    assert parameters(read(made.text.encode(), "a.dcf")) == {(0x1006, 0): 1}
+
+
+@pytest.mark.parametrize("folder", ["", "network", "stacks", "stories", "rules"])
+def test_a_skeleton_has_what_was_seen_and_no_defect(folder: str) -> None:
+    nodes = 0
+    for log in sorted((SAMPLES / folder).glob("*.log")):
+        output = session_output([log.read_bytes()], name=log.name, output_format="objects", lang="en")
+        lines = [json.loads(line) for line in output.splitlines()]
+        for node in (one for one in lines if one["kind"] == "od_node"):
+            where = (node["bus"], node["node"])
+            objects = [one for one in lines if one["kind"] == "od_object" and (one["bus"], one["node"]) == where]
+            found = read(skeleton(node, objects).encode(), "seen.eds")
+            assert found.defects == (), log
+            there = {(entry.index, entry.sub): entry for thing in found.objects for entry in thing.entries}
+            for one in objects:
+                address = (int(one["index"], 16), one["sub"])
+                assert one["exists"] is not True or address in there
+                if one["exists"] and one["access"] in ("rw", "ro", "wo"):
+                    assert there[address].access == one["access"]
+            nodes += 1
+    assert nodes > 3
+
+
+def test_what_is_too_long_to_be_kept_is_named(canalyze: Runner, tmp_path: Path) -> None:
+    """Of a value of 5000 bytes the first 4096 are kept: it is no value of a DCF."""
+    size = 5000
+    lines = ["605#2300200007000000", "585#6000200000000000", f"605#21012000{size.to_bytes(4, 'little').hex()}"]
+    lines.append("585#6001200000000000")
+    for number, start in enumerate(range(0, size, 7)):
+        count = min(7, size - start)
+        head = (number & 1) << 4 | (7 - count) << 1 | (start + count == size)
+        lines += [f"605#{head:02X}{'AB' * count}{'00' * (7 - count)}", f"585#{0x20 | (number & 1) << 4:02X}{'00' * 7}"]
+    text = "".join(f"(1.{number:06d}) can0 {line}\n" for number, line in enumerate(lines))
+    (tmp_path / "long.log").write_text(text)
+    done = canalyze("--lang", "en", "od", "long.log", "--node", "5", "--dcf", "long.dcf")
+    assert done.code == 0
+    assert done.complaints[-2] == "canalyze: long.dcf: 1 value of node 5"
+    assert "long.dcf: without 2001h:00" in done.complaints[-1]
+    assert parameters(read((tmp_path / "long.dcf").read_bytes(), "long.dcf")) == {(0x2000, 0): 7}
+
+
+def test_what_cannot_be_is_said(canalyze: Runner, tmp_path: Path) -> None:
+    log = str(SAMPLES / "network/sync-and-pdos.log")
+    for line, said in (
+        (["--dcf", "a.dcf"], "--node"),
+        (["--node", "5"], "--dcf"),
+        (["--node", "5", "--dcf", "a.dcf", "--history"], "--history"),
+        (["--node", "5", "--dcf", "a.dcf", "-o", "b"], "--output"),
+        (["--node", "99", "--dcf", "a.dcf"], "node 99"),
+        (["--node", "5", "--dcf", "a.dcf", "--filter", "service=pdo"], "node 5"),
+        (["--node", "5", "--dcf", "a.dcf", "--eds", "5=a.xdd"], "XDD"),
+    ):
+        from test_hostile_files import XDD
+
+        (tmp_path / "a.xdd").write_text(XDD.format(name="a", value="1"))
+        done = canalyze("--lang", "en", "od", log, *line)
+        assert (done.code, done.out) == (2, ""), line
+        assert said in done.complaints[-1]
+        assert not (tmp_path / "a.dcf").exists()
+    done = canalyze("--lang", "en", "od", log, "--node", "5", "--dcf", "a.dcf")
+    assert (done.code, done.out) == (0, "")
+    assert done.complaints[-1] == "canalyze: a.dcf: 3 values of node 5"
+    again = canalyze("--lang", "en", "od", log, "--node", "5", "--dcf", "a.dcf")
+    assert again.code == 2 and "exists" in again.err
