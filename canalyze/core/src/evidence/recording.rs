@@ -20,8 +20,12 @@ use super::when::When;
 
 pub use super::stalls::Verdict;
 
-/// The coarsest resolution of stamps that is taken for one, in ns: software that prints hundredths of a second.
+/// The coarsest resolution of stamps that is taken for one, in ns: software that prints hundredths of a second. Frames may
+/// also come by chance at whole multiples of more than that; but no two come at the same time, as coarser stamps have it.
 const COARSEST_NS: i64 = 10_000_000;
+const COARSEST_EQUAL_NS: i64 = 1_000_000_000;
+/// Frames with the stamp of the one before them from which on stamps are so coarse.
+const EQUAL: u8 = 3;
 /// The last digit of a stamp, in ns, by the number of its decimals.
 const UNITS_NS: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
 /// The latest that a host lists its own frames, in ns.
@@ -119,16 +123,34 @@ struct Grain {
     ns: i64,
     /// What all stamps are whole multiples of, in ns.
     divisor_ns: i64,
+    /// Frames with the stamp of the one before them, up to [`EQUAL`].
+    equal: u8,
+    /// The first stamp was 0, which is a multiple of anything.
+    from_zero: bool,
 }
 
 impl Grain {
-    /// Takes a stamp: with how many decimals it is written tells less than what all of them are multiples of.
-    fn narrow(&mut self, frame: &Frame, now: i64) {
+    /// Takes a stamp: with how many decimals it is written tells less than what all of them are multiples of. `again`: the
+    /// frame before has the same.
+    fn narrow(&mut self, frame: &Frame, now: i64, again: bool) {
         let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
-        if self.ns == 0 || self.ns > written && now % self.divisor_ns.max(1) != 0 {
-            self.divisor_ns = common_divisor(now.saturating_abs(), self.divisor_ns);
-            self.ns = self.divisor_ns.max(written).min(COARSEST_NS);
+        if self.ns != 0 && self.divisor_ns != 0 && self.divisor_ns <= written {
+            return;
         }
+        let coarser = again && self.equal < EQUAL;
+        self.equal += u8::from(coarser);
+        let divides = if self.divisor_ns == 0 { now == 0 } else { now % self.divisor_ns == 0 };
+        if self.ns != 0 && divides && !coarser {
+            return;
+        }
+        self.from_zero |= self.ns == 0 && now == 0;
+        self.divisor_ns = common_divisor(now.saturating_abs(), self.divisor_ns);
+        self.ns = match (self.equal < EQUAL, self.divisor_ns) {
+            (true, _) if self.from_zero => written,
+            (true, divisor_ns) => divisor_ns.min(COARSEST_NS).max(written),
+            (false, 0) => COARSEST_EQUAL_NS.max(written),
+            (false, divisor_ns) => divisor_ns.min(COARSEST_EQUAL_NS).max(written),
+        };
     }
 }
 
@@ -163,7 +185,7 @@ impl Recording {
         happened.sighting = self.duplicates.step(frame, close, self.grain.ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
-            self.grain.narrow(frame, now);
+            self.grain.narrow(frame, now, gap == Some(0));
             happened.step_ns = self.step_of_clock(now);
             if happened.step_ns.is_some() || self.last_ns.is_none() {
                 self.holes.start(now);

@@ -387,6 +387,57 @@ fn a_period_is_learnt_and_its_lasting_change_told() {
 }
 
 #[test]
+fn the_mean_of_many_gaps_tells_what_each_is_too_uneven_for() {
+    let at = FrameRef::default();
+    let uneven = |n: i64| [0, 3_000_000, -3_000_000, 1_000_000, -1_000_000].get((n % 5) as usize).copied().unwrap();
+    for percent in [0, 2, 7, 10] {
+        let mut period = Period::default();
+        let told = (0..160).filter(|n| {
+            let longer = if *n < 60 { 0 } else { percent * 1_000_000 };
+            matches!(period.take(100_000_000 + longer + uneven(*n), 1000, at), Learnt::Changed { .. })
+        });
+        let told = told.count();
+        assert_eq!(told > 0, percent > 5, "{percent} %: {told}");
+    }
+}
+
+#[test]
+fn gaps_that_were_not_judged_do_not_hide_another_period() {
+    let ends = |no: i64| FrameRef { no: no as u64, t_ns: Some(no * 120_000_000) };
+    let mut period = Period::default();
+    for no in 0..20 {
+        period.take(100_000_000, 1000, FrameRef { no, t_ns: Some(no as i64 * 100_000_000) });
+    }
+    let told = (20..60)
+        .filter(|no| no % 3 != 0 && matches!(period.take(120_000_000, 1000, ends(*no)), Learnt::Changed { .. }));
+    assert_eq!(told.count(), 1);
+}
+
+#[test]
+fn stamps_are_coarse_where_frames_have_the_same() {
+    for (unit_us, at_once, grain_ns) in [
+        (100_000, true, 100_000_000),
+        (1_000_000, true, 1_000_000_000),
+        (100_000, false, 10_000_000),
+        (1_000, true, 1_000_000),
+    ] {
+        let mut recording = Recording::default();
+        for no in 1..40 {
+            let t_us = if at_once { no / 4 } else { no } * unit_us;
+            observe(&mut recording, &frame(no as u64, 0x181, &[no as u8], t_us), false);
+        }
+        assert_eq!(recording.grain_ns(), grain_ns, "{unit_us} us");
+    }
+    // Stamps that are all zero tell nothing.
+    let mut recording = Recording::default();
+    for no in 1..40 {
+        let zero = Frame { t_ns: Some(0), ..frame(no, 0x181, &[no as u8], 0) };
+        observe(&mut recording, &zero, false);
+    }
+    assert_eq!(recording.grain_ns(), 1_000_000_000);
+}
+
+#[test]
 fn what_is_owed_is_due_once_it_certainly_is() {
     let mut recording = Recording::default();
     let (since, _) = observe(&mut recording, &frame(1, 0x701, &[5], 1), false);

@@ -369,9 +369,7 @@ impl Nodes {
             lost && near && before.since(one.begin).is_some_and(|since| since <= period)
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
-        one.kind = Kind::SegmentLost;
-        one.subject.nodes |= bit(node);
-        one.subject.node = None;
+        lost_with(one, node);
         one.step(at, Role::Recovery, Saying::BootedUnasked, Some(finding.code));
         true
     }
@@ -627,14 +625,21 @@ impl Nodes {
         {
             return None;
         }
-        one.kind = Kind::SegmentLost;
-        one.subject.nodes |= bit(node);
-        one.subject.node = None;
+        lost_with(one, node);
         if then < first {
             (one.begin, one.repeats.since) = (begin, begin);
         }
         one.step(begin, Role::Sign, Saying::LastSign, None);
         Some(place)
+    }
+}
+
+/// A node was lost with the others of an incident; what is its own stays so.
+fn lost_with(one: &mut Incident, node: u8) {
+    one.subject.nodes |= bit(node);
+    if one.subject.nodes.count_ones() > 1 {
+        one.kind = Kind::SegmentLost;
+        one.subject.node = None;
     }
 }
 
