@@ -19,6 +19,9 @@ SERVICES: list[str]
 SEVERITIES: list[str]
 """Severities of findings, from harmless to bad."""
 
+DATA_TYPES: dict[int, tuple[str, int | None]]
+"""Name and width of each data type by its code (CiA 301 7.4.7); bits as in a PDO, None without a fixed size."""
+
 COLOURS: dict[str, str]
 """What begins each colour of a terminal, by severity, service and what else stands out."""
 
@@ -98,13 +101,81 @@ class Dictionary:
             index 1000h to FFFFh; sub 0 to 255; name;
             data type code as the file has it (CiA 301 7.4.7), 0 where it has none;
             access: ro | wo | rw | rwr | rww | const;
-            value: what the device starts with, of integers only, 0 to 2**64-1: a negative one is the two's complement
-            of its type's width; None for everything else and where there is none;
+            value: what the device starts with, of integers only, as many bits of it as its type has; None for
+            everything else and where there is none;
             relative: the value is this plus the node-ID, modulo the type's width;
             configured: it is a DCF's ParameterValue, else the DefaultValue;
             mappable into a PDO; unit, "" if there is none; factor: physical value = value * factor, 1.0 if none.
         ValueError for a form, an access or a number that is none of these.
         """
+    def pdos(
+        self, dummies: Sequence[int]
+    ) -> tuple[list[Pdo], list[tuple[str, int, int | None, list[tuple[str, int | str]]]]]:
+        """The PDOs that it presets: RPDOs, then TPDOs, by number; and what does not agree with the rest of it.
+
+        dummies: codes of data types that may be mapped to skip bits, beside numbers without a sign. Each defect: code,
+        index, sub-index (None: of the whole object), what fills its sentence.
+        """
+
+@final
+class Pdo:
+    """One PDO as the device starts with it."""
+
+    number: int
+    direction: Literal["rpdo", "tpdo"]
+    communication: int
+    """Index of its communication parameter."""
+    cob_id: CobId
+    transmission: int | None
+    inhibit: int | None
+    """In 100 us."""
+    event_timer: int | None
+    """In ms."""
+    sync_start: int | None
+    multiplex: Literal["sam", "dam"] | None
+    """An MPDO: it has no mapping."""
+    mapped: list[Mapped]
+    """In the order of the payload, up to the first entry that is missing."""
+    bits: int
+    """Length of the payload."""
+
+@final
+class Mapped:
+    """One entry of a mapping: `bits` bits of the payload from bit `offset` on."""
+
+    index: int
+    sub: int
+    offset: int
+    bits: int
+    dummy: bool
+    """The index is a data type: these bits are skipped."""
+
+@final
+class CobId:
+    """A COB-ID entry of a PDO (CiA 301 7.5.2.35 and .37), taken apart."""
+
+    valid: bool
+    """Bit 31 is 0: the PDO exists."""
+    rtr_allowed: bool
+    """Bit 30 is 0; only of a TPDO."""
+    extended: bool
+    """Bit 29 is 1: a 29-bit identifier."""
+    base: int
+    """The identifier, without the node-ID where `relative`."""
+    relative: bool
+    """The node-ID is to be added."""
+    assumed: bool
+    """Not in the file: the pre-defined connection set, or no PDO at all."""
+
+    def at(self, node: int | None) -> int | None:
+        """Give the identifier for a node; None if that needs a node-ID and there is none."""
+
+def pdo_parameters(direction: str, number: int) -> tuple[int, int, str]:
+    """Of a PDO the indices of communication and mapping parameter, and the COB-ID that it has where nothing says so.
+
+    The COB-ID as a description writes it: `$NODEID+0x180`, or 0x80000000 for a PDO that does not exist until it is
+    configured.
+    """
 
 @final
 class Network:

@@ -19,7 +19,6 @@ import forked
 
 from canalyze import _core
 from canalyze.dictionary import load
-from canalyze.dictionary.rows import flat
 from canalyze.running.options import SessionOptions
 
 TESTS = Path(__file__).resolve().parent
@@ -160,7 +159,7 @@ def described(eds: tuple[tuple[int, str], ...]) -> _core.Network | None:
     """What `--eds NODE=FILE` tells the core, for files of eds/."""
     if not eds:
         return None
-    return _core.Network(descriptions=[(None, node, flat(load(str(EDS / name)))) for node, name in eds])
+    return _core.Network(descriptions=[(None, node, load(str(EDS / name)).table) for node, name in eds])
 
 
 def described_beside(capture: Path) -> _core.Network | None:
@@ -174,7 +173,7 @@ def described_beside(capture: Path) -> _core.Network | None:
         return described(tuple((row["node"], row["eds"]) for row in nodes if row["eds"]))
     for file in (capture.with_name(f"{name}.{form}") for form in ("eds", "dcf")):
         if file.is_file():
-            return _core.Network(descriptions=[(None, 5, flat(load(str(file), 5)))])
+            return _core.Network(descriptions=[(None, 5, load(str(file), 5).table)])
     return None
 
 

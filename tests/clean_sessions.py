@@ -15,7 +15,6 @@ from plants import MASTERS, Session, as_made, calm, counted, drive, guarded, pla
 
 from canalyze import _core
 from canalyze.dictionary import load
-from canalyze.dictionary.rows import flat
 
 GENERATED = (
     "states",
@@ -67,4 +66,4 @@ def beside(name: str) -> tuple[_core.Network | None, ...]:
     files = [(row["node"], row["eds"]) for row in json.loads(truth.read_text())["nodes"] if row["eds"]]
     if not files:
         return (None,)
-    return None, _core.Network(descriptions=[(None, node, flat(load(str(EDS / eds)))) for node, eds in files])
+    return None, _core.Network(descriptions=[(None, node, load(str(EDS / eds)).table) for node, eds in files])

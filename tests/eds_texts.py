@@ -5,6 +5,8 @@ Why it exists: each test reads a few lines of text and looks at one value or def
 
 from __future__ import annotations
 
+import canopen
+
 from canalyze.dictionary import read
 from canalyze.dictionary.model import Dictionary, Value
 
@@ -38,3 +40,26 @@ def name(found: Dictionary, index: int = 0x2000, sub: int = 0) -> str:
     entry = found.entry(index, sub)
     assert entry is not None
     return entry.name
+
+
+def pdos(found: Dictionary, node: int) -> list[tuple[object, ...]]:
+    """Our PDOs: which, identifier, whether it is valid, whether remote frames are allowed, what is mapped where."""
+    return [
+        (
+            *(pdo.direction, pdo.number, pdo.cob_id.at(node), pdo.cob_id.valid, pdo.cob_id.rtr_allowed),
+            [(entry.index, entry.sub, entry.offset, entry.bits) for entry in pdo.mapped],
+        )
+        for pdo in found.pdos
+    ]
+
+
+def pdos_of_the_library(file: str, node: int) -> list[tuple[object, ...]]:
+    """The same by python-canopen."""
+    theirs = canopen.Network().add_node(node, file)
+    found: list[tuple[object, ...]] = []
+    for direction, side in (("rpdo", theirs.rpdo), ("tpdo", theirs.tpdo)):
+        side.read(from_od=True)  # type: ignore[no-untyped-call]
+        for number, pdo in side.items():
+            mapped = [(one.index, one.subindex, one.offset, one.length) for one in pdo.map]
+            found.append((direction, number, pdo.cob_id, pdo.enabled, pdo.rtr_allowed, mapped))
+    return found

@@ -12,14 +12,13 @@ from test_unconfirmed import NODE, request, response
 
 from canalyze import _core
 from canalyze.dictionary import load
-from canalyze.dictionary.rows import flat
 
 EDS = SAMPLES / "rules" / "PDO012.eds"
 """TPDO1 of node 5: one object of two bytes."""
 
 
 def read(payloads: str, *before: CanFrame) -> Analysis:
-    network = _core.Network(descriptions=[(None, NODE, flat(load(str(EDS), NODE)))])
+    network = _core.Network(descriptions=[(None, NODE, load(str(EDS), NODE).table)])
     frames = [CanFrame("can0", 0x185, bytes.fromhex(data)) for data in payloads.split()]
     return analyze(log_text(spaced([*before, *frames], step_us=2_000)), network=network)
 

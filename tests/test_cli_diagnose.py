@@ -168,8 +168,8 @@ def test_lines_fit_a_narrow_terminal(lang: str, columns: int) -> None:
 @pytest.mark.parametrize("form", ["text", "jsonl"])
 def test_what_is_not_in_the_capture_is_an_error(canalyze: Runner, form: str) -> None:
     for option, said in (
-        (["--node", "99"], "canalyze: node 99 is not in the capture; nodes: 5, 6\n"),
-        (["--bus", "can0", "--node", "99"], "canalyze: node 99 is not on bus can0; nodes: 5, 6\n"),
+        (["--node", "99"], "canalyze: node 99 is not in the capture; nodes: 5-6\n"),
+        (["--bus", "can0", "--node", "99"], "canalyze: node 99 is not on bus can0; nodes: 5-6\n"),
         (["--bus", "can7"], "canalyze: bus can7 is not in the capture; buses: can0\n"),
     ):
         done = canalyze("lost.log", *option, "--format", form, "--lang", "en", "-o", "out")

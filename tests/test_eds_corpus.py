@@ -13,6 +13,7 @@ from typing import Any
 import canopen
 import pytest
 from canopen.objectdictionary import ODRecord, ODVariable
+from eds_texts import pdos, pdos_of_the_library
 
 from canalyze.dictionary import load
 from canalyze.dictionary.model import Dictionary, Entry, NodeOffset
@@ -98,6 +99,18 @@ def test_agrees_with_the_library_on_every_entry(file: Path) -> None:
         if isinstance(thing, ODRecord) and not any(entry.line == found.line for entry in found.entries):
             assert len(found.entries) == len(variables)
     assert compared > 0
+
+
+@pytest.mark.parametrize("file", DESCRIPTIONS, ids=by_name)
+def test_the_library_finds_the_same_pdos(file: Path) -> None:
+    found = load(str(file), NODE)
+    if any(defect.code == "mapped-unknown" for defect in found.defects):
+        pytest.skip("python-canopen leaves out what the description does not have")
+    try:
+        theirs = pdos_of_the_library(str(file), NODE)
+    except (KeyError, TypeError, ValueError):
+        pytest.skip("python-canopen cannot make them")
+    assert pdos(found, NODE) == theirs
 
 
 def compare(theirs: ODVariable, ours: Entry) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import canopen
 import pytest
+from eds_texts import pdos, pdos_of_the_library
 
 from canalyze.dictionary import load
 
@@ -35,12 +36,20 @@ def test_the_library_reads_it_too(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_the_library_finds_the_same_pdos(name: str) -> None:
+    found = pdos(load(str(OWN / name)), 5)
+    assert found == pdos_of_the_library(str(OWN / name), 5) != []
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_mapped_objects_may_be_mapped(name: str) -> None:
-    for pdo in load(str(OWN / name)).pdos:
+    found = load(str(OWN / name))
+    for pdo in found.pdos:
         assert pdo.cob_id.valid and not pdo.cob_id.assumed and pdo.mapped
         for mapped in pdo.mapped:
-            assert mapped.entry is not None and mapped.entry.mappable
-            assert mapped.entry.access in (("rw", "rww") if pdo.direction == "rpdo" else ("ro", "rw", "rwr"))
+            entry = found.entry(mapped.index, mapped.sub)
+            assert entry is not None and entry.mappable
+            assert entry.access in (("rw", "rww") if pdo.direction == "rpdo" else ("ro", "rw", "rwr"))
 
 
 def test_signals_of_the_drive() -> None:

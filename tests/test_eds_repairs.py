@@ -241,7 +241,7 @@ def test_pdo() -> None:
         (0x2000, 0, 0, 16, False),
         (0x2001, 0, 16, 32, False),
     ]
-    assert [m.entry.name for m in pdo.mapped if m.entry] == ["word", "long"]
+    assert [entry.name for m in pdo.mapped if (entry := found.entry(m.index, m.sub))] == ["word", "long"]
     assert pdo_codes(found) == []
 
 
@@ -287,7 +287,7 @@ def test_mappings(mapping: list[str], count: str | None, bits: int, defects: lis
 @pytest.mark.parametrize(("count", "kind"), [("254", "sam"), ("255", "dam")])
 def test_multiplex_pdos(count: str, kind: str) -> None:
     (pdo,) = read(pdo_text("0x181", [], count=count).encode(), "x.eds").pdos
-    assert (pdo.multiplex, pdo.mapped) == (kind, ())
+    assert (pdo.multiplex, pdo.mapped) == (kind, [])
 
 
 def test_pdo_without_mapping_and_odd_cob_id() -> None:

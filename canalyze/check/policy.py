@@ -7,10 +7,10 @@ the catalogue says.
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import PurePath
-from typing import Final, Literal, get_args
+from typing import Final, Literal, NamedTuple, get_args
 
 from canalyze.check import globs
 from canalyze.check.baseline import Baseline, Kind, Problem
@@ -49,8 +49,7 @@ def near(prefix: str, catalogue: Sequence[str]) -> list[str]:
     return get_close_matches(prefix[:3], families, cutoff=0.3) or families
 
 
-@dataclass(frozen=True, slots=True)
-class Override:
+class Override(NamedTuple):
     """What becomes of some findings, for a reason: [[check.override]]."""
 
     codes: tuple[str, ...]
@@ -76,8 +75,7 @@ class Override:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Policy:
+class Policy(NamedTuple):
     """All that was said in one place; `Policy().overruled(...)` of both is what holds."""
 
     fail_on: Threshold | None = None
@@ -98,8 +96,7 @@ class Policy:
 
     def overruled(self, by: "Policy") -> "Policy":
         """Give what holds of both: `by` puts the threshold, the selection and the baseline, and adds to `ignore`."""
-        return replace(
-            self,
+        return self._replace(
             fail_on=by.fail_on or self.fail_on,
             select=by.select or self.select,
             ignore=(*self.ignore, *by.ignore),

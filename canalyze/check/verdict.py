@@ -5,6 +5,7 @@ Nothing here reads, judges or prints.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from canalyze.finding import Finding
 from canalyze.incident import Incident
@@ -28,8 +29,7 @@ class Counted:
     """What these findings explain; none of it fails the check."""
 
 
-@dataclass(frozen=True, slots=True)
-class Examined:
+class Examined(NamedTuple):
     """What one capture has shown, before anything is judged."""
 
     file: str

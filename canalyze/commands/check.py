@@ -20,13 +20,13 @@ from canalyze.configuration.options import (
     CaptureOptions,
     CoreUsageError,
     OneOf,
-    Spelled,
     bitrate_option,
     capture_options,
     color_option,
     format_option,
     inputs,
     known_of,
+    spelled,
     time_option,
 )
 from canalyze.errors import ConfigError, ReaderGone
@@ -128,13 +128,12 @@ def command(words: Words) -> click.Command:
 
 def judging_options(words: Words) -> list[click.Parameter]:
     """Give what says which findings count."""
-    from canalyze._core import codes as read_codes
+    from canalyze._core import codes
 
-    codes = Spelled(read_codes, "codes", words)
     return [
         click.Option(["--fail-on"], type=OneOf(policy.THRESHOLDS, words), help=words("check.fail_on")),
-        click.Option(["--select"], type=codes, multiple=True, metavar="CODE,...", help=words("check.select")),
-        click.Option(["--ignore"], type=codes, multiple=True, metavar="CODE,...", help=words("check.ignore")),
+        spelled(words, "--select", codes, "codes", "CODE,...", "check.select", multiple=True),
+        spelled(words, "--ignore", codes, "codes", "CODE,...", "check.ignore", multiple=True),
         click.Option(["--baseline"], type=ANY_PATH, metavar="FILE", help=words("check.baseline")),
         click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("check.expect")),
         click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),

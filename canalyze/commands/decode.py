@@ -7,12 +7,12 @@ import click
 
 from canalyze.configuration.options import (
     CaptureOptions,
-    Spelled,
     capture_options,
     depth_of,
     inputs,
     listing_options,
     open_session,
+    spelled,
 )
 from canalyze.output import Progress, complain, open_output, told
 from canalyze.output.help import Command
@@ -79,20 +79,8 @@ def command(words: Words) -> click.Command:
         run,
         [
             *listing_options(words),
-            click.Option(
-                ["--around"],
-                type=Spelled(_around, "around", words),
-                metavar="N[:K]",
-                multiple=True,
-                help=words("decode.around"),
-            ),
-            click.Option(
-                ["--frame"],
-                type=Spelled(_span, "frame", words),
-                metavar="A-B",
-                multiple=True,
-                help=words("decode.frame"),
-            ),
+            spelled(words, "--around", _around, "around", "N[:K]", "decode.around", multiple=True),
+            spelled(words, "--frame", _span, "frame", "A-B", "decode.frame", multiple=True),
             click.Option(["--incidents"], is_flag=True, help=words("decode.incidents")),
             *capture_options(words),
         ],

@@ -17,7 +17,6 @@ from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     OneOf,
-    Spelled,
     capture_options,
     color_option,
     format_option,
@@ -25,6 +24,7 @@ from canalyze.configuration.options import (
     moment,
     open_session,
     positive,
+    spelled,
 )
 from canalyze.errors import ReaderGone, SourceError
 from canalyze.output import FileOutput, Output, Progress, open_output, told
@@ -48,9 +48,6 @@ FAIL_ON: Final = {"stands": ("stands",), "unknown": ("stands", "unknown"), "over
 """What makes the command fail, by --fail-on."""
 AROUND: Final = 2
 """Frames that are shown before and behind a step of a story."""
-
-_RUN: Final = 2
-"""Numbers in a row that are listed one by one."""
 
 
 def command(words: Words) -> click.Command:
@@ -103,7 +100,7 @@ def command(words: Words) -> click.Command:
             numbers = [one["id"] for one in incidents]
             if story is not None and story not in numbers:
                 key = "diagnose.no_story" if numbers else "diagnose.no_stories"
-                problem = words(key, number=story, numbers=_ranges(numbers))
+                problem = words(key, number=story, numbers=wording.ranges(numbers, ", "))
                 raise click.UsageError(problem, click.get_current_context())
             with suppress(ReaderGone):  # `| head` has seen enough: of the page and the exit code nobody has said so
                 if form == "jsonl":
@@ -131,14 +128,10 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Option(
-                ["-n", "story"], type=Spelled(positive, "positive", words), metavar="N", help=words("diagnose.story")
-            ),
+            spelled(words, "-n story", positive, "positive", "N", "diagnose.story"),
             click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
-            click.Option(["--since"], type=Spelled(moment, "moment", words), metavar="S", help=words("diagnose.since")),
-            click.Option(
-                ["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("diagnose.node")
-            ),
+            spelled(words, "--since", moment, "moment", "S", "diagnose.since"),
+            spelled(words, "--node", network.node, "node", "N", "diagnose.node"),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
             click.Option(["--html"], type=ANY_PATH, metavar="FILE", help=words("diagnose.html")),
             click.Option(["--frames"], type=OneOf(("near", "all"), words), help=words("diagnose.html_option")),
@@ -174,20 +167,7 @@ def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, A
         if not nodes:
             raise SourceError("diagnose.no_nodes", node=chosen.node)
         key = "diagnose.no_node" if chosen.bus is None else "diagnose.no_node_on"
-        raise SourceError(key, node=chosen.node, bus=chosen.bus, nodes=_ranges(nodes))
-
-
-def _ranges(numbers: Iterable[int]) -> str:
-    """Give numbers as `1, 2, 5-9`."""
-    found: list[list[int]] = []
-    for number in sorted(numbers):
-        if found and found[-1][-1] == number - 1:
-            found[-1].append(number)
-        else:
-            found.append([number])
-    return ", ".join(
-        f"{run[0]}-{run[-1]}" if len(run) > _RUN else ", ".join(str(number) for number in run) for run in found
-    )
+        raise SourceError(key, node=chosen.node, bus=chosen.bus, nodes=wording.ranges(nodes, ", "))
 
 
 def _records(results: list[bytes], session: "Session") -> list[dict[str, Any]]:

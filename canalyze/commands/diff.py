@@ -15,11 +15,11 @@ import click
 from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
-    Spelled,
     format_option,
     open_session,
     output_options,
     reading_options,
+    spelled,
 )
 from canalyze.errors import ReaderGone
 from canalyze.output import Progress, open_output, told
@@ -102,16 +102,8 @@ def command(words: Words) -> click.Command:
         [
             click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="A B"),
             format_option(words, "diff"),
-            click.Option(
-                ["--tolerance"],
-                type=Spelled(_percent, "percent", words),
-                default="10",
-                metavar="PERCENT",
-                help=words("diff.tolerance"),
-            ),
-            click.Option(
-                ["--bus"], type=Spelled(_buses, "bus_pair", words), metavar="A=B", multiple=True, help=words("diff.bus")
-            ),
+            spelled(words, "--tolerance", _percent, "percent", "PERCENT", "diff.tolerance", default="10"),
+            spelled(words, "--bus", _buses, "bus_pair", "A=B", "diff.bus", multiple=True),
             *(option for option in reading_options(words) if option.name != "merge"),
             *output_options(words),
         ],

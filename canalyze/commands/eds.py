@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from canalyze.configuration import network
-from canalyze.configuration.options import ANY_PATH, Spelled, format_option, inputs, output_options
+from canalyze.configuration.options import ANY_PATH, format_option, inputs, output_options, spelled
 from canalyze.errors import CanalyzeError
 from canalyze.output import Output, complain, open_output
 from canalyze.output.help import Command
@@ -47,7 +47,7 @@ def command(words: Words) -> click.Command:
         run,
         [
             click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
-            click.Option(["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("eds.node")),
+            spelled(words, "--node", network.node, "node", "N", "eds.node"),
             click.Option(["--all", "every"], is_flag=True, help=words("eds.all")),
             format_option(words, "eds"),
             *output_options(words),

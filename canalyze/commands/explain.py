@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from canalyze.configuration import network
-from canalyze.configuration.options import Spelled
+from canalyze.configuration.options import spelled
 from canalyze.errors import SourceError
 from canalyze.output import Output, complain
 from canalyze.output.help import Command
@@ -41,13 +41,7 @@ def command(words: Words) -> click.Command:
         run,
         [
             click.Argument(["frame"], nargs=-1, type=click.UNPROCESSED, metavar="FRAME"),
-            click.Option(
-                ["--eds"],
-                type=Spelled(network.description, "eds", words),
-                metavar="[[BUS:]NODE=]FILE",
-                multiple=True,
-                help=words("explain.eds"),
-            ),
+            spelled(words, "--eds", network.description, "eds", "[[BUS:]NODE=]FILE", "explain.eds", multiple=True),
         ],
     )
 
@@ -58,13 +52,11 @@ def _devices(given: tuple[network.Description, ...]) -> "_core.Network | None":
         return None
     from canalyze import _core
     from canalyze.dictionary import load
-    from canalyze.dictionary.rows import flat
 
     descriptions = []
     for one in given:
         found = load(one.file)
-        table = flat(found)
-        descriptions += [(one.bus, node, table) for node in one.nodes or (found.node or 0,)]
+        descriptions += [(one.bus, node, found.table) for node in one.nodes or (found.node or 0,)]
     return _core.Network(descriptions=descriptions)
 
 

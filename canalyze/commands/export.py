@@ -12,11 +12,11 @@ from canalyze.configuration.descriptions import carriers
 from canalyze.configuration.options import (
     CaptureOptions,
     OneOf,
-    Spelled,
     capture_options,
     inputs,
     known_of,
     open_session,
+    spelled,
 )
 from canalyze.exporting import FIRST, FOLDER, FORMS, TABLES, Target, form_of, require
 from canalyze.output import Output, Progress, complain
@@ -80,25 +80,21 @@ def command(words: Words) -> click.Command:
         words,
         run,
         [
-            click.Option(
-                ["--table", "tables"],
-                type=OneOf(tuple(TABLES), words),
-                metavar="TABLE",
-                multiple=True,
-                help=words("export.table", tables=", ".join(TABLES)),
-            ),
+            table_option(words),
             click.Option(["--device"], metavar="NAME", default="", help=words("export.device")),
-            click.Option(
-                ["--capture"],
-                type=Spelled(_name, "capture", words),
-                metavar="NAME",
-                help=words("export.capture"),
-            ),
+            spelled(words, "--capture", _name, "capture", "NAME", "export.capture"),
             click.Option(["--select"], metavar="GLOBS", help=words("signals.select")),
             *(option for option in capture_options(words) if option.name != "output"),
             click.Option(["-o", "--output"], metavar="DIR|FILE", help=words("export.output")),
         ],
     )
+
+
+def table_option(words: Words) -> click.Option:
+    """Give --table."""
+    names = tuple(TABLES)
+    said = words("export.table", tables=", ".join(names))
+    return click.Option(["--table", "tables"], type=OneOf(names, words), metavar="TABLE", multiple=True, help=said)
 
 
 def name_of(file: str) -> str:

@@ -20,16 +20,17 @@ from canalyze import exporting
 from canalyze.check.examination import Job
 from canalyze.check.policy import Policy, Standing, Threshold
 from canalyze.commands.check import held_policy, judging_options, known_findings, tried
+from canalyze.commands.export import table_option
 from canalyze.configuration.config import Config
 from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     OneOf,
-    Spelled,
     bitrate_option,
     color_option,
     positive,
     reading_options,
+    spelled,
     time_option,
 )
 from canalyze.output import Progress, complain, open_output
@@ -141,39 +142,24 @@ def command(words: Words) -> click.Command:
             click.Argument(["action"], type=OneOf(_ACTIONS, words), metavar="|".join(_ACTIONS)),
             click.Argument(["sources"], nargs=-1, type=ANY_PATH, metavar="SOURCE..."),
             click.Option(["-o", "--output"], type=ANY_PATH, metavar="OUT", help=words("fleet.output")),
-            click.Option(["--workers"], type=_number(words), metavar="N", help=words("fleet.workers")),
-            click.Option(["--shard"], type=Spelled(_shard, "shard", words), metavar="K/N", help=words("fleet.shard")),
-            click.Option(["--on"], type=Spelled(_engine, "engine", words), metavar="ENGINE", help=words("fleet.on")),
-            click.Option(["--timeout", "seconds"], type=_number(words), metavar="S", help=words("fleet.timeout")),
-            click.Option(["--memory", "megabytes"], type=_number(words), metavar="MB", help=words("fleet.memory")),
+            spelled(words, "--workers", positive, "positive", "N", "fleet.workers"),
+            spelled(words, "--shard", _shard, "shard", "K/N", "fleet.shard"),
+            spelled(words, "--on", _engine, "engine", "ENGINE", "fleet.on"),
+            spelled(words, "--timeout seconds", positive, "positive", "S", "fleet.timeout"),
+            spelled(words, "--memory megabytes", positive, "positive", "MB", "fleet.memory"),
             click.Option(["--retry"], is_flag=True, help=words("fleet.retry")),
             click.Option(["--html"], is_flag=True, help=words("fleet.html")),
             click.Option(["--force"], is_flag=True, help=words("fleet.force")),
             *judging_options(words),
-            click.Option(
-                ["--table", "tables"],
-                type=OneOf(tuple(exporting.TABLES), words),
-                metavar="TABLE",
-                multiple=True,
-                help=words("export.table", tables=", ".join(exporting.TABLES)),
-            ),
+            table_option(words),
             click.Option(["--signals"], metavar="GLOBS", help=words("signals.select")),
-            click.Option(
-                ["--device-from"],
-                type=Spelled(_group, "group", words),
-                metavar="REGEX",
-                help=words("fleet.device_from"),
-            ),
+            spelled(words, "--device-from", _group, "group", "REGEX", "fleet.device_from"),
             time_option(words),
             color_option(words),
             bitrate_option(words),
             *(option for option in reading_options(words) if option.name not in ("merge", "threads")),
         ],
     )
-
-
-def _number(words: Words) -> Spelled:
-    return Spelled(positive, "positive", words)
 
 
 def _group(text: str) -> str | None:

@@ -15,9 +15,9 @@ import click
 from canalyze.configuration.options import (
     ANY_PATH,
     CoreUsageError,
-    Spelled,
     open_session,
     reading_options,
+    spelled,
     start_session,
 )
 from canalyze.errors import CanalyzeError
@@ -89,7 +89,7 @@ def command(words: Words) -> click.Command:
         run,
         [
             click.Argument(["names"], nargs=-1, type=ANY_PATH, metavar="CHANNEL|FILE"),
-            click.Option(["--speed"], type=Spelled(_speed, "speed", words), metavar="X", help=words("monitor.speed")),
+            spelled(words, "--speed", _speed, "speed", "X", "monitor.speed"),
             click.Option(["--bell"], is_flag=True, help=words("monitor.bell")),
             *listening_options(words),
             *reading_options(words),

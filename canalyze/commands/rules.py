@@ -85,12 +85,11 @@ def _unknown(wanted: str, codes: list[str], words: Words) -> str:
 
 
 def _list(catalogue: "list[Rule]", out: Output, words: Words) -> None:
-    from canalyze.reports.table import Column, Row, Table
+    from canalyze.reports.table import Column, write
 
     columns = [Column(words(f"col.{key}"), folds=key == "message") for key in ("code", "severity", "rule", "message")]
-    table = Table(columns, out, live=False)
-    table.add([Row([rule.code, words.of("severity", rule.severity), rule.name, rule.message]) for rule in catalogue])
-    table.close()
+    rows = ([rule.code, words.of("severity", rule.severity), rule.name, rule.message] for rule in catalogue)
+    write(columns, rows, out)
 
 
 def _page(rule: "Rule", words: Words) -> str:

@@ -74,7 +74,8 @@ def command(words: Words) -> click.Command:
 
             def take(result: bytes) -> None:
                 nonlocal rows
-                rows += result.count(b"\n")
+                if rows <= 0:
+                    rows += result.count(b"\n")
                 put(result)
                 if directory is not None:
                     directory.add(session.extracted())

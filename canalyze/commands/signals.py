@@ -46,7 +46,8 @@ def command(words: Words) -> click.Command:
 
             def take(result: bytes) -> None:
                 nonlocal lines
-                lines += result.count(b"\n")
+                if lines <= HEADINGS[form]:
+                    lines += result.count(b"\n")
                 out.write(result)
 
             total = total_size(names)

@@ -18,17 +18,17 @@ import click
 from canalyze import expectations
 from canalyze.configuration.options import (
     ANY_PATH,
-    Spelled,
     depth_of,
     listing_options,
     network_options,
     open_session,
     positive,
+    spelled,
 )
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output import Output, Progress, complain, hint, open_output
 from canalyze.output.help import Command
-from canalyze.reports.table import EMPTY, Column, Row, Table
+from canalyze.reports.table import EMPTY, Column, write
 from canalyze.running.listening import (
     Listening,
     ListeningOptions,
@@ -102,12 +102,8 @@ def command(words: Words) -> click.Command:
             click.Argument(["channels"], nargs=-1, metavar="CHANNEL"),
             *listening_options(words),
             click.Option(["--filter", "expression"], metavar="EXPR", help=words("opt.filter")),
-            click.Option(
-                ["--duration"], type=Spelled(seconds, "duration", words), metavar="TIME", help=words("sniff.duration")
-            ),
-            click.Option(
-                ["--count"], type=Spelled(positive, "positive", words), metavar="N", help=words("sniff.count")
-            ),
+            spelled(words, "--duration", seconds, "duration", "TIME", "sniff.duration"),
+            spelled(words, "--count", positive, "positive", "N", "sniff.count"),
             *listing_options(words),
             click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("sniff.expect")),
             click.Option(["--rerun"], is_flag=True, help=words("sniff.rerun")),
@@ -215,13 +211,13 @@ def _show_nodes(nodes: Sequence[Mapping[str, Any]], words: Words, out: Output, *
     """Show below the listing what each node was seen to do; the column of the bus only where there are several."""
     keys = ["col.node", "sniff.frames", "col.node_state", "sniff.errors", "sniff.warnings"]
     columns = [Column(words(key), right=key != "col.node_state") for key in keys]
-    table = Table([Column(words("col.bus")), *columns] if several else columns, out, live=False)
-    for place, node in enumerate(nodes):
+    rows = []
+    for node in nodes:
         state = words.of("monitor_silent", node["silent"]) if node["silent"] else node["state_text"] or EMPTY
         cells = [node["node"], node["frames"], state, node["errors"], node["warnings"]]
-        table.add([Row([str(one) for one in ([node["bus"], *cells] if several else cells)], place)])
+        rows.append(map(str, [node["bus"], *cells] if several else cells))
     out.text("\n")
-    table.close()
+    write([Column(words("col.bus")), *columns] if several else columns, rows, out)
 
 
 def _held(tally: Mapping[str, Any], words: Words) -> Iterator[str]:

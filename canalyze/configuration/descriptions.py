@@ -40,16 +40,11 @@ def network(
 
     read = {} if read is None else read
     carried = carriers(filed, given, read) if known.descriptions else {}
-    tables = {}
-    if carried:
-        from canalyze.dictionary.rows import flat
-
-        for file in dict.fromkeys(carried.values()):
-            if words is not None:
-                _say(read[file], [node for (_, node), other in carried.items() if other == file], words, say)
-            tables[file] = flat(read[file])
+    for file in dict.fromkeys(carried.values()):
+        if words is not None:
+            _say(read[file], [node for (_, node), other in carried.items() if other == file], words, say)
     return _core.Network(
-        descriptions=[(_name(bus), node, tables[file]) for (bus, node), file in carried.items()],
+        descriptions=[(_name(bus), node, read[file].table) for (bus, node), file in carried.items()],
         cobs=[(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
         sdos=[(_name(sdo.bus), *sdo.client, *sdo.server, sdo.node) for sdo in known.sdos],
         sync_period_ns=known.sync_period_ns,

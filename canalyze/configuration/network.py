@@ -9,7 +9,6 @@ import re
 from typing import Final, Literal, NamedTuple
 
 NODES: Final = range(1, 128)
-MOST_PDOS: Final = 512
 
 _INTEGER: Final = re.compile(r"0x[0-9a-f]{1,8}|[0-9]{1,8}", re.IGNORECASE)
 

@@ -65,6 +65,14 @@ class Spelled(click.ParamType[Any]):
         raise click.UsageError(self._words(f"usage.{form}", option=option, value=value or '""'), ctx)
 
 
+def spelled(
+    words: Words, names: str, read: Callable[[str], object], form: str, metavar: str, help_key: str, **more: Any
+) -> click.Option:
+    """Give an option whose value is `Spelled`; names: those of the option, with blanks between."""
+    kind = Spelled(read, form, words)
+    return click.Option(names.split(), type=kind, metavar=metavar, help=words(help_key), **more)
+
+
 def positive(text: str) -> int | None:
     """Read a number above 0."""
     return int(text) or None if text.isdecimal() and len(text) < 19 else None
@@ -145,7 +153,7 @@ def reading_options(words: Words) -> list[click.Parameter]:
         ),
         click.Option(["--input-format"], type=OneOf(input_formats(), words), help=words("opt.input_format")),
         click.Option(["--merge"], is_flag=True, help=words("opt.merge")),
-        click.Option(["--threads"], type=Spelled(positive, "positive", words), metavar="N", help=words("opt.threads")),
+        spelled(words, "--threads", positive, "positive", "N", "opt.threads"),
         *topic_options(words),
         *network_options(words),
     ]
@@ -162,28 +170,19 @@ def topic_options(words: Words) -> list[click.Parameter]:
 
 def network_options(words: Words) -> list[click.Parameter]:
     """Give what says which devices are on the bus; a command takes them as `**given: Unpack[NetworkOptions]`."""
-
-    def option(
-        name: str, read: Callable[[str], object], form: str, metavar: str, *, multiple: bool = False
-    ) -> click.Option:
-        key = name.lstrip("-").replace("-", "_")
-        kind = Spelled(read, form, words)
-        return click.Option([name], type=kind, metavar=metavar, multiple=multiple, help=words(f"opt.{key}"))
-
     return [
-        option("--eds", network.description, "eds", "[[BUS:]NODE=]FILE", multiple=True),
-        option("--cob", network.cob, "cob", "[BUS:]ID=NODE.PDO", multiple=True),
-        option("--sdo", network.sdo_channel, "sdo", "[BUS:]ID,ID=NODE", multiple=True),
-        option("--sync-period", network.period, "period", "US"),
-        option("--sync-window", network.period, "period", "US"),
-        option("--jitter", network.tolerance, "tolerance", "US"),
+        spelled(words, "--eds", network.description, "eds", "[[BUS:]NODE=]FILE", "opt.eds", multiple=True),
+        spelled(words, "--cob", network.cob, "cob", "[BUS:]ID=NODE.PDO", "opt.cob", multiple=True),
+        spelled(words, "--sdo", network.sdo_channel, "sdo", "[BUS:]ID,ID=NODE", "opt.sdo", multiple=True),
+        spelled(words, "--sync-period", network.period, "period", "US", "opt.sync_period"),
+        spelled(words, "--sync-window", network.period, "period", "US", "opt.sync_window"),
+        spelled(words, "--jitter", network.tolerance, "tolerance", "US", "opt.jitter"),
     ]
 
 
 def bitrate_option(words: Words, help_key: str = "opt.bitrate") -> click.Option:
     """Give --bitrate, for a command that says how much of the bus is used."""
-    kind = Spelled(network.bit_rate, "bit_rate", words)
-    return click.Option(["--bitrate"], type=kind, metavar="BPS", help=words(help_key))
+    return spelled(words, "--bitrate", network.bit_rate, "bit_rate", "BPS", help_key)
 
 
 def output_options(words: Words) -> list[click.Parameter]:

@@ -1,6 +1,6 @@
 """EDS and DCF (CiA 306) -> a frozen `Dictionary`, by a reader that takes them as they are found.
 
-    bytes --encoding--> text --ini--> sections --objects, values--> objects --pdo--> PDOs
+    bytes --encoding--> text --ini--> sections --objects, values--> objects --table--> the core's table, PDOs
                         XML  --xdd-----^
 
 What had to be repaired or could not be used becomes a `Defect`; only a file in which there is no object at all, or
@@ -42,9 +42,9 @@ def load(name: str, node: int | None = None) -> Dictionary:
 
 def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
     """Read a description from its bytes; `name` is for messages."""
-    from canalyze.dictionary import pdo
     from canalyze.dictionary.encoding import decode
     from canalyze.dictionary.objects import Objects
+    from canalyze.dictionary.table import pdos, table
 
     if not data.strip():
         raise SourceError("source.empty", name=name)
@@ -68,10 +68,11 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
     dummies = _dummies(ini, values)
     commissioning = _commissioning(ini)
     filed, node_name, rate = _node(commissioning, ini, values)
-    pdos = pdo.table(objects, dummies, ini.complain)
     configured = commissioning is not None or any(e.parameter is not None for o in objects.values() for e in o.entries)
     form: Literal["eds", "dcf", "xdd"] = "xdd" if xml else "dcf" if configured else "eds"
     _say_modules(ini, values)
+    made = table(name, form, device.product_name, objects.values())
+    found = tuple(pdos(made, dummies, objects, ini))
     return Dictionary(
         file=name,
         form=form,
@@ -84,29 +85,30 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
         bit_rate=rate,
         objects=tuple(objects.values()),
         dummies=dummies,
-        pdos=pdos,
+        table=made,
+        pdos=found,
         defects=ini.defects,
     )
 
 
 def taken(given: "ObjectDictionary", name: str) -> Dictionary:
     """Take what python-canopen has read or a program has put together, by way of the EDS that it writes."""
-    from dataclasses import replace
-
     from canalyze.dictionary import library
+    from canalyze.dictionary.table import table
 
     found = read(library.written(given).encode(), name)
     objects = []
     for one in found.objects:  # of what that EDS leaves out, the unit and the factor count
         variables = library.variables(given, one.index)
         entries = (
-            replace(entry, unit=variables[entry.sub].unit, factor=float(variables[entry.sub].factor))
+            entry._replace(unit=variables[entry.sub].unit, factor=float(variables[entry.sub].factor))
             if entry.sub in variables
             else entry
             for entry in one.entries
         )
-        objects.append(replace(one, entries=tuple(entries)))
-    return replace(found, objects=tuple(objects), node=given.node_id)
+        objects.append(one._replace(entries=tuple(entries)))
+    made = table(name, found.form, found.device.product_name, objects)
+    return found._replace(objects=tuple(objects), table=made, node=given.node_id)
 
 
 def _first_beyond_ascii(text: str) -> int:

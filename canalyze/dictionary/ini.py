@@ -6,8 +6,7 @@ that begins with `;` or `#`; what follows a value on its line is left to who kno
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 from canalyze.dictionary.model import Defect
 
@@ -15,8 +14,7 @@ _MOST_DEFECTS: Final = 1000
 """Defects of one code that are kept; the rest is counted."""
 
 
-@dataclass(slots=True)
-class Key:
+class Key(NamedTuple):
     """One `name=value`."""
 
     name: str
@@ -24,13 +22,16 @@ class Key:
     line: int
 
 
-@dataclass(slots=True)
 class Section:
     """One `[name]` with its keys, by small-letter name."""
 
-    name: str
-    line: int
-    keys: dict[str, Key] = field(default_factory=dict)
+    __slots__ = ("keys", "line", "name")
+
+    def __init__(self, name: str, line: int, keys: dict[str, Key] | None = None) -> None:
+        """Begin on a line; without keys it has none yet."""
+        self.name = name
+        self.line = line
+        self.keys: dict[str, Key] = {} if keys is None else keys
 
     def get(self, name: str) -> Key | None:
         """Give a key that is there and not empty."""
@@ -43,13 +44,14 @@ class Section:
         return key.value if key else None
 
 
-@dataclass(slots=True)
 class Ini:
     """The sections by small-letter name, and what was wrong with the text."""
 
-    sections: dict[str, Section] = field(default_factory=dict)
-    _defects: list[Defect] = field(default_factory=list)
-    _counts: Counter[str] = field(default_factory=Counter)
+    def __init__(self) -> None:
+        """No section yet."""
+        self.sections: dict[str, Section] = {}
+        self._defects: list[Defect] = []
+        self._counts: Counter[str] = Counter()
 
     @property
     def defects(self) -> tuple[Defect, ...]:
@@ -98,6 +100,10 @@ def _lines(text: str) -> Iterator[tuple[int, str]]:
 
 def _ended(text: str) -> Iterator[str]:
     """Give the lines as any system ends them: a line feed with what carriage returns stand before it, or one return."""
+    plain = text.replace("\r\n", "\n")
+    if "\r" not in plain:
+        yield from plain.split("\n")
+        return
     pieces = text.split("\n")
     for piece in pieces[:-1]:
         yield from piece.rstrip("\r").split("\r")
@@ -118,11 +124,12 @@ def _open(ini: Ini, line: str, number: int) -> Section:
 
 
 def _put(ini: Ini, section: Section, key: Key) -> None:
-    other = section.keys.get(key.name.lower())
+    small = key.name.lower()
+    other = section.keys.get(small)
     if other is not None:
         facts = {"section": _short(section.name), "key": _short(key.name), "first": other.line}
         ini.complain(key.line, "duplicate-key", **facts, used=_short(key.value), other=_short(other.value))
-    section.keys[key.name.lower()] = key
+    section.keys[small] = key
 
 
 def _short(text: str) -> str:

@@ -1,22 +1,23 @@
 """What a device description says, typed and frozen. Knows neither files nor python-canopen nor words.
 
-`$NODEID` stays unresolved (`NodeOffset`), so that one description serves every node that carries it.
+`$NODEID` stays unresolved (`NodeOffset`), so that one description serves every node that carries it. All are named
+tuples: to read a description costs as little as it can where `decode` starts.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    from canalyze import _core
 
 Access = Literal["ro", "wo", "rw", "rwr", "rww", "const"]
-Direction = Literal["rpdo", "tpdo"]
 Effect = Literal["repaired", "unused", "noted"]
 
 NULL, DOMAIN, DEFTYPE, DEFSTRUCT, VAR, ARRAY, RECORD = 0, 2, 5, 6, 7, 8, 9
 """Object codes, CiA 301 7.4.3."""
 
 
-@dataclass(frozen=True, slots=True)
-class NodeOffset:
+class NodeOffset(NamedTuple):
     """A number that stands for node-ID + offset."""
 
     offset: int
@@ -29,11 +30,10 @@ class NodeOffset:
 Value = int | float | str | bytes | NodeOffset
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(NamedTuple):
     """One sub-object, or an object that is a single variable (sub 0)."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # of a tuple it is a method
     sub: int
     name: str
     type: int
@@ -56,11 +56,10 @@ class Entry:
         return self.default if self.parameter is None else self.parameter
 
 
-@dataclass(frozen=True, slots=True)
-class Object:
+class Object(NamedTuple):
     """One index of the dictionary."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # of a tuple it is a method
     name: str
     code: int
     """Object code: DOMAIN, VAR, ARRAY or RECORD."""
@@ -73,70 +72,7 @@ class Object:
         return next((entry for entry in self.entries if entry.sub == sub), None)
 
 
-@dataclass(frozen=True, slots=True)
-class CobId:
-    """A COB-ID entry of a PDO (CiA 301 7.5.2.35 and .37), taken apart."""
-
-    valid: bool
-    """Bit 31 is 0: the PDO exists."""
-    rtr_allowed: bool
-    """Bit 30 is 0; only of a TPDO."""
-    extended: bool
-    """Bit 29 is 1: a 29-bit identifier."""
-    base: int
-    """The identifier, without the node-ID where `relative`."""
-    relative: bool
-    """The node-ID is to be added."""
-    assumed: bool = False
-    """Not in the file: the pre-defined connection set, or no PDO at all."""
-
-    def at(self, node: int | None) -> int | None:
-        """Give the identifier for a node; None if that needs a node-ID and there is none."""
-        if not self.relative:
-            return self.base
-        return None if node is None else self.base + node
-
-
-@dataclass(frozen=True, slots=True)
-class Mapped:
-    """One entry of a mapping: `bits` bits of the payload from bit `offset` on."""
-
-    index: int
-    sub: int
-    offset: int
-    bits: int
-    entry: Entry | None
-    """The mapped object; None if the file does not have it, or for a dummy."""
-    dummy: bool
-    """The index is a data type: these bits are skipped."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pdo:
-    """One PDO as the device starts with it."""
-
-    number: int
-    direction: Direction
-    cob_id: CobId
-    transmission: int | None
-    inhibit: int | None
-    """In 100 us."""
-    event_timer: int | None
-    """In ms."""
-    sync_start: int | None
-    multiplex: Literal["sam", "dam"] | None
-    """An MPDO: it has no mapping."""
-    mapped: tuple[Mapped, ...]
-    line: int
-
-    @property
-    def bits(self) -> int:
-        """Length of the payload."""
-        return sum(entry.bits for entry in self.mapped)
-
-
-@dataclass(frozen=True, slots=True)
-class FileInfo:
+class FileInfo(NamedTuple):
     """Section FileInfo, as written."""
 
     name: str = ""
@@ -150,8 +86,7 @@ class FileInfo:
     """Date, time and author."""
 
 
-@dataclass(frozen=True, slots=True)
-class Device:
+class Device(NamedTuple):
     """Section DeviceInfo; None where the file does not say."""
 
     vendor_name: str | None
@@ -168,15 +103,14 @@ class Device:
     lss: bool | None
 
 
-@dataclass(frozen=True, slots=True)
-class Defect:
+class Defect(NamedTuple):
     """What had to be repaired, could not be used, or does not agree with itself."""
 
     line: int
     """0 where no line is to blame."""
     code: str
     """A key of EFFECTS; its words are `defect.CODE`."""
-    facts: Mapping[str, object] = field(default_factory=dict)
+    facts: Mapping[str, object]
 
     @property
     def effect(self) -> Effect:
@@ -184,8 +118,7 @@ class Defect:
         return EFFECTS[self.code]
 
 
-@dataclass(frozen=True, slots=True)
-class Dictionary:
+class Dictionary(NamedTuple):
     """One device description."""
 
     file: str
@@ -203,7 +136,9 @@ class Dictionary:
     """By index, ascending."""
     dummies: frozenset[int]
     """Data types that may be mapped to skip bits."""
-    pdos: tuple[Pdo, ...]
+    table: "_core.Dictionary"
+    """What the core reads frames by."""
+    pdos: "tuple[_core.Pdo, ...]"
     """RPDOs, then TPDOs, by number."""
     defects: tuple[Defect, ...]
     """By line."""

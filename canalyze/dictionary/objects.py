@@ -6,13 +6,12 @@ or a COB-ID means.
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import Final, cast
 
+from canalyze.dictionary.compact import implied
 from canalyze.dictionary.ini import Ini, Key, Section
 from canalyze.dictionary.model import ARRAY, DEFSTRUCT, DEFTYPE, DOMAIN, NULL, RECORD, VAR, Access, Entry, Object
-from canalyze.dictionary.pdo import implied
-from canalyze.dictionary.values import KNOWN, OPAQUE, UNSIGNED8, Values, integer, without_comment
+from canalyze.dictionary.values import NAMES, OPAQUE, UNSIGNED8, Values, integer, without_comment
 
 _MOST_ENTRIES: Final = 30_000
 """CompactSubObj lets a small file claim millions; no device has a third of it."""
@@ -23,19 +22,20 @@ _SECTION: Final = re.compile(
     r"(?:\s*sub\s*0*(?P<sub>[0-9a-f]{1,2})|\s*(?P<part>name|value|denotation|objectlinks))?",
     re.IGNORECASE,
 )
-_CLEAN: Final = re.compile(r"[0-9a-f]{1,4}(sub[0-9a-f]+|name|value|denotation|objectlinks)?", re.IGNORECASE)
 _ACCESSES: Final = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
 _ALMOST: Final = {"r": "ro", "w": "wo", "r/w": "rw", "wr": "rw", "read": "ro", "write": "wo", "readonly": "ro"}
 
 
-@dataclass(slots=True)
 class _Parts:
     """All sections of one index."""
 
-    head: Section | None = None
-    subs: dict[int, Section] = field(default_factory=dict)
-    names: Section | None = None
-    values: Section | None = None
+    __slots__ = ("head", "names", "subs", "values")
+
+    def __init__(self) -> None:
+        self.head: Section | None = None
+        self.subs: dict[int, Section] = {}
+        self.names: Section | None = None
+        self.values: Section | None = None
 
 
 class Objects:
@@ -62,7 +62,7 @@ class Objects:
         # It is kept here alone, for as long as it takes to write it anew.
         self._ini.sections.pop(section.name.lower(), None)
         index = int(match["index"], 16)
-        if not _CLEAN.fullmatch(section.name):
+        if "x" in section.name.lower() or len(section.name.split()) > 1:
             read = f"{index:04X}" + (f"sub{int(match['sub'], 16):X}" if match["sub"] else match["part"] or "")
             self._ini.complain(section.line, "section-name", section=section.name[:60], read=read)
         table = self._parts if index >= _FIRST_OBJECT else self._types
@@ -249,11 +249,11 @@ class Objects:
 
     def _resolved(self, where: str, kind: int, keys: Section) -> int:
         """Give a type of CiA 301: one that the file defines itself is what it is made of."""
-        if kind in KNOWN:
+        if kind in NAMES:
             return kind
         definition = (self._types.get(kind) or self._parts.get(kind) or _Parts()).subs.get(1)
         made_of = definition and integer((definition.get("DefaultValue") or Key("", "", 0)).value)
-        if made_of and made_of.value in KNOWN:
+        if made_of and made_of.value in NAMES:
             return made_of.value
         key = keys.get("DataType")
         if key and key.line:

@@ -8,45 +8,20 @@ cannot be understood has no value.
 import math
 import re
 import struct
-from dataclasses import dataclass
-from typing import Final
+from functools import lru_cache
+from typing import Final, NamedTuple
 
+from canalyze._core import DATA_TYPES
 from canalyze.dictionary.ini import Ini, Key
 from canalyze.dictionary.model import NodeOffset, Value
 
-BOOLEAN, UNSIGNED8, UNSIGNED32, OPAQUE = 0x01, 0x05, 0x07, 0x0F
-SIGNED: Final = {0x02: 8, 0x03: 16, 0x04: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
-UNSIGNED: Final = {
-    BOOLEAN: 1,
-    UNSIGNED8: 8,
-    0x06: 16,
-    UNSIGNED32: 32,
-    0x16: 24,
-    0x18: 40,
-    0x19: 48,
-    0x1A: 56,
-    0x1B: 64,
-    0x0C: 48,
-    0x0D: 48,  # TIME_OF_DAY and TIME_DIFFERENCE, as one number
-}
-REAL: Final = {0x08: 32, 0x11: 64}
+UNSIGNED8, UNSIGNED16, UNSIGNED32, OPAQUE = 0x05, 0x06, 0x07, 0x0F
+NAMES: Final = {kind: name for kind, (name, _) in DATA_TYPES.items()}
+_WIDTHS: Final = {kind: bits for kind, (_, bits) in DATA_TYPES.items() if bits}
+SIGNED: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("INTEGER")}
+REAL: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("REAL")}
 STRINGS: Final = frozenset({0x09, 0x0B})
 BYTES: Final = frozenset({0x0A, OPAQUE})
-WIDTHS: Final = SIGNED | UNSIGNED | REAL
-"""Bits of each type of fixed width (CiA 301 7.1.4)."""
-NAMES: Final = {
-    0x01: "BOOLEAN",
-    **{kind: f"INTEGER{bits}" for kind, bits in SIGNED.items()},
-    **{kind: f"UNSIGNED{bits}" for kind, bits in UNSIGNED.items() if kind not in (0x01, 0x0C, 0x0D)},
-    **{kind: f"REAL{bits}" for kind, bits in REAL.items()},
-    0x09: "VISIBLE_STRING",
-    0x0A: "OCTET_STRING",
-    0x0B: "UNICODE_STRING",
-    0x0F: "DOMAIN",
-    0x0C: "TIME_OF_DAY",
-    0x0D: "TIME_DIFFERENCE",
-}
-KNOWN: Final = frozenset(WIDTHS) | STRINGS | BYTES
 
 _NUMBER: Final = re.compile(r"([+-]?)(?:0x([0-9a-f]+)|([0-9]+))", re.IGNORECASE)
 _COMMENT: Final = re.compile(r";|#|//")
@@ -56,8 +31,7 @@ _NODE: Final = re.compile(r"\$?NODEID", re.IGNORECASE)
 _MOST_SUMMANDS: Final = 16
 
 
-@dataclass(frozen=True, slots=True)
-class Whole:
+class Whole(NamedTuple):
     """An integer as a file has it."""
 
     value: int
@@ -68,6 +42,7 @@ class Whole:
     """The node-ID is to be added."""
 
 
+@lru_cache(maxsize=1024)  # a file has few different ones
 def integer(text: str) -> Whole | None:
     """Read an integer without `$NODEID`; None if it is none."""
     bare = without_comment(text)
@@ -87,7 +62,7 @@ def integer(text: str) -> Whole | None:
 
 def with_node(text: str) -> Whole | None:
     """Read an integer that may have `$NODEID` among its summands, in any order and case."""
-    if not _NODE.search(text):
+    if "NODEID" not in text.upper():
         return integer(text)
     bare = without_comment(text)
     odd = "trailing-comment" if bare != text else ""
@@ -177,7 +152,7 @@ class Values:
             return None
         fitted = _fitted(number, kind)
         if fitted is None:
-            self._odd(key, "out-of-range", bits=WIDTHS[kind])
+            self._odd(key, "out-of-range", bits=_WIDTHS[kind])
         elif fitted.odd:
             shown = f"$NODEID+{fitted.value:X}h" if fitted.relative else str(fitted.value)
             self._odd(key, fitted.odd, read=shown)
@@ -227,7 +202,7 @@ def _fitted(number: Whole, kind: int) -> Whole | None:
             odd = odd or ("wrapped" if number.decimal else "")
         fits = -1 << (bits - 1) <= value < 1 << (bits - 1)
     else:
-        bits = UNSIGNED[kind]
+        bits = _WIDTHS[kind]
         if -1 << (bits - 1) <= value < 0 and bits > 1 and not number.relative:
             value += 1 << bits
             odd = odd or "wrapped"

@@ -16,7 +16,7 @@ Must not: read a capture, print, or decide what a column is called.
 
 import json
 import os
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from decimal import Decimal
@@ -120,8 +120,11 @@ class Export:
             if sum(file.waiting for file in self._files.values()) > _WAITING:
                 max(self._files.values(), key=lambda file: file.waiting).flush()
 
-    def complete(self) -> Written:
-        """Write the rest and give all files their names; FileExistsError is an OutputError here, too."""
+    def complete(self, bring: Callable[[Path, str], None] | None = None) -> Written:
+        """Write the rest and give all files their names; FileExistsError is an OutputError here, too.
+
+        bring: takes each file to its name in a folder elsewhere; there is none of the capture yet that counts.
+        """
         capture = next((one for one in self._summary if one["kind"] == "summary_capture"), {})
         day = self._moment(capture.get("first_t"))
         if self._target.form == FOLDER:
@@ -141,8 +144,11 @@ class Export:
                     if self._target.form == FOLDER
                     else self._target.path
                 )
-                final.parent.mkdir(parents=True, exist_ok=True)
-                file.complete(final)
+                if bring:
+                    bring(file.path, final.relative_to(self._folder).as_posix())
+                else:
+                    final.parent.mkdir(parents=True, exist_ok=True)
+                    file.complete(final)
                 written.append(final)
             self._files = {}
             for stale in set(self._earlier()) - set(written):

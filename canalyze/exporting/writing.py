@@ -65,10 +65,8 @@ class File:
             self._writer, self._written = self._open(part.path, self.schema), self.schema
         table = pa.Table.from_batches([fitted(batch, self._written) for batch in self._waiting], self._written)
         self._waiting = []
-        if self._form == "parquet":
-            self._writer.write_table(table, max(len(table), 1))
-        else:
-            self._writer.write_table(table)
+        if len(table):  # a file without rows has its columns, and no group
+            self._writer.write_table(table, len(table))
 
     def close(self) -> None:
         """End the piece that is written."""
@@ -92,7 +90,12 @@ class File:
                 for piece in pieces:
                     piece.discard()
             self.close()
-        return self._pieces[0].path.stat().st_size
+        return self.path.stat().st_size
+
+    @property
+    def path(self) -> Path:
+        """Where it is once it is finished."""
+        return self._pieces[0].path
 
     def complete(self, final: Path) -> None:
         """Give the file its name; FileExistsError where another has it, and is not to be replaced."""

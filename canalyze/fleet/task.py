@@ -174,10 +174,8 @@ def _export(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
             if done.session is None or not done.session.frames:
                 return Result(done.error, 0, 0, {"files": [], "rows": {}, "bytes": 0})
             made.take(done.session)
-            written = made.complete()
+            written = made.complete(to.bring)
         files = [file.relative_to(folder).as_posix() for file in written.files]
-        for file in files:
-            to.bring(folder / file, file)
     rows = dict(written.rows)
     return Result(
         done.error,

@@ -21,7 +21,8 @@ import os
 from collections.abc import Iterator
 from typing import Final
 
-from canalyze.dictionary.model import Dictionary, Entry, NodeOffset, Object, Pdo, Value
+from canalyze._core import Mapped, Pdo
+from canalyze.dictionary.model import Dictionary, Entry, NodeOffset, Object, Value
 from canalyze.dictionary.values import NAMES
 from canalyze.output import jsonl
 
@@ -36,7 +37,7 @@ def lines(found: Dictionary) -> Iterator[str]:
         for entry in thing.entries:
             yield _line("object", file, _entry(thing, entry, found.node))
     for pdo in found.pdos:
-        yield _line("pdo", file, _pdo(pdo, found.node))
+        yield _line("pdo", file, _pdo(pdo, found))
     for defect in found.defects:
         facts = {name: fact if isinstance(fact, int | float) else str(fact) for name, fact in defect.facts.items()}
         yield _line("defect", file, {"line": defect.line, "code": defect.code, "effect": defect.effect, "facts": facts})
@@ -97,11 +98,12 @@ def _entry(thing: Object, entry: Entry, node: int | None) -> dict[str, object]:
     }
 
 
-def _pdo(pdo: Pdo, node: int | None) -> dict[str, object]:
+def _pdo(pdo: Pdo, found: Dictionary) -> dict[str, object]:
     cob = pdo.cob_id
-    identifier = cob.at(node)
+    identifier = cob.at(found.node)
+    communication = found.object(pdo.communication)
     return {
-        "line": pdo.line,
+        "line": communication.line if communication else 0,
         "pdo": f"{pdo.direction.upper()}{pdo.number}",
         "direction": pdo.direction,
         "number": pdo.number,
@@ -112,24 +114,26 @@ def _pdo(pdo: Pdo, node: int | None) -> dict[str, object]:
         "rtr": cob.rtr_allowed,
         "extended": cob.extended,
         "assumed": cob.assumed,
-        "transmission": _number(pdo.transmission),
-        "inhibit": _number(pdo.inhibit),
-        "event_timer": _number(pdo.event_timer),
-        "sync_start": _number(pdo.sync_start),
+        "transmission": pdo.transmission,
+        "inhibit": pdo.inhibit,
+        "event_timer": pdo.event_timer,
+        "sync_start": pdo.sync_start,
         "multiplex": pdo.multiplex,
         "bits": pdo.bits,
-        "mapped": [
-            {
-                "index": f"{mapped.index:04X}",
-                "sub": mapped.sub,
-                "offset": mapped.offset,
-                "bits": mapped.bits,
-                "name": mapped.entry.name if mapped.entry else None,
-                "type": f"{mapped.entry.type:04X}" if mapped.entry else None,
-                "dummy": mapped.dummy,
-            }
-            for mapped in pdo.mapped
-        ],
+        "mapped": [_mapped(one, found) for one in pdo.mapped],
+    }
+
+
+def _mapped(of: Mapped, found: Dictionary) -> dict[str, object]:
+    entry = None if of.dummy else found.entry(of.index, of.sub)
+    return {
+        "index": f"{of.index:04X}",
+        "sub": of.sub,
+        "offset": of.offset,
+        "bits": of.bits,
+        "name": entry.name if entry else None,
+        "type": f"{entry.type:04X}" if entry else None,
+        "dummy": of.dummy,
     }
 
 

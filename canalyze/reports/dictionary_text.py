@@ -3,11 +3,13 @@
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from canalyze.dictionary.model import ARRAY, RECORD, CobId, Defect, Dictionary, Entry, NodeOffset, Object, Pdo, Value
+from canalyze._core import CobId, Pdo
+from canalyze.dictionary.model import ARRAY, RECORD, Defect, Dictionary, Entry, NodeOffset, Object, Value
 from canalyze.dictionary.values import NAMES
 from canalyze.output import Output, printable
 from canalyze.output.layout import definitions, width
-from canalyze.reports.table import Column, Row, Table
+from canalyze.reports import table
+from canalyze.reports.table import Column
 from canalyze.words import Words
 
 _SHOWN: Final = range(0x1000, 0x102A)
@@ -193,7 +195,7 @@ def _pdos(found: Dictionary, out: Output, words: Words) -> None:
     right = {"inhibit", "event_timer", "sync_start", "bits"}
     _heading(out, words("eds.pdos"))
     _table(out, words, keys, [_pdo(pdo, found.node, words) for pdo in found.pdos], right=right, folds={"transmission"})
-    rows = [row for pdo in found.pdos for row in _mapped(pdo, words)]
+    rows = [row for pdo in found.pdos for row in _mapped(pdo, found, words)]
     if rows:
         _heading(out, words("eds.mapping"))
         _table(out, words, ["pdo", "bit", "object", "type", "signal"], rows, right={"bit"}, folds={"signal"})
@@ -238,14 +240,15 @@ def _transmission(pdo: Pdo, words: Words) -> str:
     return f"{pdo.transmission} {words(f'transmission.{key}', n=pdo.transmission)}"
 
 
-def _mapped(pdo: Pdo, words: Words) -> Iterable[list[str]]:
+def _mapped(pdo: Pdo, found: Dictionary, words: Words) -> Iterable[list[str]]:
     name = _name(pdo)
     for mapped in pdo.mapped:
+        entry = None if mapped.dummy else found.entry(mapped.index, mapped.sub)
         last = mapped.offset + mapped.bits - 1
         span = f"{mapped.offset}-{last}" if mapped.bits > 1 else str(mapped.offset)
         place = f"{mapped.index:04X}h:{mapped.sub:02X}"
-        if mapped.entry:
-            yield [name, span, place, _type(mapped.entry), mapped.entry.name]
+        if entry:
+            yield [name, span, place, _type(entry), entry.name]
         else:
             kind = NAMES.get(mapped.index, "") if mapped.dummy else ""
             yield [name, span, place, kind, words("eds.dummy" if mapped.dummy else "eds.unknown")]
@@ -284,6 +287,4 @@ def _table(
     folds: Iterable[str] = (),
 ) -> None:
     columns = [Column(words(f"col.{key}"), right=key in set(right), folds=key in set(folds)) for key in keys]
-    table = Table(columns, out, live=False)
-    table.add([Row(row, number) for number, row in enumerate(rows)])
-    table.close()
+    table.write(columns, rows, out)

@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from canalyze.output import Output, dyed, printable
-from canalyze.reports.table import EMPTY, Column, Row, Table
+from canalyze.reports import table
+from canalyze.reports.table import EMPTY, Column
 from canalyze.words import Words
 
 Record = Mapping[str, Any]
@@ -21,9 +22,7 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
         Column(words("fleet.capture"), folds=True),
         *(Column(words(f"fleet.{name}"), right=True) for name in right),
     ]
-    table = Table(columns, out, live=False)
-    table.add([Row([name, *_figures(records)], place) for place, (name, _, records) in enumerate(captures)])
-    table.close()
+    table.write(columns, ([name, *_figures(records)] for name, _, records in captures), out)
     found = Counter[str]()
     spread = Counter[str]()
     for _, _, records in captures:
@@ -37,11 +36,8 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
             Column(words("fleet.rule")),
             *(Column(words(f"fleet.{name}"), right=True) for name in ("files", "count")),
         ]
-        table = Table(columns, out, live=False)
         ordered = sorted(spread.items(), key=lambda row: (-row[1], row[0]))
-        rows = [[title, str(files), str(found[title])] for title, files in ordered]
-        table.add([Row(cells, place) for place, cells in enumerate(rows)])
-        table.close()
+        table.write(columns, ([title, str(files), str(found[title])] for title, files in ordered), out)
     frames = sum(one["frames"] for _, _, records in captures for one in _of("capture", records))
     hours = sum(float(one["seconds"] or 0) for _, _, records in captures for one in _of("capture", records)) / 3600
     out.text("\n" + words("fleet.figures", files=len(captures), frames=frames, hours=f"{hours:.2f}") + "\n")
@@ -54,9 +50,8 @@ def show_tables(captures: Sequence[Mapping[str, int]], out: Output, words: Words
         rows.update(one)
         files.update(one.keys())
     right = (Column(words(f"fleet.{name}"), right=True) for name in ("files", "rows"))
-    table = Table([Column(words("fleet.table")), *right], out, live=False)
-    table.add([Row([name, str(files[name]), str(rows[name])], place) for place, name in enumerate(sorted(rows))])
-    table.close()
+    columns = [Column(words("fleet.table")), *right]
+    table.write(columns, ([name, str(files[name]), str(rows[name])] for name in sorted(rows)), out)
 
 
 def show_failed(failed: Sequence[tuple[str, str, int]], out: Output, words: Words) -> None:

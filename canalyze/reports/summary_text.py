@@ -10,7 +10,8 @@ from typing import Any, Final, Protocol
 from canalyze.finding import SEVERITIES
 from canalyze.output import Output, dyed, printable
 from canalyze.output.layout import definitions
-from canalyze.reports.table import EMPTY, SPARE, Column, Row, Table
+from canalyze.reports.table import EMPTY, SPARE, Column, write
+from canalyze.reports.wording import ranges
 from canalyze.words import Words
 
 Record = Mapping[str, Any]
@@ -229,7 +230,7 @@ class _Report:
             on_bus = f"{bus}: " if bus is not None else ""
             if not rows:
                 self._line("")
-            self._line(self._words("summary.silent", bus=on_bus, nodes=_ranges(ids)))
+            self._line(self._words("summary.silent", bus=on_bus, nodes=ranges(ids)))
 
     def _state(self, node: Record) -> str:
         if node["state"] is None:
@@ -347,7 +348,7 @@ class _Report:
                 self._place(one["first_frame"], one["first_line"]),
                 self._place(one["last_frame"], one["last_line"]),
                 " ".join(one["buses"]) or EMPTY,
-                _ranges(one["nodes"]) or EMPTY,
+                ranges(one["nodes"]) or EMPTY,
                 one["message"],
             ]
             for one in findings
@@ -398,9 +399,7 @@ class _Text:
         ]
         self.line("")
         self._heading(heading)
-        table = Table(columns, self._out, live=False)
-        table.add([Row(list(row), number) for number, row in enumerate(rows)])
-        table.close()
+        write(columns, rows, self._out)
 
     def _colour(self, cell: str) -> str:
         return self._severities.get(cell, "")
@@ -446,17 +445,6 @@ def _times(spread: Record | None, *keys: str) -> str:
 
 def _span(least: int, most: int) -> str:
     return str(least) if least == most else f"{least}-{most}"
-
-
-def _ranges(numbers: Sequence[int]) -> str:
-    """Give ascending numbers, runs as 1-4."""
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and runs[-1][-1] == number - 1:
-            runs[-1][1:] = [number]
-        else:
-            runs.append([number])
-    return ",".join("-".join(map(str, run)) for run in runs)
 
 
 def left_out_key(left_out: Record) -> str:

@@ -5,7 +5,7 @@ their order and measured, up to a bound; rows of a live source are written when 
 here: what may go from a narrow terminal, and when, the columns say.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final, NamedTuple
 
 from canalyze.output import Output, dyed, printable
@@ -144,6 +144,13 @@ class Table:
             dye = zip(padded, colours, strict=True)
             padded = [dyed(cell, colour, out=self._out) if colour else cell for cell, colour in dye]
         return _GAP.join(padded).rstrip()
+
+
+def write(columns: Sequence[Column], rows: Iterable[Iterable[str]], out: Output) -> None:
+    """Write a whole table, its rows in their order."""
+    table = Table(columns, out, live=False)
+    table.add([Row(list(cells)) for cells in rows])
+    table.close()
 
 
 def _written(shown: _Shown, row: list[str]) -> str:

@@ -5,7 +5,7 @@ terminal. Must not: know one of the formats.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from canalyze.output import printable
@@ -23,6 +23,17 @@ _ALSO: Final = 9
 def capture_name(file: str) -> str:
     """Give a capture's name for people."""
     return "stdin" if file == STDIN else printable(file)
+
+
+def ranges(numbers: Iterable[int], between: str = ",") -> str:
+    """Give numbers in their order, runs as 1-4."""
+    runs: list[list[int]] = []
+    for number in sorted(numbers):
+        if runs and runs[-1][-1] == number - 1:
+            runs[-1][1:] = [number]
+        else:
+            runs.append([number])
+    return between.join("-".join(map(str, run)) for run in runs)
 
 
 def place(file: str, line: int | None) -> str:

@@ -16,7 +16,7 @@ import click
 
 from canalyze.configuration import network
 from canalyze.configuration.config import Config
-from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, bitrate_option, positive
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, bitrate_option, positive, spelled
 from canalyze.running.recording import Limit, Recordings, form_of, limit, open_recordings, recordable
 from canalyze.sources import buses, netdevices
 from canalyze.sources.file import STDIN
@@ -82,26 +82,20 @@ class Listening(NamedTuple):
 def listening_options(words: Words) -> list[click.Parameter]:
     """Give the options of a command that listens; it takes them as `**given`."""
 
-    def option(names: list[str], read: Callable[[str], object], form: str, metavar: str, **more: Any) -> click.Option:
-        key = names[-1].lstrip("-").replace("-", "_")
-        return click.Option(
-            names, type=Spelled(read, form, words), metavar=metavar, help=words(f"listen.{key}"), **more
-        )
-
     def flag(name: str) -> click.Option:
         return click.Option([name], is_flag=True, help=words(f"listen.{name.lstrip('-').replace('-', '_')}"))
 
     return [
         click.Option(["-i", "--interface"], metavar="NAME", help=words("listen.interface")),
         bitrate_option(words, "listen.bitrate"),
-        option(["--data-bitrate"], data_rate, "data_rate", "BPS"),
+        spelled(words, "--data-bitrate", data_rate, "data_rate", "BPS", "listen.data_bitrate"),
         flag("--fd"),
-        option(["--option"], buses.option, "option", "KEY=VALUE", multiple=True),
+        spelled(words, "--option", buses.option, "option", "KEY=VALUE", "listen.option", multiple=True),
         flag("--reconnect"),
         flag("--hardware-stamps"),
         click.Option(["--record"], type=ANY_PATH, metavar="FILE", multiple=True, help=words("listen.record")),
-        option(["--rotate"], limit, "rotate", "SIZE|TIME"),
-        option(["--keep"], positive, "positive", "N"),
+        spelled(words, "--rotate", limit, "rotate", "SIZE|TIME", "listen.rotate"),
+        spelled(words, "--keep", positive, "positive", "N", "listen.keep"),
         click.Option(["--force"], is_flag=True, help=words("opt.force")),
     ]
 

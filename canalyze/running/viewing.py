@@ -16,7 +16,7 @@ import click
 
 from canalyze.configuration.config import Config
 from canalyze.configuration.network import Known
-from canalyze.configuration.options import ANY_PATH, CaptureOptions, Spelled, known_of
+from canalyze.configuration.options import ANY_PATH, CaptureOptions, known_of, spelled
 from canalyze.errors import CanalyzeError, OutputError
 from canalyze.output.writing import in_place
 from canalyze.timeline.fonts import has_chinese
@@ -47,16 +47,11 @@ class ViewingOptions(TypedDict, total=False):
 
 def viewing_options(words: Words, command: str) -> list[click.Parameter]:
     """Give --save, in the words of the command, --web, --bind and --port."""
-
-    def option(name: str, read: Callable[[str], object], metavar: str) -> click.Option:
-        kind = Spelled(read, name, words)
-        return click.Option([f"--{name}"], type=kind, metavar=metavar, help=words(f"view.{name}"))
-
     return [
         click.Option(["--save"], type=ANY_PATH, metavar="FILE.rrd", help=words(f"{command}.save")),
         click.Option(["--web"], is_flag=True, help=words("view.web")),
-        option("bind", address, "ADDRESS"),
-        option("port", port, "PORT"),
+        spelled(words, "--bind", address, "bind", "ADDRESS", "view.bind"),
+        spelled(words, "--port", port, "port", "PORT", "view.port"),
     ]
 
 

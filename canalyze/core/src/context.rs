@@ -169,6 +169,7 @@ impl Context<'_> {
     /// Appends an event at the frame at hand.
     #[inline]
     pub fn push(&mut self, about: Option<FrameRef>, node: Option<u8>, what: What) {
+        let about = about.map(Box::new);
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });
     }
 
@@ -182,6 +183,6 @@ impl Context<'_> {
     fn put(&mut self, finding: Finding) {
         let Finding { at, cause, bus, node, .. } = finding;
         let what = What::Finding(Box::new(finding));
-        self.events.push(Event { at, about: cause, bus, node, transfer: None, what });
+        self.events.push(Event { at, about: cause.map(Box::new), bus, node, transfer: None, what });
     }
 }

@@ -17,8 +17,8 @@ use crate::services::sdo::wire::{Command, Mux, Side, decode_frame};
 pub struct Event {
     /// The frame that shows it.
     pub at: FrameRef,
-    /// The earlier frame it speaks of, if another.
-    pub about: Option<FrameRef>,
+    /// The earlier frame it speaks of, if another. Rare: apart, so that events stay small.
+    pub about: Option<Box<FrameRef>>,
     /// The bus.
     pub bus: BusId,
     /// The node, where one is concerned.
@@ -149,8 +149,8 @@ pub struct Step {
     pub described: Described,
     /// Which segment of the transfer it is, from 1; 0 when it is none.
     pub ordinal: u32,
-    /// The answer that was captured before this request.
-    pub answered_by: Option<FrameRef>,
+    /// The answer that was captured before this request. Rare: apart, as well.
+    pub answered_by: Option<Box<FrameRef>>,
     /// What is special about it.
     pub place: Place,
     /// The transfer that completes with this frame.
@@ -235,4 +235,15 @@ pub struct Scanned {
     pub frames: u32,
     /// From its first frame to its last one or the last answer, in ns; `None` without stamps.
     pub duration_ns: Option<i64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_are_small() {
+        // Each is moved for every frame.
+        assert!(size_of::<Event>() <= 144, "{}", size_of::<Event>());
+    }
 }

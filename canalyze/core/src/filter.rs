@@ -204,7 +204,7 @@ impl Filter {
     /// Whether something that belongs to no frame at hand is shown, as far as it tells itself. `annotation` appends what
     /// is said of it.
     pub fn shows_aside(&self, event: &Event, annotation: &dyn Fn(&mut Vec<u8>), buses: &Buses, clock: Clock) -> bool {
-        let at = event.about.unwrap_or(event.at);
+        let at = event.about.as_deref().copied().unwrap_or(event.at);
         self.clauses.iter().all(|clause| match (clause, &event.what) {
             (_, What::Transfer(transfer)) => {
                 Self { clauses: vec![clause.clone()] }.shows_transfer(transfer, annotation, buses, clock)

@@ -25,8 +25,9 @@
 //! `od`; `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `diff` (two captures held
 //! against each other) and `finding_context` (the frames beside a finding) see `event`; `render` sees `text`, `info`,
 //! `summary`, `expectation`, `finding_context`, `diff` and the columns of `writers::console`; `monitor` (what holds now)
-//! sees `bus`, `summary` and `render`; `settings` (what users write for the program) sees `expectation` and `diagnosis`. `masks` (candump's filters) sees `frame`. `calendar`, `select` and `span` see nothing. The
-//! whole table stands in `tests/layers.rs`, which keeps it.
+//! sees `bus`, `summary` and `render`; `settings` (what users write for the program) sees `expectation` and `diagnosis`;
+//! `preset` (the PDOs of a description) sees `node`. `masks` (candump's filters) sees `frame`. `calendar`, `select` and
+//! `span` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
 
 pub mod bus;
 pub mod calendar;
@@ -53,6 +54,7 @@ pub mod monitor;
 pub mod network;
 pub mod node;
 pub mod od;
+pub mod preset;
 pub mod profiles;
 #[cfg(feature = "python")]
 mod python;

@@ -12,10 +12,8 @@ use crate::frame::CanId;
 use crate::od::DataType;
 use crate::profiles::Profile;
 use crate::services::pdo::mapping::{Mapped, Mapping, decode_entry};
-use crate::services::pdo::{communication_parameter, mapping_parameter, of_parameter};
+use crate::services::pdo::{communication_parameter, mapping_parameter, of_parameter, predefined_id};
 
-/// PDOs of each direction that have pre-defined COB-IDs.
-pub const PREDEFINED: u16 = 4;
 /// Highest number of entries of a mapping; 254 and 255 mark multiplex PDOs.
 const MOST_ENTRIES: u64 = 64;
 /// What kind of device it is.
@@ -100,13 +98,21 @@ pub struct CobId {
 }
 
 impl CobId {
+    /// Bit 31: it is not used.
+    pub const INVALID: u64 = 1 << 31;
+
     /// From the value of an entry. Bits that an 11-bit identifier has not are left out, as devices do.
     pub fn from_entry(value: u64) -> Self {
         let id = match value & 1 << 29 {
             0 => CanId::standard((value & 0x7FF) as u16),
             _ => CanId::extended((value & 0x1FFF_FFFF) as u32),
         };
-        Self { valid: value & 1 << 31 == 0, rtr_allowed: value & 1 << 30 == 0, id }
+        Self { valid: value & Self::INVALID == 0, rtr_allowed: value & 1 << 30 == 0, id }
+    }
+
+    /// Whether an entry has bits that its identifier of 11 bits has not.
+    pub fn is_beyond_standard(value: u64) -> bool {
+        value & 1 << 29 == 0 && value & 0x1FFF_FFFF & !0x7FF != 0
     }
 }
 
@@ -329,14 +335,13 @@ impl Node {
 
     fn compiled(&self, transmit: bool, number: u16) -> Pdo {
         let communication = communication_parameter(transmit, number);
-        let cob = match self.value(communication, 1) {
-            Some((value, from)) => (CobId::from_entry(value), from),
-            None if number <= PREDEFINED => {
-                let base = if transmit { 0x80 } else { 0x100 } + 0x100 * number;
+        let cob = match (self.value(communication, 1), predefined_id(transmit, number)) {
+            (Some((value, from)), _) => (CobId::from_entry(value), from),
+            (None, Some(base)) => {
                 let id = CanId::standard(base + u16::from(self.id));
                 (CobId { valid: true, rtr_allowed: true, id }, Provenance::Default)
             }
-            None => (CobId { valid: false, rtr_allowed: true, id: CanId::standard(0) }, Provenance::Default),
+            (None, None) => (CobId { valid: false, rtr_allowed: true, id: CanId::standard(0) }, Provenance::Default),
         };
         Pdo {
             transmit,

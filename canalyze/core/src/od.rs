@@ -148,6 +148,15 @@ impl DataType {
             VisibleString | OctetString | UnicodeString | Domain => None,
         }
     }
+
+    /// Bits of a value, as many as it takes in a PDO: of BOOLEAN one; `None` where the type has no fixed size.
+    pub const fn bits(self) -> Option<u8> {
+        match (self, self.size()) {
+            (Boolean, _) => Some(1),
+            (_, Some(bytes)) => Some(8 * bytes as u8),
+            (_, None) => None,
+        }
+    }
 }
 
 /// The index on the first logical device: 6000h-9FFFh hold eight of them, 800h apart. Others are unchanged.

@@ -10,8 +10,8 @@ use crate::cob_id::{Role, predefined};
 use crate::configuration::Provenance;
 use crate::frame::CanId;
 use crate::network::{Network, Sdo};
-use crate::node::{CobId, Node, PREDEFINED, Pdo, PerNode};
-use crate::services::pdo::{communication_parameter, of_parameter};
+use crate::node::{CobId, Node, Pdo, PerNode};
+use crate::services::pdo::{communication_parameter, of_parameter, predefined_id};
 
 /// Claims of a bus at most (invariant 6): as many as 127 nodes can have PDOs.
 const CLAIMS: usize = 1 << 17;
@@ -376,9 +376,8 @@ fn process_data(
         let (cob, from) = pdo.cob;
         // One that is elsewhere has left its pre-defined identifier. An EDS only presets: what is sent there all the same
         // is still best called by its pre-defined name.
-        if from.is_told() && number <= PREDEFINED {
-            let place = if transmit { 0x080 } else { 0x100 } + 0x100 * number + u16::from(id);
-            claims.push((CanId::standard(place), turn(Phase::Moved), Claim::Leave(role)));
+        if let Some(base) = predefined_id(transmit, number).filter(|_| from.is_told()) {
+            claims.push((CanId::standard(base + u16::from(id)), turn(Phase::Moved), Claim::Leave(role)));
         }
         if cob.valid {
             claims.push((cob.id, turn(Phase::Configured), Claim::ProcessData(role, from)));

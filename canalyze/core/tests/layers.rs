@@ -60,6 +60,7 @@ const MAY_USE: &[Row] = &[
         ],
     ),
     ("node", &["frame", "od", "profiles", "configuration", "services::pdo"]),
+    ("preset", &["dictionary", "configuration", "node", "od", "services::pdo"]),
     ("roles", &["frame", "cob_id", "configuration", "network", "node", "services::pdo"]),
     (
         "checks",
@@ -300,6 +301,9 @@ const MAY_USE: &[Row] = &[
             "rules",
             "dictionary",
             "network",
+            "node",
+            "od",
+            "preset",
             "services",
             "readers",
             "writers",

@@ -177,7 +177,14 @@ fn raise(found: &mut Vec<Event>, place: &Place, breach: Breach) {
     let unmet = Unmet { expectation: Arc::clone(&place.label), variant, said, repeated: 0 };
     let facts = Facts::Unmet(Arc::new(unmet));
     let finding = Finding { code, at, cause, bus, node, object, facts, because_of: None };
-    found.push(Event { at, about: cause, bus, node, transfer: None, what: What::Finding(Box::new(finding)) });
+    found.push(Event {
+        at,
+        about: cause.map(Box::new),
+        bus,
+        node,
+        transfer: None,
+        what: What::Finding(Box::new(finding)),
+    });
 }
 
 /// The end of the capture.

@@ -5,6 +5,7 @@
 
 mod columns;
 mod comparison;
+mod dictionary;
 mod network;
 mod session;
 mod settings;
@@ -17,7 +18,7 @@ use pyo3::prelude::*;
 
 use self::columns::{Batch, Table};
 use self::comparison::Comparison;
-use self::network::{Dictionary, Network};
+use self::network::Network;
 use self::session::Session;
 use crate::diagnosis::kinds::KINDS;
 use crate::filter::SERVICES;
@@ -146,7 +147,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Session>()?;
     module.add_class::<Comparison>()?;
     module.add_class::<Rule>()?;
-    module.add_class::<Dictionary>()?;
+    dictionary::add(module)?;
     module.add_class::<Network>()?;
     settings::add(module)?;
     module.add_class::<Batch>()?;

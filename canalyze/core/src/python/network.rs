@@ -1,45 +1,15 @@
-//! What is known of a network before its capture is read: device descriptions, COB-IDs, SDO channels, times.
+//! What is known of a network before its capture is read: who carries a device description, COB-IDs, SDO channels, times.
 //!
 //! Rows and tuples of Python become the core's own values. Must not: know what they mean.
 
 use std::sync::Arc;
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::choose;
-use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
+use super::dictionary::Dictionary;
 use crate::frame::CanId;
 use crate::network::{Cob, Description, Network as Known, Sdo};
-
-/// A row of a description, as Python hands it over: index, sub-index, name, type, access, value, relative to the
-/// node-ID, configured by a DCF, mappable, unit, factor.
-type Row = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
-
-#[pyclass(module = "canalyze._core", frozen)]
-pub(super) struct Dictionary {
-    table: Arc<Table>,
-}
-
-#[pymethods]
-impl Dictionary {
-    #[new]
-    #[pyo3(signature = (*, file, form, device, rows))]
-    fn new(file: String, form: &str, device: String, rows: Vec<Row>) -> PyResult<Self> {
-        let form = choose("form", form, &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds)])?;
-        let objects = rows.into_iter().map(object).collect::<PyResult<_>>()?;
-        Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
-    }
-}
-
-fn object(row: Row) -> PyResult<Object> {
-    let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
-    let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
-    // Two's complement: what an object holds is at most 64 bits.
-    let preset = value.map(|value| Preset { value: value as u64, relative, configured });
-    let unit = (!unit.is_empty()).then(|| Arc::from(unit));
-    Ok(Object { index, sub, name: Arc::from(name), data_type, access, preset, mappable, unit, factor })
-}
 
 fn identifier(id: u32, extended: bool) -> CanId {
     if extended { CanId::extended(id) } else { CanId::standard((id & 0x7FF) as u16) }

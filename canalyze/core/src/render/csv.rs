@@ -5,12 +5,14 @@ use crate::text::escape;
 /// A cell of CSV (RFC 4180): in quotes where it holds a comma, a quote or a line end. Control characters are escaped,
 /// and what a spreadsheet would take for a formula is quoted with an apostrophe.
 pub(super) fn cell(out: &mut Vec<u8>, text: &[u8]) {
-    let mut safe = Vec::new();
+    let start = out.len();
     if matches!(text.first(), Some(b'=' | b'+' | b'-' | b'@')) {
-        safe.push(b'\'');
+        out.push(b'\'');
     }
-    escape::terminal(&mut safe, text);
-    if safe.iter().any(|byte| matches!(byte, b',' | b'"' | b'\n' | b'\r')) {
+    escape::terminal(out, text);
+    let is_apart = |byte: &u8| matches!(byte, b',' | b'"' | b'\n' | b'\r');
+    if out.get(start..).is_some_and(|safe| safe.iter().any(is_apart)) {
+        let safe = out.split_off(start);
         out.push(b'"');
         for byte in safe {
             if byte == b'"' {
@@ -19,17 +21,18 @@ pub(super) fn cell(out: &mut Vec<u8>, text: &[u8]) {
             out.push(byte);
         }
         out.push(b'"');
-    } else {
-        out.extend_from_slice(&safe);
     }
 }
 
 /// What `write` appends as JSON without its quotes; nothing for null.
 pub(super) fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
-    let mut written = Vec::new();
-    write(&mut written);
-    let text = written.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\"")).unwrap_or(&written);
-    if text != b"null" {
-        out.extend_from_slice(text);
+    let start = out.len();
+    write(out);
+    let written = out.get(start..).unwrap_or(&[]);
+    if written == b"null" {
+        out.truncate(start);
+    } else if written.len() > 1 && written.starts_with(b"\"") && written.ends_with(b"\"") {
+        out.pop();
+        out.remove(start);
     }
 }

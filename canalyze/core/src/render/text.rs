@@ -113,20 +113,19 @@ impl Lines {
         Self { look, ..self }
     }
 
-    /// Whether each line is followed by its explanation.
-    pub fn explains(&self) -> bool {
-        self.depth == Depth::Explain
-    }
-
     /// One frame's line, and below it what else it shows.
     pub fn frame(&mut self, out: &mut Vec<u8>, frame: &Frame, events: &[Event], buses: &Buses) {
         let stamp = self.stamp(frame);
         if self.look.numbered {
             // With a colon readers take it for the number of the row, whatever follows.
-            self.dyed(out, colour::named("quiet"), |out| {
-                filled(out, frame.no, NUMBER, b' ');
-                out.push(b':');
-            });
+            self.dyed(
+                out,
+                || colour::named("quiet"),
+                |out| {
+                    filled(out, frame.no, NUMBER, b' ');
+                    out.push(b':');
+                },
+            );
             put!(out; "  ");
         }
         if self.look.coloured {
@@ -152,10 +151,11 @@ impl Lines {
     }
 
     /// What `write` appends, in a colour where there are any.
-    fn dyed(&self, out: &mut Vec<u8>, colour: &'static str, write: impl FnOnce(&mut Vec<u8>)) {
+    fn dyed(&self, out: &mut Vec<u8>, colour: impl FnOnce() -> &'static str, write: impl FnOnce(&mut Vec<u8>)) {
         if !self.look.coloured {
             return write(out);
         }
+        let colour = colour();
         let start = out.len() + colour.len();
         put!(out; colour);
         write(out);
@@ -167,7 +167,7 @@ impl Lines {
 
     /// A line that stands out by itself.
     pub fn emphasized(&self, out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
-        self.dyed(out, colour::named("own"), write);
+        self.dyed(out, || colour::named("own"), write);
     }
 
     /// One frame's line by itself: neither stamp nor bus, and nothing below it; no line end. `event`: its own one.
@@ -195,7 +195,7 @@ impl Lines {
                 return false;
             }
         };
-        self.dyed(out, colour::named(service), |out| self.own(out, event, frame));
+        self.dyed(out, || colour::named(service), |out| self.own(out, event, frame));
         true
     }
 
@@ -258,11 +258,15 @@ impl Lines {
     pub fn finish(&mut self, out: &mut Vec<u8>) {
         let Some(folded) = self.folded.as_mut().filter(|_| self.depth != Depth::Brief) else { return };
         for (cause, rules) in std::mem::take(folded) {
-            self.dyed(out, colour::severity(Severity::Info), |out| {
-                put!(out; "#   ");
-                findings::consequences(out, self.lang, cause, &rules);
-                out.push(b'\n');
-            });
+            self.dyed(
+                out,
+                || colour::severity(Severity::Info),
+                |out| {
+                    put!(out; "#   ");
+                    findings::consequences(out, self.lang, cause, &rules);
+                    out.push(b'\n');
+                },
+            );
         }
     }
 
@@ -273,7 +277,7 @@ impl Lines {
         if self.depth == Depth::Brief {
             return;
         }
-        let colour = match &event.what {
+        let colour = || match &event.what {
             What::Finding(finding) => colour::severity(finding.severity()),
             _ => colour::named("quiet"),
         };
@@ -286,7 +290,7 @@ impl Lines {
                 out.push(b'\n');
             }),
             What::Note(note) => self.dyed(out, colour, |out| {
-                let about = event.about.map_or(event.at.no, |about| about.no);
+                let about = event.about.as_ref().map_or(event.at.no, |about| about.no);
                 put!(out; "#   ");
                 notes::note(out, self.lang, *note, about);
                 out.push(b'\n');

@@ -115,6 +115,11 @@ impl Capture {
         }
     }
 
+    /// The number of the last frame that was placed.
+    pub(super) fn numbered(&self) -> u64 {
+        self.numbered
+    }
+
     /// Counts a frame that is not placed.
     pub(super) fn count(&mut self, frame: &Frame) {
         self.numbered += 1;

@@ -222,7 +222,7 @@ impl Decoding {
             let (at, cause, bus, Verdict { code, facts }) = (frame.reference(), Some(before), frame.bus, what);
             let finding = Finding { code, at, cause, bus, node: None, object: None, facts, because_of: None };
             let what = What::Finding(Box::new(finding));
-            self.events.push(Event { at, about: cause, bus, node: None, transfer: None, what });
+            self.events.push(Event { at, about: cause.map(Box::new), bus, node: None, transfer: None, what });
         }
     }
 

@@ -26,14 +26,14 @@ use crate::writers;
 
 /// Bytes of a piece below which threads cost more than they gain.
 const LEAST: usize = 32 << 10;
-/// Items or calls of a block: to wake a thread costs as much as some tens of them.
-const BLOCK: usize = 256;
+/// Items of a block: to wake a thread costs as much as some tens of them.
+const BLOCK: usize = 1024;
 /// Blocks that wait to be understood: with that many the reader of a piece need not stop on its way.
-const READ: usize = 128;
+const READ: usize = 32;
 /// Most threads.
 pub(super) const MOST: usize = 64;
 /// Blocks that wait to be written.
-const UNDERSTOOD: usize = 8;
+const UNDERSTOOD: usize = 4;
 
 /// A piece of a file, and what reads it.
 pub(super) struct Piece<'a> {
@@ -71,7 +71,8 @@ pub(super) fn feed(
     }
     let (to, calls) = sync_channel(UNDERSTOOD);
     let (calls, ordered) = (Mutex::new(calls), Mutex::new(Ordered { next: 0, out, waiting: BTreeMap::new() }));
-    let mut sink = std::mem::replace(&mut stream.output.sink, Box::new(Deferred::new(to)));
+    let deferred = Deferred::new(to, stream.capture.numbered());
+    let mut sink = std::mem::replace(&mut stream.output.sink, Box::new(deferred));
     let filter = stream.output.filter.clone();
     let mut others: Vec<_> = (1..threads).map_while(|_| sink.another()).collect();
     let done = thread::scope(|scope| {
@@ -100,6 +101,7 @@ fn understand(
             counts(item);
             stream.item(item, &buses, out);
         }
+        stream.output.sink.understood(&mut items);
     }
 }
 
@@ -173,20 +175,24 @@ impl Ordered<'_> {
 /// What a format would have been called with.
 #[derive(Debug)]
 enum Call {
-    /// A frame that passes the filter, and how many events it has.
-    Frame(Frame, usize),
+    /// The frame of this number, which is among the items of the block, and how many events it has.
+    Frame(u64, u32),
+    /// A frame of an earlier block, which was held back, and how many events it has.
+    Held(Box<Frame>, u32),
     /// So many events that belong to no frame at hand.
-    Asides(usize),
+    Asides(u32),
     Finding(Box<Finding>),
-    Marker(Marker),
+    Marker(Box<Marker>),
 }
 
-/// Calls in their order, each with the number of the setting that it was made in.
+/// Calls in their order, each with the number of the setting that it was made in. Frames that pass the filter stay
+/// where they were read: to copy them costs as much as to write them.
 #[derive(Debug, Default)]
 struct Calls {
     settings: Vec<Setting>,
-    calls: Vec<(usize, Call)>,
+    calls: Vec<(u32, Call)>,
     events: Vec<Event>,
+    items: Vec<Item>,
 }
 
 /// A view that outlives what it is of.
@@ -232,22 +238,33 @@ impl Calls {
     fn to(self, sink: &mut dyn Sink, filter: &Filter, out: &mut Vec<u8>, scratch: &mut Vec<Event>) {
         out.clear();
         let mut events = self.events.into_iter();
-        for (setting, call) in self.calls {
-            let Some(view) = self.settings.get(setting).map(Setting::view) else { continue };
+        let mut frames = self.items.iter().filter_map(|item| match item {
+            Item::Frame(frame) => Some(frame),
+            _ => None,
+        });
+        for (setting, call) in &self.calls {
+            let Some(view) = self.settings.get(*setting as usize).map(Setting::view) else { continue };
+            let (frame, count) = match call {
+                Call::Frame(no, count) => (frames.find(|frame| frame.no == *no), *count),
+                Call::Held(frame, count) => (Some(&**frame), *count),
+                Call::Asides(count) => (None, *count),
+                Call::Finding(finding) => {
+                    sink.finding(out, view, finding);
+                    continue;
+                }
+                Call::Marker(marker) => {
+                    sink.marker(out, view, marker);
+                    continue;
+                }
+            };
             scratch.clear();
-            match call {
-                Call::Frame(frame, count) => {
-                    scratch.extend(events.by_ref().take(count));
-                    let passing =
-                        Passing { frame: &frame, service: service(scratch), filter, shown: true, sync: (0, None) };
+            scratch.extend(events.by_ref().take(count as usize));
+            match frame {
+                Some(frame) => {
+                    let passing = Passing { frame, service: service(scratch), filter, shown: true, sync: (0, None) };
                     sink.frame(out, view, passing, scratch);
                 }
-                Call::Asides(count) => {
-                    scratch.extend(events.by_ref().take(count));
-                    sink.asides(out, view, scratch, filter);
-                }
-                Call::Finding(finding) => sink.finding(out, view, &finding),
-                Call::Marker(marker) => sink.marker(out, view, &marker),
+                None => sink.asides(out, view, scratch, filter),
             }
         }
     }
@@ -257,13 +274,15 @@ impl Calls {
 #[derive(Debug)]
 struct Deferred {
     calls: Calls,
+    /// The number of the last frame of the blocks before: one up to that was held back.
+    before: u64,
     place: usize,
     to: SyncSender<(usize, Calls)>,
 }
 
 impl Deferred {
-    fn new(to: SyncSender<(usize, Calls)>) -> Self {
-        Self { calls: Calls::default(), place: 0, to }
+    fn new(to: SyncSender<(usize, Calls)>, before: u64) -> Self {
+        Self { calls: Calls::default(), before, place: 0, to }
     }
 
     fn call(&mut self, view: View<'_>, call: Call) {
@@ -272,10 +291,7 @@ impl Deferred {
             let setting = Setting::new(view, last);
             self.calls.settings.push(setting);
         }
-        self.calls.calls.push((self.calls.settings.len() - 1, call));
-        if self.calls.calls.len() >= BLOCK {
-            self.hand_over();
-        }
+        self.calls.calls.push((self.calls.settings.len() as u32 - 1, call));
     }
 
     fn hand_over(&mut self) {
@@ -294,17 +310,24 @@ impl Drop for Deferred {
 
 impl Sink for Deferred {
     fn frame(&mut self, _out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
-        if passing.shown {
-            let count = events.len();
+        let Passing { frame, shown, .. } = passing;
+        if shown {
+            let count = events.len() as u32;
             self.calls.events.append(events);
-            self.call(view, Call::Frame(*passing.frame, count));
+            self.call(
+                view,
+                match frame.no > self.before {
+                    true => Call::Frame(frame.no, count),
+                    false => Call::Held(Box::new(*frame), count),
+                },
+            );
         }
     }
 
     fn asides(&mut self, _out: &mut Vec<u8>, view: View<'_>, events: &[Event], _filter: &Filter) {
         if !events.is_empty() {
             self.calls.events.extend_from_slice(events);
-            self.call(view, Call::Asides(events.len()));
+            self.call(view, Call::Asides(events.len() as u32));
         }
     }
 
@@ -313,7 +336,14 @@ impl Sink for Deferred {
     }
 
     fn marker(&mut self, _out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
-        self.call(view, Call::Marker(*marker));
+        self.call(view, Call::Marker(Box::new(*marker)));
+    }
+
+    fn understood(&mut self, items: &mut Vec<Item>) {
+        let number = |item: &Item| if let Item::Frame(frame) = item { Some(frame.no) } else { None };
+        self.before = items.iter().rev().find_map(number).unwrap_or(0).max(self.before);
+        self.calls.items = std::mem::take(items);
+        self.hand_over();
     }
 }
 

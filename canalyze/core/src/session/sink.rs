@@ -16,7 +16,7 @@ use crate::finding::Finding;
 use crate::frame::{BusId, Frame};
 use crate::info::Info;
 use crate::monitor::Monitor;
-use crate::readers::Marker;
+use crate::readers::{Item, Marker};
 use crate::render::columns::{Columns, Seen};
 use crate::render::jsonl;
 use crate::render::signals::Signals;
@@ -104,6 +104,10 @@ pub(super) trait Sink: Debug + Send + Sync {
         false
     }
 
+    /// The items that were read together, in which frames are that it was called with, have been understood: it may
+    /// take them.
+    fn understood(&mut self, _items: &mut Vec<Item>) {}
+
     /// Another one that writes the same as it does, where nothing depends on what was written before.
     fn another(&self) -> Option<Box<dyn Sink>> {
         None
@@ -185,8 +189,7 @@ impl Sink for Text {
     }
 
     fn defers(&self) -> bool {
-        // A line without explanations is written in less time than it takes to hand its frame over.
-        self.0.explains()
+        true
     }
 
     fn incident(&mut self, out: &mut Vec<u8>, view: View<'_>, diagnosis: &Diagnosis, change: (Phase, IncidentId)) {

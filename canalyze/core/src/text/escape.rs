@@ -66,6 +66,9 @@ fn is_plain(byte: u8) -> bool {
 /// Appends `bytes` for a terminal or a report: what could control it is written `\xNN` or `\u{NNNN}`, and so is
 /// every byte that is not UTF-8.
 pub fn terminal(out: &mut Vec<u8>, bytes: &[u8]) {
+    if bytes.iter().all(|byte| matches!(byte, b' '..=b'~')) {
+        return out.extend_from_slice(bytes);
+    }
     for chunk in bytes.utf8_chunks() {
         for c in chunk.valid().chars() {
             if !unsafe_on_a_terminal(c) {

@@ -236,7 +236,7 @@ pub fn line(out: &mut Vec<u8>, frame: u64, write: impl FnOnce(&mut Vec<u8>)) {
 }
 
 fn note(out: &mut Vec<u8>, setting: Setting<'_>, event: &Event, note: Note) {
-    let about = event.about.unwrap_or(event.at);
+    let about = event.about.as_deref().copied().unwrap_or(event.at);
     put!(out; "{\"kind\":\"note\",\"note\":\"", match note {
         Note::RequestNotCaptured => "request_not_captured",
         Note::LostByReset => "lost_by_reset",

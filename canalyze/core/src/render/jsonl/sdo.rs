@@ -44,7 +44,7 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
         Place::Duplicate => "duplicate",
     });
     put!(out; "\",\"answered_by\":");
-    number_or_null(out, step.answered_by.map(|at| at.no));
+    number_or_null(out, step.answered_by.as_ref().map(|at| at.no));
     match step.command {
         Command::InitiateDownload(_, i) | Command::UploadInitiated(_, i) => {
             let size = if i.expedited { Some(i.expedited_len(frame.len) as u64) } else { i.size().map(u64::from) };

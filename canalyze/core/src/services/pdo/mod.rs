@@ -18,8 +18,10 @@ pub use self::multiplexed::{Multiplexed, multiplexed};
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
 
-/// Most PDOs of each direction a node may have; only the first four have pre-defined COB-IDs.
+/// Most PDOs of each direction a node may have.
 pub const MOST: u16 = 512;
+/// PDOs of each direction that have pre-defined COB-IDs.
+pub const PREDEFINED: u16 = 4;
 
 /// The message of a frame that its mapping declares a multiplex PDO.
 pub fn decode_multiplexed(role: crate::cob_id::Role, transmit: bool, number: u16, node: u8, frame: &Frame) -> Message {
@@ -37,6 +39,12 @@ pub fn communication_parameter(transmit: bool, number: u16) -> u16 {
 /// The index of a PDO's mapping parameter: 1600h + n-1 or 1A00h + n-1.
 pub fn mapping_parameter(transmit: bool, number: u16) -> u16 {
     communication_parameter(transmit, number) + 0x200
+}
+
+/// What is added to the node-ID for the pre-defined identifier of a PDO (CiA 301, 7.3.5); of the first four only.
+pub fn predefined_id(transmit: bool, number: u16) -> Option<u16> {
+    let first = if transmit { 0x180 } else { 0x200 };
+    (1..=PREDEFINED).contains(&number).then(|| first + 0x100 * (number - 1))
 }
 
 /// The PDO of which an object is the communication or the mapping parameter: transmit or receive, and its number.
@@ -62,5 +70,8 @@ mod tests {
         assert_eq!(communication_parameter(true, 1), 0x1800);
         assert_eq!(mapping_parameter(false, 512), 0x17FF);
         assert_eq!(mapping_parameter(true, 0), 0x1A00);
+        let predefined = |transmit| (0..=5).filter_map(|number| predefined_id(transmit, number)).collect::<Vec<_>>();
+        assert_eq!(predefined(true), [0x180, 0x280, 0x380, 0x480]);
+        assert_eq!(predefined(false), [0x200, 0x300, 0x400, 0x500]);
     }
 }

@@ -148,13 +148,13 @@ impl Channel {
     pub(super) fn late(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Late;
         let request = self.history.given_up.take();
-        self.step.answered_by = request.map(|request| request.at);
+        self.step.answered_by = request.map(|request| Box::new(request.at));
         if let Some(request) = request {
             self.confirm_late(&request);
         }
         self.verdicts.about = half.command.mux();
         let late = if self.history.booted { Sdo020::Booted } else { Sdo020::GivenUp };
-        self.find(late, self.step.answered_by.unwrap_or(half.at), cx);
+        self.find(late, self.step.answered_by.as_deref().copied().unwrap_or(half.at), cx);
     }
 
     /// The late answer to a request that was given up: what it should write is written. The server answers in order, so

@@ -235,7 +235,7 @@ impl Channel {
         }
         cx.events.push(Event {
             at: cx.at,
-            about: Some(about),
+            about: Some(Box::new(about)),
             bus: self.server.bus,
             node: Some(self.server.node),
             transfer: self.transfer.as_ref().map(|transfer| transfer.id),

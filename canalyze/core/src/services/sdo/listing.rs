@@ -34,7 +34,7 @@ impl Channel {
     }
 
     fn listed(&self, about: Option<FrameRef>, transfer: Arc<Transfer>, cx: &Context<'_>) -> Event {
-        let (bus, node) = (self.server.bus, Some(self.server.node));
+        let (about, bus, node) = (about.map(Box::new), self.server.bus, Some(self.server.node));
         Event { at: cx.at, about, bus, node, transfer: Some(transfer.id), what: What::Transfer(transfer) }
     }
 }

@@ -167,7 +167,7 @@ impl Channel {
         if let Some(front) = self.sequence.held.front()
             && self.fits_next_as_well(&half, front)
         {
-            self.step.answered_by = Some(front.half.at);
+            self.step.answered_by = Some(Box::new(front.half.at));
             self.sequence.undecided = Some(half);
             return;
         }
@@ -293,7 +293,7 @@ impl Channel {
             self.step = step;
             self.step.result = result.or(self.step.result.take());
             if answers {
-                self.step.answered_by = self.step.answered_by.or(Some(held.half.at));
+                self.step.answered_by.get_or_insert_with(|| Box::new(held.half.at));
             }
         }
     }
@@ -488,7 +488,7 @@ impl Channel {
             && let Some(answer) = self.sequence.answered.take()
         {
             self.leave_answered(cx);
-            self.step.answered_by = Some(answer.at);
+            self.step.answered_by = Some(Box::new(answer.at));
             self.take(Side::Client, half, cx);
             self.server(answer, cx);
             return None;

@@ -5,6 +5,7 @@
 use crate::dictionary::{Dictionary, Object};
 use crate::network::Description;
 use crate::od::DataType;
+use crate::services::pdo::mapping::decode_entry;
 use crate::text::Lang;
 use crate::text::digits::{Hex, put};
 use crate::text::escape;
@@ -52,7 +53,7 @@ pub(super) fn cob_id(out: &mut Vec<u8>, lang: Lang, device: &Description, id: u1
             }
             for (place, entry) in device.dictionary.of(mapping + number).iter().filter(|one| one.sub > 0).enumerate() {
                 let Some(value) = entry.preset_at(node).filter(|value| *value != 0) else { continue };
-                let (index, sub) = ((value >> 16) as u16, (value >> 8) as u8);
+                let (index, sub, _) = decode_entry(value as u32);
                 put!(out; if place > 0 { ", " } else { ": " }, Hex::<4>(u64::from(index)), "h:", Hex::<2>(u64::from(sub)));
                 if let Some(mapped) = device.dictionary.get(index, sub) {
                     put!(out; " ");

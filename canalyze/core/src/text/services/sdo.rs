@@ -333,7 +333,7 @@ pub fn later_result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
 
 /// Where the frame stands in its transfer, if not where it is expected.
 fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
-    match (step.place, step.answered_by) {
+    match (step.place, step.answered_by.as_deref()) {
         (Place::Late, Some(request)) => say!(out, lang;
             zh: " [第", request.no, "帧请求的延迟响应]";
             en: " [late response to frame ", request.no, "]"),

@@ -1,0 +1,191 @@
+//! A device description as a table, and what the standards say of its PDOs and data types.
+//!
+//! Rows of Python become the core's own values, and PDOs rows of Python. Must not: know what they mean.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use super::choose;
+use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
+use crate::od::DataType;
+use crate::preset::{self, Doubt, What};
+use crate::services::pdo::{communication_parameter, mapping_parameter, predefined_id};
+
+/// A row of a description, as Python hands it over: index, sub-index, name, type, access, value, relative to the
+/// node-ID, configured by a DCF, mappable, unit, factor.
+type Row = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
+/// Code of a defect, index, sub-index or none, and the facts of its sentence.
+type Defect = (&'static str, u16, Option<u8>, Vec<(&'static str, Fact)>);
+
+#[derive(IntoPyObject)]
+enum Fact {
+    Number(u64),
+    Text(String),
+}
+
+#[pyclass(module = "canalyze._core", frozen)]
+pub(super) struct Dictionary {
+    pub(super) table: Arc<Table>,
+}
+
+#[pymethods]
+impl Dictionary {
+    #[new]
+    #[pyo3(signature = (*, file, form, device, rows))]
+    fn new(file: String, form: &str, device: String, rows: Vec<Row>) -> PyResult<Self> {
+        let form = choose("form", form, &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds)])?;
+        let objects = rows.into_iter().map(object).collect::<PyResult<_>>()?;
+        Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
+    }
+
+    fn pdos(&self, dummies: Vec<u16>) -> (Vec<Pdo>, Vec<Defect>) {
+        let (mut pdos, mut defects) = (Vec::new(), Vec::new());
+        for (preset, doubts) in preset::presets(&self.table, &dummies) {
+            let pdo = Pdo::new(preset);
+            defects.extend(doubts.into_iter().map(|doubt| defect(&pdo, &doubt)));
+            pdos.push(pdo);
+        }
+        (pdos, defects)
+    }
+}
+
+fn object(row: Row) -> PyResult<Object> {
+    let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
+    let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
+    // Two's complement of the type: what an object holds is at most 64 bits.
+    let bits = DataType::from_code(data_type).and_then(DataType::bits).unwrap_or(64);
+    let mask = u64::MAX >> (64 - u32::from(bits.clamp(1, 64)));
+    let preset = value.map(|value| Preset { value: value as u64 & mask, relative, configured });
+    let unit = (!unit.is_empty()).then(|| Arc::from(unit));
+    Ok(Object { index, sub, name: Arc::from(name), data_type, access, preset, mappable, unit, factor })
+}
+
+#[pyclass(module = "canalyze._core", frozen, get_all, eq)]
+#[derive(Clone, PartialEq)]
+pub(super) struct CobId {
+    valid: bool,
+    rtr_allowed: bool,
+    extended: bool,
+    base: u32,
+    relative: bool,
+    assumed: bool,
+}
+
+#[pymethods]
+impl CobId {
+    #[pyo3(signature = (node))]
+    fn at(&self, node: Option<u8>) -> Option<u32> {
+        if self.relative { node.map(|node| self.base + u32::from(node)) } else { Some(self.base) }
+    }
+}
+
+#[pyclass(module = "canalyze._core", frozen, get_all)]
+#[derive(Clone)]
+pub(super) struct Mapped {
+    index: u16,
+    sub: u8,
+    offset: u16,
+    bits: u8,
+    dummy: bool,
+}
+
+#[pyclass(module = "canalyze._core", frozen, get_all)]
+pub(super) struct Pdo {
+    number: u16,
+    direction: &'static str,
+    communication: u16,
+    cob_id: CobId,
+    transmission: Option<u8>,
+    inhibit: Option<u16>,
+    event_timer: Option<u16>,
+    sync_start: Option<u8>,
+    multiplex: Option<&'static str>,
+    mapped: Vec<Mapped>,
+    bits: u16,
+}
+
+impl Pdo {
+    fn new(of: preset::Preset) -> Self {
+        let (cob, _) = of.pdo.cob;
+        Self {
+            number: of.pdo.number,
+            direction: if of.pdo.transmit { "tpdo" } else { "rpdo" },
+            communication: of.pdo.communication(),
+            cob_id: CobId {
+                valid: cob.valid,
+                rtr_allowed: cob.rtr_allowed,
+                extended: cob.id.is_extended(),
+                base: cob.id.raw(),
+                relative: of.relative,
+                assumed: of.assumed,
+            },
+            transmission: of.pdo.transmission.map(|(value, _)| value),
+            inhibit: of.pdo.inhibit.map(|(value, _)| value),
+            event_timer: of.pdo.event_timer.map(|(value, _)| value),
+            sync_start: of.pdo.sync_start.map(|(value, _)| value),
+            multiplex: of.multiplex.map(|destination| if destination { "dam" } else { "sam" }),
+            bits: of.mapped.last().map_or(0, |last| last.offset + u16::from(last.bits)),
+            mapped: of
+                .mapped
+                .iter()
+                .map(|one| Mapped {
+                    index: one.index,
+                    sub: one.sub,
+                    offset: one.offset,
+                    bits: one.bits,
+                    dummy: one.dummy,
+                })
+                .collect(),
+        }
+    }
+}
+
+/// What is in doubt of a PDO, as Python says it.
+fn defect(pdo: &Pdo, doubt: &Doubt) -> Defect {
+    let number = |number| Fact::Number(number);
+    let object = |index: u16| ("object", Fact::Text(format!("{index:04X}h")));
+    let part = |index: u16, sub: u8| ("object", Fact::Text(format!("{index:04X}h:{sub:02X}")));
+    let (code, facts) = match doubt.what {
+        What::CobId { value } => ("cob-id", vec![("value", Fact::Text(format!("{value:08X}h")))]),
+        What::NoMapping => ("mapping-missing", vec![object(mapping_parameter(pdo.direction == "tpdo", pdo.number))]),
+        What::Count { said, found } => {
+            ("mapping-count", vec![object(doubt.index), ("said", number(said)), ("found", number(found as u64))])
+        }
+        What::Length { bits } => {
+            ("mapping-length", vec![("bits", number(u64::from(bits))), ("most", number(u64::from(preset::MOST_BITS)))])
+        }
+        What::Unknown { index, sub } => ("mapped-unknown", vec![part(index, sub)]),
+        What::Size { index, sub, bits, width } => (
+            "mapped-size",
+            vec![part(index, sub), ("bits", number(u64::from(bits))), ("width", number(u64::from(width)))],
+        ),
+    };
+    let name = Fact::Text(format!("{}{}", pdo.direction.to_uppercase(), pdo.number));
+    (code, doubt.index, doubt.sub, std::iter::once(("pdo", name)).chain(facts).collect())
+}
+
+#[pyfunction]
+fn pdo_parameters(direction: &str, number: u16) -> PyResult<(u16, u16, String)> {
+    let transmit = choose("direction", direction, &[("tpdo", true), ("rpdo", false)])?;
+    let default = predefined_id(transmit, number)
+        .map_or_else(|| format!("{:#x}", crate::node::CobId::INVALID), |base| format!("$NODEID+{base:#x}"));
+    Ok((communication_parameter(transmit, number), mapping_parameter(transmit, number), default))
+}
+
+/// Code, name, and bits of a fixed size, of each data type.
+fn data_types() -> BTreeMap<u16, (&'static str, Option<u8>)> {
+    let known = (0..=0x1B).filter_map(|code| Some((code, DataType::from_code(code)?)));
+    known.map(|(code, data_type)| (code, (data_type.name(), data_type.bits()))).collect()
+}
+
+pub(super) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Dictionary>()?;
+    module.add_class::<Pdo>()?;
+    module.add_class::<Mapped>()?;
+    module.add_class::<CobId>()?;
+    module.add_function(wrap_pyfunction!(pdo_parameters, module)?)?;
+    module.add("DATA_TYPES", data_types())
+}

@@ -1,0 +1,56 @@
+"""A description -> the flat table that the core reads frames by, and what the core finds in it.
+
+Only a change of form: `$NODEID` stays unresolved, and what a mapping or a COB-ID means is the core's.
+"""
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+
+from canalyze import _core
+from canalyze.dictionary.ini import Ini
+from canalyze.dictionary.model import Entry, NodeOffset, Object
+
+Row = tuple[int, int, str, int, str, int | None, bool, bool, bool, str, float]
+"""Index, sub, name, data type, access, value, relative, configured, mappable, unit, factor; see `_core.Dictionary`."""
+
+
+def table(file: str, form: str, product: str | None, objects: Iterable[Object]) -> _core.Dictionary:
+    """Give the core's table of a description."""
+    name = os.fsencode(file).decode("utf-8", "backslashreplace")
+    return _core.Dictionary(file=name, form=form, device=product or "", rows=list(rows(objects)))
+
+
+def rows(objects: Iterable[Object]) -> Iterator[Row]:
+    """Give one row a sub-object, in order of index and sub-index."""
+    for thing in objects:
+        for entry in thing.entries:
+            yield _row(entry)
+
+
+def _row(entry: Entry) -> Row:
+    value = entry.value
+    relative = isinstance(value, NodeOffset)
+    return (
+        entry.index,
+        entry.sub,
+        entry.name,
+        entry.type,
+        entry.access,
+        value.offset if isinstance(value, NodeOffset) else value if isinstance(value, int) else None,
+        relative,
+        entry.parameter is not None,
+        entry.mappable,
+        entry.unit,
+        entry.factor or 1.0,  # 0 would make every value 0: it stands for none
+    )
+
+
+def pdos(of: _core.Dictionary, dummies: Iterable[int], objects: Mapping[int, Object], ini: Ini) -> list[_core.Pdo]:
+    """Let the core give the PDOs of a table; what in it does not agree with them is noted, each at its line."""
+    found, defects = of.pdos(list(dummies))
+    for code, index, sub, facts in defects:
+        thing = objects.get(index)
+        entry = thing.entry(sub) if thing and sub is not None else None
+        place = entry or thing
+        ini.complain(place.line if place else 0, code, **dict(facts))
+    return found
