@@ -18,6 +18,7 @@ from faults_of_control import (
     life_guarding,
     node_lost,
     reset,
+    sync_at_random,
     sync_missing,
     sync_never_as_configured,
     sync_of_two,
@@ -80,6 +81,7 @@ SYNC = [
         Fault("SYNC jitter", f"{part} % for 30 cycles", "SYN", sync_period(1 + part / 100, 30, wobble=True), 0.8)
         for part in (20, 40)
     ),
+    Fault("SYNC jitter", "up to 40 % at random for 40 cycles", "SYN", sync_at_random(0.4, 40), 1.0),
     *(
         Fault(
             "SYNC never as in 1006h",
@@ -319,7 +321,7 @@ PDO = [
     Fault("synchronous PDO", "twice in a cycle", "SYN PDO", pdo_twice, known=TOLD),
     Fault("synchronous PDO", "in a wrong cycle", "SYN PDO", pdo_wrong_cycle, 0.2, TOLD),
     *(
-        Fault("PDO length", f"{by:+d} byte, {word}", "PDO SYN", pdo_length(by, lasting=lasting), 0.3, TOLD)
+        Fault("PDO length", f"{by:+d} byte, {word}", "PDO SYN", pdo_length(by, lasting=lasting), 0.3)
         for by in (-1, 1)
         for word, lasting in (("once", False), ("from there on", True))
     ),

@@ -5,8 +5,10 @@ What it must not do: name codes or magnitudes; `fault_table.py` does.
 
 from __future__ import annotations
 
+import random
 import struct
 from dataclasses import replace
+from itertools import zip_longest
 
 from captures import CanFrame
 from faulty_captures import Capture, Faulty, Make, later, quiet, us, with_data
@@ -47,6 +49,19 @@ def sync_period(ratio: float, cycles: int, wobble: bool = False) -> Make:
             return SYNC_PERIOD * (part if off else 1)
 
         syncs = sync_times(gap)
+        return Capture(plant(known, syncs)).faulty(syncs[first - 1], syncs[min(first + cycles + 1, len(syncs) - 1)])
+
+    return make
+
+
+def sync_at_random(part: float, cycles: int) -> Make:
+    """SYNC that comes early or late by up to a part of its period, each time anew. Its PDOs go with it."""
+
+    def make(known: Known, at: float) -> Faulty:
+        rng = random.Random(7)
+        first = next(number for number, sent in enumerate(sync_times()) if sent >= at)
+        off = [0.0] * first + [rng.uniform(-part, part) for _ in range(cycles)]
+        syncs = [sent + SYNC_PERIOD * by for sent, by in zip_longest(sync_times(), off, fillvalue=0.0)]
         return Capture(plant(known, syncs)).faulty(syncs[first - 1], syncs[min(first + cycles + 1, len(syncs) - 1)])
 
     return make

@@ -205,7 +205,19 @@ def general_error() -> Frames:
     return beats(write(net, 0x2000, 1, 1, GENERAL_ERROR), {NODE: 4}, ((0, PRE_OPERATIONAL),)).frames()
 
 
+def stepped(*statuswords: int) -> Frames:
+    """A drive is told to become enabled by SDO, and asked for its state after each step."""
+    net = Network().boot(NODE)
+    for controlword, statusword in zip((6, 7, 15), statuswords, strict=False):
+        net.write(NODE, 0x6040, 0, controlword, 2).wait(0.01).read(NODE, 0x6041, 0, statusword, 2).wait(0.01)
+    return net.frames()
+
+
 FURTHER: Final[dict[str, Further]] = {
+    "a drive that takes no step": Further("not-enabled", lambda: stepped(DISABLED, DISABLED, DISABLED), ("stands",)),
+    "a drive that takes each step": Further("not-enabled", lambda: stepped(READY, ON, ENABLED)),
+    "a drive that takes a step late": Further("not-enabled", lambda: stepped(DISABLED, READY, ON)),
+    "a drive that is told one step only": Further("not-enabled", lambda: stepped(DISABLED)),
     "each PDO within the inhibit time": Further(
         "inhibit-time",
         within_inhibit_time,

@@ -13,6 +13,7 @@ from itertools import product
 
 import pytest
 from captures import SAMPLES, Analysis, CanFrame, analyze, console_text, log_text, read_log, spaced
+from diagnoses import diagnosed
 from network import (
     OPERATIONAL,
     PRE_OP,
@@ -49,6 +50,20 @@ def quiet(said: Analysis) -> None:
 
 def codes(said: Analysis) -> set[str]:
     return {finding["code"] for finding in said.findings}
+
+
+@pytest.mark.parametrize("name", [*RECORDED, *STACKS])
+@pytest.mark.parametrize("apart_us", [10, 900])
+def test_no_problem_comes_of_every_frame_twice(name: str, apart_us: int) -> None:
+    frames = RECORDED.get(name) or STACKS[name]
+    doubled = [copy for frame in frames for copy in (frame, replace(frame, t_us=frame.t_us + apart_us))]
+    once, twice = (diagnosed(log_text(sorted(one, key=lambda f: f.t_us))) for one in (frames, doubled))
+    assert {one["incident"] for one in twice.roots} <= {one["incident"] for one in once.roots}, twice.said
+
+
+def test_a_second_master_is_told_from_frames_captured_twice() -> None:
+    frames = read_log((SAMPLES / "stories" / "t07-second-master.log").read_bytes())
+    assert "two-masters" in {one["incident"] for one in diagnosed(log_text(frames)).roots}
 
 
 @pytest.mark.parametrize("name", [*RECORDED, *STACKS])
@@ -135,6 +150,62 @@ def test_commands_filtered_out(name: str) -> None:
 @pytest.mark.parametrize("name", ["boot-and-states", "guarding", "sync-and-pdos", "sync-counter"])
 def test_commands_filtered_out_of_a_recording(name: str) -> None:
     quiet(analyze(log_text(without(RECORDED[name], 0x000))))
+
+
+def restarted(*, states: bool, boots: bool) -> list[CanFrame]:
+    """A node is reset and asked again for four seconds. states: nodes show theirs; boots: this one boots."""
+    channel = Channel(5)
+    frames = [
+        replace(frame, t_us=number * 10_000) for number, frame in enumerate(expedited_upload(channel, 0x1000, 0, b"a"))
+    ]
+    frames.append(CanFrame("can0", 0, bytes([RESET_COMMUNICATION, 5]), 100_000))
+    if states:
+        frames += [CanFrame("can0", 0x704, bytes([OPERATIONAL]), at) for at in range(0, 5_000_000, 100_000)]
+        frames += [CanFrame("can0", 0x705, b"\0", 600_000)] * boots
+    for at in range(1_000_000, 5_000_000, 500_000):
+        exchange = expedited_upload(channel, 0x1000, 0, b"a")
+        frames += [replace(frame, t_us=at + number * 1000) for number, frame in enumerate(exchange)]
+    return sorted(frames, key=lambda frame: frame.t_us)
+
+
+def test_boot_ups_filtered_out() -> None:
+    """Where no node shows its state, none can be missed; where others do, it can."""
+    assert not codes(analyze(log_text(restarted(states=False, boots=False)))) & {"NMT006", "NMT002"}
+    assert "NMT006" in codes(analyze(log_text(restarted(states=True, boots=False))))
+    assert "NMT006" not in codes(analyze(log_text(restarted(states=True, boots=True))))
+
+
+@pytest.mark.parametrize("gone", [True, False])
+def test_what_may_be_the_master_is_missed_after_it_has_reset_all(gone: bool) -> None:
+    beats = range(0, 8_000_000, 250_000)
+    frames = [CanFrame("can0", 0x77F, bytes([OPERATIONAL]), at) for at in beats if not gone or at < 2_000_000]
+    frames += [CanFrame("can0", 0x185, bytes(8), at + 7) for at in range(0, 8_000_000, 50_000)]
+    frames.append(CanFrame("can0", 0, bytes([RESET_COMMUNICATION, 0]), 1_900_000))
+    found = codes(analyze(log_text(sorted(frames, key=lambda frame: frame.t_us))))
+    assert ("NMT006" in found) == gone
+
+
+@pytest.mark.parametrize("burst", [True, False])
+def test_boot_ups_and_emergencies_that_waited_in_the_recorder(burst: bool) -> None:
+    """What a recorder lists in a row after it stood still came at any time; the same without that is a fault."""
+    beats = [CanFrame("can0", 0x704, bytes([OPERATIONAL]), at * 20_000) for at in range(1, 100)]
+    start = 2_000_000 + 3_000_000 * burst
+    errors = [CanFrame("can0", 0x085, bytes.fromhex(one), 0) for one in ("1050010000000000", "00" * 8) * 8]
+    boots = [CanFrame("can0", 0x705, b"\0"), CanFrame("can0", 0x705, b"\0")]
+    late = [CanFrame("can0", 0x704, bytes([OPERATIONAL]))] * 140 * burst
+    listed = [*boots, *errors, *late]
+    rows = [replace(frame, t_us=start + number * 150) for number, frame in enumerate(listed)]
+    after = [CanFrame("can0", 0x704, bytes([OPERATIONAL]), start + 100_000 + at * 20_000) for at in range(40)]
+    found = codes(analyze(log_text([*beats, CanFrame("can0", 0x705, b"\0", 1_990_000), *rows, *after])))
+    assert ("EMC010" in found) != burst
+    assert ("HBT004" in found) != burst
+
+
+def test_stamps_that_are_all_zero_tell_no_time() -> None:
+    frames = read_log((SAMPLES / "rules" / "PDO004.log").read_bytes())
+    assert "PDO004" in codes(analyze(log_text(frames)))
+    zero = [replace(frame, t_us=0) for frame in frames]
+    assert "PDO004" not in codes(analyze(log_text(zero)))
 
 
 def test_a_node_that_falls_back_where_nobody_commands() -> None:

@@ -149,6 +149,41 @@ def test_a_header_says_the_same(canalyze: Runner, tmp_path: Path, form: str) -> 
     assert info(canalyze, cut)["left_out"] == {"places": 1, "uncounted": 0, "rows": 7}
 
 
+@pytest.mark.parametrize(
+    "row",
+    [
+        "{at:.6f} {ident:03X}#{compact}",
+        "{at:.3f}  can0  {ident:03X}   [{count}]  {spaced}",
+        "can0  0x{ident:03X}   [{count}]  {spaced}",
+        "RX 0x{ident:03X} [{count}] {spaced}",
+        "can0 {ident:03X} [{count}] {dotted}",
+        "can0 {ident:03X} [{count}] {colons}",
+    ],
+)
+def test_how_people_write_a_row(canalyze: Runner, tmp_path: Path, row: str) -> None:
+    """Stamps without parentheses are times and no interfaces; identifiers have 0x, bytes other marks between them."""
+
+    def written(at: int, ident: int, data: bytes) -> str:
+        forms = {"compact": data.hex(), "spaced": data.hex(" "), "dotted": data.hex("."), "colons": data.hex(":")}
+        return row.format(at=at / 1000, ident=ident, count=len(data), **forms)
+
+    name = write(tmp_path / "a.txt", [written(*frame) for frame in session()])
+    rows = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", name).lines]
+    frames = [one for one in rows if one["kind"] == "frame"]
+    assert [(int(one["id"], 16), bytes.fromhex(one["data"])) for one in frames] == [frame[1:] for frame in session()]
+    assert len({one["bus"] for one in frames}) == 1
+    times = [None if one["t"] is None else round(float(one["t"]) * 1000) for one in frames]
+    assert times == [frame[0] if "{at" in row else None for frame in session()]
+    assert not [one for one in rows if one["kind"] == "finding"]
+
+
+@pytest.mark.parametrize("row", ["601 [8] 40.00.10.00.00.00.00", "601 [8] 40.00 10.00 00.00 00.00", "0x 601 [8] 40"])
+def test_what_is_no_whole_row_is_no_frame(canalyze: Runner, tmp_path: Path, row: str) -> None:
+    name = write(tmp_path / "a.txt", ["can0  701   [1]  05", f"can0 {row}"])
+    rows = [json.loads(line) for line in canalyze("decode", "--format", "jsonl", name).lines]
+    assert [one["id"] for one in rows if one["kind"] == "frame"] == ["701"]
+
+
 @pytest.mark.parametrize("form", ROWS)
 @pytest.mark.parametrize("missing", [1, 2, 19])
 def test_a_jump_of_the_numbers_is_a_gap(canalyze: Runner, tmp_path: Path, form: str, missing: int) -> None:

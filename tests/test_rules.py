@@ -166,6 +166,7 @@ RAISED: dict[str, list[Raised]] = {
     "PDO018": [("PDO018", 5, None)],
     "PDO019": [("PDO019", 3, None)],
     "PDO020": [("PDO020", 5, 3)],
+    "PDO021": [("PDO021", 7, None)],
     "SDO001": [("SDO001", 8, None)],
     "SDO001-refused": [("SDO001", 7, None), ("SDO017", 8, None)],
     "SDO001-request": [("SDO001", 5, None)],

@@ -58,6 +58,8 @@ pub struct Bus {
     due_ns: Option<i64>,
     /// Time of the first frame, or of the first since frames were lost, in ns.
     began_ns: Option<i64>,
+    /// The last frame stands in the capture a second time.
+    again: bool,
     /// Nodes whose boot-up was seen, and no reset since, nor lost frames.
     booted: BTreeSet<u8>,
     /// The last write to each node to which an answer may still come.
@@ -96,9 +98,15 @@ impl Bus {
             checks,
             due_ns: None,
             began_ns: None,
+            again: false,
             booted: BTreeSet::new(),
             open_writes: BTreeMap::new(),
         }
+    }
+
+    /// Whether the frame that was taken last stands in the capture a second time: it was on the bus once.
+    pub fn shows_again(&self) -> bool {
+        self.again
     }
 
     /// The SYNC cycle that runs; 0 before the first.
@@ -172,6 +180,7 @@ impl Bus {
         cx.evidence.recording.take(&mut cx.when, happened, frame, role.is_command());
         let role = if self.open_writes.is_empty() { role } else { self.role_after_writes(frame, cx) };
         cx.sighting = cx.evidence.recording.sighting(cx.at, happened.sighting);
+        self.again = cx.sighting == Sighting::Duplicate;
         if cx.evidence.recording.is_first_of_stall(cx.when) {
             cx.evidence.circumstances.note(circumstance::Kind::Stall, None, cx.when);
         }

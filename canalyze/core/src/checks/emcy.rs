@@ -108,8 +108,10 @@ struct Reported {
     ended: Vec<Standing>,
     change: Change,
     last: Option<When>,
+    /// The first of those that come too soon one after the other.
+    close: Option<FrameRef>,
     /// The last emergencies, with stamps.
-    recent: VecDeque<FrameRef>,
+    recent: VecDeque<When>,
     flood: Option<Flood>,
     /// The last one that was found.
     found: Option<FrameRef>,
@@ -179,7 +181,11 @@ impl Emergencies {
         let limit_ns = inhibit_ns - SLACK_NS.max(inhibit_ns / 10).max(self.slack_ns);
         if recording.certainly_within(cx.when, last, limit_ns) {
             let what = Emc005::TooClose { found: gap, expected: inhibit_ns };
-            cx.report_timed(cx.verdict(what, Some(node), None, None));
+            let because_of = self.nodes.entry(node).close;
+            self.nodes.entry(node).close = because_of.or(Some(cx.at));
+            cx.report_timed(Finding { because_of, ..cx.verdict(what, Some(node), None, None) });
+        } else {
+            self.nodes.entry(node).close = None;
         }
     }
 
@@ -298,27 +304,30 @@ impl Reported {
 
     /// Counts an emergency; many in a short time are a finding.
     fn count(&mut self, node: u8, cx: &mut Context<'_>) {
-        let Some(now) = cx.at.t_ns else { return };
-        let since = |then: &FrameRef| then.t_ns.map_or(i64::MAX, |then| now.saturating_sub(then));
-        if self.flood.is_some_and(|flood| !(0..FLOOD_NS).contains(&since(&flood.last))) {
+        if cx.at.t_ns.is_none() {
+            return;
+        }
+        let within = |then: When, cx: &Context<'_>| cx.evidence.recording.certainly_within(cx.when, then, FLOOD_NS);
+        if self.flood.is_some_and(|flood| !within(When { at: flood.last, ..cx.when }, cx)) {
             self.end_flood(node, cx);
         }
         if let Some(flood) = &mut self.flood {
             (flood.last, flood.count) = (cx.at, flood.count + 1);
             return;
         }
-        self.recent.push_back(cx.at);
-        while self.recent.front().is_some_and(|first| !(0..FLOOD_NS).contains(&since(first))) {
+        while self.recent.front().is_some_and(|first| !within(*first, cx)) {
             self.recent.pop_front();
         }
+        self.recent.push_back(cx.when);
         if self.recent.len() >= FLOOD
-            && let Some(first) = self.recent.front().copied()
+            && let Some(first) = self.recent.front().map(|first| first.at)
         {
             self.recent.clear();
             let count = FLOOD as u64;
             self.flood = Some(Flood { first, last: cx.at, count });
             let because_of = self.found.filter(|found| found.no >= first.no);
-            find(Emc010::Flood { count, duration: since(&first) }, node, first, None, because_of, cx);
+            let duration = cx.at.since(first).unwrap_or(0);
+            find(Emc010::Flood { count, duration }, node, first, None, because_of, cx);
         }
     }
 

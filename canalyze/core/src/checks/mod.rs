@@ -229,6 +229,10 @@ impl Checks {
     /// An SDO frame of a default channel, with the object it is about.
     pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &mut Context<'_>) {
         self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
+        self.pdo_length.asked(node);
+        if let Some((_, transmit, number)) = object.and_then(|mux| pdo_configuration::pdo_parameter(mux.index)) {
+            self.pdo_length.reconfigured(node, transmit, number);
+        }
     }
 
     /// What the bytes of a PDO's frame are, and how they stand to its mapping: one that is only assumed holds as long as
@@ -262,6 +266,8 @@ impl Checks {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
         } else if fit.fits {
             self.pdo_length.fitted(transmit, number, node);
+        } else if !fit.read && !fit.contradicted {
+            self.pdo_length.unmapped((transmit, number, node), frame, cx);
         }
         let states = &self.nodes;
         self.drives.process_data(name, (fit.read, fit.contradicted), frame, nodes, |node| states.state(node), cx);

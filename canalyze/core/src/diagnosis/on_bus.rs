@@ -105,7 +105,9 @@ impl OfBus {
         let (at, id, before) = (frame.reference(), frame.bus, ledger.all.len());
         self.frames += 1;
         let mut dirty = false;
-        if frame.kind == frame::Kind::Data {
+        // What the capture shows a second time was on the bus once.
+        let again = bus.shows_again();
+        if frame.kind == frame::Kind::Data && !again {
             let node = events.first().and_then(|event| event.node);
             self.load.frame(frame, node, scene!(self, ledger, bus, id, at));
         }
@@ -119,6 +121,7 @@ impl OfBus {
         }
         for event in events {
             dirty |= match &event.what {
+                What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) if again => false,
                 What::Message(message) => self.message(message, frame, bus, ledger),
                 What::Pdo(data) => self.pdo(data, frame, bus, ledger),
                 What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),

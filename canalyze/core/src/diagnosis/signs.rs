@@ -100,6 +100,7 @@ pub(super) const SIGNS: &[Row] = &[
     (Code::Pdo016, Kind::PdoConfiguration, 1, Ends::Never),
     (Code::Pdo018, Kind::PdoNotAllowed, 1, Ends::Never),
     (Code::Pdo020, Kind::SharedCobId, 1, Ends::Never),
+    (Code::Pdo021, Kind::PdoLength, 1, Ends::Once),
     (Code::Sdo001, Kind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo002, Kind::RequestUnanswered, 1, Ends::Answered),
     (Code::Sdo003, Kind::DamagedTransfer, 1, Ends::Transferred),

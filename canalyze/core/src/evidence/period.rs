@@ -16,6 +16,9 @@ const CERTAIN: usize = 5;
 const CHANGED: u32 = 6;
 /// Gaps agree that differ by less than this part of the period, or by less than twice the usual deviation.
 const AGREE_PART: i64 = 32;
+/// The mean of as many gaps as are kept has changed if it differs by more than this part of what it was: clocks differ by
+/// less, and single gaps that are farther off make up for each other.
+const LASTING_PART: i64 = 25;
 
 /// How much is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,6 +71,15 @@ struct Rival {
     since: FrameRef,
 }
 
+/// The mean of as many gaps as are kept, and of those that have come since.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lasting {
+    before_ns: Option<i64>,
+    sum_ns: i64,
+    count: usize,
+    since: FrameRef,
+}
+
 /// A period that is being learnt.
 #[derive(Clone, Debug, Default)]
 pub struct Period {
@@ -81,6 +93,7 @@ pub struct Period {
     /// What traffic had shown before it was doubted.
     former_ns: Option<i64>,
     rival: Rival,
+    lasting: Lasting,
     /// The first certain period was told.
     told: bool,
 }
@@ -154,9 +167,33 @@ impl Period {
             self.deviation_ns =
                 gap_ns.saturating_sub(known).saturating_abs().max(self.deviation_ns - self.deviation_ns / 16);
             self.remember(gap_ns);
-            return self.settle();
+            let learnt = self.settle();
+            return self.last(gap_ns, uncertain_ns, at).unwrap_or(learnt);
         }
         self.contest(gap_ns, known, room, at)
+    }
+
+    /// A gap that agrees: the mean of many tells a change that is too small for each of them to tell.
+    fn last(&mut self, gap_ns: i64, uncertain_ns: i64, at: FrameRef) -> Option<Learnt> {
+        let lasting = &mut self.lasting;
+        if lasting.count == 0 {
+            (lasting.since, lasting.sum_ns) = (at, 0);
+        }
+        lasting.sum_ns = lasting.sum_ns.saturating_add(gap_ns);
+        lasting.count += 1;
+        if lasting.count < KEPT {
+            return None;
+        }
+        let (to_ns, since) = (lasting.sum_ns / KEPT as i64, lasting.since);
+        lasting.count = 0;
+        let from_ns = *lasting.before_ns.get_or_insert(to_ns);
+        let off_ns = self.deviation_ns.saturating_add(uncertain_ns) / KEPT as i64;
+        let most = (from_ns / LASTING_PART).saturating_add(off_ns);
+        if to_ns.abs_diff(from_ns) <= most.unsigned_abs() {
+            return None;
+        }
+        lasting.before_ns = Some(to_ns);
+        Some(Learnt::Changed { from_ns, to_ns, since })
     }
 
     /// Gaps agree that differ by less than this, in ns.
@@ -204,13 +241,13 @@ impl Period {
         rival.sum_ns = rival.sum_ns.saturating_add(gap_ns);
         (rival.least_ns, rival.most_ns) = (rival.least_ns.min(gap_ns), rival.most_ns.max(gap_ns));
         rival.count += 1;
-        // They come one behind the other, or every other one where those between were set aside. Where their distance is
-        // no multiple of their length, shorter ones make up for them: it is jitter.
-        let mean_ns = rival.sum_ns / i64::from(rival.count);
-        let least = mean_ns.saturating_mul(i64::from(rival.count - 1)).max(1);
-        let times = |lasts: i64| lasts.saturating_add(least / 2) / least;
-        let off = |lasts: i64| lasts.saturating_sub(times(lasts).saturating_mul(least)).saturating_abs();
-        if at.since(rival.since).is_some_and(|lasts| off(lasts) > least / 8) {
+        // They come one behind the other, or with others between that were set aside. Where their distance is no multiple
+        // of their length, shorter ones make up for them: it is jitter.
+        let mean_ns = (rival.sum_ns / i64::from(rival.count)).max(1);
+        let apart = i64::from(rival.count - 1);
+        let times = |lasts: i64| (lasts.saturating_add(mean_ns / 2) / mean_ns).max(apart);
+        let off = |lasts: i64| lasts.saturating_sub(times(lasts).saturating_mul(mean_ns)).saturating_abs();
+        if at.since(rival.since).is_some_and(|lasts| off(lasts) > mean_ns.saturating_mul(apart) / 8) {
             *rival = Rival { sum_ns: gap_ns, least_ns: gap_ns, most_ns: gap_ns, count: 1, since: at };
             return Learnt::Nothing;
         }
@@ -219,6 +256,7 @@ impl Period {
         }
         let Rival { sum_ns, least_ns, most_ns, count, since } = std::mem::take(rival);
         let to_ns = sum_ns / i64::from(count);
+        self.lasting = Lasting::default();
         self.gaps = [to_ns; KEPT];
         (self.count, self.place) = (count as usize, count as usize % KEPT);
         (self.learnt_ns, self.deviation_ns) = (Some(to_ns), most_ns.saturating_sub(least_ns) / 2);

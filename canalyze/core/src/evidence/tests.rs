@@ -387,6 +387,33 @@ fn a_period_is_learnt_and_its_lasting_change_told() {
 }
 
 #[test]
+fn the_mean_of_many_gaps_tells_what_each_is_too_uneven_for() {
+    let at = FrameRef::default();
+    let uneven = |n: i64| [0, 3_000_000, -3_000_000, 1_000_000, -1_000_000].get((n % 5) as usize).copied().unwrap();
+    for percent in [0, 2, 7, 10] {
+        let mut period = Period::default();
+        let told = (0..160).filter(|n| {
+            let longer = if *n < 60 { 0 } else { percent * 1_000_000 };
+            matches!(period.take(100_000_000 + longer + uneven(*n), 1000, at), Learnt::Changed { .. })
+        });
+        let told = told.count();
+        assert_eq!(told > 0, percent > 5, "{percent} %: {told}");
+    }
+}
+
+#[test]
+fn gaps_that_were_not_judged_do_not_hide_another_period() {
+    let ends = |no: i64| FrameRef { no: no as u64, t_ns: Some(no * 120_000_000) };
+    let mut period = Period::default();
+    for no in 0..20 {
+        period.take(100_000_000, 1000, FrameRef { no, t_ns: Some(no as i64 * 100_000_000) });
+    }
+    let told = (20..60)
+        .filter(|no| no % 3 != 0 && matches!(period.take(120_000_000, 1000, ends(*no)), Learnt::Changed { .. }));
+    assert_eq!(told.count(), 1);
+}
+
+#[test]
 fn what_is_owed_is_due_once_it_certainly_is() {
     let mut recording = Recording::default();
     let (since, _) = observe(&mut recording, &frame(1, 0x701, &[5], 1), false);

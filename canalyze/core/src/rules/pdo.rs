@@ -289,4 +289,18 @@ rules! {
             "{pdo}与节点{of}的{other}使用同一CAN-ID {id}"
             "{pdo} and {other} of node {of} use the same CAN-ID {id}";
     }
+
+    /// A PDO of unknown mapping has another length than those before it.
+    Pdo021 "PDO021" "pdo-length-changed" Warning "CiA 301 7.5.2.36, 7.5.2.38" one [Pdo, Sdo] {
+        message "PDO长度改变" "PDO length has changed";
+        meaning
+            "PDO的长度由映射决定, 映射不变则长度不变。该PDO的映射未知, 此前各帧长度相同, 这一帧却不同, 期间映射没有被改写, 节点也没有复位。"
+            "The mapping sets the length of a PDO, which stays the same as long as the mapping does. The mapping of this PDO is unknown; its previous frames had one length and this one has another, though nothing changed the mapping and the node was not reset.";
+        cause
+            "发送方的DLC有误, 两个发送者使用同一COB-ID, 或者映射被改写而该过程不在记录中。"
+            "The sender's DLC is wrong, two senders use the COB-ID, or the mapping was changed and the capture does not show it.";
+        Changed { found: Count, before: Count }
+            "PDO为{found}字节, 此前均为{before}字节, 期间映射没有被改写"
+            "PDO is {found|byte|bytes}, previous ones were {before}, and nothing changed its mapping";
+    }
 }

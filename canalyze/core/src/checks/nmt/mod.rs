@@ -99,6 +99,8 @@ pub struct Nmt {
     commandless: Commandless,
     /// Boot-ups that are due after a reset.
     boot_ups: Obligations<u8>,
+    /// Some node has booted or shown its state: the capture was not filtered of these.
+    shows_states: bool,
     /// The last command to all, as it concerns a node that was not seen by then.
     broadcast: Option<Command>,
     activated: Option<i64>,
@@ -237,8 +239,11 @@ impl Nmt {
         let meant = |(id, node_state): &(u8, &mut NodeState)| if explicit { *id == node } else { node_state.present };
         for (id, node_state) in self.nodes.iter_mut().filter(meant) {
             let explained = node_state.commanded(id, (state, specifier, explicit), cx);
-            if state == 0 && !crossed && node_state.owes_boot_up(explicit, cx) {
-                self.boot_ups.open(id, Owed { since: cx.when, limit_ns: LEAST_BOOT_NS, why: Some(cx.at) });
+            if state == 0
+                && !crossed
+                && let Some(limit_ns) = node_state.owes_boot_up(cx)
+            {
+                self.boot_ups.open(id, Owed { since: cx.when, limit_ns, why: Some(cx.at) });
             }
             self.late |= explained;
             self.suspects = self.suspects.saturating_sub(u32::from(explained));
@@ -254,6 +259,7 @@ impl Nmt {
     /// A boot-up. `silence_ns`: the bus was silent for that long before it.
     pub fn boot_up(&mut self, node: u8, silence_ns: i64, cx: &mut Context<'_>) {
         self.boot_ups.met(node);
+        self.shows_states = true;
         if silence_ns >= SWITCHED_ON_NS {
             self.switched_on = cx.at.t_ns;
         }
@@ -280,7 +286,7 @@ impl Nmt {
             return;
         }
         let duplicate = cx.sighting == Sighting::Suspect;
-        let Some(what) = spontaneous_boot(before, cx.at) else { return };
+        let Some(what) = spontaneous_boot(before, cx) else { return };
         if matches!(what, Spontaneous::TwoBootUps { .. }) && duplicate && node_state.suspect.is_some() {
             // What is suspected already may stand here a second time.
             return;
@@ -295,8 +301,10 @@ impl Nmt {
         if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
             return self.unreadable(node);
         }
+        self.shows_states = true;
         let node_state = Self::meet(&mut self.nodes, self.broadcast, node, cx.at);
         let beat = node_state.reports.last.replace(cx.at);
+        node_state.reports.period_ns = period_ns;
         node_state.reports.count = node_state.reports.count.saturating_add(1);
         let garbled = beat.zip(self.garbled).is_some_and(|(beat, garbled)| beat.no < garbled.no);
         let allowed = node_state.allowed & bit(state) != 0 || node_state.reset.awaited || garbled;
@@ -401,14 +409,21 @@ impl Nmt {
             let heard = self.nodes.get(node).and_then(|node_state| node_state.heard);
             heard.and_then(|heard| heard.since(reset)).is_some_and(|age| age > LEAST_BOOT_NS)
         };
-        let limit_ns =
-            |node: u8, owed: &Owed| if over || running(node, owed.since.at) { LEAST_BOOT_NS } else { BOOT_NS };
+        let limit_ns = |node: u8, owed: &Owed| match owed.limit_ns {
+            LEAST_BOOT_NS if over || running(node, owed.since.at) => LEAST_BOOT_NS,
+            longer => longer.max(BOOT_NS),
+        };
         for (node, owed) in self.boot_ups.overdue(cx.when, &cx.evidence.recording, limit_ns) {
             let Some(node_state) = self.nodes.get_mut(node) else { continue };
+            let heard = node_state.heard.is_some_and(|heard| heard.no > owed.since.at.no);
+            // The master does not reset itself; and where no node shows its state, boot-ups are not recorded.
+            if heard && (node_state.may_be_master() || !self.shows_states) {
+                continue;
+            }
             if let Some(command) = node_state.command.as_mut().filter(|command| command.state == 0) {
                 command.judged = true;
             }
-            if node_state.heard.is_none_or(|heard| heard.no <= owed.since.at.no) {
+            if !heard {
                 cx.evidence.circumstances.note(Circumstance::NodeLost, Some(node), cx.when);
             }
             let command = node_state.reset.specifier;
@@ -503,12 +518,16 @@ pub fn commanded_state(specifier: u8) -> Option<u8> {
 }
 
 /// What an unexplained boot-up is, after the boot-up before it and the states that the node has shown.
-fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), at: FrameRef) -> Option<Spontaneous> {
+fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), cx: &Context<'_>) -> Option<Spontaneous> {
+    let (at, recording) = (cx.at, &cx.evidence.recording);
     let within = |then: FrameRef, limit_ns: i64| at.since(then).is_some_and(|gap| gap < limit_ns);
+    // What waited in the recorder, or has coarse stamps, may have been far apart.
+    let together = |last: FrameRef| {
+        let gap = at.since(last).filter(|gap| *gap >= 0 && recording.teaches(cx.when));
+        gap.is_some_and(|gap| gap.saturating_add(recording.resolution_ns()) < TWO_BOOT_UPS_NS)
+    };
     match (last, reports.last.filter(|_| reports.count >= RUNNING)) {
-        (Some(last), _) if at.since(last).is_some_and(|gap| (0..TWO_BOOT_UPS_NS).contains(&gap)) => {
-            Some(Spontaneous::TwoBootUps { last })
-        }
+        (Some(last), _) if together(last) => Some(Spontaneous::TwoBootUps { last }),
         (Some(last), _) => Some(Spontaneous::BootUp { last }),
         (None, Some(last)) if within(last, RESTART_NS) => Some(Spontaneous::Restart { last }),
         (None, _) => None,

@@ -3,7 +3,7 @@
 //!
 //! It must not look at other nodes, or at the bus: that is `nmt`.
 
-use super::RESETS_NS;
+use super::{BOOT_NS, LEAST_BOOT_NS, RESETS_NS};
 use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;
@@ -17,6 +17,8 @@ const SELF_START_NS: i64 = 5_000_000_000;
 /// An emergency within this time, or number of frames, before a change of state explains it (1029h), in ns.
 const EMERGENCY_NS: i64 = 1_000_000_000;
 const EMERGENCY_FRAMES: u64 = 10;
+/// Heartbeats that must be missing before a node that may be the master itself has not come back from a reset.
+const MASTER_PERIODS: i64 = 4;
 /// A boot-up this soon after a reset was sent before the node saw it, in ns.
 const SENT_NS: i64 = 1_000_000;
 
@@ -53,6 +55,8 @@ pub(super) struct Reports {
     /// The last frame that has shown a state, and how many have.
     pub(super) last: Option<FrameRef>,
     pub(super) count: u8,
+    /// How often it shows its state, where that is known, in ns.
+    pub(super) period_ns: Option<i64>,
     /// A change without command was reported, and the state has not been shown twice since.
     pub(super) unsettled: bool,
 }
@@ -201,13 +205,22 @@ impl NodeState {
         explains
     }
 
-    /// Whether a reset must be followed by a boot-up: not where one came just before it, which may be its answer.
-    pub(super) fn owes_boot_up(&self, explicit: bool, cx: &Context<'_>) -> bool {
+    /// Whether nothing shows yet that it is not the master itself.
+    pub(super) fn may_be_master(&self) -> bool {
+        !self.managed && self.boots.last.is_none()
+    }
+
+    /// The time in ns after which a reset must be followed by a boot-up: not where one came just before it, which may be
+    /// its answer. What may be the master itself goes on instead, and is heard by its next heartbeats.
+    pub(super) fn owes_boot_up(&self, cx: &Context<'_>) -> Option<i64> {
         let answered = self.boots.last.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
-        self.heard.is_some()
-            && self.reset.awaited
-            && !answered
-            && (explicit || self.managed || self.boots.last.is_some())
+        if self.heard.is_none() || !self.reset.awaited || answered {
+            return None;
+        }
+        if self.may_be_master() {
+            return Some(BOOT_NS.max(self.reports.period_ns?.saturating_mul(MASTER_PERIODS)));
+        }
+        Some(LEAST_BOOT_NS)
     }
 
     /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::configuration::Provenance;
 use crate::context::Context;
-use crate::finding::{Code, Verdict};
+use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{CanId, Frame, FrameRef, Kind};
 use crate::node::{CobId, Content, Node, Pdo, PerNode};
 use crate::rules::pdo::{Pdo008, Pdo009, Pdo010, Pdo011, Pdo014, Pdo015, Pdo016, Pdo018, Pdo019};
@@ -42,6 +42,8 @@ struct Seen {
     reported: BTreeSet<(Code, bool, u16)>,
     /// When a server last acknowledged a write of a COB-ID, whether or not its request is in the capture.
     acknowledged: BTreeMap<(bool, u16), u64>,
+    /// TPDOs that are sent though they are disabled, and the first frame since.
+    disabled: BTreeMap<u16, FrameRef>,
     /// PDOs whose mapping is being changed though they are valid.
     live: BTreeSet<(bool, u16)>,
     /// PDOs whose COB-ID was written with unknown success, and the frame that showed it.
@@ -105,6 +107,9 @@ impl PdoConfiguration {
         match (mapping, mux.sub) {
             (false, 1) => {
                 seen.reported.retain(|(_, direction, pdo)| (*direction, *pdo) != (transmit, number));
+                if transmit {
+                    seen.disabled.remove(&number);
+                }
                 let cob = CobId::from_entry(value);
                 if !cob.valid {
                     seen.live.remove(&(transmit, number));
@@ -143,11 +148,16 @@ impl PdoConfiguration {
         let (name, id) = ((pdo.transmit, pdo.number), frame.id);
         let what: Verdict = match (cob.valid, from, &pdo.content) {
             (false, Provenance::Observed(known), _) if pdo.transmit => {
-                let acknowledged = self.nodes.get(node).and_then(|seen| seen.acknowledged.get(&(true, pdo.number)));
-                let superseded = acknowledged.is_some_and(|acknowledged| *acknowledged > known);
+                let seen = self.nodes.entry(node);
+                // Of a later write it is not known what it has written, or whether it was taken.
+                let later = [seen.acknowledged.get(&name), seen.doubted.get(&name)].into_iter().flatten();
+                let superseded = later.into_iter().any(|later| *later > known);
                 if cx.at.no > known.saturating_add(UNDER_WAY) && !superseded {
+                    let because_of = seen.disabled.get(&pdo.number).copied();
+                    seen.disabled.entry(pdo.number).or_insert(cx.at);
                     let object = Mux { index: pdo.communication(), sub: 1 };
-                    cx.raise(Pdo018::Sent { pdo: name, id }, Some(node), Some(object), None);
+                    let finding = cx.verdict(Pdo018::Sent { pdo: name, id }, Some(node), Some(object), None);
+                    cx.report(Finding { because_of, ..finding });
                 }
                 return;
             }

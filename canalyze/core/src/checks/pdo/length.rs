@@ -2,7 +2,8 @@
 //!
 //! A receiver does not process a PDO that is shorter than its mapping, and ignores what is beyond it. Only a mapping
 //! that the capture, an option or a DCF shows is trusted: against an EDS the device may have been configured before the
-//! capture began. It must not judge whose fault the difference is.
+//! capture began. Where no mapping is known, a PDO keeps the length that it has. It must not judge whose fault the
+//! difference is.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +12,10 @@ use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::{Signals, Unmapped};
 use crate::finding::{Code, Finding, Verdict};
-use crate::frame::{Frame, Kind};
+use crate::frame::{Frame, FrameRef, Kind};
 use crate::node::{Node, PerNode};
 use crate::rules::description::Eds001;
-use crate::rules::pdo::{Pdo001, Pdo006, Pdo012};
+use crate::rules::pdo::{Pdo001, Pdo006, Pdo012, Pdo021};
 use crate::services::pdo::{communication_parameter, mapping_parameter};
 use crate::services::sdo::wire::Mux;
 
@@ -24,6 +25,9 @@ const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
 const CLASSIC_BITS: u16 = 64;
 /// Frames after that with which a mapping was known that may have been under way before it.
 const UNDER_WAY: u64 = 1;
+
+/// Frames of one length after which that is a PDO's length.
+const SHOWN: u8 = 3;
 
 /// What bears on how far a mapping is trusted.
 #[derive(Debug, Default)]
@@ -42,6 +46,21 @@ struct Lengths {
     fitted: [u64; 2],
     /// Those that were not, by direction, number and rule.
     wrong: BTreeMap<(bool, u16, Code), Series>,
+    /// The lengths of those of unknown mapping, by direction and number.
+    kept: BTreeMap<(bool, u16), Kept>,
+    /// The capture shows its SDO: it would show that a mapping is changed.
+    asked: bool,
+}
+
+/// The length of a PDO of unknown mapping.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    len: u8,
+    /// Frames that had it, up to [`SHOWN`].
+    count: u8,
+    /// Frames in a row since then that had another: that, how many, and the first.
+    other: Option<(u8, u8, FrameRef)>,
+    wrong: Series,
 }
 
 /// A PDO that is not as long as its mapping.
@@ -135,6 +154,51 @@ impl PdoLength {
         }
     }
 
+    /// The capture shows SDO of a node.
+    pub fn asked(&mut self, node: u8) {
+        self.nodes.entry(node).asked = true;
+    }
+
+    /// A parameter of a PDO was written, or may have been: it may have another length.
+    pub fn reconfigured(&mut self, node: u8, transmit: bool, number: u16) {
+        self.nodes.entry(node).kept.remove(&(transmit, number));
+    }
+
+    /// A frame of a PDO whose mapping is not known. Where the capture would not show that the mapping is changed, what is
+    /// wrong shows by the frames after it, which have the length of those before.
+    pub fn unmapped(&mut self, (transmit, number, node): (bool, u16, u8), frame: &Frame, cx: &mut Context<'_>) {
+        let lengths = self.nodes.entry(node);
+        let fresh = Kept { len: frame.len, count: 0, other: None, wrong: Series::default() };
+        let kept = lengths.kept.entry((transmit, number)).or_insert(fresh);
+        let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
+        let found = |len: u8, before: u8| Pdo021::Changed { found: len.into(), before: before.into() };
+        if frame.len == kept.len {
+            kept.count = kept.count.saturating_add(1).min(SHOWN);
+            kept.wrong.keep();
+            if let Some((len, _, first)) = kept.other.take().filter(|_| !lengths.asked) {
+                let finding = cx.verdict(found(len, kept.len), Some(node), Some(object), None);
+                cx.report(Finding { at: first, because_of: kept.wrong.fault(first), ..finding });
+            }
+            return;
+        }
+        if kept.count < SHOWN {
+            *kept = Kept { count: 1, ..fresh };
+            return;
+        }
+        let before = kept.other.filter(|(len, ..)| *len == frame.len);
+        let (count, first) = before.map_or((1, cx.at), |(_, count, first)| (count + 1, first));
+        kept.other = Some((frame.len, count, first));
+        if lengths.asked {
+            let finding = cx.verdict(found(frame.len, kept.len), Some(node), Some(object), None);
+            let because_of = kept.wrong.fault(cx.at);
+            cx.report(Finding { because_of, ..finding });
+        }
+        if count > SHOWN {
+            // It has that length now.
+            *kept = Kept { count: SHOWN, ..fresh };
+        }
+    }
+
     /// A node (or all) was reset.
     pub fn reset(&mut self, node: Option<u8>, cx: &Context<'_>) {
         let nodes = match node {
@@ -142,7 +206,8 @@ impl PdoLength {
             None => 1..=127,
         };
         for node in nodes {
-            *self.nodes.entry(node) = Lengths { reset: Some(cx.at.no), ..Lengths::default() };
+            let asked = self.nodes.entry(node).asked;
+            *self.nodes.entry(node) = Lengths { reset: Some(cx.at.no), asked, ..Lengths::default() };
         }
     }
 
@@ -151,6 +216,7 @@ impl PdoLength {
         self.lost = Some(cx.at.no);
         for (_, lengths) in self.nodes.iter_mut() {
             lengths.fitted = [0; 2];
+            lengths.kept.clear();
         }
     }
 }

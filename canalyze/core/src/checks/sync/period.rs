@@ -26,7 +26,7 @@ const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
 /// Gaps out of 16 that are off the period by more than a sixth, before that is a finding: a loaded host is late now and
 /// then.
-const UNSTEADY: u32 = 11;
+const UNSTEADY: u32 = 8;
 /// Gaps that a mean is taken of.
 const MEANT: u64 = 8;
 /// No producer is this fast, in ns: what comes faster was kept in a buffer.
@@ -357,7 +357,7 @@ impl SyncPeriod {
     fn judge_steadiness(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let off_ns = (gap.ns - period).abs();
         let put_off = lag(gap.now, recording).min(gap.spread_ns.unwrap_or(i64::MAX));
-        let far = off_ns > (period / 6).saturating_add(put_off) && off_ns < period / 2;
+        let far = off_ns > (period / 6).saturating_add(put_off) && off_ns < period / 4 * 3;
         self.unsteady = self.unsteady << 1 | u16::from(far);
         if far && !self.second.two && self.unsteady.count_ones() == UNSTEADY && self.unsteady >> 1 & 1 == 1 {
             out.push(Irregular::Sync(gap.cycle, Syn003::Unsteady { jitter: off_ns, period }.into()));

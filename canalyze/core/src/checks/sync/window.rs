@@ -7,6 +7,7 @@
 //! judged: they are actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
 
 use super::period::SyncPeriod;
+use crate::checks::pdo::series::Series;
 use crate::configuration::Provenance;
 use crate::context::Context;
 use crate::event::Placement;
@@ -72,6 +73,8 @@ struct Track {
     asked: bool,
     /// It came before any SYNC.
     before: u8,
+    /// It comes too often, or in wrong cycles.
+    wrong: Series,
 }
 
 /// What a PDO is configured to.
@@ -294,6 +297,7 @@ impl Track {
             touched: false,
             asked: false,
             before: 0,
+            wrong: Series::default(),
         }
     }
 
@@ -396,13 +400,13 @@ impl Track {
             return self.second(last, now, (absent, doubled), known, cx);
         }
         if self.configured.kind == 0 {
-            return;
+            return self.wrong.keep();
         }
         let judged = self.established() && !reported;
         if passed.is(n) || (passed.syncs + self.phase_of(last)).is_multiple_of(n) && last.cycle != self.phase {
             self.steady = self.steady.saturating_add(u8::from(passed.is(n)));
             self.phase = now.cycle;
-            return;
+            return self.wrong.keep();
         }
         let multiple = passed.syncs.is_multiple_of(n) || passed.least.is_multiple_of(n);
         if !judged {
@@ -475,8 +479,12 @@ impl Track {
     }
 
     /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
-    fn report(&self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
-        let finding = cx.excused(Rules::SynchronousPdo, since, finding);
+    fn report(&mut self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let mut finding = cx.excused(Rules::SynchronousPdo, since, finding);
+        if finding.because_of.is_none() && matches!(finding.code, Code::Syn009 | Code::Syn010) {
+            // Another sender, or a wrong type, shows with every frame.
+            finding.because_of = self.wrong.fault(finding.at);
+        }
         let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(finding, period_ns.saturating_mul(EXPLAINED));
     }

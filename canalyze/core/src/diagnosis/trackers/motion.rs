@@ -72,6 +72,8 @@ struct Axis {
     held: Option<(FrameRef, u32)>,
     /// Since when it is told to be enabled; and whether all of it was asked for, enable operation included.
     upward: Option<(FrameRef, bool)>,
+    /// Which steps to operation enabled were commanded by SDO and found without effect, one bit each, and since when.
+    vain: (u8, Option<FrameRef>),
     open: Vec<(Kind, Place)>,
 }
 
@@ -88,6 +90,19 @@ struct Targets {
 pub(in crate::diagnosis) struct Motions {
     axes: BTreeMap<Name, Axis>,
     targets: BTreeMap<Name, Targets>,
+}
+
+/// The steps to operation enabled: shutdown, switch on, enable operation.
+const ALL_STEPS: u8 = 7;
+
+/// The step that a controlword commands, as a bit of [`ALL_STEPS`].
+fn step(controlword: u16) -> Option<u8> {
+    match controlword & 0x8F {
+        0x06 => Some(1),
+        0x07 => Some(2),
+        0x0F => Some(4),
+        _ => None,
+    }
 }
 
 /// A mode of operation is displayed: a request for it that was not taken is over.
@@ -200,6 +215,9 @@ impl Motions {
             }
             _ => None,
         };
+        if axis.by_pdo || step(word).is_none() {
+            axis.vain = (0, None);
+        }
         // A fault reset is the rising edge: a bit that was set before the fault came is none.
         let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
         axis.reset |= rises(FAULT_RESET) && axis.state == Some(State::Fault);
@@ -241,12 +259,19 @@ impl Motions {
         let stays = state == State::SwitchOnDisabled && word & VOLTAGE == 0;
         // Who has left that state begins anew.
         axis.upward = axis.upward.filter(|_| stays);
+        // Whoever has commanded each step and looked after it knows without a clock.
+        axis.vain = match axis.control.and_then(step).filter(|_| !axis.by_pdo) {
+            _ if state != State::SwitchOnDisabled => (0, None),
+            Some(step) => (axis.vain.0 | step, axis.vain.1.or(Some(at))),
+            None => axis.vain,
+        };
+        let vain = axis.vain.1.filter(|_| axis.vain.0 == ALL_STEPS);
         let told = axis.upward.filter(|(since, enable)| {
             let least = if *enable { STANDS_NS } else { ENABLE_NS };
             at.since(*since).is_some_and(|since| since >= least)
         });
         let open = axis.open.iter().any(|(kind, _)| *kind == Kind::NotEnabled);
-        let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at));
+        let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at)).or(vain);
         let control = axis.control;
         let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
         self.set(name, Kind::FollowingError, error(&FOLLOWS), at, scene);

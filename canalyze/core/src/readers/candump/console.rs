@@ -13,14 +13,14 @@ use crate::readers::listing::{self, Digits};
 /// Whether the words from here on are `ID [length]` or begin with a direction: no interface stands before.
 pub(super) fn is_meant(text: &[u8]) -> bool {
     let (first, rest) = word(text);
-    way(first).is_some() || is_hex(first) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
+    way(first).is_some() || is_hex(unprefixed(first)) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
 }
 
 /// A frame, from the direction or the identifier on, into an empty one. Gives back what is behind it.
 pub(super) fn frame<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let (dir, flags, text) = direction(text);
     let (digits, rest) = word(text);
-    let rest = skip_blanks(rest);
+    let (digits, rest) = (unprefixed(digits), skip_blanks(rest));
     if rest.is_empty() {
         // Cut inside or right behind the identifier or the columns before it, if it was to be one.
         let end = is_hex(digits) || matches!(digits, b"" | b"T" | b"TX" | b"R" | b"RX" | b"-" | b"B");
@@ -62,6 +62,14 @@ pub(super) fn frame<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], F
         return Err(Fail { reason: Unreadable::Length, end: false });
     }
     Ok(after)
+}
+
+/// An identifier as people write it: `0x601`.
+fn unprefixed(digits: &[u8]) -> &[u8] {
+    match digits {
+        [b'0', b'x' | b'X', rest @ ..] => rest,
+        _ => digits,
+    }
 }
 
 /// How the bytes behind `ID [length]` are written, where the line tells.
@@ -172,6 +180,8 @@ fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let binary = first.len() >= 8 && first.iter().take(8).all(|digit| matches!(digit, b'0' | b'1'));
     let width = if binary { 8 } else { 2 };
     let swapped = first.get(width) == Some(&b'`');
+    // People set other marks between them.
+    let mark = first.get(2).copied().filter(|mark| !binary && matches!(mark, b'.' | b':' | b'-' | b','));
 
     let mut text = text;
     let mut first = true;
@@ -179,6 +189,8 @@ fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
         if !first {
             text = match text {
                 [b'`', rest @ ..] if swapped => rest,
+                [found, rest @ ..] if mark == Some(*found) => rest,
+                rest if mark.is_some() => return Err(Fail { reason: Unreadable::Data, end: rest.is_empty() }),
                 [b' ' | b'\t', rest @ ..] if !swapped => skip_blanks(rest),
                 rest => return Err(Fail { reason: Unreadable::Data, end: rest.is_empty() }),
             };

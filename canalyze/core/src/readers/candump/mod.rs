@@ -404,6 +404,14 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
             return line;
         }
     };
+    if line.stamp.is_none()
+        && let Some((stamp, rest)) = stamp::bare(text)
+    {
+        let mut stamped = Line { stamp: Some(stamp), what: What::Nothing, ..line };
+        if let what @ What::Frame = words(skip_blanks(rest), &mut stamped) {
+            return Line { what, ..stamped };
+        }
+    }
     if let Some(dropped) = rest.strip_prefix(b"DROPCOUNT: ") {
         (line.bus, line.what) = drops(dropped);
         return line;

@@ -5,6 +5,7 @@
 //! the meaning is decided from their order (`Clock`). A stamp must never be repaired or sorted here.
 
 use super::Stamps;
+use super::lex::is_blank;
 use crate::calendar::{days_of, days_to};
 use crate::frame::{LAST_SECOND_NS, Stamp, StampForm};
 
@@ -21,6 +22,17 @@ pub(super) fn read(text: &[u8]) -> Option<(Stamp, &[u8])> {
     }
     let inner = text.strip_prefix(b"(")?;
     seconds(inner).or_else(|| calendar(inner))
+}
+
+/// A stamp as people paste it, without parentheses: `0.001000 601#40`. It has decimals, and a blank behind it.
+pub(super) fn bare(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    let (whole, width, rest) = digits(text);
+    let (fraction, decimals, rest) = fraction(rest.strip_prefix(b".")?)?;
+    if !(1..=20).contains(&width) || !rest.first().is_some_and(|&byte| is_blank(byte)) {
+        return None;
+    }
+    let ns = nanoseconds(i64::try_from(whole).unwrap_or(i64::MAX), fraction);
+    Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
 }
 
 /// `(1549455524.265601)`, as nearly every log file has it: the same as [`seconds`] gives, eight digits at once.

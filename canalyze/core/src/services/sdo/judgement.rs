@@ -172,6 +172,8 @@ pub(super) struct Verdicts {
     /// The request of which it is reported that it is not answered, since its time is up: its number, and the frame at
     /// which that was known.
     overdue: Option<(u64, FrameRef)>,
+    /// The first finding that the server has not answered, since it was heard last.
+    mute: Option<FrameRef>,
     /// It is reported already that nobody has answered.
     distrusted: bool,
 }
@@ -341,9 +343,18 @@ impl Channel {
             evidence.circumstances.excuse(Rules::SdoAnswer, node, cx.when, &evidence.recording).filter(|_| unanswered)
         };
         let because_of = in_vain.or_else(|| self.explain(&verdict, at, offender)).or_else(lost);
+        let because_of = if missing { self.still_mute(because_of, at) } else { because_of };
         let cause = (offender.no != at.no).then_some(offender);
         let bus = self.server.bus;
         Some(Finding { code, at, cause, bus, node, object, facts: verdict.facts, because_of })
+    }
+
+    /// What explains that an answer is missing: a server that answers nothing any more is one fault.
+    fn still_mute(&mut self, because_of: Option<FrameRef>, at: FrameRef) -> Option<FrameRef> {
+        let heard = self.history.heard.map_or(0, |heard| heard.at.no);
+        let first = self.verdicts.mute.filter(|first| first.no > heard);
+        self.verdicts.mute = first.or(Some(because_of.unwrap_or(at)));
+        because_of.or(first)
     }
 
     /// What explains a finding at `at`: the first one since the channel was idle; that one has no explanation.
@@ -427,7 +438,13 @@ impl Channel {
 
     /// It is `now_ns`: reports that a server does not answer.
     pub(super) fn judge_silence(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        if self.overdue_ns().is_none_or(|due_ns| due_ns >= now_ns) {
+        let Some(due_ns) = self.overdue_ns() else { return };
+        // Where a frame ends a silence of the whole bus, the recorder may have stood still: what it kept comes now.
+        let since_ns = due_ns.saturating_sub(SILENT_NS);
+        let heard = cx.at.t_ns == Some(now_ns);
+        let silence = cx.evidence.recording.silence(now_ns).filter(|silence| heard && silence.to_ns > since_ns);
+        let paused_ns = silence.map_or(0, |silence| silence.to_ns.saturating_sub(silence.from_ns.max(since_ns)));
+        if due_ns.saturating_add(paused_ns) >= now_ns {
             return;
         }
         let pending = match self.awaited() {

@@ -3,7 +3,8 @@
 //! Must not: decide whether somebody has (`checks/nmt` does).
 
 use super::Nodes;
-use crate::diagnosis::incident::{Role, Subject, bit, members};
+use super::losses::lost_with;
+use crate::diagnosis::incident::{Role, Subject, members};
 use crate::diagnosis::kinds::Kind;
 use crate::diagnosis::ledger::Place;
 use crate::diagnosis::sayings::Saying;
@@ -94,9 +95,7 @@ impl Nodes {
             lost && near && before.since(one.begin).is_some_and(|since| since <= period)
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
-        one.kind = Kind::SegmentLost;
-        one.subject.nodes |= bit(node);
-        one.subject.node = None;
+        lost_with(one, node);
         one.step(at, Role::Recovery, Saying::BootedUnasked, Some(finding));
         true
     }

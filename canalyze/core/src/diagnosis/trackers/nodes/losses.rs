@@ -216,9 +216,7 @@ impl Nodes {
         {
             return None;
         }
-        one.kind = Kind::SegmentLost;
-        one.subject.nodes |= bit(node);
-        one.subject.node = None;
+        lost_with(one, node);
         if then < first {
             (one.begin, one.repeats.since) = (begin, begin);
         }
@@ -258,5 +256,14 @@ fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
         one.kind = Kind::NodeSilent;
         (one.begin, one.repeats.since) = (last, last);
         one.step(last, Role::Sign, Saying::LastSign, None);
+    }
+}
+
+/// A node was lost with the others of an incident; what is its own stays so.
+pub(super) fn lost_with(one: &mut Incident, node: u8) {
+    one.subject.nodes |= bit(node);
+    if one.subject.nodes.count_ones() > 1 {
+        one.kind = Kind::SegmentLost;
+        one.subject.node = None;
     }
 }
