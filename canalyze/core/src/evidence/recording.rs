@@ -145,8 +145,13 @@ impl Resolution {
     /// stamp), they tell the order at most. A coarse divisor alone tells nothing: frames may come at round times.
     fn is_of_use(&self) -> bool {
         let coarse = self.divisor_ns == 0 || self.divisor_ns > COARSEST_NS;
-        // One stamp alone may be that of a burst with which the capture begins.
-        let least = if self.frames.saturating_sub(self.shared) > 1 { SHARING } else { 2 * SHARING };
+        // One stamp alone may be that of a burst with which the capture begins; zero is what many write where they have
+        // none.
+        let least = match self.frames.saturating_sub(self.shared) {
+            _ if self.divisor_ns == 0 => 2,
+            0 | 1 => 2 * SHARING,
+            _ => SHARING,
+        };
         !(coarse && self.frames >= least && self.shared.saturating_mul(4) > self.frames.saturating_mul(3))
     }
 }
