@@ -78,6 +78,10 @@ def counted(checked: set[tuple[str, int, int]]) -> set[str]:
 def test_what_is_missing_is_cited_where_it_came_last(canalyze: Runner) -> None:
     path = str(SAMPLES / "stories" / "t01-node-dead.log")
     (checked,) = (line for line in canalyze("check", "--lang", "en", path).lines if line.startswith("  error HBT002"))
-    (told,) = (line for line in canalyze("diagnose", "--lang", "en", "-n", "1", path).lines if line.lstrip().startswith("HBT002"))
+    (told,) = (
+        line
+        for line in canalyze("diagnose", "--lang", "en", "-n", "1", path).lines
+        if line.lstrip().startswith("HBT002")
+    )
     (frame,) = re.findall(r"frame (\d+)", checked)
     assert f"HBT002 #{frame} " in told
