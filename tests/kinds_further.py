@@ -213,7 +213,23 @@ def stepped(*statuswords: int) -> Frames:
     return net.frames()
 
 
+def shown(*statuswords: int, device: int | None = None) -> Frames:
+    """A node is asked for its statusword again and again; device: it was asked for its device type before."""
+    net = Network().boot(NODE)
+    if device is not None:
+        net.read(NODE, 0x1000, 0, device, 4)
+    for statusword in statuswords:
+        net.wait(0.2).read(NODE, 0x6041, 0, statusword, 2)
+    return net.frames()
+
+
 FURTHER: Final[dict[str, Further]] = {
+    "in fault from the first look on": Further(
+        "axis-fault", lambda: shown(FAULT, FAULT), ("stands",), unsaid="in fault since"
+    ),
+    "in fault, and of type 402": Further("axis-fault", lambda: shown(FAULT, device=0x0002_0192), ("stands",)),
+    "in fault at first only": Further("axis-fault", lambda: shown(FAULT, DISABLED)),
+    "as if in fault, and of type 401": Further("axis-fault", lambda: shown(FAULT, FAULT, device=0x0001_0191)),
     "a drive that takes no step": Further("not-enabled", lambda: stepped(DISABLED, DISABLED, DISABLED), ("stands",)),
     "a drive that takes each step": Further("not-enabled", lambda: stepped(READY, ON, ENABLED)),
     "a drive that takes a step late": Further("not-enabled", lambda: stepped(DISABLED, READY, ON)),

@@ -140,6 +140,12 @@ impl Bus {
         self.checks.drives.states(node)
     }
 
+    /// The axes of a drive that were in fault when they were first seen, and have shown no other state: their number from
+    /// 0, their statusword, and the frame that reported it first.
+    pub fn found_in_fault(&self, node: u8) -> impl Iterator<Item = (usize, u16, FrameRef)> {
+        self.checks.drives.found_in_fault(node)
+    }
+
     /// The same with the frames that reported them.
     pub fn drive_reports(&self, node: u8) -> impl Iterator<Item = (usize, drive::State, FrameRef)> {
         self.checks.drives.reports(node)

@@ -36,7 +36,8 @@ fn set(ledger: &mut Ledger, place: Place, link: Link) {
 
 /// The best cause of an incident among others.
 fn best(ledger: &Ledger, place: Place, others: &[Place]) -> Option<Link> {
-    let effect = ledger.get(place)?;
+    // What began before it was seen has no cause in the capture.
+    let effect = ledger.get(place).filter(|effect| !effect.has("seen_in_fault"))?;
     let mut found: Option<(Found, &Incident)> = None;
     for other in others.iter().filter(|other| **other != place) {
         let Some(cause) = ledger.get(*other) else { continue };

@@ -454,6 +454,7 @@ impl OfBus {
         let before = ledger.all.len();
         self.boots.finish(scene!(self, ledger, bus, id, end));
         self.motions.finish(scene!(self, ledger, bus, id, end));
+        self.drives.finish(scene!(self, ledger, bus, id, end));
         self.load.finish(scene!(self, ledger, bus, id, end));
         let mine = ledger.all.iter().any(|one| one.bus == id);
         if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {

@@ -66,6 +66,7 @@ sayings! {
         "监视节点{watched}的1016h时限为{limit}, 短于该节点的心跳周期{period}: 反复误报心跳丢失"
         "its consumer heartbeat time (1016h) for node {watched} is {limit}, shorter than the heartbeat period {period}: false alarms";
     Fault { at: Ns } "{at}进入故障状态" "in fault since {at}";
+    FaultSeen { at: Ns } "{at}首次出现时已处于故障状态" "already in fault when first seen at {at}";
     FaultWith { at: Ns, code: Emcy } "{at}进入故障状态, EMCY {code}" "in fault since {at}, EMCY {code}";
     Refused { count: Count, object: Object, abort: Abort }
         "{count}次写入被拒绝, 第一次是{object}: {abort}" "{count|write|writes} refused, the first to {object}: {abort}";

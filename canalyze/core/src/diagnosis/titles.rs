@@ -57,6 +57,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         },
         Kind::AxisFault => match get("code") {
             Some(Quantity::Emcy(code, profile)) => Saying::FaultWith { at, code: (code, profile) }.into(),
+            _ if one.has("seen_in_fault") => Saying::FaultSeen { at }.into(),
             _ => Saying::Fault { at }.into(),
         },
         _ if !one.clue.reported.is_empty() => match get("code") {

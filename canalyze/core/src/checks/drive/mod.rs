@@ -67,6 +67,8 @@ struct Request {
 struct Axis {
     controlwords: Controlwords,
     sample: Option<Sample>,
+    /// The first report, where it shows a fault and no other state has followed.
+    found: Option<Sample>,
     jump: Option<Jump>,
     /// The finding about it, of a node that is not yet known to be a drive.
     suspect: Option<Box<Finding>>,
@@ -125,6 +127,16 @@ impl Drives {
     /// The states that a node's axes have reported last, by their number from 0.
     pub fn states(&self, node: u8) -> impl Iterator<Item = (usize, State)> {
         self.reports(node).map(|(number, state, _)| (number, state))
+    }
+
+    /// The axes that were in fault when they were first seen, and have shown no other state: their number from 0, their
+    /// statusword, and the frame that reported it first.
+    pub fn found_in_fault(&self, node: u8) -> impl Iterator<Item = (usize, u16, FrameRef)> {
+        let axes = self.nodes.get(node).into_iter().flat_map(|drive| drive.axes.iter().enumerate());
+        axes.filter_map(|(number, axis)| {
+            let found = axis.as_ref()?.found?;
+            Some((number, found.word, found.at))
+        })
     }
 
     /// The same with the frames that reported them.
@@ -355,11 +367,16 @@ impl Drive {
         let Some(axis) = self.axis(place.axis) else { return };
         let Some(state) = State::of(word) else {
             axis.likeness.strange = true;
-            (axis.sample, axis.jump, axis.order) = (None, None, None);
+            (axis.sample, axis.found, axis.jump, axis.order) = (None, None, None, None);
             return;
         };
         let sample = Sample { word, state, at: place.at };
         axis.effect(place, sample, cx);
+        let of_drive = place.device().is_none_or(|profile| profile == u64::from(drive::PROFILE));
+        axis.found = match axis.sample {
+            None => Some(sample).filter(|_| state == State::Fault && of_drive && !axis.likeness.strange),
+            Some(_) => axis.found.filter(|_| state == State::Fault),
+        };
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
         let judged = axis.is_drive(place);
         if !is_fault(state) {

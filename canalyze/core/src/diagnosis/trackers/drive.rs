@@ -258,6 +258,30 @@ impl Drives {
         changed
     }
 
+    /// The capture is over: an axis that was in fault when it was first seen, and still is, has entered it before. Where a
+    /// fault reset had no effect on it, that is told.
+    pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for node in 1..=127 {
+            let told = |one: &Incident| {
+                let of_fault = [Kind::AxisFault, Kind::FaultResetWithoutEffect, Kind::FaultResetWithoutEdge];
+                one.subject.node == Some(node) && one.end.is_none() && of_fault.contains(&one.kind)
+            };
+            let found: Vec<_> = scene.bus.found_in_fault(node).collect();
+            if found.is_empty() || scene.ledger.last(scene.id, told).is_some() {
+                continue;
+            }
+            for (axis, statusword, at) in found {
+                self.enter(node, (at, axis as u8 + 1), None, None, scene);
+                if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
+                    one.step(at, Role::Sign, Saying::InFault { statusword }, None);
+                    if one.clue.reported.is_empty() {
+                        one.fact("seen_in_fault", Quantity::Statusword(statusword));
+                    }
+                }
+            }
+        }
+    }
+
     /// Whether a fault is open.
     pub(in crate::diagnosis) fn holds(&self, place: Place) -> bool {
         self.faults.values().any(|other| *other == place)
