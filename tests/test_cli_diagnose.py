@@ -83,7 +83,7 @@ def test_what_could_not_be_judged(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "short.log").write_bytes(lost(3, until=3))
     assert "only 0.2 s" in canalyze("short.log", "--lang", "en").out
     (tmp_path / "bare.log").write_text("".join(f"can0  70{5 + n % 2}   [1]  05\n" for n in range(40)))
-    assert "no timestamps" in canalyze("bare.log", "--lang", "en").out
+    assert "no usable timestamps" in canalyze("bare.log", "--lang", "en").out
 
 
 def test_one_problem_in_full(canalyze: Runner) -> None:

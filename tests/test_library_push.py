@@ -5,7 +5,7 @@ import io
 import subprocess
 import sys
 import threading
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -49,9 +49,19 @@ def of_capture(capture: canalyze.Capture) -> tuple[list[Any], list[Any], list[An
     return (
         list(map(same, capture.events)),
         list(map(same, capture.findings)),
-        list(capture.incidents),
-        [one.id for one in capture.incidents.roots],
+        unnumbered(capture.incidents),
+        [same_root(one) for one in capture.incidents.roots],
     )
+
+
+def same_root(one: canalyze.Incident) -> tuple[str, Any, Any]:
+    return one.kind, one.node, one.begin
+
+
+def unnumbered(incidents: Iterable[canalyze.Incident]) -> list[Any]:
+    """Give them in one order and without numbers: who is told while it goes on has those of that order."""
+    alike = [replace(one, id=0, effects=(), cause=one.cause and replace(one.cause, id=0)) for one in incidents]
+    return sorted(alike, key=lambda one: (one.begin.frame, one.kind, one.nodes))
 
 
 def of_listener(given: list[can.Message]) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
@@ -61,8 +71,8 @@ def of_listener(given: list[can.Message]) -> tuple[list[Any], list[Any], list[An
     listener.stop()
     events = [one for one in listener if not isinstance(one, canalyze.IncidentChange)]
     findings = [one for one in events if isinstance(one, canalyze.Finding)]
-    roots = [one.id for one in listener.incidents.roots]
-    return list(map(same, events)), list(map(same, findings)), list(listener.incidents), roots
+    roots = [same_root(one) for one in listener.incidents.roots]
+    return list(map(same, events)), list(map(same, findings)), unnumbered(listener.incidents), roots
 
 
 @pytest.mark.parametrize("path", STORIES, ids=lambda path: path.stem)

@@ -130,7 +130,7 @@ def test_lines_for_people_tell_the_same_in_both_languages(path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("lang", "sure", "likely"),
-    [("en", "caused by 3 (", "probably caused by"), ("zh", "起因是问题3 (", "起因很可能是问题")],
+    [("en", "caused by 2 (", "probably caused by"), ("zh", "起因是问题2 (", "起因很可能是问题")],
 )
 def test_a_certain_cause_is_told_at_once(lang: str, sure: str, likely: str) -> None:
     out = live_output(PROBLEMS.read_bytes(), lang=lang, output_format="text").decode()

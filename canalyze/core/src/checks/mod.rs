@@ -266,7 +266,8 @@ impl Checks {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
         } else if fit.fits {
             self.pdo_length.fitted(transmit, number, node);
-        } else if !fit.read && !fit.contradicted {
+        } else if !fit.read && !fit.contradicted && self.nodes.state(node).is_some() {
+            // Of a node that has not shown itself the frames may be another protocol's.
             self.pdo_length.unmapped((transmit, number, node), frame, cx);
         }
         let states = &self.nodes;
