@@ -204,8 +204,8 @@ impl Cited {
 pub struct Incident {
     /// What it is known by.
     pub id: IncidentId,
-    /// Its number for people, from 1 and without gaps: in the order of reading, or, where problems are told while the
-    /// capture is read, in the order in which they are told. 0 while nobody was told of it.
+    /// Its number for people, from 1 and without gaps: in the order of reading, or, where problems are reported while the
+    /// capture is read, in the order in which they are reported. 0 as long as it was not.
     pub number: u32,
     /// What it is.
     pub kind: Kind,

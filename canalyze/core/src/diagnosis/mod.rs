@@ -167,7 +167,7 @@ impl Diagnosis {
         changes
     }
 
-    /// Whom people are told of has a number from then on, and so has what caused it, where that is named with it.
+    /// What is reported has a number from then on, and so has its cause, where that is named with it.
     fn number(&mut self, changes: &[(Phase, IncidentId)]) {
         for (phase, id) in changes {
             let cause = self.ledger.by_id(*id).filter(|one| *phase != Phase::Ended && !rank::is_root(one));

@@ -68,9 +68,9 @@ impl TypeFrom {
 /// A value as it was seen.
 #[derive(Clone, Debug)]
 pub enum Value {
-    /// So many bytes, of which the first [`KEPT`] are there.
+    /// The first bytes of a value, at most [`KEPT`], and its size in bytes.
     Bytes(Vec<u8>, u64),
-    /// So many bits of a PDO, the first lowest.
+    /// Bits of a PDO, the first lowest, and their number.
     Bits(u64, u8),
 }
 

@@ -84,9 +84,9 @@ pub enum Shown<'a> {
 pub enum Content<'a> {
     /// Nothing is known of it, or not all.
     None,
-    /// The first bytes of so many.
+    /// The first bytes, and the size in bytes.
     Bytes(&'a [u8], u64),
-    /// So many bits, the first lowest.
+    /// Bits, the first lowest, and their number.
     Bits(u64, u8),
 }
 

@@ -258,8 +258,8 @@ impl Drives {
         changed
     }
 
-    /// The capture is over: an axis that was in fault when it was first seen, and still is, has entered it before. Where a
-    /// fault reset had no effect on it, that is told.
+    /// The capture is over: an axis that was in fault when first seen, and still is, has entered the fault before. Where a
+    /// fault reset without effect is reported already, that says the same.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         for node in 1..=127 {
             let told = |one: &Incident| {
