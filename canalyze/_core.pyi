@@ -202,6 +202,8 @@ class Network:
         more. bitrate: in bit/s. None: the capture tells.
         ValueError for a number or word that is none of these.
         """
+    def pdos(self) -> str:
+        """Give the PDOs in use that are known before a capture, JSON lines as those of the format `pdos`."""
 
 @final
 class Expectations:

@@ -6,6 +6,7 @@
 //! when all is known of its device. Must not: judge a transfer, decide what a mapping is, or write words.
 
 mod inferred;
+pub mod pdos;
 pub mod sighting;
 #[cfg(test)]
 mod tests;

@@ -118,6 +118,7 @@ impl Session {
             ("objects", Format::Objects),
             ("objects-text", Format::ObjectsText),
             ("objects-csv", Format::ObjectsCsv),
+            ("pdos", Format::Pdos),
             ("history", Format::History),
             ("history-text", Format::HistoryText),
             ("history-csv", Format::HistoryCsv),
