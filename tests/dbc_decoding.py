@@ -7,6 +7,7 @@ Why it exists: tests ask the same of many captures, and people of large ones (`p
 from __future__ import annotations
 
 import csv
+import math
 import os
 import re
 import sys
@@ -22,7 +23,7 @@ import forked
 from cantools.database.can import Message
 from captures import _read_log, run_canalyze
 
-PLACE = re.compile(r"([0-9A-F]{4})h:([0-9A-F]{2}) ")
+PLACE = re.compile(r"([0-9A-F]{4})h:([0-9A-F]{2})")
 
 
 def read(path: Path) -> cantools.database.can.Database:
@@ -90,8 +91,9 @@ def by_place(message: Message, data: bytes) -> list[tuple[str, Any]]:
     found = []
     for signal in sorted(message.signals, key=lambda one: one.start):
         place = PLACE.match(signal.comment or "")
-        if place and signal.name in decoded:
-            found.append((f"{place[1]}:{place[2]}", decoded[signal.name]))
+        value = decoded.get(signal.name)
+        if place and isinstance(value, int | float) and math.isfinite(value):  # as ours
+            found.append((f"{place[1]}:{place[2]}", value))
     return found
 
 

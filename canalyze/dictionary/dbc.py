@@ -1,13 +1,14 @@
 """PDOs -> a DBC file, written by cantools: what other tools decode them by.
 
 What a PDO is, which bits a signal has and how it is read, the core says (`render/jsonl/pdos.rs` documents its records);
-here it gets names that a DBC may have. What a DBC cannot hold is told, each with a key of `words` and its facts. cantools
-is imported only where a file is made.
+here it gets names that a DBC may have. What a DBC cannot hold is told, each with a key of `words` and its facts.
+cantools is imported only where a file is made.
 """
 
 import math
 import re
 import unicodedata
+from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -128,7 +129,7 @@ def _signals(
         limits = (entry.low, entry.high) if entry else ()
         factor = int(factor) if factor.is_integer() else factor
         ends = sorted(limit * factor for limit in limits if limit is not None)
-        choices = {word["value"]: word["text"] for word in one["words"]}
+        choices = OrderedDict((word["value"], word["text"]) for word in one["words"])
         yield Signal(
             _unique(one, pdo, taken),
             one["offset"],
@@ -138,7 +139,7 @@ def _signals(
             minimum=ends[0] if len(ends) == 2 else None,
             maximum=ends[1] if len(ends) == 2 else None,
             unit=_plain(one["unit"] or "") or None,
-            comment=_plain(f"{one['index']}h:{one['sub']:02X} {one['name']}"),
+            comment=_plain(" ".join(dict.fromkeys((f"{one['index']}h:{one['sub']:02X}", one["name"])))),
             receivers=receivers,
             multiplexer_ids=None if one["address"] is None else [one["address"]],
             multiplexer_signal=None if one["address"] is None else _ADDRESS,

@@ -174,13 +174,10 @@ impl Pdos {
                     event_timer: value(pdo.event_timer),
                     sync_ns,
                 };
+                let open = matches!(kept.content, Content::Unknown) && !kept.contradicted;
                 match &pdo.content {
-                    Content::Mapped(mapping, from) if is_shown(*from) || matches!(kept.content, Content::Unknown) => {
-                        if !kept.contradicted || is_shown(*from) {
-                            kept.read_by(mapping, *from);
-                        }
-                    }
-                    content if matches!(kept.content, Content::Unknown) => kept.content = content.clone(),
+                    Content::Mapped(mapping, from) if open || is_shown(*from) => kept.read_by(mapping, *from),
+                    content if open => kept.content = content.clone(),
                     _ => {}
                 }
                 if matches!(kept.content, Content::Multiplex { destination: false, .. }) && pdo.transmit {
