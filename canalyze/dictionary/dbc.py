@@ -146,6 +146,12 @@ def _signals(
         )
 
 
+def identifier(text: str) -> str:
+    """Give the letters and digits of a text, with _ between."""
+    letters = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    return re.sub("[^0-9A-Za-z]+", "_", letters).strip("_")
+
+
 def _node(node: int) -> str:
     return f"Node{node}"
 
@@ -160,8 +166,7 @@ def _cycle(pdo: Record) -> int | None:
 
 def _unique(one: Record, pdo: Record, taken: set[str]) -> str:
     """Give the name of a signal as a DBC may have it, which no other one of its message has."""
-    letters = unicodedata.normalize("NFKD", one["name"]).encode("ascii", "ignore").decode()
-    name = re.sub("[^0-9A-Za-z]+", "_", letters).strip("_")
+    name = identifier(one["name"])
     place = f"{one['index']}h_{one['sub']:02X}"
     names = [name if re.match("[A-Za-z]", name) else f"Obj_{place}"]
     names += [f"{names[0]}_{place}", f"{names[0]}_{place}_Node{one['node'] or 0}"]
