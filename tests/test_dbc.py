@@ -198,7 +198,10 @@ def test_what_cannot_be_written(canalyze: Runner, tmp_path: Path) -> None:
     assert (done.code, done.complaints) == (2, [several + "--filter bus=NAME"])
     assert canalyze("od", "--dbc", "x.dbc", "--eds", f"5={drive}", "--filter", "bus=can1", "two.log").code == 0
     done = canalyze("od", "--lang", "en", "--dbc", "none.dbc", "--filter", "bus=can1", "two.log")
-    assert (done.code, done.complaints) == (2, ["canalyze: no PDO to write to a DBC: the mapping of every PDO is unknown"])
+    assert (done.code, done.complaints) == (
+        2,
+        ["canalyze: no PDO to write to a DBC: the mapping of every PDO is unknown"],
+    )
     assert not (tmp_path / "none.dbc").exists()
 
 

@@ -54,9 +54,11 @@ def made(records: Sequence[Record], described: Described) -> Made:
         from cantools.database.can import Database, Node
     except ImportError as error:
         raise CanalyzeError("library.extra", name="cantools", line="pip install 'canalyze[dbc]'") from error
+    further = sum(one["further"] for one in records)
+    said: list[Said] = [("dbc.further", {"count": further})] if further else []
+    records = [one for one in records if one["kind"] == "pdo"]
     if len(buses := sorted({str(one["bus"]) for one in records})) > 1:
         raise OutputError("dbc.buses", buses=", ".join(buses))
-    said: list[Said] = []
     messages: list[Message] = []
     for _, group in groupby(records, lambda one: (one["ext"], one["id"])):
         message = _message(list(group), described, said)

@@ -79,6 +79,8 @@ pub struct Pdo {
     pub timing: Timing,
     /// The objects of a multiplex PDO, as each lies in it.
     pub objects: BTreeMap<Address, Mapped>,
+    /// How often there was no room for one more of them.
+    pub further: u64,
 }
 
 impl Default for Pdo {
@@ -90,6 +92,7 @@ impl Default for Pdo {
             changes: 0,
             timing: Timing::default(),
             objects: BTreeMap::new(),
+            further: 0,
         }
     }
 }
@@ -106,7 +109,9 @@ impl Pdo {
     }
 
     fn addresses(&mut self, address: Address, mapping: &Mapping) {
-        if let Some(mapped) = mapping.entries.first().filter(|_| self.objects.len() < OBJECTS) {
+        if self.objects.len() >= OBJECTS && !self.objects.contains_key(&address) {
+            self.further += 1;
+        } else if let Some(mapped) = mapping.entries.first() {
             self.objects.insert(address, mapped.clone());
         }
     }

@@ -2,12 +2,14 @@
 //!
 //! Keys: `bus` (null where it has no name), `id` hex and `ext`, `node`, `transmit`, `pdo` (`TPDO1`), `frames`; `content`:
 //! `mapped`, `source` and `destination` (multiplex PDOs), `disabled`, `contradicted` or `unknown`; `from` whence that is
-//! known, or null; `changes`: how often it had another mapping; `type`, `inhibit` (100 us), `event_timer` (ms), `sync_ns`,
+//! known, or null; `changes`: how often it had another mapping; `further`: how often a multiplex PDO carried an object for
+//! which there was no room; `type`, `inhibit` (100 us), `event_timer` (ms), `sync_ns`,
 //! each null where it is not known; `bits`: of the payload; `signals`: of
 //! `{"node","address","index","sub","name","offset","bits","number","unit","factor","words"}`. `node` is that whose object
 //! it is, null where any may be. `address` is that of a multiplex PDO, its first four bytes as one little-endian number,
 //! else null. `number` is `unsigned`, `signed`, `real`, or `bytes` for what is none. `words` are of
-//! `{"value","text"}`, in English. Dummy entries are not listed. Must not: decide anything.
+//! `{"value","text"}`, in English. Dummy entries are not listed. A last line of kind `pdos` has `further`: how often there
+//! was no room for a PDO; it is not there where there was. Must not: decide anything.
 
 use std::sync::Arc;
 
@@ -28,6 +30,9 @@ const DESTINATION: u32 = 1 << 7;
 pub fn write(out: &mut Vec<u8>, buses: &Buses, all: &Pdos) {
     for (whose, pdo) in &all.pdos {
         line(out, buses.name(whose.bus), *whose, pdo);
+    }
+    if all.further > 0 {
+        put!(out; "{\"kind\":\"pdos\",\"further\":", all.further, "}\n");
     }
 }
 
@@ -53,6 +58,7 @@ fn line(out: &mut Vec<u8>, bus: &[u8], whose: Whose, pdo: &Pdo) {
     object.word("content", content);
     object.optional("from", from.map(|from| from.name()));
     object.number("changes", pdo.changes);
+    object.number("further", pdo.further);
     object.maybe("type", pdo.timing.transmission);
     object.maybe("inhibit", pdo.timing.inhibit);
     object.maybe("event_timer", pdo.timing.event_timer);
