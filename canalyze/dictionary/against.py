@@ -22,6 +22,7 @@ SEVERITIES: Final = {
     "identity": ERROR,
     "absent": ERROR,
     "size": ERROR,
+    "device-type": WARNING,
     "revision": WARNING,
     "not-readable": WARNING,
     "not-writable": WARNING,
@@ -45,6 +46,9 @@ _ABSENT: Final = frozenset({"06020000", "06090011"})
 _UNSET: Final = frozenset({None, 0, 0xFFFFFFFF})
 """What templates have as an identity."""
 _DEVICE_TYPE, _IDENTITY = 0x1000, 0x1018
+_PROFILE: Final = 0xFFFF
+_IDENTIFYING: Final = ((_DEVICE_TYPE, 0), (_IDENTITY, 1), (_IDENTITY, 2), (_IDENTITY, 3))
+"""Device type, vendor-ID, product code, revision number."""
 _COMMUNICATION: Final = range(0x1000, 0x2000)
 _OF_MAPPINGS: Final = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
 _CHANGING: Final = frozenset(
@@ -140,7 +144,7 @@ def compared(
             whole = address[1] == 0 and address[0] in structural
             case = _Case(entry, one, node, whole, address in carried)
             differences += _of_object(case)
-        elif one["exists"] and address[0] >= _FIRST_OBJECT and address[1] != _STRUCTURE:
+        elif one["exists"] and address[0] >= _FIRST_OBJECT and address[1] != _STRUCTURE and address not in carried:
             shown = "sub-index" if found.object(address[0]) else "index"
             differences.append(_difference("unlisted", address, one["name"] or "", "", shown, one))
     booted = any(one["booted"] for one in own if one["kind"] == "od_node" and one["node"] == node)
@@ -171,20 +175,19 @@ def _identity(
     found: Dictionary, entries: Mapping[Address, Entry], seen: Mapping[Address, Record]
 ) -> Iterator[Difference]:
     """Vendor, product and revision may stand in two places of a file: one of them is enough."""
-    filed = {
-        (_DEVICE_TYPE, 0): None,
-        (_IDENTITY, 1): found.device.vendor_number,
-        (_IDENTITY, 2): found.device.product_number,
-        (_IDENTITY, 3): found.device.revision_number,
-    }
-    for address, number in filed.items():
+    of = found.device
+    numbers = (None, of.vendor_number, of.product_number, of.revision_number)
+    for address, number in zip(_IDENTIFYING, numbers, strict=True):
         entry, one = entries.get(address), seen.get(address)
         data = b"" if one is None else bytes.fromhex(one["data"] or "")
-        said = [value for value in (entry and entry.value, number) if value not in _UNSET and isinstance(value, int)]
+        both = (entry and entry.value, number)
+        said = [value for value in both if isinstance(value, int) and value not in _UNSET]
         shown = int.from_bytes(data, "little")
-        if not 0 < len(data) <= 4 or not said or shown in said:
+        if len(data) != 4 or not said or shown in both:
             continue
         kind = "revision" if address == (_IDENTITY, 3) else "identity"
+        if address == (_DEVICE_TYPE, 0) and any(shown & _PROFILE == value & _PROFILE for value in said):
+            kind = "device-type"
         made = _difference(kind, address, entry.name if entry else "", f"{said[0]:08X}h", f"{shown:08X}h", one)
         # Another minor revision behaves alike (CiA 301, 7.5.2.19).
         minor = kind == "revision" and any(shown >> 16 == value >> 16 for value in said)
@@ -244,7 +247,7 @@ def _limits(case: _Case) -> Iterator[Difference]:
 def _value(case: _Case) -> Iterator[Difference]:
     """The value of a DCF is what the device is to have; a default counts for what was read before it was written."""
     entry, seen = case.entry, case.seen
-    if _is_of_mapping(entry.index):
+    if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING:
         return
     if entry.parameter is not None:
         if seen["source"] in ("read", "written"):
@@ -263,7 +266,8 @@ def _has_default(case: _Case) -> bool:
 
 def _other(case: _Case, kind: str, filed: Any, data: str, size: int) -> Iterator[Difference]:
     entry = case.entry
-    value = decoded(bytes.fromhex(data), entry.type) if len(data) == 2 * size else None
+    whole = len(data) == 2 * size and case.width in (0, size)  # else its size differs, or not all of it is there
+    value = decoded(bytes.fromhex(data), entry.type) if whole else None
     if isinstance(filed, NodeOffset):
         filed = filed.at(case.node)
     if isinstance(filed, float) and case.width == 4:
