@@ -98,9 +98,7 @@ def refused(channel: Channel, address: Address, command: int, code: int) -> list
 def device(found: Dictionary) -> Device:
     """The device that a description describes."""
     objects = {
-        (entry.index, entry.sub): Held(
-            encoded(entry), entry.access != "wo", entry.access in ("wo", "rw", "rwr", "rww")
-        )
+        (entry.index, entry.sub): Held(encoded(entry), entry.access != "wo", entry.access in ("wo", "rw", "rwr", "rww"))
         for thing in found.objects
         for entry in thing.entries
     }

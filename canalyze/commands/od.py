@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
 """What --format adds to the core's name of what comes out."""
+NO_OBJECT: Final = b'{"kind":"od_pdo"'
+"""PDOs come behind all objects: what begins so has none."""
 
 
 def command(words: Words) -> click.Command:
@@ -84,7 +86,7 @@ def command(words: Words) -> click.Command:
 
             def take(result: bytes) -> None:
                 nonlocal some
-                some = some or bool(result)
+                some = some or (bool(result) and not result.startswith(NO_OBJECT))
                 put(result)
 
             progress = Progress(words, out, total)

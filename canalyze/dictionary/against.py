@@ -50,6 +50,7 @@ _PROFILE: Final = 0xFFFF
 _IDENTIFYING: Final = ((_DEVICE_TYPE, 0), (_IDENTITY, 1), (_IDENTITY, 2), (_IDENTITY, 3))
 """Device type, vendor-ID, product code, revision number."""
 _COMMUNICATION: Final = range(0x1000, 0x2000)
+_PDO_PARAMETERS: Final = range(0x1400, 0x1C00)
 _OF_MAPPINGS: Final = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
 _CHANGING: Final = frozenset(
     {_DEVICE_TYPE, 0x1001, 0x1002, 0x1003, 0x1010, 0x1011, 0x1013, _IDENTITY, 0x1020, *range(0x1023, 0x1027)}
@@ -112,7 +113,9 @@ class _Case(NamedTuple):
 
 def device(records: Sequence[Record], found: Dictionary) -> tuple[str | None, int]:
     """Choose the device, bus and node-ID: that of the description's node, else the only one. SourceError for none."""
-    places = {kind: [(one["bus"], one["node"]) for one in records if one["kind"] == kind] for kind in ("od_node", "od_pdo")}
+    places = {
+        kind: [(one["bus"], one["node"]) for one in records if one["kind"] == kind] for kind in ("od_node", "od_pdo")
+    }
     there = places["od_node"] or list(dict.fromkeys(places["od_pdo"]))
     if found.node is not None:
         there = [one for one in dict.fromkeys([*there, *places["od_pdo"]]) if one[1] == found.node]
@@ -121,7 +124,8 @@ def device(records: Sequence[Record], found: Dictionary) -> tuple[str | None, in
     if not there:
         raise SourceError("against.nothing", name=found.file)
     if len(there) > 1:
-        nodes = ", ".join(str(node) if bus is None else f"{node} {bus}" for bus, node in there)
+        several = len({bus for bus, _ in there}) > 1
+        nodes = ", ".join(f"{node} {bus}" if several else str(node) for bus, node in there)
         raise SourceError("against.which", name=found.file, nodes=nodes)
     return there[0]
 
@@ -167,7 +171,11 @@ def _rank(one: Difference) -> int:
 def _difference(
     kind: str, address: tuple[int, int | None], name: str, filed: object, shown: object, seen: Record | None
 ) -> Difference:
-    frame = None if seen is None else seen["frame"] or seen["last_frame"]
+    frame = None
+    if seen is not None:
+        aborted = (one["frame"] for one in seen["aborts"] if one["code"] in str(shown))
+        first = seen["first"]["frame"] if kind == "default" else None
+        frame = first or next(aborted, None) or seen["frame"] or seen["last_frame"]
     return Difference(kind, SEVERITIES[kind], *address, name, str(filed), str(shown), frame)
 
 
@@ -220,7 +228,9 @@ def _access(case: _Case) -> Iterator[Difference]:
     if access != "wo" and seen["readable"] is False:
         yield from case.says("not-readable", access, "06010001h")
     if access not in ("ro", "const") and seen["writable"] is False:
-        yield from case.says("not-writable", access, "06010002h")
+        # Parameters of a PDO that is in use may be refused so, too.
+        state = INFO if case.entry.index in _PDO_PARAMETERS else WARNING
+        yield from (one._replace(severity=state) for one in case.says("not-writable", access, "06010002h"))
 
 
 def _mappable(case: _Case) -> Iterator[Difference]:

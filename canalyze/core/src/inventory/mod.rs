@@ -361,15 +361,18 @@ impl Inventory {
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         sighting::each(frame, events, &mut |sighting| self.take(&sighting));
         for event in events {
-            match &event.what {
-                What::Pdo(data) => {
-                    let new = || Pdo::new((data.node, data.transmit, data.number), frame.len);
-                    self.pdos.entry((frame.bus, frame.id)).or_insert_with(new).take(frame.len);
-                }
-                What::Message(Message::BootUp { node }) => {
-                    self.booted.insert((frame.bus, *node));
-                }
-                _ => {}
+            if let What::Pdo(data) = &event.what {
+                let new = || Pdo::new((data.node, data.transmit, data.number), frame.len);
+                self.pdos.entry((frame.bus, frame.id)).or_insert_with(new).take(frame.len);
+            }
+        }
+    }
+
+    /// Takes boot-ups, also of frames that are not to be shown.
+    pub fn boot_ups(&mut self, events: &[Event]) {
+        for event in events {
+            if let What::Message(Message::BootUp { node }) = &event.what {
+                self.booted.insert((event.bus, *node));
             }
         }
     }

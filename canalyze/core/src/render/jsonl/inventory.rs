@@ -18,7 +18,7 @@
 //! write that was accepted, null where that is a command or process data. `aborts` are
 //! `{"request","code","by","text","count","frame"}`. `in_force` is `{"value","text","from"}` of what the object holds by
 //! all that is known, of those that decoding depends on: after a reset that need not be the last value, and all three
-//! are null where nothing is known of it. `first` is `{"data","size","booted"}` of what was read first where nothing had
+//! are null where nothing is known of it. `first` is `{"data","size","booted","frame"}` of what was read first where nothing had
 //! written it before, `booted` whether a boot-up of the node came before that. `sizes` are `{"read","written"}`, each least
 //! and greatest in bytes, as far as SDO transfers tell them; `extremes` the bytes of those values by SDO that are the least
 //! and the greatest by any reading of them: with a sign, without, as a real. `od_pdo`, behind the nodes, is an identifier
@@ -173,7 +173,8 @@ fn measured(out: &mut Vec<u8>, object: &Object) {
             let size = held.content().size();
             put!(out; "{\"data\":");
             bytes(out, Some(held.content()));
-            put!(out; ",\"size\":", size, ",\"booted\":", truth(object.measured.booted), "}");
+            put!(out; ",\"size\":", size, ",\"booted\":", truth(object.measured.booted));
+            put!(out; ",\"frame\":", held.at.no, "}");
         }
         None => put!(out; "null"),
     }
