@@ -51,8 +51,9 @@ class Device:
     """What it is asked for and does not have, with the abort code of that."""
 
     def change(self, address: Address, **changes: object) -> None:
-        """Make one object another one."""
-        self.objects[address] = replace(self.objects[address], **changes)  # type: ignore[arg-type]
+        """Make one object another one, if it is there."""
+        if address in self.objects:
+            self.objects[address] = replace(self.objects[address], **changes)  # type: ignore[arg-type]
 
     def frames(self, *, sdo: bool = True) -> Iterator[CanFrame]:
         """Boot-up; every object read, then written; the node started; every PDO, twice."""

@@ -7,6 +7,7 @@ JSON, the same in every language but for `text`; a test freezes the keys:
 `shown` what the traffic shows. `sub` is null for a whole object. `od_against` comes last. Must not: judge.
 """
 
+import os
 from collections import Counter
 from pathlib import Path
 from typing import Final
@@ -47,7 +48,7 @@ def show(held: Comparison, file: str, out: Output, words: Words) -> None:
 
 def lines(held: Comparison, file: str, words: Words) -> bytes:
     """Give the JSON lines."""
-    head = {"bus": held.bus, "node": held.node, "file": file}
+    head = {"bus": held.bus, "node": held.node, "file": os.fsencode(file).decode("utf-8", "backslashreplace")}
     found = [
         {"kind": "od_difference", **head}
         | {"what": one.kind, "severity": one.severity, "index": f"{one.index:04X}", "sub": one.sub, "name": one.name}
@@ -63,7 +64,7 @@ def lines(held: Comparison, file: str, words: Words) -> bytes:
 def _cells(one: Difference, words: Words) -> list[str]:
     place = f"{one.index:04X}h" + ("" if one.sub is None else f":{one.sub:02X}")
     frame = EMPTY if one.frame is None else str(one.frame)
-    return [words.of("severity", one.severity), place, one.name or EMPTY, printable(_text(one, words)), frame]
+    return [words.of("severity", one.severity), place, one.name or EMPTY, _text(one, words), frame]
 
 
 def _text(one: Difference, words: Words) -> str:
