@@ -157,6 +157,28 @@ def test_multiplexed_and_received(canalyze: Runner, tmp_path: Path) -> None:
     assert ids == {"address": None, **{f"Obj_2000h_0{sub}": [sub << 24 | 0x200004] for sub in range(1, 5)}}
 
 
+def test_the_scanner_list_of_a_description(canalyze: Runner, tmp_path: Path) -> None:
+    """What a source of multiplex PDOs sends: blocks of sub-indices; of which objects, nobody has seen yet."""
+    objects = [
+        "[1800]\nParameterName=TPDO\nObjectType=9\nSubNumber=3\n",
+        *(entry(0x1800, 0, 2) + entry(0x1800, 1, "$NODEID+0x180") + entry(0x1800, 2, 254)),
+        f"[1A00]\nParameterName=Mapping\nObjectType=9\nSubNumber=1\n{entry(0x1A00, 0, 254)}",
+        f"[1FA0]\nParameterName=List\nObjectType=8\nSubNumber=2\n{entry(0x1FA0, 0, 1)}",
+        entry(0x1FA0, 1, "0x02200001"),
+        "[2000]\nParameterName=Value\nObjectType=8\nSubNumber=3\n",
+        *(entry(0x2000, sub, 0).replace("DataType=7", "DataType=3") for sub in (1, 2)),
+    ]
+    (tmp_path / "source.eds").write_text("".join(objects))
+    assert canalyze("eds", "--node", "9", "--dbc", "source.dbc", "source.eds").code == 0
+    (message,) = read(tmp_path / "source.dbc").messages
+    signals = {one.name: (one.multiplexer_ids, one.start, one.length, one.is_signed) for one in message.signals}
+    assert signals == {
+        "address": (None, 0, 32, False),
+        "x": ([0x01200009], 32, 16, True),
+        "x_2000h_02": ([0x02200009], 32, 16, True),
+    }
+
+
 def test_words_of_values_and_sync_as_cycle(canalyze: Runner, tmp_path: Path) -> None:
     canalyze("od", "--dbc", "s.dbc", *DEVICES, str(SAMPLES / "network/sync-and-pdos.log"))
     messages = {one.name: one for one in read(tmp_path / "s.dbc").messages}

@@ -27,6 +27,8 @@ _LEAST: Final = 12
 """Bytes that a file has which is worth a look."""
 _DESCRIPTION: Final = re.compile(rb"^\s*\[\s*(?:FileInfo|DeviceInfo|DeviceComm?issioning)\s*\]|<ISO15745", re.I | re.M)
 _HEAD: Final = 1 << 16
+_TEXT: Final = 512
+"""Bytes by which a text is told."""
 _ZIP: Final = (b"PK\x03\x04", b"PK\x05\x06")
 _SUFFIXES: Final = {"gzip": "gz", "zstd": "zst", "bzip2": "bz2"}
 _S_WIDTHS: Final = {0: 2, 1: 2, 2: 3, 3: 4, 5: 2, 6: 3, 7: 4, 8: 3, 9: 2}
@@ -65,6 +67,8 @@ def recognised(data: bytes, index: int | None) -> Contents | None:
         return _concise(data)
     if _DESCRIPTION.search(data[:_HEAD]):
         return _description(data)
+    if not data[:_TEXT].isascii():
+        return None
     return _records(data, "srec", "s19", _s_record) or _records(data, "hex", "hex", _hex_record)
 
 
