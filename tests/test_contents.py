@@ -154,6 +154,7 @@ def test_files_are_named_and_described(canalyze: Runner, tmp_path: Path) -> None
         segmented_upload(NODE, 0x1008, 0, b"a name of some length"),
         expedited_upload(NODE, 0x1F56, 1, bytes.fromhex("78563412")),
         block_upload(NODE, 0x1F50, 1, PROGRAM)[:-30],
+        segmented_download(Channel(11, "can0"), 0x1F50, 1, PROGRAM_FILE)[:-40],
     )
     done = canalyze("sdo", "--format", "jsonl", name, "--extract", "out")
     assert done.code == 0
@@ -164,6 +165,7 @@ def test_files_are_named_and_described(canalyze: Runner, tmp_path: Path) -> None
         "00004_can0_node10_1008h_00_manufacturer_device_name.bin",
         "00005_can0_node10_1F56h_01_program_software_identification.bin",
         "00006_can0_node10_1F50h_01_program_data.bin.incomplete",
+        "00007_can0_node11_1F50h_01_program_data.s19.incomplete",
     ]
     assert (tmp_path / "out/00001_can0_node10_1F50h_01_program_data.s19").read_bytes() == PROGRAM_FILE
     files = [row for row in map(json.loads, done.lines) if row["kind"] == "file"]
@@ -172,6 +174,7 @@ def test_files_are_named_and_described(canalyze: Runner, tmp_path: Path) -> None
         (2, True, None),
         (3, True, None),
         (6, False, 0x12345678),
+        (7, False, None),
     ]
     first = files[0]
     assert (first["index"], first["sub"], first["name"]) == ("1F50", 1, "program data")
@@ -180,6 +183,7 @@ def test_files_are_named_and_described(canalyze: Runner, tmp_path: Path) -> None
     assert (files[1]["damage"]["kind"], files[1]["crc"]) == ("cut", None)
     assert files[2]["damage"]["kind"] == "objects"
     assert files[3]["contents"] is None and files[3]["crc"] is None
+    assert (files[4]["contents"]["kind"], files[4]["damage"]) == ("srec", None), "what is cut is not damaged"
 
 
 @pytest.mark.parametrize(

@@ -161,16 +161,18 @@ class Directory:
 
 
 def _described(path: Path, status: str, holes: Sequence[Hole], about: dict[str, Any]) -> dict[str, Any]:
-    """Tell what the data of a transfer are. Those of an incomplete one are what was seen of them."""
+    """Tell what the data of a transfer are. Of what is not all there it is not said that it is damaged."""
     data = path.read_bytes() if path.stat().st_size <= contents.MOST else b""
     found = contents.recognised(data, int(about["index"], 16))
-    summed = about["mode"] == "block" and about["crc_negotiated"] and status == "ok" and not holes
+    whole = status == "ok" and not holes
+    damage = found.damage if found and whole else None
+    summed = whole and about["mode"] == "block" and about["crc_negotiated"]
     return {
         **{key: about[key] for key in ("transfer", "bus", "node", "direction", "index", "sub", "name", "status")},
-        "complete": status == "ok" and not holes,
+        "complete": whole,
         **{key: about[key] for key in ("size", "size_indicated")},
         "contents": found and {"kind": found.kind, **found.facts},
-        "damage": found and found.damage and {"kind": found.damage[0], **found.damage[1]},
+        "damage": damage and {"kind": damage[0], **damage[1]},
         "suffix": found.suffix if found else None,
         "crc": f"{binascii.crc_hqx(data, 0):04X}" if summed else None,
         "crc_ok": _WRONG_CRC not in about["findings"] if summed else None,
