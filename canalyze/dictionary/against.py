@@ -257,17 +257,17 @@ def _limits(case: _Case) -> Iterator[Difference]:
 def _value(case: _Case) -> Iterator[Difference]:
     """The value of a DCF is what the device is to have; a default counts for what was read before it was written."""
     entry, seen = case.entry, case.seen
-    if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING:
+    if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING or not _is_configuration(case):
         return
     if entry.parameter is not None:
         if seen["source"] in ("read", "written"):
             yield from _other(case, "parameter", entry.parameter, seen["data"], seen["bits"] // 8)
-    elif entry.default is not None and seen["first"] and seen["first"]["booted"] and _has_default(case):
+    elif entry.default is not None and seen["first"] and seen["first"]["booted"]:
         yield from _other(case, "default", entry.default, seen["first"]["data"], seen["first"]["size"])
 
 
-def _has_default(case: _Case) -> bool:
-    """Whether an object starts with its default: it is no actual value, and no process data."""
+def _is_configuration(case: _Case) -> bool:
+    """Whether an object holds what the description gives it: it is no actual value, and no process data."""
     entry, seen = case.entry, case.seen
     if entry.index in _CHANGING or case.carried or seen["tpdo"] or seen["rpdo"]:
         return False
