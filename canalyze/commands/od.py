@@ -1,6 +1,7 @@
 """`canalyze od`: the objects of the devices, by what the traffic shows of them. What that is, the core says."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
@@ -30,7 +31,7 @@ from canalyze.sources.file import total_size
 from canalyze.words import Words
 
 if TYPE_CHECKING:
-    from canalyze.dictionary.model import Dictionary
+    from canalyze.dictionary.model import Dictionary, Entry
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
 """What --format adds to the core's name of what comes out."""
@@ -48,6 +49,7 @@ def command(words: Words) -> click.Command:
         at: float | None,
         node: int | None,
         dcf: str | None,
+        dbc: str | None,
         against: str | None,
         unseen: bool,
         output: str | None,
@@ -60,6 +62,7 @@ def command(words: Words) -> click.Command:
     ) -> int:
         csv = {"--format csv": form == "csv"}
         _exclude(words, "--dcf", dcf, {"--history": history, "--against": against, "--output": output})
+        _exclude(words, "--dbc", dbc, {"--history": history, "--against": against, "--output": output, "--dcf": dcf})
         _exclude(words, "--against", against, {"--history": history, **csv})
         _go_together(words, node, dcf, against, unseen=unseen)
         names = inputs(files, words)
@@ -69,7 +72,7 @@ def command(words: Words) -> click.Command:
             words,
             given,
             read=read,
-            format=("history" if history else "objects") + ("" if dcf else FORMS[form]),
+            format="pdos" if dbc else ("history" if history else "objects") + ("" if dcf else FORMS[form]),
             stamps=stamps,
             filter=expression,
             time=time,
@@ -78,11 +81,12 @@ def command(words: Words) -> click.Command:
         from canalyze.reports.od_text import History, show
 
         some = False
-        with open_output(dcf or output, force=force, color=color) as out:
+        with open_output(dbc or dcf or output, force=force, color=color) as out:
             total = total_size(names)
             gathered: list[bytes] = []
             listed = History(out, words, live=total is None) if history and form == "text" else None
-            put = listed.put if listed else gathered.append if dcf or against or form == "text" else out.write
+            kept = dbc or dcf or against or form == "text"
+            put = listed.put if listed else gathered.append if kept else out.write
 
             def take(result: bytes) -> None:
                 nonlocal some
@@ -94,7 +98,12 @@ def command(words: Words) -> click.Command:
             if listed:
                 listed.close()
             records = [json.loads(line) for line in b"".join(gathered).splitlines()]
-            if dcf and node is not None:
+            if dbc:
+                from canalyze.reports import dbc as report
+
+                progress.clear()
+                report.write(out, words, dbc, records, partial(_entry, given, read))
+            elif dcf and node is not None:
                 progress.clear()
                 _write(out, words, records, (dcf, node), _description(given, read, records, node))
             elif description and session.frames:
@@ -118,6 +127,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--at"], type=Spelled(moment, "moment", words), metavar="S", help=words("od.at")),
             click.Option(["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("od.dcf_node")),
             click.Option(["--dcf"], type=ANY_PATH, metavar="FILE", help=words("od.dcf")),
+            click.Option(["--dbc"], type=ANY_PATH, metavar="FILE", help=words("od.dbc")),
             click.Option(["--against"], type=ANY_PATH, metavar="FILE", help=words("od.against")),
             click.Option(["--unseen"], is_flag=True, help=words("od.unseen")),
             format_option(words, "od", tuple(FORMS)),
@@ -176,13 +186,25 @@ def _description(
         return None
     from canalyze.dictionary import contents
 
-    filed = (click.get_current_context().find_object(Config) or Config()).known
-    carried = carriers(filed, known_of(given), read)
-    bus = next((one["bus"] for one in records if one["node"] == node), None)
-    file = carried.get((bus, node), carried.get((None, node)))
+    file = _carried(given, read, next((one["bus"] for one in records if one["node"] == node), None), node)
     if file is not None and read[file].form == "xdd":
         raise OutputError("od.dcf_xdd", name=file)
     return None if file is None else contents(file)
+
+
+def _carried(given: CaptureOptions, read: dict[str, Any], bus: str | None, node: int) -> str | None:
+    """Give the file that describes a node."""
+    filed = (click.get_current_context().find_object(Config) or Config()).known
+    carried = carriers(filed, known_of(given), read)
+    return carried.get((bus, node), carried.get((None, node)))
+
+
+def _entry(
+    given: CaptureOptions, read: "dict[str, Dictionary]", bus: str | None, node: int, index: int, sub: int
+) -> "Entry | None":
+    """Give what the description of a node says of an object."""
+    file = _carried(given, read, bus, node) if read else None
+    return read[file].entry(index, sub) if file else None
 
 
 def _write(

@@ -7,6 +7,7 @@
 
 mod inferred;
 mod measured;
+pub mod pdos;
 pub mod sighting;
 #[cfg(test)]
 mod tests;
