@@ -347,7 +347,7 @@ pub struct Inventory {
     pub nodes: BTreeMap<(BusId, u8), Node>,
     /// PDOs by bus and identifier.
     pub pdos: BTreeMap<(BusId, CanId), Pdo>,
-    /// Nodes of which the capture shows a boot-up.
+    /// Nodes of which the capture shows a boot-up, and all that came behind it.
     booted: BTreeSet<(BusId, u8)>,
     kept: usize,
 }
@@ -378,6 +378,11 @@ impl Inventory {
         }
     }
 
+    /// Frames were lost, of a bus or of all: what was written among them nobody knows.
+    pub fn lost(&mut self, bus: Option<BusId>) {
+        self.booted.retain(|(of, _)| bus.is_some_and(|bus| bus != *of));
+    }
+
     /// Takes a transfer that has ended.
     pub fn transfer(&mut self, transfer: &Transfer) {
         if let Some(sighting) = Sighting::of(transfer) {
@@ -385,7 +390,7 @@ impl Inventory {
         }
     }
 
-    /// Whether the capture shows a boot-up of a node.
+    /// Whether the capture shows a boot-up of a node, and no frames were lost since.
     pub fn has_booted(&self, bus: BusId, node: u8) -> bool {
         self.booted.contains(&(bus, node))
     }

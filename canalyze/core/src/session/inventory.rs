@@ -14,6 +14,7 @@ use crate::inventory::Inventory;
 use crate::inventory::pdos::Pdos as Kept;
 use crate::inventory::sighting::{self, Sighting};
 use crate::network::Network;
+use crate::readers::Marker;
 use crate::render::{inventory, jsonl};
 use crate::services::sdo::transfer::Transfer;
 use crate::text::Lang;
@@ -43,6 +44,18 @@ impl Sink for Objects {
     fn transfer(&mut self, _out: &mut Vec<u8>, _view: View<'_>, transfer: &Transfer) -> bool {
         self.inventory.transfer(transfer);
         true
+    }
+
+    fn marker(&mut self, _out: &mut Vec<u8>, _view: View<'_>, marker: &Marker) {
+        match *marker {
+            Marker::Dropped { bus, .. } => self.inventory.lost(Some(bus)),
+            Marker::LeftOut { .. } => self.inventory.lost(None),
+            _ => {}
+        }
+    }
+
+    fn gap(&mut self, bus: BusId, _away: bool) {
+        self.inventory.lost(Some(bus));
     }
 
     fn settle(&mut self, state: &[Bus]) {
