@@ -205,12 +205,12 @@ impl Holes {
         }
     }
 
-    /// A frame has ended a silence (from, to in ns). `even`: the senders that come evenly. `resolution_ns`: the resolution of
-    /// the stamps.
+    /// A frame has ended a silence (from, to in ns, and whether it is longer than those of late: else nothing is missing).
+    /// `even`: the senders that come evenly. `resolution_ns`: the resolution of the stamps.
     pub(super) fn begin(
         &mut self,
         frame: &Frame,
-        (from_ns, to_ns): (i64, i64),
+        (from_ns, to_ns, unusual): (i64, i64, bool),
         even: impl Iterator<Item = Even>,
         resolution_ns: i64,
     ) {
@@ -232,7 +232,8 @@ impl Holes {
         };
         let missed = independent(&|sender| sender.missed);
         if missed > 0 && independent(&|_| true) >= SENDERS {
-            let (missing, later) = (Guess { refuted: missed < SENDERS, ..Guess::default() }, Guess::default());
+            let refuted = missed < SENDERS || !unusual;
+            let (missing, later) = (Guess { refuted, ..Guess::default() }, Guess::default());
             let by_ns = (1, to_ns.saturating_sub(from_ns));
             self.doubt = Some(Doubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
         }

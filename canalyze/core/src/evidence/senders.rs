@@ -332,7 +332,7 @@ pub(super) fn identifier(frame: &Frame) -> Option<usize> {
 }
 
 /// Whether frames of a CAN-ID come when their time has come.
-fn comes_by_itself(id: usize) -> bool {
+pub(super) fn comes_by_itself(id: usize) -> bool {
     !APERIODIC.iter().any(|range| range.contains(&(id % REMOTE)))
 }
 
