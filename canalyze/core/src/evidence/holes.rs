@@ -205,7 +205,7 @@ impl Holes {
         }
     }
 
-    /// A frame has ended a silence (from, to in ns, and whether it is longer than those of late: else nothing is missing).
+    /// A frame has ended a silence (from, to in ns, and whether it is longer than those of late).
     /// `even`: the senders that come evenly. `resolution_ns`: the resolution of the stamps.
     pub(super) fn begin(
         &mut self,
@@ -219,7 +219,9 @@ impl Holes {
             return;
         }
         let expected = |even: Even| {
-            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * resolution_ns);
+            // Where such a silence is usual, a sender shows something by being off its time more than it is now and then.
+            let odd_ns = if unusual { 0 } else { even.most_off_ns };
+            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * resolution_ns).max(odd_ns);
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
             let known = (self.since_ns..=from_ns).contains(&even.last_ns);
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;
@@ -232,8 +234,7 @@ impl Holes {
         };
         let missed = independent(&|sender| sender.missed);
         if missed > 0 && independent(&|_| true) >= SENDERS {
-            let refuted = missed < SENDERS || !unusual;
-            let (missing, later) = (Guess { refuted, ..Guess::default() }, Guess::default());
+            let (missing, later) = (Guess { refuted: missed < SENDERS, ..Guess::default() }, Guess::default());
             let by_ns = (1, to_ns.saturating_sub(from_ns));
             self.doubt = Some(Doubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
         }
