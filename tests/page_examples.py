@@ -41,6 +41,7 @@ _FENCE = re.compile(r"^```(\w+)?((?: [^\n]+)?)\n(.*?)^```$", re.DOTALL | re.MULT
 _ALIASES = {
     "capture.log": "network/sync-and-pdos.log",
     "boot.log": "network/sync-and-pdos.log",
+    "other-firmware.log": "od/other-firmware.log",
     "good.log": "network/drive-states.log",
     "captures/good.log": "network/sync-and-pdos.log",
     "captures/zephyr.log": "zephyr-sdo.log",

@@ -20,7 +20,8 @@ NAMES: Final = {kind: name for kind, (name, _) in DATA_TYPES.items()}
 _WIDTHS: Final = {kind: bits for kind, (_, bits) in DATA_TYPES.items() if bits}
 SIGNED: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("INTEGER")}
 REAL: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("REAL")}
-STRINGS: Final = frozenset({0x09, 0x0B})
+_UNICODE: Final = 0x0B
+STRINGS: Final = frozenset({0x09, _UNICODE})
 BYTES: Final = frozenset({0x0A, OPAQUE})
 
 _NUMBER: Final = re.compile(r"([+-]?)(?:0x([0-9a-f]+)|([0-9]+))", re.IGNORECASE)
@@ -84,6 +85,20 @@ def with_node(text: str) -> Whole | None:
     if len(summands) > 2 or "$" not in joined or "-" in joined:
         odd = odd or "nodeid-form"
     return Whole(offset, odd, relative=True)
+
+
+def decoded(data: bytes, kind: int) -> int | float | str | bytes | None:
+    """Give the value that SDO transfers as these bytes; None where they are none of that type."""
+    if kind in STRINGS:
+        return data.decode("utf-16-le" if kind == _UNICODE else "utf-8", "replace").rstrip("\0")
+    if kind in BYTES:
+        return data
+    if kind in REAL:
+        form = {32: "<f", 64: "<d"}[REAL[kind]]
+        return float(struct.unpack(form, data)[0]) if len(data) * 8 == REAL[kind] else None
+    number, bits = int.from_bytes(data, "little", signed=kind in SIGNED), _WIDTHS.get(kind, 0)
+    least, beyond = (-1 << bits - 1, 1 << bits - 1) if kind in SIGNED else (0, 1 << bits)
+    return number if 0 < len(data) <= 8 and bits and least <= number < beyond else None
 
 
 def without_comment(text: str) -> str:
