@@ -121,6 +121,15 @@ def floored(frames: Frames, unit_us: int) -> Frames:
     return [replace(frame, t_us=frame.t_us // unit_us * unit_us) for frame in frames]
 
 
+def fetched(frames: Frames, every_us: int) -> Frames:
+    """An adapter that is asked for its frames at certain times: each is stamped as it is taken out."""
+    listed: Frames = []
+    for frame in frames:
+        at = -(-frame.t_us // every_us) * every_us
+        listed.append(replace(frame, t_us=max(at, listed[-1].t_us + 2) if listed else at))
+    return listed
+
+
 def drifted(frames: Frames, parts_per_million: int) -> Frames:
     """Stamps of a clock that is fast or slow."""
     start = frames[0].t_us
@@ -222,7 +231,11 @@ STALLS_US = (15_000, 30_000, 70_000, 100_000, 600_000, 800_000, 1_100_000, 5_000
 BURSTS_US = (20, 200, 1000)
 CLOSEST_US = 44
 """No frame follows another within less, at 1 Mbit/s."""
-UNITS_US = (1, 10, 100, 1000, 2000, 4000, 5000, 8000, 10_000, 1_000_000)
+UNITS_US = (
+    *(1, 10, 100, 1000, 2000, 4000, 5000, 8000, 10_000, 20_000, 50_000, 100_000, 200_000, 500_000),
+    *(1_000_000, 2_000_000, 10_000_000),
+)
+FETCHED_US = (1000, 2000, 5000, 10_000, 16_000, 50_000, 100_000)
 LOSSES_US = (10_000, 100_000, 1_000_000)
 PAUSES_US = (1_000_000, 10_000_000, 60_000_000)
 
@@ -239,6 +252,7 @@ DISTORTIONS: list[Distortion] = [
         for gap in BURSTS_US
     ),
     *(Distortion("resolution", shown(unit), _whole(partial(floored, unit_us=unit))) for unit in UNITS_US),
+    *(Distortion("fetched", f"every {shown(every)}", _whole(partial(fetched, every_us=every))) for every in FETCHED_US),
     Distortion("stamps", "none", _whole(list, console_text), form="candump"),
     Distortion("drift", "+1 %", _whole(partial(drifted, parts_per_million=10_000))),
     Distortion("drift", "-1 %", _whole(partial(drifted, parts_per_million=-10_000))),

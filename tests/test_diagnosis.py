@@ -15,7 +15,9 @@ from captures import CanFrame, Row, log_text, run_canalyze, session_output, spac
 from clean_sessions import sessions
 from diagnoses import diagnosed
 from fault_table import TABLE, AnyFault
+from faulty_captures import Capture
 from network_sessions import SESSIONS
+from plants import EVENT, EVENT_PDO, UP, built
 
 import canalyze
 from canalyze import _core
@@ -128,6 +130,24 @@ def test_who_asked_for_the_reset_makes_it_harmless() -> None:
     assert [(one["incident"], one["status"]) for one in forgotten.incidents] == [("node-restarted", "stands")]
     early = diagnosed(log_text(spaced(stays[:30], step_us=100_000)))
     assert [(one["incident"], one["status"]) for one in early.incidents] == [("node-restarted", "unknown")]
+
+
+@pytest.mark.parametrize("missing", [6, 10, 15])
+@pytest.mark.parametrize("after", [0.06, 0.3, 1.0, 1.8])
+def test_a_command_that_is_over_excuses_no_pdo_that_stops_later(after: float, missing: int) -> None:
+    """All nodes are stopped and started again, and the PDO has come since; or it has not come since the command."""
+    capture = Capture(built("plant", "written"))
+    first = capture.next(EVENT_PDO, UP + after)
+    capture.drop(first + 0.01, first + 0.01 + missing * EVENT, EVENT_PDO)
+    told = [one for one in diagnosed(log_text(capture.frames)).incidents if one["incident"] == "pdo-missing"]
+    assert [(one["status"], one["cause"]) for one in told] == [("over", None)]
+
+
+def test_a_command_excuses_the_pdos_that_it_stops() -> None:
+    capture = Capture(built("plant", "written"))
+    capture.drop(UP, UP + 1.5, EVENT_PDO)
+    told = [one for one in diagnosed(log_text(capture.frames)).incidents if one["incident"] == "pdo-missing"]
+    assert [one["status"] for one in told] in ([], ["harmless"])
 
 
 def test_incidents_of_the_library(tmp_path: Path) -> None:

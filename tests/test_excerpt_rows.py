@@ -59,6 +59,23 @@ def _row_console(number: int, at: int, ident: int, data: bytes) -> str:
     return f"{number:4})  ({at / 1000:010.6f})  slcan0  {ident:03X}   [{len(data)}]  {data.hex(' ').upper()}"
 
 
+def _row_busmaster(_: int, at: int, ident: int, data: bytes) -> str:
+    return f"0:00:{at // 1000:02}:{at % 1000 * 10:04} Rx 1 0x{ident:03X} s {len(data)} {data.hex(' ').upper()} "
+
+
+def _row_busmaster_decimal(_: int, at: int, ident: int, data: bytes) -> str:
+    shown = " ".join(f"{byte:03}" for byte in data)
+    return f"0:00:{at // 1000:02}:{at % 1000 * 10:04} Tx 1 {ident} s {len(data)} {shown} "
+
+
+def _row_canking(_: int, at: int, ident: int, data: bytes) -> str:
+    return f" 0    {ident:08X}         {len(data)}  {data.hex(' ').upper()}  {at / 1000:12.6f} R"
+
+
+def _row_canking_decimal(_: int, at: int, ident: int, data: bytes) -> str:
+    return f" 0    {ident:8}         {len(data)}  {' '.join(f'{byte:3}' for byte in data)}  {at / 1000:12.6f} T"
+
+
 Row = Callable[[int, int, int, bytes], str]
 TRC: dict[str, Row] = {
     "1.0": _row_1_0,
@@ -69,6 +86,17 @@ TRC: dict[str, Row] = {
     "2.1": _row_2_1,
 }
 ROWS = TRC | {"candump": _row_console}
+OTHERS: dict[str, Row] = {
+    "BUSMASTER": _row_busmaster,
+    "BUSMASTER, decimal": _row_busmaster_decimal,
+    "CanKing": _row_canking,
+    "CanKing, decimal": _row_canking_decimal,
+}
+"""Rows without numbers, of programs whose files are told by them alone."""
+ABOVE = {
+    "BUSMASTER": "***BUSMASTER Ver 3.2.2***\n***[START LOGGING SESSION]***\n***HEX***\n***<Time><Tx/Rx><Channel>***",
+    "CanKing": "Chn Identifier Flg   DLC  D0...1...2...3...4...5...6..D7       Time     Dir",
+}
 HEADERS = {
     "1.1": ";$FILEVERSION=1.1\n;$STARTTIME=44548.6028595139\n;\n",
     "1.3": ";$FILEVERSION=1.3\n;$STARTTIME=44548.6028595139\n;\n",
@@ -108,23 +136,37 @@ def test_rows_without_a_header_are_read(canalyze: Runner, tmp_path: Path, form: 
     assert canalyze("check", name).code == 0
 
 
-@pytest.mark.parametrize("form", ROWS)
+@pytest.mark.parametrize("form", ROWS | OTHERS)
 def test_what_is_pasted_is_read(canalyze: Runner, tmp_path: Path, form: str) -> None:
-    rows = listing(ROWS[form], session())
+    rows = listing((ROWS | OTHERS)[form], session())
     name = write(tmp_path / "a.txt", ["This is what I see:", "```", *(f"> {row}" for row in rows), "```"])
     assert frames_of(canalyze, name) == session()
     assert info(canalyze, name)["left_out"] is None
 
 
 @pytest.mark.parametrize("mark", ["`{}`", "<p>{}</p>", "{}<br>", "> `{}`", "| {} |"])
-@pytest.mark.parametrize("form", ROWS)
+@pytest.mark.parametrize("form", ROWS | OTHERS)
 def test_mark_up_around_rows_is_none_of_them(canalyze: Runner, tmp_path: Path, form: str, mark: str) -> None:
-    rows = [mark.format(row) for row in listing(ROWS[form], session())]
+    rows = [mark.format(row) for row in listing((ROWS | OTHERS)[form], session())]
     name = write(tmp_path / "a.txt", rows)
     assert frames_of(canalyze, name) == session()
     assert (info(canalyze, name)["left_out"], info(canalyze, name)["unreadable"]) == (None, None)
-    shorter = write(tmp_path / "b.txt", [*rows[:-1], rows[-1].replace(" 00", "", 1)])
+    byte = "000 " if form == "BUSMASTER, decimal" else "  0 " if form == "CanKing, decimal" else "00 "
+    shorter = write(tmp_path / "b.txt", [*rows[:-1], rows[-1].replace(byte, "", 1)])
     assert len(frames_of(canalyze, shorter)) == len(session()) - 1
+
+
+@pytest.mark.parametrize("form", OTHERS)
+def test_rows_of_other_programs_are_read(canalyze: Runner, tmp_path: Path, form: str) -> None:
+    rows = listing(OTHERS[form], session())
+    head = ABOVE.get(form)
+    name = write(tmp_path / "a.log", ([head] if head else []) + rows)
+    record = info(canalyze, name)
+    assert (record["format"], record["unreadable"], record["left_out"]) == ("candump", None, None)
+    assert frames_of(canalyze, name) == session()
+    assert canalyze("check", name).code == 0
+    one = write(tmp_path / "b.log", rows[:1])
+    assert frames_of(canalyze, one) == session()[:1]
 
 
 def test_a_damaged_file_is_not_called_whole(canalyze: Runner, tmp_path: Path) -> None:

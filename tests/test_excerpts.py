@@ -9,10 +9,10 @@ from __future__ import annotations
 import random
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
-from captures import analyze, log_text
+from captures import CanFrame, analyze, console_text, log_text
 from clean_sessions import sessions as clean_sessions
 from excerpts import CUTS, excerpt, false_statements, session, truth
 
@@ -55,6 +55,19 @@ def names(seeds: int) -> Iterator[str]:
     """The sessions that are cut."""
     yield from (name for name in clean_sessions() if name not in BESIDE)
     yield from (f"generated {seed}" for seed in range(seeds))
+
+
+@pytest.mark.parametrize(("shown", "told"), [(1, False), (2, True), (3, True)])
+@pytest.mark.parametrize("write", [log_text, console_text])
+def test_a_node_may_be_about_to_obey_when_an_excerpt_begins(
+    write: Callable[[list[CanFrame]], bytes], shown: int, told: bool
+) -> None:
+    """Its first heartbeat shows the state before a command that is not in the excerpt; a second one does not."""
+    frames = [CanFrame("can0", 0x080, b"", 0)]
+    frames += [CanFrame("can0", 0x705, b"\5" if at < shown else b"\x7f", 3000 + at * 100_000) for at in range(8)]
+    frames += [CanFrame("can0", 0x706, b"\x7f", 7000 + at * 100_000) for at in range(8)]
+    said = analyze(write(sorted(frames, key=lambda frame: frame.t_us)))
+    assert ("NMT004" in {finding["code"] for finding in said.findings}) == told
 
 
 @pytest.mark.parametrize("cut", [cut for cut in CUTS if cut != UNANNOUNCED])

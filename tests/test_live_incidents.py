@@ -12,8 +12,9 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from captures import SAMPLES, SHARED, Row, described_beside
+from captures import SAMPLES, SHARED, Row, described_beside, log_text
 from diagnoses import diagnosed
+from kinds_of_drives import DISABLED, FAULT, POSITION, cycles, drive
 from live_blocks import live_output
 from test_sniff import ATTEMPTS, sniffed
 
@@ -177,6 +178,34 @@ def test_a_problem_that_comes_again_and_again_is_told_once() -> None:
     rows = [row for row in map(json.loads, live_output(text).splitlines()) if row["kind"] == "incident"]
     assert [row["phase"] for row in rows] == ["opened", "ended", "opened", "ended", "opened", "final"]
     assert (rows[-1]["repeats"]["count"], rows[-1]["status"]) == (20, "stands")
+
+
+@pytest.mark.parametrize(
+    ("in_fault", "then", "phases"),
+    [
+        (80, FAULT, ["opened", "final"]),
+        (50, DISABLED, ["opened", "ended", "final"]),
+        (20, FAULT, ["opened", "final"]),
+        (20, DISABLED, []),
+    ],
+    ids=["stays", "is left", "too short to tell", "as drives are switched on"],
+)
+def test_a_drive_in_fault_when_first_seen_is_told_once_that_lasts(in_fault: int, then: int, phases: list[str]) -> None:
+    """After 3 s: a drive that was just switched on is reset by then. The states are those of tenths of a second."""
+    net = cycles(cycles(drive(), 0, FAULT, POSITION, count=in_fault), 0, then, POSITION, count=5)
+    frames = net.frames()
+    text = log_text(frames)
+    rows = list(map(json.loads, live_output(text).splitlines()))
+    told = [row for row in rows if row["kind"] == "incident"]
+    assert [row["phase"] for row in told] == phases
+    assert {row["incident"] for row in told} <= {"axis-fault"}
+    if told:
+        first = next(frame for frame in frames if frame.can_id == 0x185)
+        before = [row for row in rows[: rows.index(told[0])] if row["kind"] == "frame"]
+        after = (frames[len(before) - 1].t_us - first.t_us) / 1e6
+        assert 3 <= after < 3.2 if in_fault > 30 else len(before) == len(frames)
+        assert "already in fault when first seen" in told[0]["message"]
+    assert ended_as(final(told)) == ended_as(diagnosed(text).incidents)
 
 
 @pytest.mark.parametrize("path", [PROBLEMS], ids=lambda path: path.stem)

@@ -95,6 +95,13 @@ impl Pair<'_> {
         self.cause.subject.node.is_some() && self.cause.subject.node == self.effect.subject.node
     }
 
+    /// The cause was there when what is missing since was there last. What has come again since had another end; but
+    /// that it is not steady at once is no other trouble.
+    fn lasted(&self) -> bool {
+        let unsteady = self.effect.kind == SyncIrregular;
+        unsteady || self.cause.end.is_none_or(|end| self.effect.begin.no <= end.no)
+    }
+
     /// The cause is a command, and came first.
     fn commanded(&self) -> bool {
         is_commanded(self.cause.kind) && self.delay >= -LATE_NS
@@ -340,7 +347,9 @@ fn commanded(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
     match pair.effect.kind {
         AxisFault | QuickStop | StateLeft => (pair.delay <= 2 * PROMPT_NS).then_some((Grade::Certain, pair.delay)),
-        PdoMissing | SyncStopped | SyncIrregular => Some((Grade::Certain, pair.delay.saturating_abs())),
+        PdoMissing | SyncStopped | SyncIrregular if pair.lasted() => {
+            Some((Grade::Certain, pair.delay.saturating_abs()))
+        }
         _ => None,
     }
 }
@@ -360,7 +369,7 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular);
     let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational;
-    (pair.same_node && missing && stops).then_some((Grade::Certain, pair.delay.saturating_abs()))
+    (pair.same_node && missing && stops && pair.lasted()).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
 
 /// L13: a PDO that could not be configured is another one than was wanted.

@@ -263,6 +263,9 @@ impl OfBus {
         self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
         if self.drives.is_drive(data.node) || bus.drive_states(data.node).next().is_some() {
             self.motions.pdo(data, frame, scene!(self, ledger, bus, id, at));
+            if data.transmit {
+                self.drives.stays(data.node, scene!(self, ledger, bus, id, at));
+            }
         }
         if !data.transmit {
             self.heard.control = at;

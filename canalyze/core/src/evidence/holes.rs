@@ -205,12 +205,12 @@ impl Holes {
         }
     }
 
-    /// A frame has ended a silence (from, to in ns). `even`: the senders that come evenly. `resolution_ns`: the resolution of
-    /// the stamps.
+    /// A frame has ended a silence (from, to in ns, and whether it is longer than those of late).
+    /// `even`: the senders that come evenly. `resolution_ns`: the resolution of the stamps.
     pub(super) fn begin(
         &mut self,
         frame: &Frame,
-        (from_ns, to_ns): (i64, i64),
+        (from_ns, to_ns, unusual): (i64, i64, bool),
         even: impl Iterator<Item = Even>,
         resolution_ns: i64,
     ) {
@@ -219,7 +219,9 @@ impl Holes {
             return;
         }
         let expected = |even: Even| {
-            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * resolution_ns);
+            // Where such a silence is usual, a sender shows something by being off its time more than it is now and then.
+            let odd_ns = if unusual { 0 } else { even.most_off_ns };
+            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * resolution_ns).max(odd_ns);
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
             let known = (self.since_ns..=from_ns).contains(&even.last_ns);
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;

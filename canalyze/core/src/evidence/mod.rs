@@ -12,6 +12,7 @@ pub mod obligation;
 pub mod pending;
 pub mod period;
 pub mod recording;
+mod resolution;
 mod senders;
 pub mod services;
 mod stalls;

@@ -40,6 +40,8 @@ pub struct Expected {
     pub deviation_ns: i64,
     /// How much is known.
     pub confidence: Confidence,
+    /// How many gaps that are kept show it.
+    pub gaps: usize,
 }
 
 /// What a gap has shown.
@@ -125,10 +127,10 @@ impl Period {
     pub fn expected(&self) -> Option<Expected> {
         if let Some(ns) = self.learnt_ns {
             let confidence = if self.count >= CERTAIN { Confidence::Certain } else { Confidence::Likely };
-            return Some(Expected { ns, deviation_ns: self.deviation_ns, confidence });
+            return Some(Expected { ns, deviation_ns: self.deviation_ns, confidence, gaps: self.count });
         }
         let ns = self.configured_ns.max(self.former_ns)?;
-        Some(Expected { ns, deviation_ns: 0, confidence: Confidence::Configured })
+        Some(Expected { ns, deviation_ns: 0, confidence: Confidence::Configured, gaps: 0 })
     }
 
     /// What traffic has shown, in ns.

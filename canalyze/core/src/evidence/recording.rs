@@ -15,17 +15,12 @@ use crate::frame::{CanId, Direction, Frame, FrameRef, Kind};
 
 use super::duplicates::{Duplicates, Sighting};
 use super::holes::Holes;
+use super::resolution::Resolution;
 use super::stalls::{DRAIN_NS, SHORTEST_STALL_NS, Stalls, UNUSUAL_TENTHS, wire_ns};
 use super::when::When;
 
 pub use super::stalls::Verdict;
 
-/// The coarsest resolution of stamps that is taken for one, in ns: software that prints hundredths of a second.
-const COARSEST_NS: i64 = 10_000_000;
-/// Frames from which on it shows that they share their stamps, where there are several.
-const SHARING: u64 = 8;
-/// The last digit of a stamp, in ns, by the number of its decimals.
-const UNITS_NS: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
 /// The latest that a host lists its own frames, in ns.
 const LATEST_ECHO_NS: i64 = 10_000_000;
 /// The same in frames, where there are no stamps.
@@ -114,48 +109,6 @@ pub struct Recording {
     jitter_ns: Option<i64>,
 }
 
-/// The resolution of the stamps.
-#[derive(Clone, Copy, Debug, Default)]
-struct Resolution {
-    /// In ns; 0: nothing was seen.
-    ns: i64,
-    /// What all stamps are whole multiples of, in ns.
-    divisor_ns: i64,
-    /// Frames with a stamp, and those of them that have the stamp of the one before.
-    frames: u64,
-    shared: u64,
-    last_ns: Option<i64>,
-}
-
-impl Resolution {
-    /// Takes a stamp: with how many decimals it is written tells less than what all of them are multiples of.
-    fn narrow(&mut self, frame: &Frame, now: i64) {
-        let written = frame.stamp.and_then(|stamp| UNITS_NS.get(usize::from(stamp.decimals)).copied()).unwrap_or(1);
-        if self.ns == 0 || self.ns > written && now % self.divisor_ns.max(1) != 0 {
-            self.divisor_ns = common_divisor(now.saturating_abs(), self.divisor_ns);
-            self.ns = self.divisor_ns.max(written).min(COARSEST_NS);
-        }
-        self.frames = self.frames.saturating_add(1);
-        self.shared = self.shared.saturating_add(u64::from(self.last_ns == Some(now)));
-        self.last_ns = Some(now);
-    }
-
-    /// Whether the stamps say when frames were on the bus. A bus carries one frame at a time: where nearly all share the
-    /// stamp of the one before, and all stamps are multiples of something coarse (whole seconds, or one and the same
-    /// stamp), they tell the order at most. A coarse divisor alone tells nothing: frames may come at round times.
-    fn is_of_use(&self) -> bool {
-        let coarse = self.divisor_ns == 0 || self.divisor_ns > COARSEST_NS;
-        // One stamp alone may be that of a burst with which the capture begins; zero is what many write where they have
-        // none.
-        let least = match self.frames.saturating_sub(self.shared) {
-            _ if self.divisor_ns == 0 => 2,
-            0 | 1 => 2 * SHARING,
-            _ => SHARING,
-        };
-        !(coarse && self.frames >= least && self.shared.saturating_mul(4) > self.frames.saturating_mul(3))
-    }
-}
-
 /// The clock of the stamps.
 #[derive(Clone, Copy, Debug, Default)]
 struct Clock {
@@ -181,7 +134,7 @@ impl Recording {
     /// Takes the next frame of the bus: its place, and what happened to the recording with it. Where the stamps are of no
     /// use the place has no time, as if there were none.
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
-        let (of_use, resolution_ns) = (self.resolution.is_of_use(), self.resolution.ns);
+        let of_use = self.resolution.is_of_use();
         if let Some(now) = frame.t_ns {
             self.resolution.narrow(frame, now);
         }
@@ -200,12 +153,16 @@ impl Recording {
             }
         };
         let mut happened = Happened::default();
-        let wire_ns = wire_ns(frame);
+        let (resolution_ns, wire_ns) = (self.resolution.ns(), wire_ns(frame));
         let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
         let close = gap.is_some_and(|gap| gap < wire_ns);
-        happened.sighting = self.duplicates.step(frame, close, resolution_ns);
+        // Stamps that are coarser than duplicates are apart tell their order alone.
+        let unstamped = Frame { t_ns: None, ..*frame };
+        let compared = if resolution_ns > super::duplicates::APART_NS { &unstamped } else { frame };
+        happened.sighting = self.duplicates.step(compared, close, resolution_ns);
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
+            self.resolution.follow(frame, (now, gap, wire_ns), happened.sighting);
             happened.step_ns = self.step_of_clock(now);
             if happened.step_ns.is_some() || self.last_ns.is_none() {
                 self.holes.start(now);
@@ -214,11 +171,12 @@ impl Recording {
             if let Some(last) = self.last_ns.filter(|_| silent_ns > SHORTEST_STALL_NS) {
                 happened.silence = Some(Box::new(self.measure(last, now)));
                 if !self.duplicates.are_proven() && self.duplicates.undecided_since().is_none() {
-                    self.holes.begin(frame, (last, now), self.stalls.even(), self.resolution.ns);
+                    let unusual = self.stalls.is_unusual(silent_ns);
+                    self.holes.begin(frame, (last, now, unusual), self.stalls.even(), resolution_ns);
                 }
             }
             let original = happened.sighting == Sighting::Original;
-            let too_close = (close, self.resolution.ns < wire_ns);
+            let too_close = (close, resolution_ns < wire_ns, resolution_ns);
             self.stalls.follow(frame, (self.last_ns, now, silent_ns), original, too_close);
             self.last_ns = Some(now);
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
@@ -330,7 +288,7 @@ impl Recording {
 
     /// The resolution of the stamps in ns; at least 1.
     pub fn resolution_ns(&self) -> i64 {
-        self.resolution.ns.max(1)
+        self.resolution.ns()
     }
 
     /// How late an own frame may be listed at most, in ns.
@@ -483,16 +441,14 @@ impl Recording {
         Some(-back)
     }
 
+    /// Whether a frame at this time ends a silence of the bus that is longer than those of late.
+    pub fn is_unusual_silence(&self, now_ns: Option<i64>) -> bool {
+        let silence_ns = now_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
+        silence_ns.is_some_and(|silence_ns| self.stalls.is_unusual(silence_ns))
+    }
+
     /// The last frame of the bus.
     pub fn last_ns(&self) -> Option<i64> {
         self.last_ns
     }
-}
-
-/// The greatest common divisor (Euclid's algorithm).
-fn common_divisor(mut a: i64, mut b: i64) -> i64 {
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
 }

@@ -70,6 +70,8 @@ pub(super) struct Even {
     pub(super) last_ns: i64,
     pub(super) gap_ns: i64,
     pub(super) off_ns: i64,
+    /// How far the last gaps were off it at most, in ns.
+    pub(super) most_off_ns: i64,
 }
 
 /// By how much a frame came later than it was due, and how exactly that is known, in ns.
@@ -129,6 +131,12 @@ impl Usual {
         let (last, before) = (kept(1)?, kept(2)?);
         let off_ns = last.saturating_sub(before).saturating_abs();
         (off_ns < last / EXACT).then_some((last, off_ns))
+    }
+
+    /// How far the gaps that are kept are off a gap at most, in ns.
+    fn most_off_ns(&self, gap_ns: i64) -> i64 {
+        let kept = self.kept.iter().take(self.gaps);
+        kept.map(|gap| gap.saturating_sub(gap_ns).saturating_abs()).max().unwrap_or(0)
     }
 
     /// How late it is at `now`. Where several were due and one has come, others are missing: it is not late.
@@ -285,7 +293,8 @@ impl Senders {
             let (gap_ns, off_ns) = usual.even()?;
             let heartbeat = ERROR_CONTROL.contains(id) && !self.active.contains(&(id | REMOTE));
             let node = if heartbeat { *id as u8 & 0x7F } else { 0 };
-            Some(Even { id: *id, node, last_ns: usual.last_ns, gap_ns, off_ns })
+            let most_off_ns = usual.most_off_ns(gap_ns);
+            Some(Even { id: *id, node, last_ns: usual.last_ns, gap_ns, off_ns, most_off_ns })
         })
     }
 
@@ -332,7 +341,7 @@ pub(super) fn identifier(frame: &Frame) -> Option<usize> {
 }
 
 /// Whether frames of a CAN-ID come when their time has come.
-fn comes_by_itself(id: usize) -> bool {
+pub(super) fn comes_by_itself(id: usize) -> bool {
     !APERIODIC.iter().any(|range| range.contains(&(id % REMOTE)))
 }
 

@@ -155,13 +155,14 @@ pub(super) struct Stalls {
 impl Stalls {
     /// Takes a frame's time (the last one's, its own, and how long the bus was silent between them, in ns). `original`:
     /// it is no duplicate; what may be one shows nothing until that is decided. `close`: it follows the frame before in
-    /// less time than it takes on the fastest bus, and stamps are fine enough to tell.
+    /// less time than it takes on the fastest bus, and stamps are fine enough to tell; and their resolution in ns, within
+    /// which there is no silence.
     pub(super) fn follow(
         &mut self,
         frame: &Frame,
         (last, now, gap): (Option<i64>, i64, i64),
         original: bool,
-        close: (bool, bool),
+        (close, exact, resolution_ns): (bool, bool, i64),
     ) {
         let Some(last) = last else {
             self.senders.see(frame, now, None, DRAIN_NS);
@@ -170,7 +171,7 @@ impl Stalls {
         if gap > DRAIN_NS {
             self.end_burst();
         }
-        if gap > SHORTEST_STALL_NS {
+        if gap > SHORTEST_STALL_NS.max(2 * resolution_ns) {
             let unusual = self.is_unusual(gap) || self.senders.overdue(last, now, APART_NS) > 1;
             self.begin_burst(Burst {
                 from_ns: last,
@@ -182,7 +183,7 @@ impl Stalls {
             });
         }
         let seen = self.senders.see(frame, now, self.run(), DRAIN_NS);
-        let too_close = self.is_too_close(close);
+        let too_close = self.is_too_close(close, exact);
         self.compare_later(seen.tells_of);
         if seen.late.is_some_and(Late::is_on_time) && !too_close {
             // What waited was listed before it.
@@ -220,7 +221,7 @@ impl Stalls {
     }
 
     /// Whether a frame follows the one before too closely, where that is rare: it was kept in a buffer.
-    fn is_too_close(&mut self, (close, exact): (bool, bool)) -> bool {
+    fn is_too_close(&mut self, close: bool, exact: bool) -> bool {
         if !self.running {
             self.gaps += 1;
             self.close += u64::from(close);
@@ -379,7 +380,7 @@ impl Stalls {
     }
 
     /// Whether a silence is longer than those of late.
-    fn is_unusual(&self, gap: i64) -> bool {
+    pub(super) fn is_unusual(&self, gap: i64) -> bool {
         gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
     }
 

@@ -144,8 +144,8 @@ impl Capture {
         self.file.beyond += u64::from(frame.is_clamped());
     }
 
-    /// Gives the next frame its number and its time among the capture's. Whether it begins a file that is far from the one
-    /// before.
+    /// Gives the next frame its number and its time among the capture's. Whether it begins a file whose times
+    /// cannot be compared with those of the one before.
     pub(super) fn place(&mut self, frame: &mut Frame) -> bool {
         self.numbered += 1;
         self.arrived(frame);
@@ -159,6 +159,11 @@ impl Capture {
             frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
         }
         self.before.take().is_some_and(|before| self.boundary(&before, frame))
+    }
+
+    /// Whether the frame that was placed last begins a file that follows another.
+    pub(super) fn begins_file(&self) -> bool {
+        self.file.frames == 1 && self.numbered > 1
     }
 
     /// The file that has its turn, for a frame that is held back.
@@ -210,7 +215,7 @@ impl Capture {
     }
 
     /// The first frame of a file that follows another: files that are named out of order are worth a word, and so are files
-    /// that are far apart, as they may be no one capture. Whether they are.
+    /// that are far apart, as they may be no one capture. Whether its time cannot be compared with that of the one before.
     fn boundary(&mut self, before: &[u8], frame: &Frame) -> bool {
         let (Some(end_ns), Some(t_ns)) = (self.last.t_ns, frame.t_ns) else { return false };
         let back_ns = end_ns.saturating_sub(t_ns);
@@ -223,7 +228,7 @@ impl Capture {
         if back_ns >= STEP_BACK_NS {
             self.complaints.push(complaints::step_back(self.lang, &self.file.name, before, back_ns));
         }
-        false
+        back_ns > 0
     }
 
     /// From here on the file's stamps count from this date.

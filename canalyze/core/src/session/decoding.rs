@@ -178,6 +178,12 @@ impl Decoding {
         Some(self.evidence.get_mut(usize::from(frame.bus.0))?.recording.observe(frame))
     }
 
+    /// Whether a frame that was not observed yet ends a silence of its bus that is longer than those of late.
+    pub(super) fn is_unusual_silence(&self, frame: &Frame) -> bool {
+        let evidence = self.evidence.get(usize::from(frame.bus.0));
+        evidence.is_some_and(|evidence| evidence.recording.is_unusual_silence(frame.t_ns))
+    }
+
     /// Whether it is known of every frame so far what the recordings did with it.
     #[inline]
     pub(super) fn is_decided(&self) -> bool {

@@ -60,7 +60,8 @@ impl Stream {
 
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
     pub(super) fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
-        if self.capture.place(frame) {
+        // Nobody may have recorded between two files: a silence there that is longer than usual is nobody's fault.
+        if self.capture.place(frame) || self.capture.begins_file() && self.decoding.is_unusual_silence(frame) {
             self.part(buses, out);
         }
         let seen = self.decoding.observe(frame, buses);
@@ -76,7 +77,7 @@ impl Stream {
         self.release(false, buses, out);
     }
 
-    /// A file begins that is far from the one before: across that time nothing is judged on any bus.
+    /// A file begins that does not go on where the one before ended: across that time nothing is judged on any bus.
     #[cold]
     fn part(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.settle(buses, out);

@@ -16,7 +16,7 @@ use crate::context::Context;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
-use crate::evidence::period::{Confidence, Learnt};
+use crate::evidence::period::{Confidence, Expected, Learnt};
 use crate::evidence::recording::Silence;
 use crate::evidence::{Obligations, Period, When};
 use crate::finding::Finding;
@@ -31,6 +31,10 @@ const LEAST_SLACK_NS: i64 = 20_000_000;
 const POWER_UP_NS: i64 = 5_000_000_000;
 /// The shortest period, in ns: 1017h counts in ms. What comes sooner was kept in a buffer, and shows no period.
 const SHORTEST_NS: i64 = 1_000_000;
+/// Gaps between heartbeats that show what the period was before it changed, where they differ from it by no more than this
+/// part of it.
+const SHOWN: usize = 3;
+const EVEN_PART: i64 = 16;
 /// Sub-indices of 1016h.
 const CONSUMED: std::ops::RangeInclusive<u8> = 1..=127;
 
@@ -43,6 +47,8 @@ struct Producer {
     /// The last state, where CiA 301 does not know it.
     unknown: Option<u8>,
     period: Period,
+    /// The resolution of the stamps that it was learnt from, in ns.
+    resolution_ns: i64,
     /// 1017h holds 0.
     off: bool,
     /// The time of the consumer that waits shortest, in ns.
@@ -99,7 +105,10 @@ impl Heartbeats {
 
     /// How often a node sends heartbeats, in ns.
     pub fn period(&self, node: u8) -> Option<i64> {
-        self.producers.get(node)?.expected()
+        let producer = self.producers.get(node)?;
+        // Coarse stamps show a unit of theirs, whatever the period.
+        let learnt = producer.expected().filter(|ns| *ns > producer.resolution_ns);
+        learnt.or(producer.period.configured_ns())
     }
 
     /// Whether no heartbeat of a node has come within its time, at `now_ns`: it counts as lost, or would if it were not
@@ -469,6 +478,7 @@ impl Producer {
     /// Takes the gap between two heartbeats in the same state.
     fn learn(&mut self, node: u8, gap: i64, last: When, cx: &mut Context<'_>) {
         let uncertain = cx.evidence.recording.resolution_ns();
+        self.resolution_ns = uncertain;
         let gap = match self.duplicate.gap(node, gap, last.at, &self.period, uncertain, cx) {
             Place::InTurn(gap) => gap,
             Place::Additional => return,
@@ -479,8 +489,9 @@ impl Producer {
         };
         // Few heartbeats do not show what the period was: the change may be older than what is recorded.
         let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
-        let certain = configured || before.is_some_and(|known| known.confidence == Confidence::Certain);
-        if !certain || alike(from, to) || self.duplicate.is_found() {
+        let even = |known: &Expected| known.gaps >= SHOWN && known.deviation_ns <= known.ns / EVEN_PART;
+        let shown = before.is_some_and(|known| known.confidence == Confidence::Certain || even(&known));
+        if !(configured || shown) || alike(from, to) || self.duplicate.is_found() {
             return;
         }
         if alike(from, to.saturating_mul(2)) {

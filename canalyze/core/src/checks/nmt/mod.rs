@@ -50,6 +50,8 @@ const FIRST_SEEN_NS: i64 = 1_000_000_000;
 const ALTERNATES: i64 = 3;
 /// What else a node does before it obeys a command, and what others send it meanwhile, in ns.
 pub(super) const OBEYED_NS: i64 = 50_000_000;
+/// The same in frames, where there are no stamps.
+const OBEYED_FRAMES: u64 = 8;
 /// Shown states after which a node was running, and not just about to obey a reset before the capture.
 const RUNNING: u8 = 3;
 /// A node boots within this time after a frame that it has taken for a reset, in ns.
@@ -310,10 +312,12 @@ impl Nmt {
         let allowed = node_state.allowed & bit(state) != 0 || node_state.reset.awaited || garbled;
         node_state.allowed &= !bit(state);
         let before = node_state.reports.first.map(|(before, _)| before);
+        let soon =
+            |began: FrameRef| cx.at.since(began).map_or(cx.at.no < began.no + OBEYED_FRAMES, |age| age < OBEYED_NS);
         self.causal |= before.is_some_and(|before| before != state) && allowed;
         if before == Some(state) && node_state.command.is_none() {
             node_state.allowed = 0;
-        } else if before.is_none() && cx.at.since(self.began).is_some_and(|age| age < OBEYED_NS) {
+        } else if before.is_none() && self.began.is_some_and(soon) {
             // It may be about to obey a command that came just before the capture.
             node_state.allowed = bits_of(0);
         }

@@ -258,7 +258,9 @@ impl SyncPeriod {
         }
         self.early.push(gap);
         let _ = self.period.take(gap.ns, recording.resolution_ns(), gap.now.at);
-        let Some(period) = self.period.learnt_ns() else { return };
+        // Gaps are whole units of coarse stamps then, whatever the period.
+        let resolution = recording.resolution_ns();
+        let Some(period) = self.period.learnt_ns().filter(|period| *period > resolution) else { return };
         let agreeing = self.early.iter().filter(|gap| close(gap.ns, period)).count();
         // Listed late now and then, gaps differ and make up for each other: then a few show no period.
         let uneven =
@@ -285,6 +287,11 @@ impl SyncPeriod {
 
     /// `new`: the period has not taken the gap yet.
     fn judge(&mut self, gap: Gap, period: i64, new: bool, recording: &Recording, out: &mut Vec<Irregular>) {
+        let resolution = recording.resolution_ns();
+        if period <= resolution {
+            // It was learnt before the stamps showed how coarse they are.
+            return self.forget();
+        }
         let before_ns = std::mem::replace(&mut self.second.before_ns, gap.ns);
         let room = self.room_ns(period, recording);
         if is_pause(gap, period) {
@@ -321,7 +328,7 @@ impl SyncPeriod {
         if !close(gap.ns, period) {
             self.calm_from = self.calm_from.max(gap.cycle);
         }
-        if gap.ns < period / 4 * 3 && self.behind.off_ns < -(period / 2 + room) {
+        if gap.ns.saturating_add(resolution) < period / 4 * 3 && self.behind.off_ns < -(period / 2 + room) {
             return self.one_too_many(gap, before_ns, period, recording, out);
         }
         if gap.cycle > self.second.cycle + 2 * EXTRA_WITHIN && std::mem::take(&mut self.second.two) {

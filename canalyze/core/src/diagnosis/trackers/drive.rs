@@ -22,6 +22,8 @@ use crate::services::sdo::transfer::{Status, Transfer};
 const SAME_NS: i64 = 500_000_000;
 /// Axes of one device that fault within this time, in ns, have one cause.
 const TOGETHER_NS: i64 = 100_000_000;
+/// A drive that is in fault when first seen may just be switched on, and is reset then. After this time it is reported, in ns.
+const SEEN_NS: i64 = 3_000_000_000;
 
 /// What is open about the drives of a bus.
 #[derive(Clone, Debug, Default)]
@@ -258,25 +260,40 @@ impl Drives {
         changed
     }
 
-    /// The capture is over: an axis that was in fault when first seen, and still is, has entered the fault before. Where a
-    /// fault reset without effect is reported already, that says the same.
+    /// A drive has sent a statusword: an axis that was in fault when first seen and has been for long has not just been
+    /// switched on.
+    pub(in crate::diagnosis) fn stays(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let long = |(_, _, since): &(usize, u16, FrameRef)| at.since(*since).is_some_and(|lasts| lasts >= SEEN_NS);
+        if !self.faults.contains_key(&node) && scene.bus.found_in_fault(node).any(|found| long(&found)) {
+            self.seen(node, scene);
+        }
+    }
+
+    /// The capture is over: so has an axis that was in fault when first seen, and still is.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         for node in 1..=127 {
-            let told = |one: &Incident| {
-                let of_fault = [Kind::AxisFault, Kind::FaultResetWithoutEffect, Kind::FaultResetWithoutEdge];
-                one.subject.node == Some(node) && one.end.is_none() && of_fault.contains(&one.kind)
-            };
-            let found: Vec<_> = scene.bus.found_in_fault(node).collect();
-            if found.is_empty() || scene.ledger.last(scene.id, told).is_some() {
-                continue;
-            }
-            for (axis, statusword, at) in found {
-                self.enter(node, (at, axis as u8 + 1), None, None, scene);
-                if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
-                    one.step(at, Role::Sign, Saying::InFault { statusword }, None);
-                    if one.clue.reported.is_empty() {
-                        one.fact("seen_in_fault", Quantity::Statusword(statusword));
-                    }
+            self.seen(node, scene);
+        }
+    }
+
+    /// Axes that were in fault when first seen, and still are, have entered the fault before. Where a fault reset without
+    /// effect is reported already, that says the same.
+    fn seen(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let told = |one: &Incident| {
+            let of_fault = [Kind::AxisFault, Kind::FaultResetWithoutEffect, Kind::FaultResetWithoutEdge];
+            one.subject.node == Some(node) && one.end.is_none() && of_fault.contains(&one.kind)
+        };
+        let found: Vec<_> = scene.bus.found_in_fault(node).collect();
+        if found.is_empty() || scene.ledger.last(scene.id, told).is_some() {
+            return;
+        }
+        for (axis, statusword, at) in found {
+            self.enter(node, (at, axis as u8 + 1), None, None, scene);
+            if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
+                one.step(at, Role::Sign, Saying::InFault { statusword }, None);
+                if one.clue.reported.is_empty() {
+                    one.fact("seen_in_fault", Quantity::Statusword(statusword));
                 }
             }
         }

@@ -1,9 +1,10 @@
-//! Text captures of can-utils: log files, console output, and both as people paste them.
+//! Text captures of can-utils: log files, console output, and both as people paste them, with rows of other programs.
 //!
 //! This file cuts the input into lines and decides what each line is, by its content alone: a file may mix
 //! both families, comments and pasted prompts. A frame must never be made of prose, and a damaged frame must
 //! never pass as a comment or as another frame. Memory stays bounded whatever comes.
 
+mod columns;
 mod console;
 pub(super) mod lex;
 mod log;
@@ -393,6 +394,12 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
     let frame = Frame::classic(CanId::standard(0), &[]);
     let mut line = Line { stamp: None, console: false, bus: b"", row: None, what: What::Nothing, frame, tail: b"" };
     let Some(first) = text.first() else { return line };
+    if let Some((stamp, bus, frame)) = columns::row(text) {
+        return Line { stamp: Some(stamp), bus, what: What::Frame, frame, ..line };
+    }
+    if columns::is_head(text) {
+        return line;
+    }
     let rest = match stamp::read(text) {
         Some((stamp, rest)) if rest.first().is_none_or(|&byte| is_blank(byte)) => {
             line.stamp = Some(stamp);
