@@ -96,7 +96,8 @@ class Dictionary:
     ) -> None:
         """Take over a description.
 
-        file: its name, for provenance. form: eds | dcf | xdd | concise. device: the product's name, "" where there is none.
+        file: its name, for provenance. form: eds | dcf | xdd | concise. device: the product's name, "" where there is
+        none.
         rows: one a sub-object, in any order; of two with the same index and sub the first one counts:
             index 1000h to FFFFh; sub 0 to 255; name;
             data type code as the file has it (CiA 301 7.4.7), 0 where it has none;

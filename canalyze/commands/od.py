@@ -1,8 +1,9 @@
 """`canalyze od`: the objects of the devices, by what the traffic shows of them. What that is, the core says."""
 
 import json
-from pathlib import Path
-from typing import Any, Final, Unpack
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import click
 
@@ -20,14 +21,20 @@ from canalyze.configuration.options import (
     known_of,
     moment,
     open_session,
+    spelled,
     time_option,
 )
-from canalyze.errors import OutputError
+from canalyze.errors import OutputError, ReaderGone
 from canalyze.output import Output, Progress, complain, open_output, told
 from canalyze.output.help import Command
 from canalyze.running.run import Run
 from canalyze.sources.file import total_size
 from canalyze.words import Words
+
+if TYPE_CHECKING:
+    from canalyze._core import Session
+    from canalyze.dictionary.difference import Side
+    from canalyze.dictionary.model import Dictionary
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
 """What --format adds to the core's name of what comes out."""
@@ -41,8 +48,12 @@ def command(words: Words) -> click.Command:
         form: str,
         history: bool,
         at: float | None,
-        node: int | None,
+        node: tuple[int, int] | None,
         dcf: str | None,
+        concise_dcf: str | None,
+        skeleton: str | None,
+        diff: str | None,
+        every: bool,
         output: str | None,
         force: bool,
         expression: str | None,
@@ -51,27 +62,45 @@ def command(words: Words) -> click.Command:
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
-        _go_together(words, node, dcf, {"--history": history, "--output": output is not None})
+        wanted = {"dcf": dcf, "concise_dcf": concise_dcf, "skeleton": skeleton}
+        targets = {form: name for form, name in wanted.items() if name is not None}
+        _go_together(
+            words,
+            targets,
+            {"--node": node, "--diff": diff, "--all": every, "--history": history, "--output": output}
+            | {"--format csv": form == "csv"},
+        )
         names = inputs(files, words)
         read: dict[str, Any] = {}
-        session = open_session(
-            words,
-            given,
-            read=read,
-            format=("history" if history else "objects") + ("" if dcf else FORMS[form]),
-            stamps=stamps,
-            filter=expression,
-            time=time,
-            until_ns=None if at is None else round(at * 1e9),
-        )
+        kind = ("history" if history else "objects") + ("" if targets else FORMS[form])
+
+        def session() -> "Session":
+            return open_session(
+                words,
+                given,
+                read=read,
+                format=kind,
+                stamps=stamps,
+                filter=expression,
+                time=time,
+                until_ns=None if at is None else round(at * 1e9),
+            )
+
+        if diff is not None:
+            with open_output(output, force=force, color=color) as out:
+                return _compare(out, words, (names, diff), (node, expression, form, every), given, session)
+        reading = session()
         from canalyze.reports.od_text import History, show
 
         some = False
-        with open_output(dcf or output, force=force, color=color) as out:
+        with ExitStack() as stack:
+            outs = {one: stack.enter_context(open_output(name, force=force)) for one, name in targets.items()}
+            outs = outs or {"": stack.enter_context(open_output(output, force=force, color=color))}
+            out = next(iter(outs.values()))
             total = total_size(names)
             gathered: list[bytes] = []
             listed = History(out, words, live=total is None) if history and form == "text" else None
-            put = listed.put if listed else gathered.append if dcf or form == "text" else out.write
+            put = listed.put if listed else gathered.append if targets or form == "text" else out.write
 
             def take(result: bytes) -> None:
                 nonlocal some
@@ -79,20 +108,21 @@ def command(words: Words) -> click.Command:
                 put(result)
 
             progress = Progress(words, out, total)
-            code = Run(session, words, progress, take, given).over(names)
+            code = Run(reading, words, progress, take, given).over(names)
             if listed:
                 listed.close()
-            records = [json.loads(line) for line in b"".join(gathered).splitlines()]
-            if dcf and node is not None:
+            records = _records(gathered)
+            if targets and node:
                 progress.clear()
-                _write(out, words, records, (dcf, node), _description(given, read, records, node))
+                _write(outs, words, records, targets, node[0], _description(given, read, records, node[0]))
             else:
                 show(records, out, words)
-            told(code, out, words, stream=total is None, some=session.frames > 0)
-            if session.frames == 0:
-                out.drop()
-        if not some and session.frames:
-            complain(f"canalyze: {words('od.none', frames=session.frames)}")
+            for written in outs.values():
+                told(code, written, words, stream=total is None, some=reading.frames > 0)
+                if reading.frames == 0:
+                    written.drop()
+        if not some and reading.frames:
+            complain(f"canalyze: {words('od.none', frames=reading.frames)}")
         return code
 
     return Command(
@@ -102,8 +132,12 @@ def command(words: Words) -> click.Command:
         [
             click.Option(["--history"], is_flag=True, help=words("od.history")),
             click.Option(["--at"], type=Spelled(moment, "moment", words), metavar="S", help=words("od.at")),
-            click.Option(["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("od.dcf_node")),
+            spelled(words, "--node", _nodes, "node", "N", "od.node_id"),
             click.Option(["--dcf"], type=ANY_PATH, metavar="FILE", help=words("od.dcf")),
+            click.Option(["--concise-dcf"], type=ANY_PATH, metavar="FILE", help=words("od.concise_dcf")),
+            click.Option(["--skeleton"], type=ANY_PATH, metavar="FILE", help=words("od.skeleton")),
+            click.Option(["--diff"], type=ANY_PATH, metavar="FILE", help=words("od.diff")),
+            click.Option(["--all", "every"], is_flag=True, help=words("od.all")),
             format_option(words, "od", tuple(FORMS)),
             time_option(words),
             color_option(words),
@@ -112,13 +146,37 @@ def command(words: Words) -> click.Command:
     )
 
 
-def _go_together(words: Words, node: int | None, dcf: str | None, others: dict[str, bool]) -> None:
-    """Raise a usage error for options of a DCF without each other, or with what is no DCF."""
+def _nodes(text: str) -> tuple[int, int] | None:
+    """Read a node-ID, or that of A and that of B as A=B."""
+    a, equals, b = text.partition("=")
+    one = network.node(a)
+    two = network.node(b) if equals else one
+    return None if one is None or two is None else (one, two)
+
+
+def _go_together(words: Words, targets: dict[str, str], given: dict[str, Any]) -> None:
+    """Raise a usage error for options that cannot be used together, or not without each other."""
     context = click.get_current_context()
-    if (node is None) != (dcf is None):
-        raise click.UsageError(words("od.dcf_needs_node"), context)
-    for option in (option for option, given in others.items() if given and dcf):
-        raise click.UsageError(words("usage.exclusive", one="--dcf", other=option), context)
+    files = [f"--{form.replace('_', '-')}" for form in targets]
+    two = given["--node"] and given["--node"][0] != given["--node"][1]
+    for one, needs, missing in (
+        (files[:1], "--node", not given["--node"]),
+        (["--node"] if given["--node"] else [], "--dcf/--diff", not files and given["--diff"] is None),
+        (["--node A=B"] if two else [], "--diff", given["--diff"] is None),
+        (["--all"] if given["--all"] else [], "--diff", given["--diff"] is None),
+    ):
+        if one and missing:
+            raise click.UsageError(words("od.goes_with", one=one[0], other=needs), context)
+    for chosen, others in (
+        (files[:1], ("--diff", "--history", "--output")),
+        (["--diff"] if given["--diff"] is not None else [], ("--history", "--format csv")),
+    ):
+        for option in (option for option in others if chosen and given[option]):
+            raise click.UsageError(words("usage.exclusive", one=chosen[0], other=option), context)
+
+
+def _records(gathered: list[bytes]) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in b"".join(gathered).splitlines()]
 
 
 def _description(
@@ -133,39 +191,65 @@ def _description(
     carried = carriers(filed, known_of(given), read)
     bus = next((one["bus"] for one in records if one["node"] == node), None)
     file = carried.get((bus, node), carried.get((None, node)))
-    if file is not None and read[file].form == "xdd":
+    if file is not None and read[file].form in ("xdd", "concise"):
         raise OutputError("od.dcf_xdd", name=file)
     return None if file is None else contents(file)
 
 
 def _write(
-    out: Output, words: Words, records: list[dict[str, Any]], of: tuple[str, int], given: tuple[bytes, str] | None
+    outs: dict[str, Output],
+    words: Words,
+    records: list[dict[str, Any]],
+    names: dict[str, str],
+    node: int,
+    description: tuple[bytes, str] | None,
 ) -> None:
-    """Write the DCF of a node, and say what is in it. OutputError where there is nothing to be written."""
-    from canalyze.dictionary.dcf import configured
-    from canalyze.dictionary.skeleton import skeleton
+    """Write the files of a node, and say what is in them. OutputError where there is nothing to be written."""
+    from canalyze.reports import od_files
 
-    name, node = of
-    heads = [one for one in records if one["kind"] == "od_node" and one["node"] == node]
-    if len(heads) > 1:
-        raise OutputError("od.dcf_buses", node=node, buses=", ".join(str(one["bus"]) for one in heads))
-    objects = [one for one in records if one["kind"] == "od_object" and one["node"] == node]
-    values = {(int(one["index"], 16), one["sub"]): _whole(one["configured"]) for one in objects if one["configured"]}
-    if not values:
-        raise OutputError("od.dcf_none", node=node)
-    keys = {"FileName": Path(name).name}
-    if given is None:
-        made = configured(skeleton(heads[0], objects).encode(), name, values, node, keys)
-    else:
-        made = configured(*given, values, node, {**keys, "LastEDS": Path(given[1]).name})
-    out.write(made.text.encode())
-    complain(f"canalyze: {words('od.dcf_written', name=name, node=node, count=made.values)}")
-    if made.left_out:
-        missing = ", ".join(f"{index:04X}h:{sub:02X}" for index, sub in made.left_out)
-        complain(f"canalyze: {words('od.dcf_left_out', name=name, objects=missing)}")
+    of = od_files.of(records, node, description)
+    for form, out in outs.items():
+        data, said = od_files.made(form, names[form], of, words)
+        out.write(data)
+        for line in said:
+            complain(f"canalyze: {line}")
 
 
-def _whole(held: dict[str, Any]) -> bytes:
-    """Give the bytes of a value; none where not all of them are there, which no file can hold."""
-    data = bytes.fromhex(held["data"])
-    return data if len(data) == held["size"] else b""
+def _compare(
+    out: Output,
+    words: Words,
+    files: tuple[tuple[str, ...], str],
+    wanted: tuple[tuple[int, int] | None, str | None, str, bool],
+    given: CaptureOptions,
+    session: Callable[[], "Session"],
+) -> int:
+    """Compare the configurations of two sides; give the exit code."""
+    from canalyze.dictionary import describes, load
+    from canalyze.dictionary.difference import captured, compare
+    from canalyze.reports import od_diff
+
+    nodes, expression, form, every = wanted
+    code = 0
+    sides: list[Side | Dictionary] = []
+    progress = Progress(words, out, total_size((*files[0], files[1])))
+    for inputs_of in (files[0], (files[1],)):
+        if len(inputs_of) == 1 and describes(inputs_of[0]):
+            sides.append(load(inputs_of[0]))
+            continue
+        gathered: list[bytes] = []
+        reading = session()
+        code = max(code, Run(reading, words, progress, gathered.append, given).over(inputs_of))
+        if code >= 128 or reading.frames == 0:
+            out.drop()
+            return code or 2
+        sides.append(captured(_records(gathered)))
+    found = compare(sides, nodes, filtered=expression is not None)
+    if not found.pairs:
+        a, b = (", ".join(str(node.node or "-") for node in side.nodes) or "-" for side in found.sides)
+        raise click.UsageError(words("od.no_pair", a=a, b=b), click.get_current_context())
+    with suppress(ReaderGone):  # who has read enough has not been told that they are alike
+        if form == "jsonl":
+            out.write(od_diff.lines(found, (files[0][0], files[1])))
+        else:
+            od_diff.show(found, out, words, every=every)
+    return code or int(od_diff.count(found) > 0)

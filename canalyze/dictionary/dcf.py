@@ -4,21 +4,15 @@ What stands in the description stays as it is: lines are put beside its own. Mus
 from, or which of them are worth keeping.
 """
 
-import math
-import struct
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from canalyze._core import DATA_TYPES
 from canalyze.dictionary import read
 from canalyze.dictionary.encoding import decode
 from canalyze.dictionary.ini import Ini, Section, parse
-from canalyze.dictionary.model import DOMAIN, VAR, Entry
+from canalyze.dictionary.model import DOMAIN, VAR, Address
 from canalyze.dictionary.objects import place
-from canalyze.dictionary.values import BYTES, REAL, SIGNED, STRINGS
-
-Address = tuple[int, int]
-"""Index and sub-index."""
+from canalyze.dictionary.values import spelled
 
 _COMMISSIONING: Final = "DeviceComissioning"
 """As CiA 306 spells it."""
@@ -50,30 +44,12 @@ def configured(
     left_out = []
     for address, data in sorted(values.items()):
         entry = entries.get(address)
-        value = None if entry is None else spelled(data, entry)
+        value = None if entry is None else spelled(data, entry.type)
         if value is None or not sheet.put(address, value, alone=address[0] in variables):
             left_out.append(address)
     sheet.keep(_COMMISSIONING, {"NodeID": str(node)})
     sheet.keep("FileInfo", keys)
     return Configured(ending.join(sheet.lines()), len(values) - len(left_out), tuple(left_out))
-
-
-def spelled(data: bytes, entry: Entry) -> str | None:
-    """Give a value as a file has it; None where it cannot have it: bytes of another length, text of several lines."""
-    kind, number = entry.type, int.from_bytes(data, "little")
-    if kind in REAL:
-        form = {32: "<f", 64: "<d"}[REAL[kind]]
-        real = struct.unpack(form, data)[0] if len(data) * 8 == REAL[kind] else math.nan
-        return repr(real) if math.isfinite(real) else None
-    if kind in SIGNED:
-        signed = int.from_bytes(data, "little", signed=True)
-        return str(signed) if 0 < len(data) <= 8 and -1 << SIGNED[kind] - 1 <= signed < 1 << SIGNED[kind] - 1 else None
-    if (width := DATA_TYPES.get(kind, ("", None))[1]) is not None:
-        return f"{number:#x}" if 0 < len(data) <= 8 and number < 1 << width else None
-    if kind in STRINGS:
-        text = data.decode("utf-16-le" if kind == 0x0B else "utf-8", "replace").rstrip("\0")
-        return text if text == text.strip() and text.isprintable() and text else None
-    return data.hex(" ").upper() if kind in BYTES and data else None
 
 
 class _Sheet:

@@ -1,4 +1,4 @@
-"""Numbers and values as files write them -> what they are.
+"""Numbers and values as files write them -> what they are, and bytes of transfers -> values as files write them.
 
 Numbers are decimal, hexadecimal (0x) or octal (leading 0); signed ones may be written as the two's complement of their
 width; `$NODEID` may be a summand (CiA 306 4.6 and 4.7). Whatever has to be changed is noted as a defect, and what
@@ -18,9 +18,16 @@ from canalyze.dictionary.model import NodeOffset, Value
 UNSIGNED8, UNSIGNED16, UNSIGNED32, OPAQUE = 0x05, 0x06, 0x07, 0x0F
 NAMES: Final = {kind: name for kind, (name, _) in DATA_TYPES.items()}
 _WIDTHS: Final = {kind: bits for kind, (_, bits) in DATA_TYPES.items() if bits}
+CODES: Final = {name: kind for kind, name in NAMES.items()}
+BY_WIDTH: Final = {
+    bits: kind for kind, (name, bits) in DATA_TYPES.items() if bits and name.startswith(("UNSIGNED", "BOOLEAN"))
+}
+"""Data types without a sign by their bits."""
 SIGNED: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("INTEGER")}
 REAL: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("REAL")}
-STRINGS: Final = frozenset({0x09, 0x0B})
+_REALS: Final = {32: "<f", 64: "<d"}
+_UNICODE: Final = 0x0B
+STRINGS: Final = frozenset({0x09, _UNICODE})
 BYTES: Final = frozenset({0x0A, OPAQUE})
 
 _NUMBER: Final = re.compile(r"([+-]?)(?:0x([0-9a-f]+)|([0-9]+))", re.IGNORECASE)
@@ -40,6 +47,37 @@ class Whole(NamedTuple):
     decimal: bool = True
     relative: bool = False
     """The node-ID is to be added."""
+
+
+def spelled(data: bytes, kind: int) -> str | None:
+    """Give a value that was transferred as a file has it; None where it cannot: its length, text of several lines."""
+    number = int.from_bytes(data, "little")
+    if kind in REAL:
+        real = struct.unpack(_REALS[REAL[kind]], data)[0] if len(data) * 8 == REAL[kind] else math.nan
+        return repr(real) if math.isfinite(real) else None
+    if kind in SIGNED:
+        signed = int.from_bytes(data, "little", signed=True)
+        return str(signed) if 0 < len(data) <= 8 and -1 << SIGNED[kind] - 1 <= signed < 1 << SIGNED[kind] - 1 else None
+    if kind in _WIDTHS:
+        return f"{number:#x}" if 0 < len(data) <= 8 and number < 1 << _WIDTHS[kind] else None
+    if kind in STRINGS:
+        text = data.decode("utf-16-le" if kind == _UNICODE else "utf-8", "replace").rstrip("\0")
+        return text if text == text.strip() and text.isprintable() and text else None
+    return data.hex(" ").upper() if kind in BYTES and data else None
+
+
+def packed(value: Value, kind: int, node: int) -> bytes:
+    """Give a value that a file has as it is transferred."""
+    if isinstance(value, NodeOffset):
+        value = value.at(node)
+    if isinstance(value, str):
+        return value.encode("utf-16-le" if kind == _UNICODE else "utf-8")
+    if isinstance(value, bytes):
+        return value
+    if kind in REAL:
+        return struct.pack(_REALS[REAL[kind]], value)
+    bits = _WIDTHS.get(kind, 64)
+    return (int(value) & (1 << bits) - 1).to_bytes(-(-bits // 8), "little")
 
 
 @lru_cache(maxsize=1024)  # a file has few different ones
@@ -169,8 +207,7 @@ class Values:
                 self._odd(key, "not-a-number")
                 return None
             code = code if number.value == 0 else "real-as-hex"
-            form = "f" if bits == 32 else "d"
-            value = struct.unpack(f"<{form}", number.value.to_bytes(bits // 8, "little"))[0]
+            value = struct.unpack(_REALS[bits], number.value.to_bytes(bits // 8, "little"))[0]
         if not math.isfinite(value) or "_" in bare:
             self._odd(key, "not-a-number")
             return None
