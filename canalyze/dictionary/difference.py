@@ -234,6 +234,8 @@ def _pair(nodes: tuple[Node, Node], whole: tuple[bool, bool], strict: bool) -> P
                 continue
         elif not any(side and side.exists for side in held):
             continue
+        elif one and two and one.exists == two.exists and one.data is two.data is None:
+            continue
         differences.append(Difference(address, held, _reason(address, held, whole, profile, strict)))
     return Pair(nodes, differences, compared)
 
