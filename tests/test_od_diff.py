@@ -108,13 +108,14 @@ def test_a_device_is_as_the_files_that_were_made_of_it(canalyze: Runner, log: Pa
         made = ("--dcf", f"{node}.dcf", "--concise-dcf", f"{node}.cdcf", "--skeleton", f"{node}.eds")
         if canalyze("od", str(log), *wanted, *made, *given).code:
             continue  # what is written there, RPDOs write too
-        for pair in (
+        pairs: list[tuple[str | Path, ...]] = [
             (log, f"{node}.dcf", *given),
             (f"{node}.dcf", log, *given),
             (log, f"{node}.cdcf", *given),
             (f"{node}.dcf", f"{node}.cdcf"),
             (log, f"{node}.eds", *given),
-        ):
+        ]
+        for pair in pairs:
             code, rows, last = told(canalyze, pair[0], "--diff", *pair[1:], *wanted)
             assert (code, rows) == (0, []), (pair, rows)
             assert last["compared"] > 0 or str(pair[1]).endswith("eds"), pair

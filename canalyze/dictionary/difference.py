@@ -29,7 +29,8 @@ _COB_IDS: Final = (
     (range(0x1400, 0x1600), (1,)),
     (range(0x1800, 0x1A00), (1,)),
 )
-_IDENTIFIER: Final = 0x1FFF_FFFF
+IDENTIFIER: Final = 0x1FFF_FFFF
+"""Of a COB-ID the bits of the CAN-ID."""
 _NODE: Final = 0x7F
 
 
@@ -110,7 +111,7 @@ def captured(records: Iterable[Record]) -> Side:
         if one["kind"] == "od_node":
             objects = {}
             nodes.append(Node(one["bus"], one["node"], one["profile"] or 0, objects))
-        else:
+        elif one["kind"] == "od_object":
             objects[int(one["index"], 16), one["sub"]] = _seen(one)
     return Side(nodes, "capture")
 
@@ -137,7 +138,7 @@ def relative(address: Address, data: bytes, node: int | None) -> int | None:
     """Give a COB-ID without the node-ID that it contains; None where it is no COB-ID, or contains it not."""
     number = int.from_bytes(data, "little")
     holds = any(address[0] in indices and address[1] in subs for indices, subs in _COB_IDS)
-    contains = node is not None and number & _NODE == node and _NODE < number & _IDENTIFIER < 0x800
+    contains = node is not None and number & _NODE == node and _NODE < number & IDENTIFIER < 0x800
     return number - (node or 0) if holds and contains else None
 
 
@@ -228,13 +229,14 @@ def _pair(nodes: tuple[Node, Node], whole: tuple[bool, bool], strict: bool) -> P
     for address in sorted(set(a.objects) | set(b.objects)):
         held = a.objects.get(address), b.objects.get(address)
         one, two = held
-        if one and two and one.exists and two.exists and one.data is not None and two.data is not None:
+        known = [side is not None and side.exists and side.data is not None for side in held]
+        if one and two and all(known):
             compared += 1
             if _meaning(address, one, two.kind, nodes) == _meaning(address, two, one.kind, nodes[::-1]):
                 continue
-        elif not any(side and side.exists for side in held):
+        if one and two and not any(known) and one.exists == two.exists:
             continue
-        elif one and two and one.exists == two.exists and one.data is two.data is None:
+        if not any(side and side.exists for side in held):
             continue
         differences.append(Difference(address, held, _reason(address, held, whole, profile, strict)))
     return Pair(nodes, differences, compared)

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 from canalyze._core import object_text, standard_object
-from canalyze.dictionary.difference import Compared, Difference, Held, Node, Pair, relative
+from canalyze.dictionary.difference import IDENTIFIER, Compared, Difference, Held, Node, Pair, relative
 from canalyze.output import Output, dyed, jsonl, printable
 from canalyze.output.layout import definitions
 from canalyze.reports.table import Column, write
@@ -155,6 +155,7 @@ def _texts(one: Difference, pair: Pair, lang: str) -> list[tuple[str, int | None
     for held, node in zip(one.held, pair.nodes, strict=True):
         data = b"" if held is None or held.data is None else held.data
         base = relative(one.address, data, node.node) if apart and data else None
+        base = None if base is None else base & IDENTIFIER
         texts.append((object_text(*one.address, data, kind, _profile(pair), lang), base))
     return texts
 
