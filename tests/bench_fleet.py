@@ -47,7 +47,7 @@ def made(folder: Path, count: int, frames: int) -> list[Capture]:
         file.writelines(bench_captures.capture_lines(frames))
     for number in range(1, count):
         os.link(source, folder / f"{number}.log")
-    return captures([str(folder)], "", beside=False)
+    return captures([str(folder)], f"{folder}-out", beside=False)
 
 
 def work(out: Path | str) -> Work:
@@ -117,7 +117,7 @@ def grid(folder: Path, frames: int, on: str | None, store: str | None) -> None:
             data = Path(every[0].path).read_bytes()
             for capture in every:
                 place(store).put(f"{count}/{Path(capture.path).name}", data)
-            every = captures([f"{store}/{count}/"], "", beside=False)
+            every = captures([f"{store}/{count}/"], f"{store}/out", beside=False)
             assert len(every) == count
         for width in (1, 2):
             out = f"{store or folder}/out-{count}-{width}"

@@ -29,7 +29,7 @@ from pkgutil import iter_modules
 from typing import NoReturn
 
 OF_PYTHON = ("PYTHON", "LC_", "LANG", "LD_")
-"""How variables are called that have a say in how Python starts."""
+"""How variables are called that have a say in how Python starts; LC_MESSAGES has none."""
 _MOST = 1 << 16
 _WORD = 8
 
@@ -39,16 +39,21 @@ def run(
 ) -> subprocess.CompletedProcess[bytes]:
     """Runs `canalyze` with these arguments to its end, all three streams being pipes."""
     wanted = of_python(env)
-    if not hasattr(os, "fork") or wanted not in (_GIVEN, _USUAL):
+    if not forks(env):
         line = [sys.executable, "-m", "canalyze", *arguments]
         return subprocess.run(line, input=stdin, capture_output=True, cwd=cwd, env=env, timeout=timeout_s, check=False)
     forker = _forker(os.getpid(), tuple(sorted(wanted.items())))
     return forker.run(arguments, stdin, cwd or Path.cwd(), env, timeout_s)
 
 
+def forks(env: Mapping[str, str]) -> bool:
+    """Whether a fork does for this environment: here there are forks, and Python starts in it as it started here."""
+    return hasattr(os, "fork") and of_python(env) in (_GIVEN, _USUAL)
+
+
 def of_python(env: Mapping[str, str]) -> dict[str, str]:
     """What has a say in how Python starts."""
-    return {name: value for name, value in env.items() if name.startswith(OF_PYTHON)}
+    return {name: value for name, value in env.items() if name.startswith(OF_PYTHON) and name != "LC_MESSAGES"}
 
 
 _GIVEN = of_python(os.environ)
