@@ -56,9 +56,10 @@ def entries(data: bytes) -> list[tuple[Address, bytes]] | None:
 def sections(found: list[tuple[Address, bytes]]) -> Ini:
     """Give the sections that a DCF of the same values has; of an object that is written twice the last one counts."""
     ini = Ini()
-    values = dict(found)
-    for index in sorted({index for index, _ in values}):
-        subs = {sub: data for (one, sub), data in values.items() if one == index}
+    objects: dict[int, dict[int, bytes]] = {}
+    for (index, sub), data in found:
+        objects.setdefault(index, {})[sub] = data
+    for index, subs in sorted(objects.items()):
         if set(subs) == {0}:
             _put(ini, f"{index:04X}", {"ObjectType": str(VAR), **_entry(index, 0, subs[0])})
             continue

@@ -39,7 +39,7 @@ class Held(NamedTuple):
 
     name: str
     kind: int
-    """Code of its type, 0 where that is not known."""
+    """Code of its type, 0 where neither a description nor a standard has one."""
     data: bytes | None
     """Its value as it is transferred; None where it is not known, or not all of it."""
     configured: bool
@@ -168,7 +168,7 @@ def _seen(one: Record) -> Held:
     )
     return Held(
         one["name"] or "",
-        CODES.get(one["type"] or "", 0),
+        CODES.get(one["type"] or "", 0) if one["type_from"] != "inferred" else 0,
         None if data is None else bytes.fromhex(data),
         bool(written),
         one["exists"] is not False,
@@ -226,13 +226,15 @@ def _pair(nodes: tuple[Node, Node], whole: tuple[bool, bool], strict: bool) -> P
     compared = 0
     a, b = nodes
     profile = a.profile or b.profile
+    ids = (None, None) if a.node == b.node else (a.node, b.node)
     for address in sorted(set(a.objects) | set(b.objects)):
         held = a.objects.get(address), b.objects.get(address)
         one, two = held
         known = [side is not None and side.exists and side.data is not None for side in held]
         if one and two and all(known):
             compared += 1
-            if _meaning(address, one, two.kind, nodes) == _meaning(address, two, one.kind, nodes[::-1]):
+            kind = one.kind or two.kind
+            if _meaning(address, one, kind, ids[0]) == _meaning(address, two, kind, ids[1]):
                 continue
         if one and two and not any(known) and one.exists == two.exists:
             continue
@@ -267,14 +269,12 @@ def _reason(
     return next((side.changes for side in there if side.changes), None)
 
 
-def _meaning(address: Address, held: Held, other: int, nodes: tuple[Node, Node]) -> object:
-    """Give what is equal where two values are. other: the type that the other side has."""
+def _meaning(address: Address, held: Held, kind: int, node: int | None) -> object:
+    """Give what is equal where two values are, by one type. node: a COB-ID counts without it; None: as it is."""
     data = held.data or b""
-    kind = held.kind or other
     if kind in STRINGS:
         return data.rstrip(b"\0")
     if kind in BYTES or kind in REAL or len(data) > 8:
         return data
-    if nodes[0].node != nodes[1].node and (base := relative(address, data, nodes[0].node)) is not None:
-        return "relative", base
-    return int.from_bytes(data, "little", signed=kind in SIGNED)
+    base = relative(address, data, node)
+    return int.from_bytes(data, "little", signed=kind in SIGNED) if base is None else ("relative", base)
