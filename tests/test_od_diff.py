@@ -7,6 +7,7 @@ take a difference from the program that is not put in here.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -284,6 +285,10 @@ def test_what_only_one_side_shows(canalyze: Runner, tmp_path: Path) -> None:
     code, rows, _ = told(canalyze, a, "--diff", b)
     assert places(rows) == ["5 2000:01", "5 2000:02"] and rows[0]["b"]["exists"] is False
     assert "does not exist" in canalyze("--lang", "en", "od", a, "--diff", b).out
+    with (tmp_path / b).open("a") as file:
+        file.write("(1700000002.000000) can0 605#2F00200207000000\n(1700000002.001000) can0 585#8000200222000008\n")
+    text = canalyze("--lang", "en", "od", a, "--diff", b).out
+    assert re.search(r"^2000h:02 +- +2 \(02h\) +refused$", text, re.MULTILINE), text
     # A concise DCF is a part, too.
     (tmp_path / "a.cdcf").write_bytes(concise({(0x2000, 2): b"\2"}))
     assert told(canalyze, a, "--diff", "a.cdcf")[0] == 0
@@ -304,7 +309,12 @@ def test_nodes_that_one_side_has(canalyze: Runner, tmp_path: Path) -> None:
     assert (done.code, alone) == (1, [("a", 6), ("b", 7), ("b", 8)])
     assert told(canalyze, "a.log", "--diff", "b.log", "--node", "5")[0] == 0
     done = canalyze("--lang", "en", "od", "a.log", "--diff", "c.log")
-    assert done.code == 2 and "A: 5, 6; B: 9, 10" in done.complaints[-1]
+    assert done.code == 1 and "A: 5, 6; B: 9, 10" in done.complaints[-1]
+    assert "only B has node 9 on can0: 1 object\n" in done.out and done.lines[-1].startswith("differences: 4;")
+    (tmp_path / "nine.cdcf").write_bytes(concise({(0x1017, 0): b"\0\0"}))
+    for other in (["a.log", "--node", "9"], ["a.log", "--node", "5=7"], ["nine.cdcf"]):
+        done = canalyze("--lang", "en", "od", "c.log", "--diff", *other)
+        assert (done.code, done.out) == (2, "") and "no node is on both sides" in done.complaints[-1], other
 
 
 def test_what_cannot_be_is_said(canalyze: Runner, tmp_path: Path) -> None:

@@ -246,7 +246,9 @@ def _compare(
     found = compare(sides, nodes, filtered=expression is not None)
     if not found.pairs:
         a, b = (", ".join(str(node.node or "-") for node in side.nodes) or "-" for side in found.sides)
-        raise click.UsageError(words("od.no_pair", a=a, b=b), click.get_current_context())
+        if not any(found.alone):
+            raise click.UsageError(words("od.no_pair", a=a, b=b), click.get_current_context())
+        complain(f"canalyze: {words('od.no_pair', a=a, b=b)}")
     with suppress(ReaderGone):  # who has read enough has not been told that they are alike
         if form == "jsonl":
             out.write(od_diff.lines(found, (files[0][0], files[1])))

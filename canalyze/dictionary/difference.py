@@ -50,6 +50,8 @@ class Held(NamedTuple):
     """Why its value says nothing of the configuration, as far as this side knows, unless somebody has configured it."""
     commanded: bool = False
     """RPDOs write it."""
+    refused: bool = False
+    """The device has refused to have it read or written."""
 
 
 class Node(NamedTuple):
@@ -174,6 +176,7 @@ def _seen(one: Record) -> Held:
         one["exists"] is not False,
         next((reason for holds, reason in changes if holds), None),
         one["rpdo"] > 0,
+        one["refused"] > 0,
     )
 
 
@@ -217,8 +220,10 @@ def _pairs(
                 found.append((one, partners[0]))
                 left.remove(one)
                 right.remove(partners[0])
-    # A description is of one node: what else the other side has, it does not lack.
-    return found, (left if b.form == "capture" else [], right if a.form == "capture" else [])
+    # A description is of one node, and so is what was chosen: what else there is, the other side does not lack.
+    if wanted != (None, None) or not a.form == b.form == "capture":
+        left, right = [], []
+    return found, (left, right)
 
 
 def _pair(nodes: tuple[Node, Node], whole: tuple[bool, bool], strict: bool) -> Pair:

@@ -17,7 +17,7 @@ from canalyze._core import object_text, standard_object
 from canalyze.dictionary.difference import IDENTIFIER, Compared, Difference, Held, Node, Pair, relative
 from canalyze.output import Output, dyed, jsonl, printable
 from canalyze.output.layout import definitions
-from canalyze.reports.table import Column, write
+from canalyze.reports.table import EMPTY, Column, write
 from canalyze.words import Words
 
 _NAMED: Final = 8
@@ -127,11 +127,11 @@ def _row(one: Difference, pair: Pair, found: Compared, words: Words, *, every: b
         elif not held.exists:
             texts.append(words("od.absent"))
         elif held.data is None:
-            texts.append(words("od.no_value"))
+            texts.append(words.of("seen", "refused") if held.refused else words("od.no_value"))
         else:
             texts.append(text if base is None else f"{text} $NODEID+{base:X}h")
     why = [words.of("reason", one.reason or "")] if every else []
-    return [_place(one), _object_name(one, pair, words.lang), *texts, *why]
+    return [_place(one), _object_name(one, pair, words.lang) or EMPTY, *texts, *why]
 
 
 def _place(one: Difference) -> str:

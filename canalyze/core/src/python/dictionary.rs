@@ -39,7 +39,11 @@ impl Dictionary {
     #[new]
     #[pyo3(signature = (*, file, form, device, rows))]
     fn new(file: String, form: &str, device: String, rows: Vec<Row>) -> PyResult<Self> {
-        let form = choose("form", form, &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds), ("concise", Form::Dcf)])?;
+        let form = choose(
+            "form",
+            form,
+            &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds), ("concise", Form::Dcf)],
+        )?;
         let objects = rows.into_iter().map(object).collect::<PyResult<_>>()?;
         Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
     }
