@@ -43,6 +43,7 @@ _ALIASES = {
     "boot.log": "network/sync-and-pdos.log",
     "machine1.log": "network/sync-and-pdos.log",
     "machine2.log": "network/remapping.log",
+    "other-firmware.log": "od/other-firmware.log",
     "good.log": "network/drive-states.log",
     "captures/good.log": "network/sync-and-pdos.log",
     "captures/zephyr.log": "zephyr-sdo.log",

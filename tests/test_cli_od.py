@@ -181,6 +181,16 @@ def test_nothing_is_said(canalyze: Runner, tmp_path: Path) -> None:
         assert "no objects in 1 frame" in done.err
 
 
+def test_pdos_without_objects_are_no_objects(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "pdos.log").write_text("(1.0) can1 18A#0102\n(1.1) can1 18A#01\n")
+    done = canalyze("--lang", "en", "od", "pdos.log")
+    assert (done.code, done.out) == (0, "") and "no objects in 2 frames" in done.err
+    done = canalyze("--lang", "en", "od", "pdos.log", "--format", "jsonl")
+    (pdo,) = map(json.loads, done.lines)
+    assert (pdo["kind"], pdo["node"], pdo["pdo"], pdo["id"], pdo["frames"]) == ("od_pdo", 10, "TPDO1", "18A", 2)
+    assert (pdo["length_min"], pdo["length_max"]) == (1, 2) and "no objects in 2 frames" in done.err
+
+
 def test_a_pipe_is_read_to_its_end(canalyze: Runner, log: str) -> None:
     for more in ([], ["--history"]):
         piped = canalyze("--lang", "en", "od", "-", *more, stdin=CAPTURE.encode())

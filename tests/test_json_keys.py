@@ -27,9 +27,10 @@ KEYS = {
         *("reordered", "retransmissions", "crc_negotiated", "findings", "requested"),
     },
     "od_node": {
-        *("kind", "bus", "node", "objects", "values", "further", "device_type", "profile", "vendor_id"),
-        *("product_code", "revision", "serial", "device_name"),
+        *("kind", "bus", "node", "objects", "values", "further", "booted", "device_type", "profile"),
+        *("vendor_id", "product_code", "revision", "serial", "device_name"),
     },
+    "od_pdo": {"kind", "bus", "node", "pdo", "id", "ext", "frames", "length_min", "length_max"},
     "od_object": {
         *("kind", "bus", "node", "index", "sub", "name", "type", "type_from", "bits", "access", "readable", "writable"),
         *("exists", "value", "text", "data", "source", "t", "frame", "values", "varies"),
@@ -42,6 +43,9 @@ KEYS = {
             "configured",
             "aborts",
             "in_force",
+            "first",
+            "sizes",
+            "extremes",
             "first_frame",
             "last_frame",
         ),

@@ -38,6 +38,24 @@ if TYPE_CHECKING:
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
 """What --format adds to the core's name of what comes out."""
+_MADE: Final = ("--dcf", "--concise-dcf", "--skeleton")
+"""Options that make files of one node."""
+EXCLUSIVE: Final = (
+    (_MADE, ("--against", "--diff", "--history", "--output")),
+    (("--against",), ("--diff", "--history", "--format csv")),
+    (("--diff",), ("--history", "--format csv")),
+)
+"""Options, and those that none of them can be used with."""
+GO_WITH: Final = (
+    *((option, ("--node",)) for option in _MADE),
+    ("--node", (*_MADE, "--against", "--diff")),
+    ("--node A=B", ("--diff",)),
+    ("--unseen", ("--against",)),
+    ("--all", ("--diff",)),
+)
+"""Options, and those of which each needs one."""
+NO_OBJECT: Final = b'{"kind":"od_pdo"'
+"""PDOs come behind all objects: what begins so has none."""
 
 
 def command(words: Words) -> click.Command:
@@ -52,6 +70,8 @@ def command(words: Words) -> click.Command:
         dcf: str | None,
         concise_dcf: str | None,
         skeleton: str | None,
+        against: str | None,
+        unseen: bool,
         diff: str | None,
         every: bool,
         output: str | None,
@@ -62,15 +82,16 @@ def command(words: Words) -> click.Command:
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
-        wanted = {"dcf": dcf, "concise_dcf": concise_dcf, "skeleton": skeleton}
+        wanted: dict[str, Any] = {"dcf": dcf, "concise_dcf": concise_dcf, "skeleton": skeleton}
         targets = {form: name for form, name in wanted.items() if name is not None}
-        _go_together(
-            words,
-            targets,
-            {"--node": node, "--diff": diff, "--all": every, "--history": history, "--output": output}
-            | {"--format csv": form == "csv"},
-        )
+        two = node is not None and node[0] != node[1]
+        chosen = {f"--{form.replace('_', '-')}": name for form, name in wanted.items()}
+        chosen |= {"--node": node, "--against": against, "--diff": diff, "--output": output}
+        chosen |= {"--history": history, "--unseen": unseen, "--all": every}
+        chosen |= {"--format csv": form == "csv", "--node A=B": two}
+        _go_together(words, {option for option, value in chosen.items() if value not in (None, False)})
         names = inputs(files, words)
+        description = None if against is None else _described(against, node[0] if node else None, words)
         read: dict[str, Any] = {}
         kind = ("history" if history else "objects") + ("" if targets else FORMS[form])
 
@@ -100,11 +121,11 @@ def command(words: Words) -> click.Command:
             total = total_size(names)
             gathered: list[bytes] = []
             listed = History(out, words, live=total is None) if history and form == "text" else None
-            put = listed.put if listed else gathered.append if targets or form == "text" else out.write
+            put = listed.put if listed else gathered.append if targets or description or form == "text" else out.write
 
             def take(result: bytes) -> None:
                 nonlocal some
-                some = some or bool(result)
+                some = some or (bool(result) and not result.startswith(NO_OBJECT))
                 put(result)
 
             progress = Progress(words, out, total)
@@ -115,6 +136,9 @@ def command(words: Words) -> click.Command:
             if targets and node:
                 progress.clear()
                 _write(outs, words, records, targets, node[0], _description(given, read, records, node[0]))
+            elif description and reading.frames:
+                progress.clear()
+                code = max(code, _hold_against(out, words, records, description, form=form, unseen=unseen))
             else:
                 show(records, out, words)
             for written in outs.values():
@@ -136,6 +160,8 @@ def command(words: Words) -> click.Command:
             click.Option(["--dcf"], type=ANY_PATH, metavar="FILE", help=words("od.dcf")),
             click.Option(["--concise-dcf"], type=ANY_PATH, metavar="FILE", help=words("od.concise_dcf")),
             click.Option(["--skeleton"], type=ANY_PATH, metavar="FILE", help=words("od.skeleton")),
+            click.Option(["--against"], type=ANY_PATH, metavar="FILE", help=words("od.against")),
+            click.Option(["--unseen"], is_flag=True, help=words("od.with_unseen")),
             click.Option(["--diff"], type=ANY_PATH, metavar="FILE", help=words("od.diff")),
             click.Option(["--all", "every"], is_flag=True, help=words("od.all")),
             format_option(words, "od", tuple(FORMS)),
@@ -154,25 +180,41 @@ def _nodes(text: str) -> tuple[int, int] | None:
     return None if one is None or two is None else (one, two)
 
 
-def _go_together(words: Words, targets: dict[str, str], given: dict[str, Any]) -> None:
+def _go_together(words: Words, chosen: set[str]) -> None:
     """Raise a usage error for options that cannot be used together, or not without each other."""
     context = click.get_current_context()
-    files = [f"--{form.replace('_', '-')}" for form in targets]
-    two = given["--node"] and given["--node"][0] != given["--node"][1]
-    for one, needs, missing in (
-        (files[:1], "--node", not given["--node"]),
-        (["--node"] if given["--node"] else [], "--dcf/--diff", not files and given["--diff"] is None),
-        (["--node A=B"] if two else [], "--diff", given["--diff"] is None),
-        (["--all"] if given["--all"] else [], "--diff", given["--diff"] is None),
-    ):
-        if one and missing:
-            raise click.UsageError(words("od.goes_with", one=one[0], other=needs), context)
-    for chosen, others in (
-        (files[:1], ("--diff", "--history", "--output")),
-        (["--diff"] if given["--diff"] is not None else [], ("--history", "--format csv")),
-    ):
-        for option in (option for option in others if chosen and given[option]):
-            raise click.UsageError(words("usage.exclusive", one=chosen[0], other=option), context)
+    for options, others in EXCLUSIVE:
+        for one in (one for one in options if one in chosen):
+            for other in (other for other in others if other in chosen):
+                raise click.UsageError(words("usage.exclusive", one=one, other=other), context)
+    for one, needs in GO_WITH:
+        if one in chosen and not chosen & set(needs):
+            raise click.UsageError(words("od.goes_with", one=one, other=", ".join(needs)), context)
+
+
+def _described(name: str, node: int | None, words: Words) -> "Dictionary":
+    """Read a description that is compared, and say what is odd about it."""
+    from canalyze.configuration.descriptions import say_defects
+    from canalyze.dictionary import load
+
+    found = load(name, node)
+    say_defects(found, words)
+    return found
+
+
+def _hold_against(
+    out: Output, words: Words, records: list[dict[str, Any]], found: "Dictionary", *, form: str, unseen: bool
+) -> int:
+    """Write what the description and the device differ in; give the exit code."""
+    from canalyze.dictionary.against import INFO, compared, device
+    from canalyze.reports import against_text
+
+    held = compared(found, records, *device(records, found), unseen=unseen)
+    if form == "text":
+        against_text.show(held, found.file, out, words)
+    else:
+        out.write(against_text.lines(held, found.file, words))
+    return int(any(one.severity != INFO for one in held.differences))
 
 
 def _records(gathered: list[bytes]) -> list[dict[str, Any]]:
@@ -224,7 +266,7 @@ def _compare(
     session: Callable[[], "Session"],
 ) -> int:
     """Compare the configurations of two sides; give the exit code."""
-    from canalyze.dictionary import describes, load
+    from canalyze.dictionary import describes
     from canalyze.dictionary.difference import captured, compare
     from canalyze.reports import od_diff
 
@@ -234,7 +276,7 @@ def _compare(
     progress = Progress(words, out, total_size((*files[0], files[1])))
     for inputs_of in (files[0], (files[1],)):
         if len(inputs_of) == 1 and describes(inputs_of[0]):
-            sides.append(load(inputs_of[0]))
+            sides.append(_described(inputs_of[0], None, words))
             continue
         gathered: list[bytes] = []
         reading = session()

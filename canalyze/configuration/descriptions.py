@@ -42,7 +42,9 @@ def network(
     carried = carriers(filed, given, read) if known.descriptions else {}
     for file in dict.fromkeys(carried.values()):
         if words is not None:
-            _say(read[file], [node for (_, node), other in carried.items() if other == file], words, say)
+            nodes = [node for (_, node), other in carried.items() if other == file]
+            _say_other_nodes(read[file], nodes, words, say)
+            say_defects(read[file], words, say)
     return _core.Network(
         descriptions=[(_name(bus), node, read[file].table) for (bus, node), file in carried.items()],
         cobs=[(_name(cob.bus), *cob.can_id, cob.node, cob.direction, cob.number) for cob in known.cobs],
@@ -87,16 +89,20 @@ def _among(chosen: frozenset[Carrier], bus: str | None, node: int) -> bool:
     return (None, node) in chosen or (bus, node) in chosen
 
 
-def _say(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str], None]) -> None:
-    """Say what a user should know of a file: once, in a line each."""
-    from canalyze.dictionary.model import EFFECTS
-
+def _say_other_nodes(found: "Dictionary", nodes: list[int], words: Words, say: Callable[[str], None]) -> None:
+    """Say that a DCF is used for other nodes than its own."""
     others = sorted({node for node in nodes if node != found.node})
     if found.form == "dcf" and found.node is not None and others:
         shown = ", ".join(map(str, others))
         say(f"canalyze: {words('network.other_node', name=found.file, own=found.node, nodes=shown)}")
+
+
+def say_defects(found: "Dictionary", words: Words, say: Callable[[str], None] = complain) -> None:
+    """Say in one line what was odd about a file."""
     import shlex
     from collections import Counter
+
+    from canalyze.dictionary.model import EFFECTS
 
     effects: Counter[str] = Counter()
     for defect in found.defects:

@@ -51,19 +51,16 @@ class Whole(NamedTuple):
 
 def spelled(data: bytes, kind: int) -> str | None:
     """Give a value that was transferred as a file has it; None where it cannot: its length, text of several lines."""
-    number = int.from_bytes(data, "little")
-    if kind in REAL:
-        real = struct.unpack(_REALS[REAL[kind]], data)[0] if len(data) * 8 == REAL[kind] else math.nan
-        return repr(real) if math.isfinite(real) else None
-    if kind in SIGNED:
-        signed = int.from_bytes(data, "little", signed=True)
-        return str(signed) if 0 < len(data) <= 8 and -1 << SIGNED[kind] - 1 <= signed < 1 << SIGNED[kind] - 1 else None
-    if kind in _WIDTHS:
-        return f"{number:#x}" if 0 < len(data) <= 8 and number < 1 << _WIDTHS[kind] else None
-    if kind in STRINGS:
-        text = data.decode("utf-16-le" if kind == _UNICODE else "utf-8", "replace").rstrip("\0")
-        return text if text == text.strip() and text.isprintable() and text else None
-    return data.hex(" ").upper() if kind in BYTES and data else None
+    match decoded(data, kind):
+        case float(real):
+            return repr(real) if math.isfinite(real) else None
+        case int(number):
+            return str(number) if kind in SIGNED else f"{number:#x}"
+        case str(text):
+            return text if text == text.strip() and text.isprintable() and text else None
+        case bytes(octets):
+            return octets.hex(" ").upper() or None
+    return None
 
 
 def packed(value: Value, kind: int, node: int) -> bytes:
@@ -122,6 +119,19 @@ def with_node(text: str) -> Whole | None:
     if len(summands) > 2 or "$" not in joined or "-" in joined:
         odd = odd or "nodeid-form"
     return Whole(offset, odd, relative=True)
+
+
+def decoded(data: bytes, kind: int) -> int | float | str | bytes | None:
+    """Give the value that SDO transfers as these bytes; None where they are none of that type."""
+    if kind in STRINGS:
+        return data.decode("utf-16-le" if kind == _UNICODE else "utf-8", "replace").rstrip("\0")
+    if kind in BYTES:
+        return data
+    if kind in REAL:
+        return float(struct.unpack(_REALS[REAL[kind]], data)[0]) if len(data) * 8 == REAL[kind] else None
+    number, bits = int.from_bytes(data, "little", signed=kind in SIGNED), _WIDTHS.get(kind, 0)
+    least, beyond = (-1 << bits - 1, 1 << bits - 1) if kind in SIGNED else (0, 1 << bits)
+    return number if 0 < len(data) <= 8 and bits and least <= number < beyond else None
 
 
 def without_comment(text: str) -> str:

@@ -2,10 +2,10 @@
 
 It lays out what `canalyze/dictionary/difference.py` has found. Must not: decide what counts.
 
-JSON lines: `od_difference`, `kind bus node node_b index sub name reason a b`, an object that differs, with a reason
+JSON lines: `od_diff_object`, `kind bus node node_b index sub name reason a b`, an object that differs, with a reason
 where that does not count. `a` and `b` are `{"data","text","configured","exists","base"}`, or null where the side does
 not have the object, or does not show it; `base`: a COB-ID without the node-ID, where the nodes are not the same.
-`od_node_alone`, `kind side bus node objects`: a node that one side has. Last `od_diff`, `kind same differences compared
+`od_diff_node`, `kind side bus node objects`: a node that one side has. Last `od_diff`, `kind same differences compared
 ignored a b`; `ignored` counts by reason, `a` and `b` are `{"file","form"}`.
 """
 
@@ -65,7 +65,7 @@ def _records(found: Compared, names: tuple[str, str]) -> Iterator[dict[str, Any]
                 for held, (text, base) in zip(one.held, _texts(one, pair, "en"), strict=True)
             )
             yield {
-                "kind": "od_difference",
+                "kind": "od_diff_object",
                 "bus": pair.nodes[0].bus,
                 "node": pair.nodes[0].node,
                 "node_b": pair.nodes[1].node,
@@ -79,7 +79,7 @@ def _records(found: Compared, names: tuple[str, str]) -> Iterator[dict[str, Any]
     for side, nodes in zip("ab", found.alone, strict=True):
         for node in nodes:
             objects = len(node.objects)
-            yield {"kind": "od_node_alone", "side": side, "bus": node.bus, "node": node.node, "objects": objects}
+            yield {"kind": "od_diff_node", "side": side, "bus": node.bus, "node": node.node, "objects": objects}
     reasons = Counter(one.reason for pair in found.pairs for one in pair.differences if one.reason is not None)
     a, b = ({"file": name, "form": side.form} for name, side in zip(names, found.sides, strict=True))
     yield {

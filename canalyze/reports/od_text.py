@@ -75,7 +75,7 @@ def _by_node(records: Iterable[Record]) -> Iterator[tuple[Record, list[Record]]]
     for kind, group in groupby(records, lambda one: one["kind"]):
         if kind == "od_node":
             (node,) = group
-        else:
+        elif kind == "od_object":
             yield node, list(group)
 
 

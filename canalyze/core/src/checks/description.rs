@@ -1,7 +1,8 @@
 //! Whether a node is what its description says: what SDO transfers show, against the EDS or DCF. Of a node without one,
 //! only the lengths of what CiA 301 gives a data type are judged.
 //!
-//! Only what both sides took as done is judged, before the bus takes the value. What differs may be the description's
+//! What both sides took as done is judged before the bus takes the value; of what was refused only that there is no such
+//! object. What differs may be the description's
 //! fault as well as the device's: a finding reports that they disagree, not who is right.
 
 use std::collections::BTreeSet;
@@ -12,10 +13,10 @@ use crate::dictionary::Object;
 use crate::finding::{Quantity, Verdict};
 use crate::node::{Node, PerNode};
 use crate::od::{self, DataType};
-use crate::rules::description::{Eds001, Eds002, Eds003, Eds004};
+use crate::rules::description::{Eds001, Eds002, Eds003, Eds004, Eds005};
 use crate::rules::sdo::{Sdo013, Sdo014};
 use crate::services::sdo::transfer::{Direction, Mode, Transfer};
-use crate::services::sdo::wire::Mux;
+use crate::services::sdo::wire::{Mux, Side};
 
 /// Addresses kept for one node at most (invariant 6).
 const KEPT: usize = 4096;
@@ -23,6 +24,10 @@ const KEPT: usize = 4096;
 const OBJECTS: u16 = 0x1000;
 /// The structure of an object, which a server may offer at this sub-index of any.
 const STRUCTURE: u8 = 0xFF;
+
+/// Abort codes by which there is no such object, and no such sub-index.
+const NO_INDEX: u32 = 0x0602_0000;
+const NO_SUB: u32 = 0x0609_0011;
 
 /// What is settled of each node: addresses that were written, or reported.
 #[derive(Debug, Default)]
@@ -80,6 +85,22 @@ impl Descriptions {
                 Provenance::Dcf => Eds002::Value { found, described }.into(),
                 _ => Eds001::Value { found, described }.into(),
             };
+            cx.raise(what, Some(node.id()), Some(mux), None);
+        }
+    }
+
+    /// A transfer that has ended: whether the device refuses it since it has no such object, which is described.
+    pub fn refused(&mut self, node: Option<&Node>, transfer: &Transfer, cx: &mut Context<'_>) {
+        let abort = transfer.outcome.abort.filter(|abort| abort.by == Side::Server && !transfer.outcome.bad);
+        let what = match abort.map(|abort| abort.code) {
+            Some(NO_INDEX) => Eds005::Index,
+            Some(NO_SUB) => Eds005::SubIndex,
+            _ => return,
+        };
+        if let (Some(node), Some(mux)) = (node, transfer.mux)
+            && node.configuration.object(mux.index, mux.sub).is_some()
+            && self.first(node.id(), mux)
+        {
             cx.raise(what, Some(node.id()), Some(mux), None);
         }
     }

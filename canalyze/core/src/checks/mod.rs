@@ -205,6 +205,7 @@ impl Checks {
         {
             self.pdo_configuration.doubt(node, mux, cx.at.no);
         }
+        self.descriptions.refused(nodes.get(node), transfer, cx);
         self.drives.transfer(transfer, nodes.get(node), self.nodes.state(node), cx);
     }
 

@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::finding::{Finding, Verdict};
 use crate::rules::sdo::Sdo032;
-use crate::services::sdo::judgement::OneSided;
+use crate::services::sdo::proof::OneSided;
 use crate::services::sdo::wire::Side;
 
 /// The capture is over: the channels that it shows one side of.

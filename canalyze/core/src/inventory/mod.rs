@@ -6,21 +6,24 @@
 //! when all is known of its device. Must not: judge a transfer, decide what a mapping is, or write words.
 
 mod inferred;
+mod measured;
 pub mod sighting;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use self::inferred::Looks;
+pub use self::measured::{Measured, Pdo};
 use self::sighting::{Content, Sighting, Source};
 use crate::bus::Bus;
 use crate::configuration::{self, KnownValue};
 use crate::dictionary::Described;
 use crate::drive;
-use crate::event::Event;
+use crate::event::{Event, What};
 use crate::filter::Filter;
-use crate::frame::{BusId, Frame, FrameRef};
+use crate::frame::{BusId, CanId, Frame, FrameRef};
+use crate::message::Message;
 use crate::od::{self, DataType};
 use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Abort, Direction, Transfer};
@@ -139,6 +142,8 @@ pub struct Object {
     pub requested: Option<Held>,
     /// Requests that were aborted, by code, in the order in which they came first.
     pub aborted: Vec<Aborted>,
+    /// What SDO shows of it that a description may say otherwise.
+    pub measured: Measured,
     looks: Looks,
     /// What the device's description and its profile say of it: known from [`Inventory::settle`] on.
     pub described: Described,
@@ -157,6 +162,7 @@ impl Object {
             varies: false,
             requested: None,
             aborted: Vec::new(),
+            measured: Measured::default(),
             looks: Looks::default(),
             described: Described::default(),
             in_force: InForce::default(),
@@ -243,9 +249,10 @@ impl Object {
         standard.map(|data_type| (data_type, from)).or_else(|| Some((self.looks.inferred()?, TypeFrom::Inferred)))
     }
 
-    fn take(&mut self, sighting: &Sighting<'_>) {
+    fn take(&mut self, sighting: &Sighting<'_>, booted: bool) {
         let Sighting { at, source, .. } = *sighting;
         self.last = at;
+        self.measured.take(sighting, booted);
         if let Some(count) = self.counts.get_mut(source as usize) {
             *count += 1;
         }
@@ -342,6 +349,10 @@ pub struct Inventory {
     filter: Filter,
     /// By bus and node-ID.
     pub nodes: BTreeMap<(BusId, u8), Node>,
+    /// PDOs by bus and identifier.
+    pub pdos: BTreeMap<(BusId, CanId), Pdo>,
+    /// Nodes of which the capture shows a boot-up.
+    booted: BTreeSet<(BusId, u8)>,
     kept: usize,
 }
 
@@ -354,6 +365,21 @@ impl Inventory {
     /// Takes what a frame shows.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         sighting::each(frame, events, &mut |sighting| self.take(&sighting));
+        for event in events {
+            if let What::Pdo(data) = &event.what {
+                let new = || Pdo::new((data.node, data.transmit, data.number), frame.len);
+                self.pdos.entry((frame.bus, frame.id)).or_insert_with(new).take(frame.len);
+            }
+        }
+    }
+
+    /// Takes boot-ups, also of frames that are not to be shown.
+    pub fn boot_ups(&mut self, events: &[Event]) {
+        for event in events {
+            if let What::Message(Message::BootUp { node }) = &event.what {
+                self.booted.insert((event.bus, *node));
+            }
+        }
     }
 
     /// Takes a transfer that has ended.
@@ -363,21 +389,27 @@ impl Inventory {
         }
     }
 
+    /// Whether the capture shows a boot-up of a node.
+    pub fn has_booted(&self, bus: BusId, node: u8) -> bool {
+        self.booted.contains(&(bus, node))
+    }
+
     fn take(&mut self, sighting: &Sighting<'_>) {
         let Sighting { bus, node, object, at, .. } = *sighting;
         if !self.filter.takes_object(node, object) {
             return;
         }
+        let booted = self.has_booted(bus, node);
         let node = self.nodes.entry((bus, node)).or_default();
         if let Some(known) = node.objects.get_mut(&object) {
-            return known.take(sighting);
+            return known.take(sighting, booted);
         }
         if self.kept >= MOST {
             node.further += 1;
             return;
         }
         self.kept += 1;
-        node.objects.entry(object).or_insert_with(|| Object::new(at)).take(sighting);
+        node.objects.entry(object).or_insert_with(|| Object::new(at)).take(sighting, booted);
     }
 
     /// Takes what is known of the nodes by now: what their objects are, and what of them is in force.

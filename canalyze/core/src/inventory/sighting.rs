@@ -17,7 +17,7 @@ use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::profiles::Profile;
 use crate::services::pdo::mapping::{Mapped, Mapping};
-use crate::services::sdo::transfer::{Abort, Direction, Status, Transfer};
+use crate::services::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
 /// The error register, which each EMCY carries.
@@ -164,6 +164,14 @@ impl<'a> Sighting<'a> {
                 let asked = transfer.data.requested.as_slice();
                 Content::Bytes(asked, asked.len() as u64)
             }
+        }
+    }
+
+    /// Whether the size of its value is known: an expedited transfer need not tell it.
+    pub fn is_sized(&self) -> bool {
+        match self.shown {
+            Shown::Transfer(transfer) => transfer.mode != Mode::Expedited || transfer.data.size_indicated.is_some(),
+            _ => true,
         }
     }
 

@@ -18,6 +18,7 @@ fn transfer(direction: Direction, bytes: &[u8], status: Status, abort: Option<(u
     let mut transfer = Transfer::new(beginning, direction, Mode::Expedited, Some(OBJECT));
     transfer.outcome.status = status;
     transfer.outcome.abort = abort.map(|(code, by)| Abort { code, by });
+    transfer.data.size_indicated = Some(bytes.len() as u32);
     if status == Status::Ok {
         transfer.append(bytes);
     } else {
@@ -133,6 +134,44 @@ fn a_value_varies_where_nobody_has_written_it() {
     assert!(!varies(&[read(&[1]), written(&[2]), read(&[2])]));
     assert!(!varies(&[written(&[1]), written(&[2]), read(&[3])]));
     assert!(!varies(&[read(&[7; 8000]), read(&[7; 8000])]));
+}
+
+#[test]
+fn what_was_read_before_any_write() {
+    let first = |all: &[Transfer]| {
+        let held = seen(all).measured.first?;
+        if let Value::Bytes(bytes, _) = held.value { Some(bytes) } else { None }
+    };
+    assert_eq!(first(&[read(&[1]), read(&[2]), written(&[3])]), Some(vec![1]));
+    assert_eq!(first(&[written(&[3]), read(&[3])]), None);
+    let unanswered = transfer(Direction::Download, &[7], Status::Incomplete, None);
+    assert_eq!(first(&[unanswered, read(&[1]), read(&[1])]), None, "it may have been taken");
+    assert_eq!(first(&[refused(Direction::Download, READ_ONLY), read(&[1])]), Some(vec![1]));
+    assert_eq!(first(&[refused(Direction::Upload, WRITE_ONLY), read(&[1])]), Some(vec![1]));
+}
+
+#[test]
+fn sizes_and_extremes() {
+    let extremes = |values: &[&[u8]]| {
+        let all: Vec<_> = values.iter().map(|bytes| read(bytes)).collect();
+        seen(&all).measured.extremes().unwrap_or_default().0
+    };
+    assert_eq!(extremes(&[&[5], &[7], &[6]]), [5, 7]);
+    // Without a sign 1 is the least and FFh the greatest, with one 80h and 7Fh.
+    assert_eq!(extremes(&[&[1], &[0x7F], &[0x80], &[0xFF], &[0x30]]), [1, 0x7F, 0x80, 0xFF]);
+    // As reals -2.5 is the least, which in either other reading lies between the others.
+    let real = |number: f32| u64::from(number.to_bits());
+    let values = [-2.5_f32, -0.5, 3.0, f32::NAN].map(f32::to_le_bytes);
+    let found = extremes(&[&values[0], &values[1], &values[2], &values[3]]);
+    assert!(found.contains(&real(-2.5)) && found.contains(&real(3.0)), "{found:X?}");
+    assert_eq!(extremes(&[&[5], &[1, 2], &[3, 0]]), [3, 0x201], "of the width last seen");
+    assert!(extremes(&[&[0; 9]]).is_empty());
+
+    let mut unsized_read = read(&[1, 0, 0, 0]);
+    unsized_read.data.size_indicated = None;
+    let object = seen(&[unsized_read, read(&[1]), written(&[1, 0])]);
+    assert_eq!(object.measured.sizes(Direction::Upload), Some((1, 1)), "what tells no size has none");
+    assert_eq!(object.measured.sizes(Direction::Download), Some((2, 2)));
 }
 
 #[test]

@@ -67,4 +67,21 @@ rules! {
             "读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"
             "read {found}, the description has {described}: the EDS is probably for another device";
     }
+
+    /// The device has no object that the description lists.
+    Eds005 "EDS005" "not-in-device" Info "CiA 306" [Sdo] {
+        message "设备中没有设备描述中的对象" "object of the description is not in the device";
+        meaning
+            "设备以中止码06020000h或06090011h回答: 没有这个对象或子索引, 而设备描述中有。"
+            "The device answers with abort code 06020000h or 06090011h that there is no such object or sub-index, but the description lists it.";
+        cause
+            "EDS与固件版本不符, 或者EDS是为整个系列写的, 这台设备没有该选件。"
+            "The EDS is of another firmware, or of a whole series of which this device lacks an option.";
+        Index
+            "设备中没有该索引, 而设备描述中有"
+            "the device has no such index, but the description lists it";
+        SubIndex
+            "设备中没有该子索引, 而设备描述中有"
+            "the device has no such sub-index, but the description lists it";
+    }
 }

@@ -29,6 +29,7 @@ impl Objects {
 
 impl Sink for Objects {
     fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+        self.inventory.boot_ups(events);
         if passing.shown {
             self.inventory.frame(passing.frame, events);
         }

@@ -285,6 +285,9 @@ fn deadline_of_an_rpdo() {
     assert_eq!(codes_with(&text, Network::default(), ALL), ["PDO013 7"]);
 }
 
+/// Object 2000h is asked for, and the device has none.
+const NO_OBJECT: &str = "0 605#4000200000000000\n 1 585#8000200000000206\n";
+
 #[test]
 fn descriptions_and_transfers() {
     let network = || {
@@ -310,6 +313,10 @@ fn descriptions_and_transfers() {
         // Size not indicated; aborted; strings.
         ("0 605#4000200000000000\n 1 585#4200200001000000".into(), vec![]),
         ("0 605#2F00200001000000\n 1 585#8000200010000706".into(), vec!["SDO017 2"]),
+        // It has no such object, which is told once; no such object of those that the description lacks, too.
+        (NO_OBJECT.repeat(2), vec!["SDO017 2", "EDS005 2", "SDO017 4"]),
+        (NO_OBJECT.replace("00000206", "11000906"), vec!["SDO017 2", "EDS005 2"]),
+        (NO_OBJECT.replace("0020", "0420"), vec!["SDO017 2"]),
         (writes(0.0, "2003:00 u8 1"), vec![]),
         (writes(0.0, "2001:00 u16 1"), vec!["SDO014 2"]),
         (reads(0.0, "2001:00 u16 1"), vec![]),

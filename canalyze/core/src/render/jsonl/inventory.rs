@@ -2,12 +2,13 @@
 //!
 //! | kind | keys |
 //! |---|---|
-//! | `od_node` | `bus node objects values further device_type profile vendor_id product_code revision serial device_name` |
-//! | `od_object` | `bus node index sub name type type_from bits access readable writable exists value text data source t frame values varies read written tpdo rpdo emcy refused unconfirmed requested configured aborts in_force first_frame last_frame` |
+//! | `od_node` | `bus node objects values further booted device_type profile vendor_id product_code revision serial device_name` |
+//! | `od_object` | `bus node index sub name type type_from bits access readable writable exists value text data source t frame values varies read written tpdo rpdo emcy refused unconfirmed requested configured aborts in_force first sizes extremes first_frame last_frame` |
+//! | `od_pdo` | `bus node pdo id ext frames length_min length_max` |
 //! | `od_value` | `bus node index sub name type bits source value text data t frame abort` |
 //!
 //! A node comes before its objects, which stand in order. Its identity (1000h, 1008h, 1018h) is null as far as the
-//! capture does not show it; `device_type` and the like are hexadecimal. `further`: how often something was seen of
+//! capture does not show it; `device_type` and the like are hexadecimal. `booted`: the capture shows a boot-up of it. `further`: how often something was seen of
 //! objects for which there is no room.
 //!
 //! `value` is a number, a string, a boolean, or null for bytes; without the unit and the factor that `text` has. `data`
@@ -18,15 +19,21 @@
 //! last write that was accepted, null where that is a command or process data. `aborts` are
 //! `{"request","code","by","text","count","frame"}`. `in_force` is `{"value","text","from"}` of what the object holds by
 //! all that is known, of those that decoding depends on: after a reset that need not be the last value, and all three
-//! are null where nothing is known of it. In `od_value` the type is null where neither a description nor a standard has
+//! are null where nothing is known of it. `first` is `{"data","size","booted","frame"}` of what was read first where nothing had
+//! written it before, `booted` whether a boot-up of the node came before that. `sizes` are `{"read","written"}`, each least
+//! and greatest in bytes, as far as SDO transfers tell them; `extremes` the bytes of those values by SDO that are the least
+//! and the greatest by any reading of them: with a sign, without, as a real. `od_pdo`, behind the nodes, is an identifier
+//! that carries a PDO, with its lengths in bytes. In `od_value` the type is null where neither a description nor a standard has
 //! one. Must not: decide anything.
 
 use super::sdo::{abort_or_null, json_value, side};
+use super::summary::can_id;
 use super::{Setting, name_or_null, number_or_null, quoted, truth};
 use crate::inventory::sighting::{Content, Shown, Sighting, Source};
 use crate::inventory::{Held, InForce, Inventory, Node, Object};
 use crate::od::DataType;
 use crate::services::pdo::mapping::{Number, number};
+use crate::services::sdo::transfer::Direction;
 use crate::services::sdo::wire::Mux;
 use crate::text::digits::{Hex, Joined, put};
 use crate::text::{Lang, inventory, signal, terms, value};
@@ -35,10 +42,17 @@ use crate::text::{Lang, inventory, signal, terms, value};
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, all: &Inventory, names: Lang) {
     for ((bus, id), node) in &all.nodes {
         let whose = (setting.buses.name(*bus), *id);
-        self::node(out, whose, node);
+        self::node(out, whose, node, all.has_booted(*bus, *id));
         for (mux, object) in &node.objects {
             self::object(out, setting, (whose, *mux), object, names);
         }
+    }
+    for ((bus, id), pdo) in &all.pdos {
+        head(out, "od_pdo", (setting.buses.name(*bus), pdo.node));
+        put!(out; ",\"pdo\":\"", if pdo.transmit { "TPDO" } else { "RPDO" }, pdo.number, "\"");
+        can_id(out, *id);
+        let (least, most) = pdo.lengths;
+        put!(out; ",\"frames\":", pdo.frames, ",\"length_min\":", least, ",\"length_max\":", most, "}\n");
     }
 }
 
@@ -48,10 +62,11 @@ fn head(out: &mut Vec<u8>, kind: &str, (bus, node): (&[u8], u8)) {
     put!(out; ",\"node\":", node);
 }
 
-fn node(out: &mut Vec<u8>, whose: (&[u8], u8), node: &Node) {
+fn node(out: &mut Vec<u8>, whose: (&[u8], u8), node: &Node, booted: bool) {
     head(out, "od_node", whose);
     let values: u64 = node.objects.values().map(Object::values).sum();
     put!(out; ",\"objects\":", node.objects.len(), ",\"values\":", values, ",\"further\":", node.further);
+    put!(out; ",\"booted\":", truth(booted));
     let identity = [
         ("device_type", 0x1000, 0),
         ("vendor_id", 0x1018, 1),
@@ -136,6 +151,7 @@ fn object(out: &mut Vec<u8>, setting: Setting<'_>, (whose, mux): ((&[u8], u8), M
         InForce::Unknown => put!(out; "{\"value\":null,\"text\":null,\"from\":null}"),
         InForce::Unfollowed => put!(out; "null"),
     }
+    measured(out, object);
     put!(out; ",\"first_frame\":", object.first.no, ",\"last_frame\":", object.last.no, "}\n");
 }
 
@@ -146,6 +162,35 @@ fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &Object) {
         put!(out; Hex::<8>(u64::from(one.abort.code)), "\",\"by\":\"", side(one.abort.by), "\",\"text\":");
         name_or_null(out, terms::abort_code(setting.lang, one.abort.code).unwrap_or("").as_bytes());
         put!(out; ",\"count\":", one.count, ",\"frame\":", one.at.no, "}");
+    }
+    put!(out; "]");
+}
+
+fn measured(out: &mut Vec<u8>, object: &Object) {
+    put!(out; ",\"first\":");
+    match &object.measured.first {
+        Some(held) => {
+            let size = held.content().size();
+            put!(out; "{\"data\":");
+            bytes(out, Some(held.content()));
+            put!(out; ",\"size\":", size, ",\"booted\":", truth(object.measured.booted));
+            put!(out; ",\"frame\":", held.at.no, "}");
+        }
+        None => put!(out; "null"),
+    }
+    put!(out; ",\"sizes\":{");
+    for (key, direction) in [("\"read\":", Direction::Upload), (",\"written\":", Direction::Download)] {
+        put!(out; key);
+        match object.measured.sizes(direction) {
+            Some((least, most)) => put!(out; "[", least, ",", most, "]"),
+            None => put!(out; "null"),
+        }
+    }
+    put!(out; "},\"extremes\":[");
+    let (values, size) = object.measured.extremes().unwrap_or_default();
+    for (place, raw) in values.iter().enumerate() {
+        let all = raw.to_le_bytes();
+        put!(out; if place > 0 { ",\"" } else { "\"" }, Joined(all.get(..size).unwrap_or(&all)), "\"");
     }
     put!(out; "]");
 }

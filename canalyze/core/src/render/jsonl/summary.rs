@@ -271,7 +271,7 @@ fn identifier(out: &mut Vec<u8>, name: &[u8], id: CanId, one: &Identifier, elaps
     put!(out; ",\"length_min\":", one.length.0, ",\"length_max\":", one.length.1, "}\n");
 }
 
-fn can_id(out: &mut Vec<u8>, id: CanId) {
+pub(in crate::render) fn can_id(out: &mut Vec<u8>, id: CanId) {
     let raw = u64::from(id.raw());
     put!(out; ",\"id\":\"");
     if id.is_extended() {

@@ -7,8 +7,9 @@ use std::sync::Arc;
 
 use super::exchange::{expedited, lacks_data};
 use super::hypotheses::Hypotheses;
-use super::judgement::{Proof, Verdicts};
+use super::judgement::Verdicts;
 use super::phase::{Half, Phase, Segments};
+use super::proof::Proof;
 use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Mux, Side};

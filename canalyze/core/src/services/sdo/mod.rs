@@ -12,6 +12,7 @@
 //! | `block_transfer`, `block` | what the frames of a block transfer do; which segments count |
 //! | `hypotheses` | what may run where the capture begins, or goes on after lost frames |
 //! | `unasked` | frames of the server without a request, and floods of them |
+//! | `proof` | how sure it is that the frames are SDO |
 //! | `judgement` | reports, withholds or links findings |
 //! | `listing` | which transfers are listed |
 //!
@@ -30,6 +31,7 @@ mod listing;
 mod machine;
 mod pace;
 mod phase;
+pub mod proof;
 mod sequence;
 mod sub_block;
 #[cfg(test)]

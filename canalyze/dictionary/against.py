@@ -1,0 +1,375 @@
+"""A description held against what the traffic shows of a device: object by object, where the two disagree.
+
+Which of them is wrong is not said. What the traffic cannot show (an object that nobody asked for, a type of the same
+size, a value that was written before it was read) is no difference. Must not: read a file or a capture, or put
+anything into words.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+from canalyze import _core
+from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset
+from canalyze.dictionary.values import BYTES, NAMES, decoded
+from canalyze.errors import SourceError
+
+Record = Mapping[str, Any]
+"""A line of the core: `od_node`, `od_object` or `od_pdo`."""
+
+ERROR, WARNING, INFO = "error", "warning", "info"
+SEVERITIES: Final = {
+    "identity": ERROR,
+    "absent": ERROR,
+    "size": ERROR,
+    "device-type": WARNING,
+    "revision": WARNING,
+    "not-readable": WARNING,
+    "not-writable": WARNING,
+    "readable": WARNING,
+    "writable": WARNING,
+    "mapping": WARNING,
+    "pdo-length": WARNING,
+    "mappable": WARNING,
+    "limits": WARNING,
+    "parameter": WARNING,
+    "unlisted": WARNING,
+    "default": INFO,
+    "unseen": INFO,
+}
+"""Every kind of difference, worst first, and how bad it is."""
+
+_FIRST_OBJECT: Final = 0x1000
+_STRUCTURE: Final = 0xFF
+"""Sub-index that a device may offer at any index and no description lists."""
+_ABSENT: Final = frozenset({"06020000", "06090011"})
+_UNSET: Final = frozenset({None, 0, 0xFFFFFFFF})
+"""What templates have as an identity."""
+_DEVICE_TYPE, _IDENTITY = 0x1000, 0x1018
+_PROFILE: Final = 0xFFFF
+_IDENTIFYING: Final = ((_DEVICE_TYPE, 0), (_IDENTITY, 1), (_IDENTITY, 2), (_IDENTITY, 3))
+"""Device type, vendor-ID, product code, revision number."""
+_COMMUNICATION: Final = range(0x1000, 0x2000)
+_PDO_PARAMETERS: Final = range(0x1400, 0x1C00)
+_OF_MAPPINGS: Final = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
+_CHANGING: Final = frozenset(
+    {_DEVICE_TYPE, 0x1001, 0x1002, 0x1003, 0x1010, 0x1011, 0x1013, _IDENTITY, 0x1020, *range(0x1023, 0x1027)}
+    | set(range(0x1F50, 0x1F60))
+)
+"""Objects of CiA 301 and 302 whose default says nothing: states, counters, commands, what single devices have."""
+
+
+class Difference(NamedTuple):
+    """One thing in which the two disagree."""
+
+    kind: str
+    """A key of SEVERITIES."""
+    severity: str
+    index: int  # type: ignore[assignment]  # of a tuple it is a method
+    sub: int | None
+    """None is the whole object."""
+    name: str
+    filed: str
+    """What the description says, in any language; empty where it says nothing."""
+    shown: str
+    """What the traffic shows."""
+    frame: int | None
+    """A frame that shows it."""
+
+
+class Comparison(NamedTuple):
+    """A description held against a device."""
+
+    bus: str | None
+    node: int
+    differences: tuple[Difference, ...]
+    """Worst first, then by address."""
+    seen: int
+    """Objects of the description of which the traffic shows something."""
+    unseen: tuple[Address, ...]
+    """Those of which it shows nothing."""
+
+
+class _Case(NamedTuple):
+    """An object that the description has and the traffic shows."""
+
+    entry: Entry
+    seen: Record
+    node: int
+    structural: bool
+    """It says how many sub-indices there are."""
+    carried: bool
+    """A PDO of the description carries it."""
+
+    @property
+    def width(self) -> int:
+        """Its size in bytes; 0 where its type has none."""
+        return -(-(_core.DATA_TYPES.get(self.entry.type, ("", None))[1] or 0) // 8)
+
+    def says(self, kind: str, filed: object, shown: object) -> Iterator[Difference]:
+        """Give a difference."""
+        yield _difference(kind, (self.entry.index, self.entry.sub), self.entry.name, filed, shown, self.seen)
+
+
+def device(records: Sequence[Record], found: Dictionary) -> tuple[str | None, int]:
+    """Choose the device, bus and node-ID: that of the description's node, else the only one. SourceError for none."""
+    places = {
+        kind: [(one["bus"], one["node"]) for one in records if one["kind"] == kind] for kind in ("od_node", "od_pdo")
+    }
+    there = places["od_node"] or list(dict.fromkeys(places["od_pdo"]))
+    if found.node is not None:
+        there = [one for one in dict.fromkeys([*there, *places["od_pdo"]]) if one[1] == found.node]
+        if not there:
+            raise SourceError("against.no_node", name=found.file, node=found.node)
+    if not there:
+        raise SourceError("against.nothing", name=found.file)
+    if len(there) > 1:
+        several = len({bus for bus, _ in there}) > 1
+        nodes = ", ".join(f"{node} {bus}" if several else str(node) for bus, node in there)
+        raise SourceError("against.which", name=found.file, nodes=nodes)
+    return there[0]
+
+
+def compared(
+    found: Dictionary, records: Sequence[Record], bus: str | None, node: int, *, unseen: bool = False
+) -> Comparison:
+    """Hold a description against the device with this node-ID on this bus. unseen: what is never seen differs, too."""
+    own = [one for one in records if one["bus"] == bus]
+    seen = {
+        (int(one["index"], 16), one["sub"]): one for one in own if one["kind"] == "od_object" and one["node"] == node
+    }
+    entries = {(entry.index, entry.sub): entry for thing in found.objects for entry in thing.entries}
+    structural = {thing.index for thing in found.objects if thing.code in (ARRAY, RECORD)}
+    carried = {(mapped.index, mapped.sub) for pdo in found.pdos for mapped in pdo.mapped}
+    differences = [*_identity(found, entries, seen)]
+    for address, one in seen.items():
+        entry = entries.get(address)
+        if entry is not None:
+            whole = address[1] == 0 and address[0] in structural
+            case = _Case(entry, one, node, whole, address in carried)
+            differences += _of_object(case)
+        elif one["exists"] and address[0] >= _FIRST_OBJECT and address[1] != _STRUCTURE and address not in carried:
+            shown = "sub-index" if found.object(address[0]) else "index"
+            differences.append(_difference("unlisted", address, one["name"] or "", "", shown, one))
+    booted = any(one["booted"] for one in own if one["kind"] == "od_node" and one["node"] == node)
+    by_id = {(int(one["id"], 16), one["ext"]): one for one in own if one["kind"] == "od_pdo"}
+    for pdo in found.pdos:
+        differences += _mapping(found, pdo, node, seen)
+        differences += _length(pdo, node, seen, by_id, booted=booted)
+    missing = [address for address in entries if address not in seen and address[0] >= _FIRST_OBJECT]
+    if unseen:
+        differences += [_difference("unseen", address, entries[address].name, "", "", None) for address in missing]
+    order = list(SEVERITIES)
+    differences.sort(key=lambda one: (_rank(one), order.index(one.kind), one.index, one.sub or 0))
+    return Comparison(bus, node, tuple(differences), len(entries.keys() & seen.keys()), tuple(missing))
+
+
+def _rank(one: Difference) -> int:
+    return (ERROR, WARNING, INFO).index(one.severity)
+
+
+def _difference(
+    kind: str, address: tuple[int, int | None], name: str, filed: object, shown: object, seen: Record | None
+) -> Difference:
+    frame = None
+    if seen is not None:
+        aborted = (one["frame"] for one in seen["aborts"] if one["code"] in str(shown))
+        first = seen["first"]["frame"] if kind == "default" else None
+        frame = first or next(aborted, None) or seen["frame"] or seen["last_frame"]
+    return Difference(kind, SEVERITIES[kind], *address, name, str(filed), str(shown), frame)
+
+
+def _identity(
+    found: Dictionary, entries: Mapping[Address, Entry], seen: Mapping[Address, Record]
+) -> Iterator[Difference]:
+    """Vendor, product and revision may stand in two places of a file: one of them is enough."""
+    of = found.device
+    numbers = (None, of.vendor_number, of.product_number, of.revision_number)
+    for address, number in zip(_IDENTIFYING, numbers, strict=True):
+        entry, one = entries.get(address), seen.get(address)
+        data = b"" if one is None else bytes.fromhex(one["data"] or "")
+        both = (entry and entry.value, number)
+        said = [value for value in both if isinstance(value, int) and value not in _UNSET]
+        shown = int.from_bytes(data, "little")
+        if len(data) != 4 or not said or shown in both:
+            continue
+        kind = "revision" if address == (_IDENTITY, 3) else "identity"
+        if address == (_DEVICE_TYPE, 0) and any(shown & _PROFILE == value & _PROFILE for value in said):
+            kind = "device-type"
+        made = _difference(kind, address, entry.name if entry else "", f"{said[0]:08X}h", f"{shown:08X}h", one)
+        # Another minor revision behaves alike (CiA 301, 7.5.2.19).
+        minor = kind == "revision" and any(shown >> 16 == value >> 16 for value in said)
+        yield made._replace(severity=INFO) if minor else made
+
+
+def _of_object(case: _Case) -> Iterator[Difference]:
+    if case.seen["exists"] is False:
+        codes = sorted({one["code"] for one in case.seen["aborts"]} & _ABSENT)
+        yield from case.says("absent", "", ", ".join(f"{code}h" for code in codes))
+        return
+    for judge in _JUDGES:
+        yield from judge(case)
+
+
+def _size(case: _Case) -> Iterator[Difference]:
+    """What was read counts: a device may take values that are longer than its object."""
+    sizes = case.seen["sizes"]
+    least, most = sizes["read"] or sizes["written"] or (case.width, case.width)
+    if case.width and (least, most) != (case.width, case.width):
+        yield from case.says("size", NAMES[case.entry.type], least if least == most else f"{least}-{most}")
+
+
+def _access(case: _Case) -> Iterator[Difference]:
+    access, seen = case.entry.access, case.seen
+    if access == "wo" and seen["read"]:
+        yield from case.says("readable", access, seen["read"])
+    if access in ("ro", "const") and seen["written"]:
+        yield from case.says("writable", access, seen["written"])
+    if access != "wo" and seen["readable"] is False:
+        yield from case.says("not-readable", access, "06010001h")
+    if access not in ("ro", "const") and seen["writable"] is False:
+        # Parameters of a PDO that is in use may be refused so, too.
+        state = INFO if case.entry.index in _PDO_PARAMETERS else WARNING
+        yield from (one._replace(severity=state) for one in case.says("not-writable", access, "06010002h"))
+
+
+def _mappable(case: _Case) -> Iterator[Difference]:
+    pdos = [name for name in ("tpdo", "rpdo") if case.seen[name]]
+    if pdos and not case.entry.mappable and not case.carried:
+        yield from case.says("mappable", "", pdos[0].upper())
+
+
+def _limits(case: _Case) -> Iterator[Difference]:
+    low, high, default = case.entry.low, case.entry.high, case.entry.value
+    least, most = (float("-inf") if low is None else low), (float("inf") if high is None else high)
+    template = (low, high) == (0, 0) or least > most
+    own = isinstance(default, int | float) and not least <= default <= most
+    if template or own:  # such limits are none
+        return
+    values = (decoded(bytes.fromhex(data), case.entry.type) for data in case.seen["extremes"])
+    beyond = [value for value in values if isinstance(value, int | float) and not least <= value <= most]
+    whole = all(len(data) == 2 * case.width for data in case.seen["extremes"])
+    if beyond and whole:
+        filed = f"{'' if low is None else low}..{'' if high is None else high}"
+        yield from case.says("limits", filed, ", ".join(map(str, sorted(beyond))))
+
+
+def _value(case: _Case) -> Iterator[Difference]:
+    """The value of a DCF is what the device is to have; a default counts for what was read before it was written."""
+    entry, seen = case.entry, case.seen
+    if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING:
+        return
+    if entry.parameter is not None:
+        if seen["source"] in ("read", "written"):
+            yield from _other(case, "parameter", entry.parameter, seen["data"], seen["bits"] // 8)
+    elif entry.default is not None and seen["first"] and seen["first"]["booted"] and _has_default(case):
+        yield from _other(case, "default", entry.default, seen["first"]["data"], seen["first"]["size"])
+
+
+def _has_default(case: _Case) -> bool:
+    """Whether an object starts with its default: it is no actual value, and no process data."""
+    entry, seen = case.entry, case.seen
+    if entry.index in _CHANGING or case.carried or seen["tpdo"] or seen["rpdo"]:
+        return False
+    return entry.access != "ro" or case.structural or entry.index in _COMMUNICATION
+
+
+def _other(case: _Case, kind: str, filed: Any, data: str, size: int) -> Iterator[Difference]:
+    entry = case.entry
+    whole = len(data) == 2 * size and case.width in (0, size)  # else its size differs, or not all of it is there
+    value = decoded(bytes.fromhex(data), entry.type) if whole else None
+    if isinstance(filed, NodeOffset):
+        filed = filed.at(case.node)
+    if isinstance(filed, float) and case.width == 4:
+        filed = decoded(_single(filed), entry.type)
+    if isinstance(filed, str):
+        filed, value = filed.strip(), value.strip() if isinstance(value, str) else None
+    if value is not None and filed != value and entry.type not in BYTES:
+        yield from case.says(kind, _spelled(filed, entry), _spelled(value, entry))
+
+
+def _single(value: float) -> bytes:
+    import struct
+
+    return struct.pack("<f", value)
+
+
+def _spelled(value: object, entry: Entry) -> str:
+    """Give a value: a word of the communication profile in hexadecimal, text in quotes."""
+    if isinstance(value, str):
+        return f'"{value}"'
+    word = entry.index in _COMMUNICATION and NAMES.get(entry.type) == "UNSIGNED32" and isinstance(value, int)
+    return f"{value:08X}h" if word else str(value)
+
+
+_JUDGES: Final[tuple[Callable[[_Case], Iterator[Difference]], ...]] = (_size, _access, _mappable, _limits, _value)
+
+
+def _is_of_mapping(index: int) -> bool:
+    return any(index in one for one in _OF_MAPPINGS)
+
+
+def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address, Record]) -> Iterator[Difference]:
+    """The mapping of a PDO is one thing, of whose entries those are compared that the traffic shows."""
+    index = _core.pdo_parameters(pdo.direction, pdo.number)[1]
+    thing = found.object(index)
+    if thing is None:
+        return
+    filed, shown, booted = {}, {}, True
+    for entry in thing.entries:
+        one = seen.get((index, entry.sub))
+        value = entry.value.at(node) if isinstance(entry.value, NodeOffset) else entry.value
+        if isinstance(value, int):
+            filed[entry.sub] = value
+        if one is None:
+            continue
+        if entry.parameter is not None:
+            data = one["data"] if one["source"] in ("read", "written") else None
+        else:
+            data = (one["first"] or {}).get("data")
+            booted = booted and bool((one["first"] or {}).get("booted"))
+        if data:
+            shown[entry.sub] = int.from_bytes(bytes.fromhex(data), "little")
+    most = filed.get(0, 0)
+    if filed.get(0) != shown.get(0, filed.get(0)):
+        differs = 0 in filed
+    else:
+        differs = any(shown[sub] != filed[sub] for sub in shown if 0 < sub <= most and sub in filed)
+    if differs:
+        count = shown.get(0, most)
+        first = next(iter(one for (at, _), one in seen.items() if at == index))
+        made = _difference("mapping", (index, None), thing.name, _mapped(filed, most), _mapped(shown, count), first)
+        yield made if booted else made._replace(severity=INFO)
+
+
+def _mapped(words: Mapping[int, int], count: int) -> str:
+    """Give the entries of a mapping: object and bits each, "?" for one that is not known."""
+    if count > 64:
+        return f"{count} (MPDO)"
+    known = (words.get(sub) for sub in range(1, count + 1))
+    return ", ".join("?" if w is None else f"{w >> 16:04X}h:{w >> 8 & 255:02X}/{w & 255}" for w in known) or "0"
+
+
+def _length(
+    pdo: _core.Pdo,
+    node: int,
+    seen: Mapping[Address, Record],
+    by_id: Mapping[tuple[int, bool], Record],
+    *,
+    booted: bool,
+) -> Iterator[Difference]:
+    """How long a PDO is, where nothing else is known of its mapping: after the write of one the file's does not count.
+
+    A receiver takes what is longer than its mapping.
+    """
+    index = _core.pdo_parameters(pdo.direction, pdo.number)[1]
+    known = any(one["values"] or one["unconfirmed"] for (at, _), one in seen.items() if at == index)
+    cob = seen.get((pdo.communication, 1))
+    can_id = pdo.cob_id.at(node)
+    one = by_id.get((can_id, pdo.cob_id.extended)) if can_id is not None else None
+    if known or cob is not None or one is None or not pdo.cob_id.valid or not pdo.bits or pdo.multiplex:
+        return
+    mapped, length = -(-pdo.bits // 8), one["length_max"]
+    if one["length_min"] != length or length == mapped or (pdo.direction == "rpdo" and length > mapped):
+        return
+    made = _difference("pdo-length", (index, None), f"{pdo.direction.upper()}{pdo.number}", mapped, length, None)
+    yield made if booted else made._replace(severity=INFO)
