@@ -215,6 +215,8 @@ class Network:
         more. bitrate: in bit/s. None: the capture tells.
         ValueError for a number or word that is none of these.
         """
+    def pdos(self) -> str:
+        """Give the PDOs in use that are known before a capture, JSON lines as those of the format `pdos`."""
 
 @final
 class Expectations:
@@ -370,11 +372,12 @@ class Session:
         further: what a writer outside of the core has lost of what it was handed, by the names of the core's losses
         (`Loss::NAMES` in writers/loss.rs). ValueError for a name that is none.
         """
-    def extracted(self) -> list[tuple[str, bytes, str, list[tuple[int, int | None]]]]:
-        """With extract: (file name, more bytes, status) since the last call.
+    def extracted(self) -> list[tuple[str, bytes, str, list[tuple[int, int | None]], str]]:
+        """With extract: (file name, more bytes, status, holes, line) since the last call.
 
-        status: "" while the transfer runs, else ok | aborted | incomplete | failed once. File names are safe: letters,
-        digits, . _ - only.
+        status: "" while the transfer runs, else ok | aborted | incomplete | failed once. holes: offset and length of
+        what is missing. line: the JSON line of a transfer that has ended, with English names. File names are safe:
+        letters, digits, . _ - only.
         """
     def nodes(self) -> str:
         """Give what each node was seen to do, as a JSON list.

@@ -23,7 +23,12 @@ def names(path: Path) -> list[str]:
 def test_name_follows_the_outcome(tmp_path: Path) -> None:
     files = directory(tmp_path, [])
     files.add(
-        [("a.bin", b"12", "", []), ("b.bin", b"x", "", []), ("a.bin", b"34", "ok", []), ("b.bin", b"", "aborted", [])]
+        [
+            ("a.bin", b"12", "", [], ""),
+            ("b.bin", b"x", "", [], ""),
+            ("a.bin", b"34", "ok", [], ""),
+            ("b.bin", b"", "aborted", [], ""),
+        ]
     )
     assert names(tmp_path) == ["a.bin", "b.bin.aborted"]
     assert (tmp_path / "a.bin").read_bytes() == b"1234"
@@ -32,7 +37,7 @@ def test_name_follows_the_outcome(tmp_path: Path) -> None:
 
 def test_bytes_are_on_disk_while_the_transfer_runs(tmp_path: Path) -> None:
     files = directory(tmp_path, [])
-    files.add([("a.bin", b"12", "", [])])
+    files.add([("a.bin", b"12", "", [], "")])
     (part,) = tmp_path.glob("a.bin.*.part")
     assert part.read_bytes() == b"12"
     files.close()
@@ -41,7 +46,7 @@ def test_bytes_are_on_disk_while_the_transfer_runs(tmp_path: Path) -> None:
 
 def test_part_of_an_earlier_run_is_not_continued(tmp_path: Path) -> None:
     (tmp_path / "a.bin.part").write_bytes(b"old")
-    directory(tmp_path, []).add([("a.bin", b"new", "ok", [])])
+    directory(tmp_path, []).add([("a.bin", b"new", "ok", [], "")])
     assert (tmp_path / "a.bin").read_bytes() == b"new"
 
 
@@ -50,11 +55,11 @@ def test_existing_file_is_kept(tmp_path: Path, taken: str, status: str) -> None:
     (tmp_path / taken).write_bytes(b"mine")
     told: list[str] = []
     files = directory(tmp_path, told)
-    files.add([("a.bin", b"12", "", []), ("a.bin", b"34", status, [])])
+    files.add([("a.bin", b"12", "", [], ""), ("a.bin", b"34", status, [], "")])
     assert (tmp_path / taken).read_bytes() == b"mine"
     assert names(tmp_path) == [taken]
     assert (files.written, files.code, len(told)) == (0, 2, 1)
-    directory(tmp_path, told, force=True).add([("a.bin", b"12", status, [])])
+    directory(tmp_path, told, force=True).add([("a.bin", b"12", status, [], "")])
     assert (tmp_path / taken).read_bytes() == b"12"
 
 
@@ -66,7 +71,7 @@ def test_directory_that_cannot_be_made(tmp_path: Path) -> None:
 
 def test_a_hole_is_filled_and_listed(tmp_path: Path) -> None:
     files = directory(tmp_path, [])
-    files.add([("a.bin", b"1234", "", []), ("a.bin", b"56", "incomplete", [(2, 3), (7, None), (9, 4)])])
+    files.add([("a.bin", b"1234", "", [], ""), ("a.bin", b"56", "incomplete", [(2, 3), (7, None), (9, 4)], "")])
     assert names(tmp_path) == ["a.bin.incomplete", "a.bin.incomplete.holes.json"]
     assert (tmp_path / "a.bin.incomplete").read_bytes() == b"12\0\0\x003456"
     assert json.loads((tmp_path / "a.bin.incomplete.holes.json").read_text()) == {
@@ -85,18 +90,20 @@ def test_a_hole_is_filled_and_listed(tmp_path: Path) -> None:
 def test_a_list_of_holes_that_exists_is_kept(tmp_path: Path) -> None:
     (tmp_path / "a.bin.incomplete.holes.json").write_text("mine")
     files = directory(tmp_path, [])
-    files.add([("a.bin", b"12", "incomplete", [(2, None)])])
+    files.add([("a.bin", b"12", "incomplete", [(2, None)], "")])
     assert names(tmp_path) == ["a.bin.incomplete.holes.json"]
     assert (files.written, files.code) == (0, 2)
-    directory(tmp_path, [], force=True).add([("a.bin", b"12", "incomplete", [])])
+    directory(tmp_path, [], force=True).add([("a.bin", b"12", "incomplete", [], "")])
     assert names(tmp_path) == ["a.bin.incomplete"]
 
 
 def test_without_a_byte_only_what_is_complete_is_a_file(tmp_path: Path) -> None:
     files = directory(tmp_path, [])
-    files.add([("a.bin", b"", "", []), ("b.bin", b"", "incomplete", [(0, 7)]), ("c.bin", b"", "aborted", [])])
+    files.add(
+        [("a.bin", b"", "", [], ""), ("b.bin", b"", "incomplete", [(0, 7)], ""), ("c.bin", b"", "aborted", [], "")]
+    )
     assert names(tmp_path) == []
-    files.add([("a.bin", b"", "ok", [])])
+    files.add([("a.bin", b"", "ok", [], "")])
     files.close()
     assert names(tmp_path) == ["a.bin"]
     assert (files.written, files.holed) == (1, 0)

@@ -71,6 +71,16 @@ MAY_USE: dict[str, set[str]] = {
         "timeline",
         "output.writing",
     },
+    "running.stored": {
+        *READ,
+        "configuration.config",
+        "configuration.descriptions",
+        "configuration.network",
+        "configuration.options",
+        "dictionary",
+        "output",
+        "running.run",
+    },
     "running.run": {*READ, "configuration.options", "output", "running.reading"},
     "configuration.options": {
         *READ,
@@ -81,7 +91,7 @@ MAY_USE: dict[str, set[str]] = {
         "running.options",
         "running.run",
     },
-    "output.help": {*SAID, "output.layout", "configuration.options"},
+    "output.help": {*SAID, "output.layout", "configuration.options", "running.stored"},
     "check.verdict": {"finding", "incident"},
     "check.baseline": {*SAID, "configuration.bounded", "finding", "incident", "output.jsonl"},
     "check.globs": set(),
@@ -185,7 +195,19 @@ def test_a_file_uses_what_it_may(path: Path) -> None:
     assert not used, f"{name} uses {', '.join(sorted(used))}"
 
 
-OPTIONAL = {"rerun", "rerun_cli", "pyarrow", "numpy", "pandas", "polars", "obstore", "dask", "distributed", "ray"}
+OPTIONAL = {
+    "cantools",
+    "rerun",
+    "rerun_cli",
+    "pyarrow",
+    "numpy",
+    "pandas",
+    "polars",
+    "obstore",
+    "dask",
+    "distributed",
+    "ray",
+}
 """What only extras bring."""
 COMMANDS = ("view", "sniff", "export", "fleet")
 HEAVY = f"""import sys, canalyze.cli, canalyze.fleet.run, {", ".join(f"canalyze.commands.{name}" for name in COMMANDS)}
@@ -201,7 +223,7 @@ def test_timelines_tables_and_fleets_alone_need_the_optional_part() -> None:
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             if OPTIONAL & {name.split(".")[0] for name in names}:
                 users.add(path.relative_to(PACKAGE).parts[0])
-    assert users == {"timeline", "library", "exporting", "fleet"}
+    assert users == {"dictionary", "timeline", "library", "exporting", "fleet"}
     loaded = subprocess.run([sys.executable, "-c", HEAVY], capture_output=True, text=True, check=True).stdout.split()
     assert not OPTIONAL & set(loaded)
 

@@ -268,6 +268,15 @@ def test_a_default_counts_after_boot_up_and_before_any_write() -> None:
     assert told(of([*other, BOOT, *other])) == set(), "what was read before the boot-up is stored"
 
 
+def test_a_default_does_not_count_behind_lost_frames() -> None:
+    """A write may be among them."""
+    drop = b"DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)\n"
+    before, behind = log_text(spaced([BOOT])), log_text(spaced(read(0x1017, 0, b"\x90\1")))
+    for text, expected in ((before + behind, {("default", 0x1017, 0)}), (before + drop + behind, set())):
+        output = session_output([text], output_format="objects", lang="en")
+        assert told(compared(DRIVE, [json.loads(line) for line in output.splitlines()], "can0", NODE)) == expected
+
+
 def test_actual_values_have_no_default() -> None:
     """The statusword and the position are read; the default of an EDS says nothing of them."""
     assert (
@@ -390,6 +399,10 @@ def test_a_dcf_is_what_the_device_is_to_hold() -> None:
     assert told(of([BOOT, *before, *right], dcf)) == set()
     assert told(of([BOOT, *before, *wrong], dcf)) == {("parameter", 0x1017, 0)}
     assert told(of([BOOT, *before], dcf)) == {("parameter", 0x1017, 0)}
+    text = text.replace("[6064]", "[6064]\nParameterValue=7").replace("[6041]", "[6041]\nParameterValue=7")
+    exported = read_description(text.encode(), "a.dcf")
+    actual = [*read(0x6064, 0, b"\1\2\3\4"), *read(0x6041, 0, b"\x50\2")]
+    assert told(of([*right, *actual], exported)) == set(), "some tools export actual values, too"
 
 
 def test_what_a_file_need_not_list() -> None:

@@ -12,13 +12,17 @@ import random
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import can
 import canopen
 import pytest
 from block_server import BlockServer
-from captures import CanFrame, Row, analyze, log_text, spaced
+from captures import CanFrame, Row, analyze, log_text, run_canalyze, spaced
+from test_contents import s_records
+
+from canalyze.reports.contents import recognised
 
 NODE, BLOCK_NODE, INDEX = 9, 10, 0x2000
 
@@ -200,6 +204,19 @@ def test_values_of_every_size(bench: Bench, move: Callable[[Bench, bytes], None]
     source = random.Random(1008)
     for size in SIZES:
         move(bench, source.randbytes(size))
+
+
+def test_a_program_that_the_client_writes_is_recognised(bench: Bench, tmp_path: Path) -> None:
+    """Byte for byte, in blocks and in segments; one of them is damaged."""
+    program = s_records(bytes(range(256)), 0x1000)
+    write_block(bench, program)
+    write_in_segments(bench, program.replace(b"S3", b"S4", 1))
+    (tmp_path / "both.log").write_bytes(log_text(spaced(bench.frames)))
+    run_canalyze(["sdo", "both.log", "--extract", "out"], folder=tmp_path)
+    whole, damaged = sorted((tmp_path / "out").iterdir())
+    assert (whole.suffix, whole.read_bytes(), damaged.suffix) == (".s19", program, ".s19")
+    found = recognised(damaged.read_bytes(), None)
+    assert found and found.damage == ("lines", {"count": 1, "line": 2})
 
 
 def test_nothing_at_all_in_segments(bench: Bench) -> None:

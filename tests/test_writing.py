@@ -23,7 +23,7 @@ from canalyze.output.writing import Part
 from canalyze.reports.extract import Directory
 from canalyze.words import Words
 
-TRANSFER = "00001_can1_node10_1008h_00.bin"
+TRANSFER = "00001_can1_node10_1008h_00_manufacturer_device_name.bin"
 TEXT = b"Zephyr RTOS/CANopenNode"
 
 
@@ -108,10 +108,10 @@ def test_a_link_that_the_user_names_stands_for_its_file(canalyze: Runner, notes:
 def test_two_extractions_do_not_mix(tmp_path: Path) -> None:
     told: list[str] = []
     one, two = extracted(tmp_path, told), extracted(tmp_path, told)
-    one.add([("a.bin", b"11", "", [])])
-    two.add([("a.bin", b"22", "", [])])
-    one.add([("a.bin", b"11", "ok", [])])
-    two.add([("a.bin", b"22", "ok", [])])
+    one.add([("a.bin", b"11", "", [], "")])
+    two.add([("a.bin", b"22", "", [], "")])
+    one.add([("a.bin", b"11", "ok", [], "")])
+    two.add([("a.bin", b"22", "ok", [], "")])
     assert (tmp_path / "a.bin").read_bytes() == b"1111"
     assert names(tmp_path) == ["a.bin"]
     assert ((one.written, one.code), (two.written, two.code), len(told)) == ((1, 0), (0, 2), 1)
@@ -364,7 +364,12 @@ OPENS: tuple[Callable[[str], bool], ...] = (
     lambda line: "os.O_CREAT" in line or "O_TRUNC" in line,
     lambda line: 'open("w' in line or 'open("a' in line or 'open("x' in line,
 )
-ELSEWHERE = {"canalyze/output/writing.py", "canalyze/sources/pythoncan.py", "canalyze/fleet/sources.py"}
+ELSEWHERE = {
+    "canalyze/output/writing.py",
+    "canalyze/sources/pythoncan.py",
+    "canalyze/fleet/sources.py",
+    "canalyze/running/stored.py",
+}
 """The one way, and copies of inputs in folders that nobody else has."""
 
 

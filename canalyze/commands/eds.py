@@ -1,5 +1,6 @@
 """`canalyze eds`: what a device description says, and what is wrong with it."""
 
+import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -19,10 +20,20 @@ if TYPE_CHECKING:
 def command(words: Words) -> click.Command:
     """Build the command in one language."""
 
-    def run(files: tuple[str, ...], node: int | None, every: bool, form: str, output: str | None, force: bool) -> int:
+    def run(
+        files: tuple[str, ...],
+        node: int | None,
+        dbc: str | None,
+        every: bool,
+        form: str,
+        output: str | None,
+        force: bool,
+    ) -> int:
         from canalyze.dictionary import load
 
         names = inputs(files, words)
+        if dbc:
+            return _dbc(words, names, node, dbc, force=force, others={"--all": every, "--output": output is not None})
         code = shown = 0
         with open_output(output, force=force) as out:
             show = _jsonl(out) if form == "jsonl" else _text(out, words, every)
@@ -48,11 +59,34 @@ def command(words: Words) -> click.Command:
         [
             click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
             spelled(words, "--node", network.node, "node", "N", "eds.node"),
+            click.Option(["--dbc"], type=ANY_PATH, metavar="FILE", help=words("eds.dbc")),
             click.Option(["--all", "every"], is_flag=True, help=words("eds.all")),
             format_option(words, "eds"),
             *output_options(words),
         ],
     )
+
+
+def _dbc(
+    words: Words, names: tuple[str, ...], node: int | None, dbc: str, *, force: bool, others: dict[str, bool]
+) -> int:
+    """Write the PDOs of one description, as the core knows them before a capture."""
+    from canalyze import _core
+    from canalyze.dictionary import load
+    from canalyze.reports import dbc as report
+
+    context = click.get_current_context()
+    for option in (option for option, given in others.items() if given):
+        raise click.UsageError(words("usage.exclusive", one="--dbc", other=option), context)
+    if len(names) > 1:
+        raise click.UsageError(words("eds.dbc_one"), context)
+    found = load(names[0], node)
+    if found.node is None:
+        raise click.UsageError(words("eds.dbc_node"), context)
+    lines = _core.Network(descriptions=[(None, found.node, found.table)]).pdos().splitlines()
+    with open_output(dbc, force=force) as out:
+        report.write(out, words, dbc, [json.loads(line) for line in lines], lambda _, __, *at: found.entry(*at))
+    return 0
 
 
 def _jsonl(out: Output) -> "Callable[[Dictionary], None]":

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import click
@@ -34,7 +35,7 @@ from canalyze.words import Words
 if TYPE_CHECKING:
     from canalyze._core import Session
     from canalyze.dictionary.difference import Side
-    from canalyze.dictionary.model import Dictionary
+    from canalyze.dictionary.model import Dictionary, Entry
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
 """What --format adds to the core's name of what comes out."""
@@ -44,6 +45,7 @@ EXCLUSIVE: Final = (
     (_MADE, ("--against", "--diff", "--history", "--output")),
     (("--against",), ("--diff", "--history", "--format csv")),
     (("--diff",), ("--history", "--format csv")),
+    (("--dbc",), (*_MADE, "--against", "--diff", "--history", "--output")),
 )
 """Options, and those that none of them can be used with."""
 GO_WITH: Final = (
@@ -70,6 +72,7 @@ def command(words: Words) -> click.Command:
         dcf: str | None,
         concise_dcf: str | None,
         skeleton: str | None,
+        dbc: str | None,
         against: str | None,
         unseen: bool,
         diff: str | None,
@@ -86,14 +89,14 @@ def command(words: Words) -> click.Command:
         targets = {form: name for form, name in wanted.items() if name is not None}
         two = node is not None and node[0] != node[1]
         chosen = {f"--{form.replace('_', '-')}": name for form, name in wanted.items()}
-        chosen |= {"--node": node, "--against": against, "--diff": diff, "--output": output}
+        chosen |= {"--node": node, "--against": against, "--dbc": dbc, "--diff": diff, "--output": output}
         chosen |= {"--history": history, "--unseen": unseen, "--all": every}
         chosen |= {"--format csv": form == "csv", "--node A=B": two}
         _go_together(words, {option for option, value in chosen.items() if value not in (None, False)})
         names = inputs(files, words)
         description = None if against is None else _described(against, node[0] if node else None, words)
         read: dict[str, Any] = {}
-        kind = ("history" if history else "objects") + ("" if targets else FORMS[form])
+        kind = "pdos" if dbc else ("history" if history else "objects") + ("" if targets else FORMS[form])
 
         def session() -> "Session":
             return open_session(
@@ -116,12 +119,13 @@ def command(words: Words) -> click.Command:
         some = False
         with ExitStack() as stack:
             outs = {one: stack.enter_context(open_output(name, force=force)) for one, name in targets.items()}
-            outs = outs or {"": stack.enter_context(open_output(output, force=force, color=color))}
+            outs = outs or {"": stack.enter_context(open_output(dbc or output, force=force, color=color))}
             out = next(iter(outs.values()))
             total = total_size(names)
             gathered: list[bytes] = []
             listed = History(out, words, live=total is None) if history and form == "text" else None
-            put = listed.put if listed else gathered.append if targets or description or form == "text" else out.write
+            kept = dbc or targets or description or form == "text"
+            put = listed.put if listed else gathered.append if kept else out.write
 
             def take(result: bytes) -> None:
                 nonlocal some
@@ -133,7 +137,12 @@ def command(words: Words) -> click.Command:
             if listed:
                 listed.close()
             records = _records(gathered)
-            if targets and node:
+            if dbc:
+                from canalyze.reports import dbc as report
+
+                progress.clear()
+                report.write(out, words, dbc, records, partial(_entry, given, read))
+            elif targets and node:
                 progress.clear()
                 _write(outs, words, records, targets, node[0], _description(given, read, records, node[0]))
             elif description and reading.frames:
@@ -160,6 +169,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--dcf"], type=ANY_PATH, metavar="FILE", help=words("od.dcf")),
             click.Option(["--concise-dcf"], type=ANY_PATH, metavar="FILE", help=words("od.concise_dcf")),
             click.Option(["--skeleton"], type=ANY_PATH, metavar="FILE", help=words("od.skeleton")),
+            click.Option(["--dbc"], type=ANY_PATH, metavar="FILE", help=words("od.dbc")),
             click.Option(["--against"], type=ANY_PATH, metavar="FILE", help=words("od.against")),
             click.Option(["--unseen"], is_flag=True, help=words("od.with_unseen")),
             click.Option(["--diff"], type=ANY_PATH, metavar="FILE", help=words("od.diff")),
@@ -229,13 +239,25 @@ def _description(
         return None
     from canalyze.dictionary import contents
 
-    filed = (click.get_current_context().find_object(Config) or Config()).known
-    carried = carriers(filed, known_of(given), read)
-    bus = next((one["bus"] for one in records if one["node"] == node), None)
-    file = carried.get((bus, node), carried.get((None, node)))
+    file = _carried(given, read, next((one["bus"] for one in records if one["node"] == node), None), node)
     if file is not None and read[file].form in ("xdd", "concise"):
         raise OutputError("od.dcf_xdd", name=file)
     return None if file is None else contents(file)
+
+
+def _carried(given: CaptureOptions, read: dict[str, Any], bus: str | None, node: int) -> str | None:
+    """Give the file that describes a node."""
+    filed = (click.get_current_context().find_object(Config) or Config()).known
+    carried = carriers(filed, known_of(given), read)
+    return carried.get((bus, node), carried.get((None, node)))
+
+
+def _entry(
+    given: CaptureOptions, read: "dict[str, Dictionary]", bus: str | None, node: int, index: int, sub: int
+) -> "Entry | None":
+    """Give what the description of a node says of an object."""
+    file = _carried(given, read, bus, node) if read else None
+    return read[file].entry(index, sub) if file else None
 
 
 def _write(

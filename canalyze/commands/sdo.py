@@ -95,6 +95,8 @@ def command(words: Words) -> click.Command:
                 if directory is not None:
                     directory.close()
             close()
+            if directory is not None and form != "csv":
+                _files(directory.described(), out, words, as_json=form == "jsonl")
             told(code, out, words, stream=total is None, some=session.frames > 0)
             if session.frames == 0:
                 out.drop()
@@ -120,6 +122,17 @@ def command(words: Words) -> click.Command:
             *capture_options(words),
         ],
     )
+
+
+def _files(files: list[dict[str, Any]], out: Output, words: Words, *, as_json: bool) -> None:
+    """List what was taken out and is a file for who uses the device."""
+    if as_json:
+        out.write("".join(json.dumps(file) + "\n" for file in files).encode())
+    elif files:
+        from canalyze.reports.file_table import show
+
+        out.text("\n")
+        show(files, out, words)
 
 
 def _nothing() -> None:

@@ -135,6 +135,7 @@ def capture_options(words: Words) -> list[click.Parameter]:
     return [
         click.Argument(["files"], nargs=-1, type=ANY_PATH, metavar="FILE"),
         *reading_options(words),
+        click.Option(["--eds-from-traffic"], is_flag=True, help=words("stored.option")),
         *output_options(words),
     ]
 

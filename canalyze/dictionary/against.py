@@ -49,6 +49,7 @@ _PROFILE: Final = 0xFFFF
 _IDENTIFYING: Final = ((_DEVICE_TYPE, 0), (_IDENTITY, 1), (_IDENTITY, 2), (_IDENTITY, 3))
 """Device type, vendor-ID, product code, revision number."""
 _COMMUNICATION: Final = range(0x1000, 0x2000)
+_MOST_MAPPED: Final = 64
 _PDO_PARAMETERS: Final = range(0x1400, 0x1C00)
 _OF_MAPPINGS: Final = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
 _CHANGING: Final = frozenset(
@@ -246,7 +247,7 @@ def _limits(case: _Case) -> Iterator[Difference]:
     if template or own:  # such limits are none
         return
     values = (decoded(bytes.fromhex(data), case.entry.type) for data in case.seen["extremes"])
-    beyond = [value for value in values if isinstance(value, int | float) and not least <= value <= most]
+    beyond = [value for value in values if isinstance(value, int | float) and (value < least or value > most)]
     whole = all(len(data) == 2 * case.width for data in case.seen["extremes"])
     if beyond and whole:
         filed = f"{'' if low is None else low}..{'' if high is None else high}"
@@ -256,17 +257,17 @@ def _limits(case: _Case) -> Iterator[Difference]:
 def _value(case: _Case) -> Iterator[Difference]:
     """The value of a DCF is what the device is to have; a default counts for what was read before it was written."""
     entry, seen = case.entry, case.seen
-    if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING:
+    if _is_of_mapping(entry.index) or (entry.index, entry.sub) in _IDENTIFYING or not _is_configuration(case):
         return
     if entry.parameter is not None:
         if seen["source"] in ("read", "written"):
             yield from _other(case, "parameter", entry.parameter, seen["data"], seen["bits"] // 8)
-    elif entry.default is not None and seen["first"] and seen["first"]["booted"] and _has_default(case):
+    elif entry.default is not None and seen["first"] and seen["first"]["booted"]:
         yield from _other(case, "default", entry.default, seen["first"]["data"], seen["first"]["size"])
 
 
-def _has_default(case: _Case) -> bool:
-    """Whether an object starts with its default: it is no actual value, and no process data."""
+def _is_configuration(case: _Case) -> bool:
+    """Whether an object holds what the description gives it: it is no actual value, and no process data."""
     entry, seen = case.entry, case.seen
     if entry.index in _CHANGING or case.carried or seen["tpdo"] or seen["rpdo"]:
         return False
@@ -343,8 +344,8 @@ def _mapping(found: Dictionary, pdo: _core.Pdo, node: int, seen: Mapping[Address
 
 def _mapped(words: Mapping[int, int], count: int) -> str:
     """Give the entries of a mapping: object and bits each, "?" for one that is not known."""
-    if count > 64:
-        return f"{count} (MPDO)"
+    if count > _MOST_MAPPED:
+        return str(count)  # such as that of an MPDO
     known = (words.get(sub) for sub in range(1, count + 1))
     return ", ".join("?" if w is None else f"{w >> 16:04X}h:{w >> 8 & 255:02X}/{w & 255}" for w in known) or "0"
 

@@ -6,7 +6,7 @@ click's own pages are English and measure text in characters; these speak the la
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Final
+from typing import Any, Final
 
 import click
 
@@ -43,7 +43,7 @@ _TOPICS: Final = {
     "own": (),
     "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--bus", "--select"),
     "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
-    "network": ("--eds", "--cob", "--sdo", "--bitrate"),
+    "network": ("--eds", "--eds-from-traffic", "--cob", "--sdo", "--bitrate"),
     "input": ("--input-format", "--merge", "--threads", "--topic", "--time-source", "--mcap-map"),
     "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
     "recording": ("--record", "--rotate", "--keep"),
@@ -72,6 +72,14 @@ class Command(click.Command):
         """Parse; an error knows then in which command it is."""
         with located(ctx):
             return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it."""
+        if ctx.params.pop("eds_from_traffic", False):
+            from canalyze.running.stored import describe
+
+            describe(ctx, self._words)
+        return super().invoke(ctx)
 
     def get_help(self, ctx: click.Context) -> str:
         """Give the page."""

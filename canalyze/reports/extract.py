@@ -1,7 +1,8 @@
 """The data of transfers as files in a directory.
 
-Bytes go to disk as they come, into a part (`writing`), and get their name when the transfer has ended: NAME, or
-NAME.aborted and the like. Files that exist are kept. Names are the core's, and safe.
+Bytes go to disk as they come, into a part (`writing`), and get their name when the transfer has ended: that of the
+core, which is safe, with the name of the object and a suffix by what it holds (`contents`); NAME.aborted and the like
+where the transfer has not succeeded. Files that exist are kept.
 
 A transfer of which the capture lacks a part never gets the plain name. Where the length of a hole is known, the file
 has as many bytes FILL in its place, so that what stands behind has its offset; a hole at the end, or of unknown length,
@@ -11,22 +12,31 @@ A transfer without a byte is a file only where it is complete: of thousands of r
 nothing to keep.
 """
 
+import binascii
 import errno
 import json
 import os
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import BinaryIO, Final, TypeAlias
+from typing import Any, BinaryIO, Final, TypeAlias
 
+from canalyze.dictionary.dbc import identifier
 from canalyze.errors import OutputError
 from canalyze.output.writing import Part
+from canalyze.reports import contents
 from canalyze.words import Words
 
 FILL: Final = b"\0"
 """What stands for a byte that is missing, here and in the data of JSON."""
 Hole: TypeAlias = tuple[int, int | None]
 """Offset, and length where it is known."""
+FILES: Final = frozenset({0x1021, 0x1023, 0x1F20, 0x1F22, 0x1F50})
+"""Objects that hold files: stored EDS, OS commands, DCFs, programs."""
+_SOFTWARE: Final = 0x1F56
+"""Program software identification."""
+_WRONG_CRC: Final = "SDO019"
+_LONGEST: Final = 40
 
 
 class Directory:
@@ -41,8 +51,12 @@ class Directory:
         self._words = words
         self._tell = tell
         self._force = force
-        self._open: dict[str, Part | None] = {}
-        """By name, from the first byte on; None where a file that exists is kept."""
+        self.files: list[dict[str, Any]] = []
+        """What is a file for who uses the device: firmware, descriptions, what is packed."""
+        self._software: dict[tuple[str | None, int, int], int] = {}
+        """What 1F56h was read to hold, by bus, node and program."""
+        self._open: dict[str, Part] = {}
+        """By name, from the first byte on."""
         try:
             if not name:
                 raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
@@ -52,36 +66,36 @@ class Directory:
         except OSError as error:
             raise OutputError("output.write", name=name or '""', error=error) from error
 
-    def add(self, pieces: Sequence[tuple[str, bytes, str, Sequence[Hole]]]) -> None:
-        """Take (name, more bytes, status, holes) as the core gives them."""
-        for name, data, status, holes in pieces:
+    def add(self, pieces: Sequence[tuple[str, bytes, str, Sequence[Hole], str]]) -> None:
+        """Take (name, more bytes, status, holes, line of the transfer) as the core gives them."""
+        for name, data, status, holes, line in pieces:
+            about = json.loads(line) if line else {}
+            if about.get("index") == f"{_SOFTWARE:04X}" and isinstance(about["value"], int):
+                self._software[about["bus"], about["node"], about["sub"]] = about["value"]
             try:
-                self._add(name, data, status, holes)
+                self._add(name, data, status, holes, about)
             except OSError as error:
                 raise OutputError("output.write", name=self._path / name, error=error) from error
 
-    def _add(self, name: str, data: bytes, status: str, holes: Sequence[Hole]) -> None:
+    def _add(self, name: str, data: bytes, status: str, holes: Sequence[Hole], about: dict[str, Any]) -> None:
         if name not in self._open:
             if not data and not (status == "ok" and not holes):
                 return
             self._open[name] = self._part(self._path / name)
-        part = self._open[name]
-        if part is not None and data:
-            part.append(data)
+        if data:
+            self._open[name].append(data)
         if status:
-            self._end(name, status, holes)
+            self._end(name, status, holes, about)
 
-    def _part(self, final: Path) -> Part | None:
-        if not self._free(final):
-            return None
+    def _part(self, final: Path) -> Part:
         part = Part(final, replace=self._force)
         os.close(part.fd)  # thousands of transfers may be under way
         return part
 
-    def _end(self, name: str, status: str, holes: Sequence[Hole] = ()) -> None:
+    def _end(self, name: str, status: str, holes: Sequence[Hole] = (), about: dict[str, Any] | None = None) -> None:
         part = self._open.pop(name)
-        if part is None:
-            return
+        file = _described(part.path, status, holes, about) if about and about["index"] is not None else None
+        name = _named(name, file)
         final = self._path / (name if status == "ok" and not holes else f"{name}.{status}")
         beside = self._path / f"{final.name}.holes.json"
         if not self._free(final) or (holes and not self._free(beside)):
@@ -95,6 +109,8 @@ class Directory:
                     beside.unlink(missing_ok=True)
                 part.complete(final)
             self.written += 1
+            if file and (file["contents"] or int(file["index"], 16) in FILES):
+                self.files.append({"kind": "file", "file": final.name, **file})
         except FileExistsError:  # another run was faster
             self._keep(final)
         finally:
@@ -135,6 +151,40 @@ class Directory:
                 self._end(name, "incomplete")
             except OSError as error:
                 raise OutputError("output.write", name=self._path / name, error=error) from error
+
+    def described(self) -> list[dict[str, Any]]:
+        """Give the files, each with what 1F56h says of its program."""
+        for file in self.files:
+            of = (file["bus"], file["node"], file["sub"])
+            file["software"] = self._software.get(of) if file["index"] == f"{0x1F50:04X}" else None
+        return self.files
+
+
+def _described(path: Path, status: str, holes: Sequence[Hole], about: dict[str, Any]) -> dict[str, Any]:
+    """Tell what the data of a transfer are. Of what is not all there it is not said that it is damaged."""
+    data = path.read_bytes() if path.stat().st_size <= contents.MOST else b""
+    found = contents.recognised(data, int(about["index"], 16))
+    whole = status == "ok" and not holes
+    damage = found.damage if found and whole else None
+    summed = whole and about["mode"] == "block" and about["crc_negotiated"]
+    return {
+        **{key: about[key] for key in ("transfer", "bus", "node", "direction", "index", "sub", "name", "status")},
+        "complete": whole,
+        **{key: about[key] for key in ("size", "size_indicated")},
+        "contents": found and {"kind": found.kind, **found.facts},
+        "damage": damage and {"kind": damage[0], **damage[1]},
+        "suffix": found.suffix if found else None,
+        "crc": f"{binascii.crc_hqx(data, 0):04X}" if summed else None,
+        "crc_ok": _WRONG_CRC not in about["findings"] if summed else None,
+    }
+
+
+def _named(name: str, file: dict[str, Any] | None) -> str:
+    """Give the name of a file: with that of its object, and a suffix by what it holds."""
+    if file is None:
+        return name
+    stem, _, suffix = name.rpartition(".")
+    return f"{'_'.join(filter(None, (stem, identifier(file['name'] or '')[:_LONGEST])))}.{file.pop('suffix') or suffix}"
 
 
 def _filled(part: Part, holes: Sequence[Hole]) -> Part:

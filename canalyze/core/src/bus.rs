@@ -119,6 +119,11 @@ impl Bus {
         self.checks.sync.least_window_ns()
     }
 
+    /// The period of SYNC in ns: as configured, else as the traffic shows it; `None` where it is not known or not regular.
+    pub fn sync_period_ns(&self) -> Option<i64> {
+        self.checks.sync.period_ns()
+    }
+
     /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.checks.nodes.heartbeat_period(node)

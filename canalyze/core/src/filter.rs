@@ -6,7 +6,7 @@
 
 use crate::event::{Event, What};
 use crate::finding::{Finding, Severity};
-use crate::frame::{Buses, Frame, Kind};
+use crate::frame::{Buses, CanId, Frame, Kind};
 use crate::rules::{RULES, SEVERITIES};
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::Mux;
@@ -220,6 +220,16 @@ impl Filter {
         self.clauses.iter().all(|clause| match clause {
             Clause::Node(ranges) => within(ranges, u32::from(node)),
             Clause::Object(ranges) => within(ranges, place_of(object)),
+            _ => true,
+        })
+    }
+
+    /// Whether an identifier of a node is one of those that are asked for.
+    pub fn takes_identifier(&self, node: u8, id: CanId, bus: &[u8]) -> bool {
+        self.clauses.iter().all(|clause| match clause {
+            Clause::Node(ranges) => within(ranges, u32::from(node)),
+            Clause::Id(ranges) => within(ranges, id.raw()),
+            Clause::Bus(names) => names.iter().any(|name| name.as_bytes() == bus),
             _ => true,
         })
     }

@@ -13,7 +13,7 @@ use crate::services::sdo::transfer::Direction;
 pub struct Measured {
     /// What was read first, where nothing had written it.
     pub first: Option<Held>,
-    /// That came after a boot-up of the node.
+    /// That came after a boot-up of the node, and no frames were lost between.
     pub booted: bool,
     /// Something may have written it.
     touched: bool,

@@ -7,6 +7,7 @@
 
 mod inferred;
 mod measured;
+pub mod pdos;
 pub mod sighting;
 #[cfg(test)]
 mod tests;
@@ -351,7 +352,7 @@ pub struct Inventory {
     pub nodes: BTreeMap<(BusId, u8), Node>,
     /// PDOs by bus and identifier.
     pub pdos: BTreeMap<(BusId, CanId), Pdo>,
-    /// Nodes of which the capture shows a boot-up.
+    /// Nodes of which the capture shows a boot-up, and all that came behind it.
     booted: BTreeSet<(BusId, u8)>,
     kept: usize,
 }
@@ -382,6 +383,11 @@ impl Inventory {
         }
     }
 
+    /// Frames were lost, of a bus or of all: what was written among them nobody knows.
+    pub fn lost(&mut self, bus: Option<BusId>) {
+        self.booted.retain(|(of, _)| bus.is_some_and(|bus| bus != *of));
+    }
+
     /// Takes a transfer that has ended.
     pub fn transfer(&mut self, transfer: &Transfer) {
         if let Some(sighting) = Sighting::of(transfer) {
@@ -389,7 +395,7 @@ impl Inventory {
         }
     }
 
-    /// Whether the capture shows a boot-up of a node.
+    /// Whether the capture shows a boot-up of a node, and no frames were lost since.
     pub fn has_booted(&self, bus: BusId, node: u8) -> bool {
         self.booted.contains(&(bus, node))
     }

@@ -10,6 +10,7 @@ use super::choose;
 use super::dictionary::Dictionary;
 use crate::frame::CanId;
 use crate::network::{Cob, Description, Network as Known, Sdo};
+use crate::session::known_pdos;
 
 fn identifier(id: u32, extended: bool) -> CanId {
     if extended { CanId::extended(id) } else { CanId::standard((id & 0x7FF) as u16) }
@@ -61,5 +62,9 @@ impl Network {
             bit_rate: bitrate,
         };
         Ok(Self { known: Arc::new(known) })
+    }
+
+    fn pdos(&self) -> String {
+        String::from_utf8_lossy(&known_pdos(&self.known)).into_owned()
     }
 }

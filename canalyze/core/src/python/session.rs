@@ -65,8 +65,8 @@ struct SessionOptions {
     numbered: bool,
 }
 
-/// File name, more bytes, status once the transfer has ended, and then its holes: offset and length.
-type Piece<'py> = (String, Bound<'py, PyBytes>, &'static str, Vec<(u64, Option<u64>)>);
+/// File name, more bytes, status once the transfer has ended, and then its holes (offset and length) and its JSON line.
+type Piece<'py> = (String, Bound<'py, PyBytes>, &'static str, Vec<(u64, Option<u64>)>, String);
 /// Frame, severity, time in ns, bus, identifier, data, words.
 type TraceLine = (u64, &'static str, Option<i64>, String, String, String, String);
 
@@ -118,6 +118,7 @@ impl Session {
             ("objects", Format::Objects),
             ("objects-text", Format::ObjectsText),
             ("objects-csv", Format::ObjectsCsv),
+            ("pdos", Format::Pdos),
             ("history", Format::History),
             ("history-text", Format::HistoryText),
             ("history-csv", Format::HistoryCsv),
@@ -279,7 +280,8 @@ impl Session {
             .map(|one| {
                 let status = one.status.map_or("", crate::services::sdo::transfer::Status::name);
                 let holes = one.holes.iter().map(|hole| (hole.offset, hole.length)).collect();
-                (one.name, PyBytes::new(py, &one.bytes), status, holes)
+                let about = String::from_utf8_lossy(&one.about).into_owned();
+                (one.name, PyBytes::new(py, &one.bytes), status, holes, about)
             })
             .collect()
     }

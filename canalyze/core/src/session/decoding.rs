@@ -18,6 +18,8 @@ use crate::expectation::{Expectations, Verification};
 use crate::finding::{Finding, Verdict};
 use crate::frame::{BusId, Buses, Frame, FrameRef};
 use crate::network::Network;
+use crate::render::jsonl;
+use crate::render::text::Clocked;
 use crate::repeats::Repeats;
 use crate::services::sdo::holes::Hole;
 use crate::services::sdo::transfer::Status;
@@ -34,10 +36,15 @@ pub struct Extracted {
     pub status: Option<Status>,
     /// What is missing between the bytes, or behind them, where the transfer has ended.
     pub holes: Vec<Hole>,
+    /// The JSON line of the transfer, where it has ended.
+    pub about: Vec<u8>,
 }
 
 /// Frames whose stamps are kept where those are of no use to verdicts (invariant 6).
 const STAMPS: usize = 4096;
+
+/// Digits of the times of a transfer that is handed out.
+const DECIMALS: u8 = 6;
 
 /// What is known of all buses.
 #[derive(Debug)]
@@ -443,13 +450,18 @@ impl Decoding {
                 bytes,
                 status: None,
                 holes: Vec::new(),
+                about: Vec::new(),
             });
         }
+        let setting =
+            jsonl::Setting { lang: jsonl::NAMES, file: b"", buses, decimals: DECIMALS, clock: Clocked::default() };
         for event in &self.events {
             if let What::Transfer(transfer) = &event.what {
                 let name = file_name(transfer.id.0, buses.name(transfer.bus), transfer.node, transfer.mux);
                 let (status, holes) = (Some(transfer.outcome.status), transfer.data.holes.list().to_vec());
-                self.extracted.push(Extracted { name, bytes: Vec::new(), status, holes });
+                let mut about = Vec::new();
+                jsonl::transfer(&mut about, setting, transfer, jsonl::NAMES);
+                self.extracted.push(Extracted { name, bytes: Vec::new(), status, holes, about });
             }
         }
     }

@@ -1,14 +1,20 @@
 //! Objects of devices by what the traffic shows of them: at the end what is known of each, or all that is seen as it
 //! comes. Must not: judge.
 
+use std::sync::Arc;
+
 use super::capture::View;
 use super::options::Format;
 use super::sink::{Passing, Sink};
 use crate::bus::Bus;
 use crate::event::Event;
 use crate::filter::Filter;
+use crate::frame::{BusId, Buses};
 use crate::inventory::Inventory;
+use crate::inventory::pdos::Pdos as Kept;
 use crate::inventory::sighting::{self, Sighting};
+use crate::network::Network;
+use crate::readers::Marker;
 use crate::render::{inventory, jsonl};
 use crate::services::sdo::transfer::Transfer;
 use crate::text::Lang;
@@ -38,6 +44,18 @@ impl Sink for Objects {
     fn transfer(&mut self, _out: &mut Vec<u8>, _view: View<'_>, transfer: &Transfer) -> bool {
         self.inventory.transfer(transfer);
         true
+    }
+
+    fn marker(&mut self, _out: &mut Vec<u8>, _view: View<'_>, marker: &Marker) {
+        match *marker {
+            Marker::Dropped { bus, .. } => self.inventory.lost(Some(bus)),
+            Marker::LeftOut { .. } => self.inventory.lost(None),
+            _ => {}
+        }
+    }
+
+    fn gap(&mut self, bus: BusId, _away: bool) {
+        self.inventory.lost(Some(bus));
     }
 
     fn settle(&mut self, state: &[Bus]) {
@@ -100,6 +118,49 @@ impl Sink for History {
         }
         true
     }
+}
+
+/// The PDOs, at the end.
+#[derive(Debug)]
+pub(super) struct Pdos {
+    filter: Filter,
+    kept: Kept,
+}
+
+impl Pdos {
+    pub(super) fn new(filter: Filter) -> Self {
+        Self { filter, kept: Kept::default() }
+    }
+}
+
+impl Sink for Pdos {
+    fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
+        if passing.shown {
+            self.kept.frame(passing.frame, events);
+        }
+    }
+
+    fn settle(&mut self, state: &[Bus]) {
+        for (index, bus) in state.iter().enumerate() {
+            self.kept.settle(BusId(index as u8), bus);
+        }
+    }
+
+    fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
+        self.kept
+            .pdos
+            .retain(|whose, _| self.filter.takes_identifier(whose.node, whose.id, view.buses.name(whose.bus)));
+        jsonl::pdos::write(out, view.buses, &self.kept);
+    }
+}
+
+/// The lines of [`Format::Pdos`] without a capture: what is known before it of a bus without a name.
+pub fn known_pdos(network: &Arc<Network>) -> Vec<u8> {
+    let mut kept = Kept::default();
+    kept.settle(BusId(0), &Bus::new(Arc::clone(network), b""));
+    let mut out = Vec::new();
+    jsonl::pdos::write(&mut out, &Buses::default(), &kept);
+    out
 }
 
 /// The language of names in a format; `None`: it is CSV, which has its own.

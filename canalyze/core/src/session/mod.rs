@@ -39,6 +39,7 @@ use crate::text::{Lang, complaints};
 use crate::writers::Loss;
 
 pub use self::decoding::Extracted;
+pub use self::inventory::known_pdos;
 pub use self::options::{Format, Options};
 
 /// A capture being read.

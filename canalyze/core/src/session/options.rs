@@ -42,6 +42,8 @@ pub enum Format {
     ObjectsText,
     /// CSV of the same.
     ObjectsCsv,
+    /// JSON lines of PDOs with their mappings, all at the end.
+    Pdos,
     /// JSON lines of all that is seen of objects, as it comes.
     History,
     /// The same for a table for people.

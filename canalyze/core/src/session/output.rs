@@ -4,7 +4,7 @@
 //! together.
 
 use super::capture::View;
-use super::inventory::{History, Objects};
+use super::inventory::{History, Objects, Pdos};
 use super::options::{Format, Options};
 use super::records::Records;
 use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text};
@@ -73,6 +73,7 @@ impl Output {
             Format::History | Format::HistoryText | Format::HistoryCsv => {
                 Box::new(History::new(options.format, lang, options.filter.clone()))
             }
+            Format::Pdos => Box::new(Pdos::new(options.filter.clone())),
             Format::Diagnosis => Box::new(Incidents),
             Format::Info => Box::new(Info::default()),
             // What goes wrong is no matter of single frames: behind a filter it is not compared.

@@ -91,6 +91,11 @@ impl Sync {
         self.settings.least_window_ns
     }
 
+    /// The period as it is configured, else as traffic shows it, in ns.
+    pub fn period_ns(&self) -> Option<i64> {
+        self.settings.period_ns.or_else(|| self.period.period_ns())
+    }
+
     /// The cycle that runs; 0 before the first.
     pub fn cycle(&self) -> u64 {
         self.period.cycle()

@@ -8,8 +8,8 @@
 //! | `od_value` | `bus node index sub name type bits source value text data t frame abort` |
 //!
 //! A node comes before its objects, which stand in order. Its identity (1000h, 1008h, 1018h) is null as far as the
-//! capture does not show it; `device_type` and the like are hexadecimal. `booted`: the capture shows a boot-up of it. `further`: how often something was seen of
-//! objects for which there is no room.
+//! capture does not show it; `device_type` and the like are hexadecimal. `booted`: the capture shows a boot-up of it, and
+//! no frames were lost since. `further`: how often something was seen of objects for which there is no room.
 //!
 //! `value` is a number, a string, a boolean, or null for bytes; without the unit and the factor that `text` has. `data`
 //! are its bytes, the first 4096. `t`, `frame` and `source` are those of the last value. `access` is `rw`, `ro`, `wo`, or
@@ -19,12 +19,12 @@
 //! last write that was accepted, null where that is a command or process data. `aborts` are
 //! `{"request","code","by","text","count","frame"}`. `in_force` is `{"value","text","from"}` of what the object holds by
 //! all that is known, of those that decoding depends on: after a reset that need not be the last value, and all three
-//! are null where nothing is known of it. `first` is `{"data","size","booted","frame"}` of what was read first where nothing had
-//! written it before, `booted` whether a boot-up of the node came before that. `sizes` are `{"read","written"}`, each least
-//! and greatest in bytes, as far as SDO transfers tell them; `extremes` the bytes of those values by SDO that are the least
-//! and the greatest by any reading of them: with a sign, without, as a real. `od_pdo`, behind the nodes, is an identifier
-//! that carries a PDO, with its lengths in bytes. In `od_value` the type is null where neither a description nor a standard has
-//! one. Must not: decide anything.
+//! are null where nothing is known of it. `first` is `{"data","size","booted","frame"}` of what was read first where
+//! nothing had written it before. `sizes` are `{"read","written"}`, each least and greatest in bytes, as far as SDO
+//! transfers tell them; `extremes` the bytes of those values by SDO that are the least and the greatest by any reading of
+//! them: with a sign, without, as a real. `od_pdo`, behind the nodes, is an identifier that carries a PDO, with its
+//! lengths in bytes. In `od_value` the type is null where neither a description nor a standard has one. Must not: decide
+//! anything.
 
 use super::sdo::{abort_or_null, json_value, side};
 use super::summary::can_id;

@@ -32,6 +32,7 @@ pub mod inventory;
 mod object;
 pub mod observed;
 mod pdo;
+pub mod pdos;
 pub mod sdo;
 pub mod services;
 pub mod summary;

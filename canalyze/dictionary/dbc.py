@@ -1,0 +1,183 @@
+"""PDOs -> a DBC file, written by cantools: what other tools decode them by.
+
+What a PDO is, which bits a signal has and how it is read, the core says (`render/jsonl/pdos.rs` documents its records);
+here it gets names that a DBC may have. What a DBC cannot hold is told, each with a key of `words` and its facts.
+cantools is imported only where a file is made.
+"""
+
+import math
+import re
+import unicodedata
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from canalyze.errors import CanalyzeError, OutputError
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message, Signal
+
+    from canalyze.dictionary.model import Entry
+
+Record = Mapping[str, Any]
+"""A line of the core: `pdo`."""
+Described = Callable[[str | None, int, int, int], "Entry | None"]
+"""Gives what a description says of an object: of bus, node-ID, index and sub-index."""
+Said = tuple[str, dict[str, object]]
+"""A key of `words`, and its facts."""
+
+ENCODING: Final = "cp1252"
+"""Of DBC files."""
+_MOST_BITS: Final = 64
+_ADDRESS: Final = "address"
+"""The first four bytes of a multiplex PDO."""
+_ADDRESS_BITS: Final = 32
+_CYCLIC: Final = range(1, 241)
+_EVENTS: Final = (254, 255)
+_SAYS: Final = {kind: f"dbc.{kind}" for kind in ("unknown", "contradicted", "disabled")}
+
+
+class Made(NamedTuple):
+    """A DBC file."""
+
+    data: bytes
+    messages: int
+    signals: int
+    said: tuple[Said, ...]
+    """What of the PDOs is not in it, or not as it was."""
+
+
+def made(records: Sequence[Record], described: Described) -> Made:
+    """Make a DBC of one bus. CanalyzeError where cantools is not there, OutputError where there is nothing to write."""
+    try:
+        from cantools.database.can import Database, Node
+    except ImportError as error:
+        raise CanalyzeError("library.extra", name="cantools", line="pip install 'canalyze[dbc]'") from error
+    further = sum(one["further"] for one in records)
+    said: list[Said] = [("dbc.further", {"count": further})] if further else []
+    records = [one for one in records if one["kind"] == "pdo"]
+    if len(buses := sorted({str(one["bus"]) for one in records})) > 1:
+        raise OutputError("dbc.buses", buses=", ".join(buses))
+    messages: list[Message] = []
+    for _, group in groupby(records, lambda one: (one["ext"], one["id"])):
+        message = _message(list(group), described, said)
+        if message:
+            if message.name in {one.name for one in messages}:  # a PDO that had another identifier, too
+                message.name += f"_{message.frame_id:X}"
+            messages.append(message)
+    if not messages:
+        raise OutputError("dbc.none")
+    nodes = [Node(_node(node)) for node in sorted({one["node"] for one in records})]
+    text = Database(messages, nodes, strict=True).as_dbc_string(sort_signals=None)
+    data = text.encode(ENCODING, "replace")
+    if data.decode(ENCODING) != text:
+        said.append(("dbc.encoding", {}))
+    return Made(data, len(messages), sum(len(one.signals) for one in messages), tuple(said))
+
+
+def _message(group: list[Record], described: Described, said: list[Said]) -> "Message | None":
+    """Make the message of an identifier, of the PDOs that have it."""
+    from cantools.database.can import Message
+
+    group.sort(key=lambda one: (bool(one["signals"]), one["frames"], one["transmit"]), reverse=True)
+    first = group[0]
+    sender = next((one for one in group if one["transmit"]), None)
+    facts = {"id": first["id"], "pdo": first["pdo"], "node": first["node"]}
+    for other in group[1:]:
+        if other["signals"] and (other["transmit"] or sender is None):
+            said.append(("dbc.shared", {**facts, "other": other["pdo"], "other_node": other["node"]}))
+    if first["content"] in _SAYS:
+        said.append((_SAYS[first["content"]], {**facts, "frames": first["frames"]}))
+        return None
+    if first["changes"]:
+        said.append(("dbc.changed", {**facts, "changes": first["changes"]}))
+    if first["bits"] > _MOST_BITS:
+        said.append(("dbc.long", {**facts, "bits": first["bits"]}))
+        return None
+    receivers = [_node(one["node"]) for one in group if not one["transmit"]]
+    signals = list(_signals(first, receivers, described, facts, said))
+    if not signals:
+        said.append(("dbc.empty", facts))
+        return None
+    multiplexed = first["content"] != "mapped"
+    return Message(
+        int(first["id"], 16),
+        f"{_node((sender or first)['node'])}_{(sender or first)['pdo']}",
+        8 if multiplexed else math.ceil(first["bits"] / 8),
+        signals,
+        senders=[_node(sender["node"])] if sender else [],
+        cycle_time=_cycle(sender) if sender else None,
+        is_extended_frame=first["ext"],
+        strict=True,
+    )
+
+
+def _signals(
+    pdo: Record, receivers: list[str], described: Described, facts: dict[str, object], said: list[Said]
+) -> "Iterator[Signal]":
+    from cantools.database.can import Signal
+    from cantools.database.conversion import BaseConversion
+
+    if pdo["content"] != "mapped" and pdo["signals"]:
+        yield Signal(_ADDRESS, 0, _ADDRESS_BITS, is_multiplexer=True, receivers=receivers)
+    taken = {_ADDRESS}
+    for one in pdo["signals"]:
+        factor = float(one["factor"])
+        if one["number"] == "bytes" or not math.isfinite(factor):
+            said.append(("dbc.bytes", {**facts, "signal": one["name"], "bits": one["bits"]}))
+            continue
+        entry = described(pdo["bus"], one["node"] or 0, int(one["index"], 16), one["sub"])
+        limits = (entry.low, entry.high) if entry else ()
+        factor = int(factor) if factor.is_integer() else factor
+        ends = sorted(limit * factor for limit in limits if limit is not None)
+        choices = OrderedDict((word["value"], word["text"]) for word in one["words"])
+        yield Signal(
+            _unique(one, pdo, taken),
+            one["offset"],
+            one["bits"],
+            is_signed=one["number"] == "signed",
+            conversion=BaseConversion.factory(factor, 0, choices or None, is_float=one["number"] == "real"),
+            minimum=ends[0] if len(ends) == 2 else None,
+            maximum=ends[1] if len(ends) == 2 else None,
+            unit=_plain(one["unit"] or "") or None,
+            comment=_plain(" ".join(dict.fromkeys((f"{one['index']}h:{one['sub']:02X}", one["name"])))),
+            receivers=receivers,
+            multiplexer_ids=None if one["address"] is None else [one["address"]],
+            multiplexer_signal=None if one["address"] is None else _ADDRESS,
+        )
+
+
+def identifier(text: str) -> str:
+    """Give the letters and digits of a text, with _ between."""
+    letters = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    return re.sub("[^0-9A-Za-z]+", "_", letters).strip("_")
+
+
+def _node(node: int) -> str:
+    return f"Node{node}"
+
+
+def _cycle(pdo: Record) -> int | None:
+    """Give the time between two frames in ms, where it is known and a whole number, as a DBC has it."""
+    if pdo["type"] in _CYCLIC and pdo["sync_ns"]:
+        time, rest = divmod(pdo["type"] * pdo["sync_ns"], 1_000_000)
+        return None if rest else time
+    return (pdo["event_timer"] or None) if pdo["type"] in _EVENTS else None
+
+
+def _unique(one: Record, pdo: Record, taken: set[str]) -> str:
+    """Give the name of a signal as a DBC may have it, which no other one of its message has."""
+    name = identifier(one["name"])
+    place = f"{one['index']}h_{one['sub']:02X}"
+    names = [name if re.match("[A-Za-z]", name) else f"Obj_{place}"]
+    names += [f"{names[0]}_{place}", f"{names[0]}_{place}_Node{one['node'] or 0}"]
+    numbered = (f"{names[0]}_{number}" for number in range(2, 2 + len(taken)))
+    found = next(name for name in (*names, *numbered) if name not in taken)
+    taken.add(found)
+    return found
+
+
+def _plain(text: str) -> str:
+    """Give a text as it can stand in quotes."""
+    return "".join(char if char.isprintable() else " " for char in text).replace('"', "'").replace("\\", "/")
