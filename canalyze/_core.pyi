@@ -96,7 +96,8 @@ class Dictionary:
     ) -> None:
         """Take over a description.
 
-        file: its name, for provenance. form: eds | dcf | xdd. device: the product's name, "" where there is none.
+        file: its name, for provenance. form: eds | dcf | xdd | concise. device: the product's name, "" where there is
+        none.
         rows: one a sub-object, in any order; of two with the same index and sub the first one counts:
             index 1000h to FFFFh; sub 0 to 255; name;
             data type code as the file has it (CiA 301 7.4.7), 0 where it has none;
@@ -175,6 +176,18 @@ def pdo_parameters(direction: str, number: int) -> tuple[int, int, str]:
 
     The COB-ID as a description writes it: `$NODEID+0x180`, or 0x80000000 for a PDO that does not exist until it is
     configured.
+    """
+
+def standard_object(index: int, sub: int, profile: int, lang: str) -> tuple[str | None, str | None]:
+    """Give name and type that the standards have for an object; None where they have none.
+
+    profile: of the device, as 402; 0 where it is not known. The type is one of the names in DATA_TYPES.
+    """
+
+def object_text(index: int, sub: int, data: bytes, kind: int, profile: int, lang: str) -> str:
+    """Give the value of an object as listings show it.
+
+    kind: code of its type; 0: that of the standards, else what the bytes look like. profile: of the device, or 0.
     """
 
 @final

@@ -41,6 +41,8 @@ _FENCE = re.compile(r"^```(\w+)?((?: [^\n]+)?)\n(.*?)^```$", re.DOTALL | re.MULT
 _ALIASES = {
     "capture.log": "network/sync-and-pdos.log",
     "boot.log": "network/sync-and-pdos.log",
+    "machine1.log": "network/sync-and-pdos.log",
+    "machine2.log": "network/remapping.log",
     "other-firmware.log": "od/other-firmware.log",
     "good.log": "network/drive-states.log",
     "captures/good.log": "network/sync-and-pdos.log",

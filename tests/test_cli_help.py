@@ -82,7 +82,7 @@ FIRST = {
     "monitor": ["--record", "--speed", "--eds", "--filter", "--bitrate"],
     "view": ["--eds", "--filter", "--bitrate", "--save", "--merge"],
     "sdo": ["--extract", "--eds", "--filter", "-t", "-o, --output"],
-    "od": ["--history", "--at", "--eds", "--filter", "-t"],
+    "od": ["--diff", "--all", "--history", "--at", "--eds"],
     "check": ["--fail-on", "--baseline", "--junit", "--eds", "--filter"],
     "convert": ["--to", "--eds", "--filter", "--merge", "--force"],
 }

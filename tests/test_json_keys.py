@@ -33,7 +33,8 @@ KEYS = {
     "od_pdo": {"kind", "bus", "node", "pdo", "id", "ext", "frames", "length_min", "length_max"},
     "od_object": {
         *("kind", "bus", "node", "index", "sub", "name", "type", "type_from", "bits", "access", "readable", "writable"),
-        *("exists", "value", "text", "data", "source", "t", "frame", "values", "read", "written", "tpdo", "rpdo"),
+        *("exists", "value", "text", "data", "source", "t", "frame", "values", "varies"),
+        *("read", "written", "tpdo", "rpdo"),
         *(
             "emcy",
             "refused",

@@ -21,10 +21,10 @@ from sdo_reading import read_transfers
 
 from canalyze._core import DATA_TYPES
 from canalyze.dictionary import contents, read
-from canalyze.dictionary.dcf import configured, spelled
+from canalyze.dictionary.dcf import configured
 from canalyze.dictionary.model import Dictionary
 from canalyze.dictionary.skeleton import skeleton
-from canalyze.dictionary.values import REAL
+from canalyze.dictionary.values import REAL, spelled
 
 SESSIONS = [*sorted((SAMPLES / "network").glob("*.log")), *sorted((SAMPLES / "stacks").glob("*.log"))]
 WIDTHS = {kind: width for kind, (_, width) in DATA_TYPES.items() if width}
@@ -123,7 +123,7 @@ def test_any_description_takes_values(eds: Path) -> None:
     got = parameters(after)
     for address, value in values.items():
         if address not in made.left_out:
-            signed = int(str(spelled(value, _entry(after, address))), 0)
+            signed = int(str(spelled(value, _entry(after, address).type)), 0)
             assert got[address] == signed, address
     kept = parameters(before)
     assert {address: got[address] for address in kept if address not in values} == {
@@ -205,7 +205,7 @@ def test_what_cannot_be_is_said(canalyze: Runner, tmp_path: Path) -> None:
         (["--node", "5", "--dcf", "a.dcf", "-o", "b"], "--output"),
         (["--node", "99", "--dcf", "a.dcf"], "node 99"),
         (["--node", "5", "--dcf", "a.dcf", "--filter", "service=pdo"], "node 5"),
-        (["--node", "5", "--dcf", "a.dcf", "--eds", "5=a.xdd"], "XDD"),
+        (["--node", "5", "--dcf", "a.dcf", "--eds", "5=a.xdd"], "EDS"),
     ):
         from test_hostile_files import XDD
 

@@ -1,8 +1,9 @@
 """`canalyze od`: the objects of the devices, by what the traffic shows of them. What that is, the core says."""
 
 import json
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import click
@@ -21,9 +22,10 @@ from canalyze.configuration.options import (
     known_of,
     moment,
     open_session,
+    spelled,
     time_option,
 )
-from canalyze.errors import OutputError
+from canalyze.errors import OutputError, ReaderGone
 from canalyze.output import Output, Progress, complain, open_output, told
 from canalyze.output.help import Command
 from canalyze.running.run import Run
@@ -31,10 +33,29 @@ from canalyze.sources.file import total_size
 from canalyze.words import Words
 
 if TYPE_CHECKING:
+    from canalyze._core import Session
+    from canalyze.dictionary.difference import Side
     from canalyze.dictionary.model import Dictionary, Entry
 
 FORMS: Final = {"text": "-text", "jsonl": "", "csv": "-csv"}
 """What --format adds to the core's name of what comes out."""
+_MADE: Final = ("--dcf", "--concise-dcf", "--skeleton")
+"""Options that make files of one node."""
+EXCLUSIVE: Final = (
+    (_MADE, ("--against", "--diff", "--history", "--output")),
+    (("--against",), ("--diff", "--history", "--format csv")),
+    (("--diff",), ("--history", "--format csv")),
+    (("--dbc",), (*_MADE, "--against", "--diff", "--history", "--output")),
+)
+"""Options, and those that none of them can be used with."""
+GO_WITH: Final = (
+    *((option, ("--node",)) for option in _MADE),
+    ("--node", (*_MADE, "--against", "--diff")),
+    ("--node A=B", ("--diff",)),
+    ("--unseen", ("--against",)),
+    ("--all", ("--diff",)),
+)
+"""Options, and those of which each needs one."""
 NO_OBJECT: Final = b'{"kind":"od_pdo"'
 """PDOs come behind all objects: what begins so has none."""
 
@@ -47,11 +68,15 @@ def command(words: Words) -> click.Command:
         form: str,
         history: bool,
         at: float | None,
-        node: int | None,
+        node: tuple[int, int] | None,
         dcf: str | None,
+        concise_dcf: str | None,
+        skeleton: str | None,
         dbc: str | None,
         against: str | None,
         unseen: bool,
+        diff: str | None,
+        every: bool,
         output: str | None,
         force: bool,
         expression: str | None,
@@ -60,32 +85,46 @@ def command(words: Words) -> click.Command:
         stamps: str,
         **given: Unpack[CaptureOptions],
     ) -> int:
-        csv = {"--format csv": form == "csv"}
-        _exclude(words, "--dcf", dcf, {"--history": history, "--against": against, "--output": output})
-        _exclude(words, "--dbc", dbc, {"--history": history, "--against": against, "--output": output, "--dcf": dcf})
-        _exclude(words, "--against", against, {"--history": history, **csv})
-        _go_together(words, node, dcf, against, unseen=unseen)
+        wanted: dict[str, Any] = {"dcf": dcf, "concise_dcf": concise_dcf, "skeleton": skeleton}
+        targets = {form: name for form, name in wanted.items() if name is not None}
+        two = node is not None and node[0] != node[1]
+        chosen = {f"--{form.replace('_', '-')}": name for form, name in wanted.items()}
+        chosen |= {"--node": node, "--against": against, "--dbc": dbc, "--diff": diff, "--output": output}
+        chosen |= {"--history": history, "--unseen": unseen, "--all": every}
+        chosen |= {"--format csv": form == "csv", "--node A=B": two}
+        _go_together(words, {option for option, value in chosen.items() if value not in (None, False)})
         names = inputs(files, words)
-        description = _described(against, node, words) if against else None
+        description = None if against is None else _described(against, node[0] if node else None, words)
         read: dict[str, Any] = {}
-        session = open_session(
-            words,
-            given,
-            read=read,
-            format="pdos" if dbc else ("history" if history else "objects") + ("" if dcf else FORMS[form]),
-            stamps=stamps,
-            filter=expression,
-            time=time,
-            until_ns=None if at is None else round(at * 1e9),
-        )
+        kind = "pdos" if dbc else ("history" if history else "objects") + ("" if targets else FORMS[form])
+
+        def session() -> "Session":
+            return open_session(
+                words,
+                given,
+                read=read,
+                format=kind,
+                stamps=stamps,
+                filter=expression,
+                time=time,
+                until_ns=None if at is None else round(at * 1e9),
+            )
+
+        if diff is not None:
+            with open_output(output, force=force, color=color) as out:
+                return _compare(out, words, (names, diff), (node, expression, form, every), given, session)
+        reading = session()
         from canalyze.reports.od_text import History, show
 
         some = False
-        with open_output(dbc or dcf or output, force=force, color=color) as out:
+        with ExitStack() as stack:
+            outs = {one: stack.enter_context(open_output(name, force=force)) for one, name in targets.items()}
+            outs = outs or {"": stack.enter_context(open_output(dbc or output, force=force, color=color))}
+            out = next(iter(outs.values()))
             total = total_size(names)
             gathered: list[bytes] = []
             listed = History(out, words, live=total is None) if history and form == "text" else None
-            kept = dbc or dcf or against or form == "text"
+            kept = dbc or targets or description or form == "text"
             put = listed.put if listed else gathered.append if kept else out.write
 
             def take(result: bytes) -> None:
@@ -94,28 +133,29 @@ def command(words: Words) -> click.Command:
                 put(result)
 
             progress = Progress(words, out, total)
-            code = Run(session, words, progress, take, given).over(names)
+            code = Run(reading, words, progress, take, given).over(names)
             if listed:
                 listed.close()
-            records = [json.loads(line) for line in b"".join(gathered).splitlines()]
+            records = _records(gathered)
             if dbc:
                 from canalyze.reports import dbc as report
 
                 progress.clear()
                 report.write(out, words, dbc, records, partial(_entry, given, read))
-            elif dcf and node is not None:
+            elif targets and node:
                 progress.clear()
-                _write(out, words, records, (dcf, node), _description(given, read, records, node))
-            elif description and session.frames:
+                _write(outs, words, records, targets, node[0], _description(given, read, records, node[0]))
+            elif description and reading.frames:
                 progress.clear()
-                code = max(code, _compare(out, words, records, description, form=form, unseen=unseen))
+                code = max(code, _hold_against(out, words, records, description, form=form, unseen=unseen))
             else:
                 show(records, out, words)
-            told(code, out, words, stream=total is None, some=session.frames > 0)
-            if session.frames == 0:
-                out.drop()
-        if not some and session.frames:
-            complain(f"canalyze: {words('od.none', frames=session.frames)}")
+            for written in outs.values():
+                told(code, written, words, stream=total is None, some=reading.frames > 0)
+                if reading.frames == 0:
+                    written.drop()
+        if not some and reading.frames:
+            complain(f"canalyze: {words('od.none', frames=reading.frames)}")
         return code
 
     return Command(
@@ -125,11 +165,15 @@ def command(words: Words) -> click.Command:
         [
             click.Option(["--history"], is_flag=True, help=words("od.history")),
             click.Option(["--at"], type=Spelled(moment, "moment", words), metavar="S", help=words("od.at")),
-            click.Option(["--node"], type=Spelled(network.node, "node", words), metavar="N", help=words("od.dcf_node")),
+            spelled(words, "--node", _nodes, "node", "N", "od.node_id"),
             click.Option(["--dcf"], type=ANY_PATH, metavar="FILE", help=words("od.dcf")),
+            click.Option(["--concise-dcf"], type=ANY_PATH, metavar="FILE", help=words("od.concise_dcf")),
+            click.Option(["--skeleton"], type=ANY_PATH, metavar="FILE", help=words("od.skeleton")),
             click.Option(["--dbc"], type=ANY_PATH, metavar="FILE", help=words("od.dbc")),
             click.Option(["--against"], type=ANY_PATH, metavar="FILE", help=words("od.against")),
-            click.Option(["--unseen"], is_flag=True, help=words("od.unseen")),
+            click.Option(["--unseen"], is_flag=True, help=words("od.with_unseen")),
+            click.Option(["--diff"], type=ANY_PATH, metavar="FILE", help=words("od.diff")),
+            click.Option(["--all", "every"], is_flag=True, help=words("od.all")),
             format_option(words, "od", tuple(FORMS)),
             time_option(words),
             color_option(words),
@@ -138,23 +182,28 @@ def command(words: Words) -> click.Command:
     )
 
 
-def _exclude(words: Words, option: str, given: object, others: dict[str, object]) -> None:
-    """Raise a usage error for an option with what does not go with it."""
-    for other in (other for other, value in others.items() if value and given):
-        raise click.UsageError(words("usage.exclusive", one=option, other=other), click.get_current_context())
+def _nodes(text: str) -> tuple[int, int] | None:
+    """Read a node-ID, or that of A and that of B as A=B."""
+    a, equals, b = text.partition("=")
+    one = network.node(a)
+    two = network.node(b) if equals else one
+    return None if one is None or two is None else (one, two)
 
 
-def _go_together(words: Words, node: int | None, dcf: str | None, against: str | None, *, unseen: bool) -> None:
-    """Raise a usage error for options without that which they belong to."""
+def _go_together(words: Words, chosen: set[str]) -> None:
+    """Raise a usage error for options that cannot be used together, or not without each other."""
     context = click.get_current_context()
-    if (dcf and node is None) or (node is not None and not (dcf or against)):
-        raise click.UsageError(words("od.dcf_needs_node"), context)
-    if unseen and not against:
-        raise click.UsageError(words("od.unseen_needs"), context)
+    for options, others in EXCLUSIVE:
+        for one in (one for one in options if one in chosen):
+            for other in (other for other in others if other in chosen):
+                raise click.UsageError(words("usage.exclusive", one=one, other=other), context)
+    for one, needs in GO_WITH:
+        if one in chosen and not chosen & set(needs):
+            raise click.UsageError(words("od.goes_with", one=one, other=", ".join(needs)), context)
 
 
 def _described(name: str, node: int | None, words: Words) -> "Dictionary":
-    """Read the description of --against, and say what is odd about it."""
+    """Read a description that is compared, and say what is odd about it."""
     from canalyze.configuration.descriptions import say_defects
     from canalyze.dictionary import load
 
@@ -163,7 +212,7 @@ def _described(name: str, node: int | None, words: Words) -> "Dictionary":
     return found
 
 
-def _compare(
+def _hold_against(
     out: Output, words: Words, records: list[dict[str, Any]], found: "Dictionary", *, form: str, unseen: bool
 ) -> int:
     """Write what the description and the device differ in; give the exit code."""
@@ -178,6 +227,10 @@ def _compare(
     return int(any(one.severity != INFO for one in held.differences))
 
 
+def _records(gathered: list[bytes]) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in b"".join(gathered).splitlines()]
+
+
 def _description(
     given: CaptureOptions, read: dict[str, Any], records: list[dict[str, Any]], node: int
 ) -> tuple[bytes, str] | None:
@@ -187,7 +240,7 @@ def _description(
     from canalyze.dictionary import contents
 
     file = _carried(given, read, next((one["bus"] for one in records if one["node"] == node), None), node)
-    if file is not None and read[file].form == "xdd":
+    if file is not None and read[file].form in ("xdd", "concise"):
         raise OutputError("od.dcf_xdd", name=file)
     return None if file is None else contents(file)
 
@@ -208,33 +261,61 @@ def _entry(
 
 
 def _write(
-    out: Output, words: Words, records: list[dict[str, Any]], of: tuple[str, int], given: tuple[bytes, str] | None
+    outs: dict[str, Output],
+    words: Words,
+    records: list[dict[str, Any]],
+    names: dict[str, str],
+    node: int,
+    description: tuple[bytes, str] | None,
 ) -> None:
-    """Write the DCF of a node, and say what is in it. OutputError where there is nothing to be written."""
-    from canalyze.dictionary.dcf import configured
-    from canalyze.dictionary.skeleton import skeleton
+    """Write the files of a node, and say what is in them. OutputError where there is nothing to be written."""
+    from canalyze.reports import od_files
 
-    name, node = of
-    heads = [one for one in records if one["kind"] == "od_node" and one["node"] == node]
-    if len(heads) > 1:
-        raise OutputError("od.dcf_buses", node=node, buses=", ".join(str(one["bus"]) for one in heads))
-    objects = [one for one in records if one["kind"] == "od_object" and one["node"] == node]
-    values = {(int(one["index"], 16), one["sub"]): _whole(one["configured"]) for one in objects if one["configured"]}
-    if not values:
-        raise OutputError("od.dcf_none", node=node)
-    keys = {"FileName": Path(name).name}
-    if given is None:
-        made = configured(skeleton(heads[0], objects).encode(), name, values, node, keys)
-    else:
-        made = configured(*given, values, node, {**keys, "LastEDS": Path(given[1]).name})
-    out.write(made.text.encode())
-    complain(f"canalyze: {words('od.dcf_written', name=name, node=node, count=made.values)}")
-    if made.left_out:
-        missing = ", ".join(f"{index:04X}h:{sub:02X}" for index, sub in made.left_out)
-        complain(f"canalyze: {words('od.dcf_left_out', name=name, objects=missing)}")
+    of = od_files.of(records, node, description)
+    for form, out in outs.items():
+        data, said = od_files.made(form, names[form], of, words)
+        out.write(data)
+        for line in said:
+            complain(f"canalyze: {line}")
 
 
-def _whole(held: dict[str, Any]) -> bytes:
-    """Give the bytes of a value; none where not all of them are there, which no file can hold."""
-    data = bytes.fromhex(held["data"])
-    return data if len(data) == held["size"] else b""
+def _compare(
+    out: Output,
+    words: Words,
+    files: tuple[tuple[str, ...], str],
+    wanted: tuple[tuple[int, int] | None, str | None, str, bool],
+    given: CaptureOptions,
+    session: Callable[[], "Session"],
+) -> int:
+    """Compare the configurations of two sides; give the exit code."""
+    from canalyze.dictionary import describes
+    from canalyze.dictionary.difference import captured, compare
+    from canalyze.reports import od_diff
+
+    nodes, expression, form, every = wanted
+    code = 0
+    sides: list[Side | Dictionary] = []
+    progress = Progress(words, out, total_size((*files[0], files[1])))
+    for inputs_of in (files[0], (files[1],)):
+        if len(inputs_of) == 1 and describes(inputs_of[0]):
+            sides.append(_described(inputs_of[0], None, words))
+            continue
+        gathered: list[bytes] = []
+        reading = session()
+        code = max(code, Run(reading, words, progress, gathered.append, given).over(inputs_of))
+        if code >= 128 or reading.frames == 0:
+            out.drop()
+            return code or 2
+        sides.append(captured(_records(gathered)))
+    found = compare(sides, nodes, filtered=expression is not None)
+    if not found.pairs:
+        a, b = (", ".join(str(node.node or "-") for node in side.nodes) or "-" for side in found.sides)
+        if not any(found.alone):
+            raise click.UsageError(words("od.no_pair", a=a, b=b), click.get_current_context())
+        complain(f"canalyze: {words('od.no_pair', a=a, b=b)}")
+    with suppress(ReaderGone):  # who has read enough has not been told that they are alike
+        if form == "jsonl":
+            out.write(od_diff.lines(found, (files[0][0], files[1])))
+        else:
+            od_diff.show(found, out, words, every=every)
+    return code or int(od_diff.count(found) > 0)

@@ -1,25 +1,30 @@
-"""EDS and DCF (CiA 306) -> a frozen `Dictionary`, by a reader that takes them as they are found.
+"""EDS and DCF (CiA 306), XDD and concise DCF -> a frozen `Dictionary`, by a reader that takes them as they are found.
 
     bytes --encoding--> text --ini--> sections --objects, values--> objects --table--> the core's table, PDOs
-                        XML  --xdd-----^
+      |                 XML  --xdd-----^
+      +--concise--> entries of a concise DCF
 
 What had to be repaired or could not be used becomes a `Defect`; only a file in which there is no object at all, or
 which the system does not give, is an error (`SourceError`). python-canopen is imported only where its own objects are
 taken or given.
 """
 
-from typing import TYPE_CHECKING, Final, Literal
+import re
+from typing import TYPE_CHECKING, Final
 
 from canalyze.configuration.network import NODES
-from canalyze.dictionary import model
+from canalyze.dictionary import concise, model
 from canalyze.dictionary.ini import Ini, Section, parse
-from canalyze.dictionary.model import Device, Dictionary, FileInfo
+from canalyze.dictionary.model import Device, Dictionary, FileInfo, Form
 from canalyze.dictionary.values import Values, integer
 from canalyze.errors import SourceError
 
 if TYPE_CHECKING:
     from canopen import ObjectDictionary
 
+_NAMES: Final = (".eds", ".dcf", ".xdd", ".xdc", ".cdcf")
+_HEAD: Final = 1 << 16
+_SECTION: Final = re.compile(rb"^[ \t]*\[(?:FileInfo|DeviceInfo|1000)\]", re.IGNORECASE | re.MULTILINE)
 _LARGEST: Final = 8 << 20
 _BIT_RATES: Final = (10, 20, 50, 125, 250, 500, 800, 1000)
 _UNCONFIGURED: Final = 255
@@ -30,6 +35,18 @@ _FURTHER_DUMMIES: Final = range(8, 0x20)
 def load(name: str, node: int | None = None) -> Dictionary:
     """Read a file ('-' is standard input); `node` overrules the node-ID of a DCF."""
     return read(*contents(name), node)
+
+
+def describes(name: str) -> bool:
+    """Tell whether a file is a description, by its name or how it begins, and no capture."""
+    if name.lower().endswith(_NAMES):
+        return True
+    try:
+        with open(name, "rb") as file:
+            data = file.read(_HEAD)
+    except OSError:  # standard input, and what can be read by nobody
+        return False
+    return data.lstrip().startswith(b"<?xml") or bool(_SECTION.search(data)) or concise.entries(data) is not None
 
 
 def contents(name: str) -> tuple[bytes, str]:
@@ -53,9 +70,13 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
 
     if not data.strip():
         raise SourceError("source.empty", name=name)
-    text, encoding, marked = decode(data)
+    entries = concise.entries(data)
+    text, encoding, marked = decode(data) if entries is None else ("", "binary", False)
     xml = text.lstrip("\ufeff \t\r\n").startswith("<")  # which no EDS looks like
-    if xml:
+    partial = entries is not None
+    if entries is not None:
+        ini = concise.sections(entries)
+    elif xml:
         from canalyze.dictionary.xdd import sections
 
         ini = sections(data, name)
@@ -63,21 +84,23 @@ def read(data: bytes, name: str, node: int | None = None) -> Dictionary:
         ini = parse(text)
     if marked:
         ini.complain(1, "bom")
-    if encoding != "utf-8" and not xml:
+    if encoding not in ("utf-8", "binary") and not xml:
         ini.complain(_first_beyond_ascii(text), "encoding", encoding=encoding)
     values = Values(ini)
     device, mask = _device(ini, values)
-    objects = Objects(ini, values, has_lists=not xml).read(mask, (device.rpdos or 0, device.tpdos or 0))
+    objects = Objects(ini, values, has_lists=not xml and not partial).read(mask, (device.rpdos or 0, device.tpdos or 0))
     if not objects:
         raise SourceError("eds.nothing", name=name)
     dummies = _dummies(ini, values)
     commissioning = _commissioning(ini)
     filed, node_name, rate = _node(commissioning, ini, values)
     configured = commissioning is not None or any(e.parameter is not None for o in objects.values() for e in o.entries)
-    form: Literal["eds", "dcf", "xdd"] = "xdd" if xml else "dcf" if configured else "eds"
+    form: Form = "concise" if partial else "xdd" if xml else "dcf" if configured else "eds"
     _say_modules(ini, values)
     made = table(name, form, device.product_name, objects.values())
-    found = tuple(pdos(made, dummies, objects, ini))
+    found = tuple(
+        pdos(made, dummies, objects, Ini() if partial else ini)
+    )  # what a part of a configuration lacks is no defect
     return Dictionary(
         file=name,
         form=form,
@@ -220,4 +243,4 @@ def _say_modules(ini: Ini, values: Values) -> None:
         ini.complain(section.line, "modules", section=section.name, count=number.value)
 
 
-__all__ = ["contents", "load", "model", "read", "taken"]
+__all__ = ["contents", "describes", "load", "model", "read", "taken"]

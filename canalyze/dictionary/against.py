@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from canalyze import _core
-from canalyze.dictionary.dcf import Address
-from canalyze.dictionary.model import ARRAY, RECORD, Dictionary, Entry, NodeOffset
+from canalyze.dictionary.model import ARRAY, RECORD, Address, Dictionary, Entry, NodeOffset
 from canalyze.dictionary.values import BYTES, NAMES, decoded
 from canalyze.errors import SourceError
 

@@ -4,19 +4,15 @@ What stands in the description stays as it is: lines are put beside its own. Mus
 from, or which of them are worth keeping.
 """
 
-import math
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from canalyze.dictionary import read
 from canalyze.dictionary.encoding import decode
 from canalyze.dictionary.ini import Ini, Section, parse
-from canalyze.dictionary.model import DOMAIN, VAR, Entry
+from canalyze.dictionary.model import DOMAIN, VAR, Address
 from canalyze.dictionary.objects import place
-from canalyze.dictionary.values import SIGNED, decoded
-
-Address = tuple[int, int]
-"""Index and sub-index."""
+from canalyze.dictionary.values import spelled
 
 _COMMISSIONING: Final = "DeviceComissioning"
 """As CiA 306 spells it."""
@@ -48,26 +44,12 @@ def configured(
     left_out = []
     for address, data in sorted(values.items()):
         entry = entries.get(address)
-        value = None if entry is None else spelled(data, entry)
+        value = None if entry is None else spelled(data, entry.type)
         if value is None or not sheet.put(address, value, alone=address[0] in variables):
             left_out.append(address)
     sheet.keep(_COMMISSIONING, {"NodeID": str(node)})
     sheet.keep("FileInfo", keys)
     return Configured(ending.join(sheet.lines()), len(values) - len(left_out), tuple(left_out))
-
-
-def spelled(data: bytes, entry: Entry) -> str | None:
-    """Give a value as a file has it; None where it cannot have it: bytes of another length, text of several lines."""
-    match decoded(data, entry.type):
-        case float(real):
-            return repr(real) if math.isfinite(real) else None
-        case int(number):
-            return str(number) if entry.type in SIGNED else f"{number:#x}"
-        case str(text):
-            return text if text == text.strip() and text.isprintable() and text else None
-        case bytes(octets):
-            return octets.hex(" ").upper() or None
-    return None
 
 
 class _Sheet:

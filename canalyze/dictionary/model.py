@@ -12,6 +12,10 @@ if TYPE_CHECKING:
 
 Access = Literal["ro", "wo", "rw", "rwr", "rww", "const"]
 Effect = Literal["repaired", "unused", "noted"]
+Form = Literal["eds", "dcf", "xdd", "concise"]
+
+Address = tuple[int, int]
+"""Index and sub-index."""
 
 NULL, DOMAIN, DEFTYPE, DEFSTRUCT, VAR, ARRAY, RECORD = 0, 2, 5, 6, 7, 8, 9
 """Object codes, CiA 301 7.4.3."""
@@ -122,7 +126,7 @@ class Dictionary(NamedTuple):
     """One device description."""
 
     file: str
-    form: Literal["eds", "dcf", "xdd"]
+    form: Form
     encoding: str
     info: FileInfo
     device: Device

@@ -8,15 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from canalyze import _core
-from canalyze.dictionary.values import NAMES, UNSIGNED8, UNSIGNED32
+from canalyze.dictionary.values import BY_WIDTH, CODES, UNSIGNED8, UNSIGNED32
 
 Record = Mapping[str, Any]
 """A line of the core: `od_node` or `od_object`."""
 
-_TYPES: Final = {name: kind for kind, name in NAMES.items()}
-_BY_WIDTH: Final = {
-    bits: kind for kind, (name, bits) in _core.DATA_TYPES.items() if name.startswith(("UNSIGNED", "BOOLEAN"))
-}
 _OCTETS: Final = 0x0A
 _ACCESS: Final = {"rw": "rw", "ro": "ro", "wo": "wo", "r": "ro"}
 """Of what was read and never written it is not known that it can be."""
@@ -35,8 +31,8 @@ _FIXED: Final = range(0x1000, 0x2000)
 _Keys = dict[str, str]
 
 
-def skeleton(node: Record, objects: Sequence[Record]) -> str:
-    """Give the EDS of a node."""
+def skeleton(node: Record, objects: Sequence[Record], name: str = "") -> str:
+    """Give the EDS of a node; name: that of the file."""
     pdos = _pdos(objects)
     titles = {pdo.communication: f"{pdo.direction.upper()} communication parameter" for pdo in pdos}
     titles |= {_mapping(pdo): f"{pdo.direction.upper()} mapping parameter" for pdo in pdos} | _TITLES
@@ -52,7 +48,7 @@ def skeleton(node: Record, objects: Sequence[Record]) -> str:
     listed = {index for indices in lists.values() for index in indices}
     lists["OptionalObjects"] = [index for index in by_index if index not in listed]
     sections = {
-        "FileInfo": {"FileName": "", "FileVersion": "1", "FileRevision": "0", "EDSVersion": "4.0"},
+        "FileInfo": {"FileName": name, "FileVersion": "1", "FileRevision": "0", "EDSVersion": "4.0"},
         "DeviceInfo": _device(node, pdos),
         "DummyUsage": {f"Dummy{kind:04X}": "0" if kind == 1 else "1" for kind in range(1, 8)},
     }
@@ -73,7 +69,7 @@ def _pdos(objects: Sequence[Record]) -> "list[_core.Pdo]":
             int(one["index"], 16),
             one["sub"],
             "",
-            _TYPES.get(one["type"], 0),
+            CODES.get(one["type"], 0),
             "rw",
             one["value"],
             False,
@@ -117,7 +113,7 @@ def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tup
     for pdo in pdos:
         entries.setdefault((_mapping(pdo), 0), _keys("Number of mapped objects", UNSIGNED8, "rw"))
         for mapped in (mapped for mapped in pdo.mapped if not mapped.dummy):
-            made = _keys(_named(mapped.index, mapped.sub), _BY_WIDTH.get(mapped.bits, _OCTETS), "rw")
+            made = _keys(_named(mapped.index, mapped.sub), BY_WIDTH.get(mapped.bits, _OCTETS), "rw")
             entries.setdefault((mapped.index, mapped.sub), made)["PDOMapping"] = "1"
     for address, (name, kind) in _MANDATORY.items():
         entries.setdefault(address, _keys(name, kind, "ro"))
@@ -130,7 +126,7 @@ def _entries(objects: Sequence[Record], pdos: "Sequence[_core.Pdo]") -> dict[tup
 
 
 def _seen(one: Record, index: int) -> _Keys:
-    kind = _TYPES.get(one["type"]) or _BY_WIDTH.get(one["bits"], _OCTETS)
+    kind = CODES.get(one["type"]) or BY_WIDTH.get(one["bits"], _OCTETS)
     keys = _keys(_line(one["name"] or "") or _named(index, one["sub"]), kind, _ACCESS.get(one["access"], "rw"))
     if one["tpdo"] or one["rpdo"]:
         keys["PDOMapping"] = "1"

@@ -1,4 +1,4 @@
-"""Numbers and values as files write them -> what they are.
+"""Numbers and values as files write them -> what they are, and bytes of transfers -> values as files write them.
 
 Numbers are decimal, hexadecimal (0x) or octal (leading 0); signed ones may be written as the two's complement of their
 width; `$NODEID` may be a summand (CiA 306 4.6 and 4.7). Whatever has to be changed is noted as a defect, and what
@@ -18,8 +18,14 @@ from canalyze.dictionary.model import NodeOffset, Value
 UNSIGNED8, UNSIGNED16, UNSIGNED32, OPAQUE = 0x05, 0x06, 0x07, 0x0F
 NAMES: Final = {kind: name for kind, (name, _) in DATA_TYPES.items()}
 _WIDTHS: Final = {kind: bits for kind, (_, bits) in DATA_TYPES.items() if bits}
+CODES: Final = {name: kind for kind, name in NAMES.items()}
+BY_WIDTH: Final = {
+    bits: kind for kind, (name, bits) in DATA_TYPES.items() if bits and name.startswith(("UNSIGNED", "BOOLEAN"))
+}
+"""Data types without a sign by their bits."""
 SIGNED: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("INTEGER")}
 REAL: Final = {kind: bits for kind, bits in _WIDTHS.items() if NAMES[kind].startswith("REAL")}
+_REALS: Final = {32: "<f", 64: "<d"}
 _UNICODE: Final = 0x0B
 STRINGS: Final = frozenset({0x09, _UNICODE})
 BYTES: Final = frozenset({0x0A, OPAQUE})
@@ -41,6 +47,34 @@ class Whole(NamedTuple):
     decimal: bool = True
     relative: bool = False
     """The node-ID is to be added."""
+
+
+def spelled(data: bytes, kind: int) -> str | None:
+    """Give a value that was transferred as a file has it; None where it cannot: its length, text of several lines."""
+    match decoded(data, kind):
+        case float(real):
+            return repr(real) if math.isfinite(real) else None
+        case int(number):
+            return str(number) if kind in SIGNED else f"{number:#x}"
+        case str(text):
+            return text if text == text.strip() and text.isprintable() and text else None
+        case bytes(octets):
+            return octets.hex(" ").upper() or None
+    return None
+
+
+def packed(value: Value, kind: int, node: int) -> bytes:
+    """Give a value that a file has as it is transferred."""
+    if isinstance(value, NodeOffset):
+        value = value.at(node)
+    if isinstance(value, str):
+        return value.encode("utf-16-le" if kind == _UNICODE else "utf-8")
+    if isinstance(value, bytes):
+        return value
+    if kind in REAL:
+        return struct.pack(_REALS[REAL[kind]], value)
+    bits = _WIDTHS.get(kind, 64)
+    return (int(value) & (1 << bits) - 1).to_bytes(-(-bits // 8), "little")
 
 
 @lru_cache(maxsize=1024)  # a file has few different ones
@@ -94,8 +128,7 @@ def decoded(data: bytes, kind: int) -> int | float | str | bytes | None:
     if kind in BYTES:
         return data
     if kind in REAL:
-        form = {32: "<f", 64: "<d"}[REAL[kind]]
-        return float(struct.unpack(form, data)[0]) if len(data) * 8 == REAL[kind] else None
+        return float(struct.unpack(_REALS[REAL[kind]], data)[0]) if len(data) * 8 == REAL[kind] else None
     number, bits = int.from_bytes(data, "little", signed=kind in SIGNED), _WIDTHS.get(kind, 0)
     least, beyond = (-1 << bits - 1, 1 << bits - 1) if kind in SIGNED else (0, 1 << bits)
     return number if 0 < len(data) <= 8 and bits and least <= number < beyond else None
@@ -184,8 +217,7 @@ class Values:
                 self._odd(key, "not-a-number")
                 return None
             code = code if number.value == 0 else "real-as-hex"
-            form = "f" if bits == 32 else "d"
-            value = struct.unpack(f"<{form}", number.value.to_bytes(bits // 8, "little"))[0]
+            value = struct.unpack(_REALS[bits], number.value.to_bytes(bits // 8, "little"))[0]
         if not math.isfinite(value) or "_" in bare:
             self._odd(key, "not-a-number")
             return None

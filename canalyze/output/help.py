@@ -22,7 +22,19 @@ _TERM: Final = 24
 _USUAL: Final = 5
 """Options that stand first."""
 _FIRST: Final = (
-    *("-n", "--all", "--html", "--record", "--extract", "--to", "--fail-on", "--baseline", "--junit", "--explain"),
+    *(
+        "-n",
+        "--diff",
+        "--all",
+        "--html",
+        "--record",
+        "--extract",
+        "--to",
+        "--fail-on",
+        "--baseline",
+        "--junit",
+        "--explain",
+    ),
     *("--history", "--at", "--speed", "--eds", "--filter", "--select", "--tolerance", "--bitrate", "-t", "--output"),
     *("--save", "--format", "--merge", "--force"),
 )

@@ -64,7 +64,8 @@ def _heading(out: Output, text: str) -> None:
 
 def _facts(found: Dictionary, out: Output, words: Words) -> None:
     device, info = found.device, found.info
-    out.text(printable(f"{found.file}: {found.form.upper()}, {found.encoding.upper()}") + "\n")
+    form = words("eds.concise") if found.form == "concise" else f"{found.form.upper()}, {found.encoding.upper()}"
+    out.text(printable(f"{found.file}: {form}") + "\n")
     node = words("eds.no_node") if found.node is None else str(found.node)
     version = ".".join(part for part in (info.version, info.revision) if part)
     comments = [line for line in found.comments if line.strip()]

@@ -328,6 +328,7 @@ const MAY_USE: &[Row] = &[
             "node",
             "od",
             "preset",
+            "profiles",
             "services",
             "readers",
             "writers",

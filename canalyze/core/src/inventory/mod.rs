@@ -137,6 +137,8 @@ pub struct Object {
     pub value: Option<Held>,
     /// What was last written to it, and accepted.
     written: Option<Held>,
+    /// Two values that it gave differ, though nothing was written in between.
+    pub varies: bool,
     /// What the last write asked for to which there is no answer, where no value was seen since.
     pub requested: Option<Held>,
     /// Requests that were aborted, by code, in the order in which they came first.
@@ -158,6 +160,7 @@ impl Object {
             last: at,
             value: None,
             written: None,
+            varies: false,
             requested: None,
             aborted: Vec::new(),
             measured: Measured::default(),
@@ -261,6 +264,8 @@ impl Object {
         if source.is_value() {
             self.looks.take(content);
             self.requested = None;
+            self.varies |= source.is_given()
+                && self.value.as_ref().is_some_and(|held| held.source.is_given() && held.content().differs(content));
             hold(&mut self.value, content, source, at);
             if source == Source::Written {
                 hold(&mut self.written, content, source, at);

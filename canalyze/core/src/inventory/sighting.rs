@@ -60,6 +60,11 @@ impl Source {
         }
     }
 
+    /// Whether the device gives a value of its own accord, or because it was asked for it.
+    pub fn is_given(self) -> bool {
+        matches!(self, Self::Read | Self::Tpdo | Self::Emcy)
+    }
+
     /// Whether it shows a value that the object has.
     pub fn is_value(self) -> bool {
         !matches!(self, Self::Refused | Self::Unconfirmed)
@@ -97,6 +102,17 @@ impl Content<'_> {
             Self::None => 0,
             Self::Bytes(_, size) => size,
             Self::Bits(_, bits) => u64::from(bits).div_ceil(8),
+        }
+    }
+
+    /// Whether it is another value of the same form; of bytes as many count as are kept of the shorter one.
+    pub(super) fn differs(self, other: Content<'_>) -> bool {
+        match (self, other) {
+            (Self::Bytes(one, size), Content::Bytes(two, other)) => {
+                size != other || one.iter().zip(two).any(|(one, two)| one != two)
+            }
+            (Self::Bits(one, bits), Content::Bits(two, other)) => bits == other && one != two,
+            _ => false,
         }
     }
 }

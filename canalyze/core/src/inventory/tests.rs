@@ -125,6 +125,18 @@ fn what_is_written_and_accepted_is_configured() {
 }
 
 #[test]
+fn a_value_varies_where_nobody_has_written_it() {
+    let varies = |all: &[Transfer]| seen(all).varies;
+    assert!(varies(&[read(&[1]), read(&[2])]));
+    assert!(varies(&[read(&[1; 9]), read(&[1; 10])]));
+    assert!(varies(&[read(&[1]), read(&[2]), read(&[2])]));
+    assert!(!varies(&[read(&[1]), read(&[1])]));
+    assert!(!varies(&[read(&[1]), written(&[2]), read(&[2])]));
+    assert!(!varies(&[written(&[1]), written(&[2]), read(&[3])]));
+    assert!(!varies(&[read(&[7; 8000]), read(&[7; 8000])]));
+}
+
+#[test]
 fn what_was_read_before_any_write() {
     let first = |all: &[Transfer]| {
         let held = seen(all).measured.first?;

@@ -1,4 +1,4 @@
-//! A device description as a table, and what the standards say of its PDOs and data types.
+//! A device description as a table, and what the standards say of its PDOs, objects and data types.
 //!
 //! Rows of Python become the core's own values, and PDOs rows of Python. Must not: know what they mean.
 
@@ -8,11 +8,14 @@ use std::sync::Arc;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::choose;
-use crate::dictionary::{Access, Dictionary as Table, Form, Object, Preset};
+use super::{choose, language};
+use crate::dictionary::{Access, Described, Dictionary as Table, Form, Object, Preset};
 use crate::od::DataType;
 use crate::preset::{self, Doubt, What};
+use crate::profiles::Profile;
 use crate::services::pdo::{communication_parameter, mapping_parameter, predefined_id};
+use crate::services::sdo::wire::Mux;
+use crate::text::{terms, value};
 
 /// A row of a description, as Python hands it over: index, sub-index, name, type, access, value, relative to the
 /// node-ID, configured by a DCF, mappable, unit, factor.
@@ -36,7 +39,11 @@ impl Dictionary {
     #[new]
     #[pyo3(signature = (*, file, form, device, rows))]
     fn new(file: String, form: &str, device: String, rows: Vec<Row>) -> PyResult<Self> {
-        let form = choose("form", form, &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds)])?;
+        let form = choose(
+            "form",
+            form,
+            &[("eds", Form::Eds), ("dcf", Form::Dcf), ("xdd", Form::Eds), ("concise", Form::Dcf)],
+        )?;
         let objects = rows.into_iter().map(object).collect::<PyResult<_>>()?;
         Ok(Self { table: Arc::new(Table::new(file, form, device, objects)) })
     }
@@ -175,6 +182,23 @@ fn pdo_parameters(direction: &str, number: u16) -> PyResult<(u16, u16, String)> 
     Ok((communication_parameter(transmit, number), mapping_parameter(transmit, number), default))
 }
 
+#[pyfunction]
+fn standard_object(index: u16, sub: u8, profile: u16, lang: &str) -> PyResult<(Option<&str>, Option<&str>)> {
+    let (profile, lang) = (Profile::of(profile.into()), language(lang)?);
+    let data_type = profile.data_type(index, sub).map(DataType::name);
+    Ok((terms::object_name(lang, profile, index, sub), data_type))
+}
+
+#[pyfunction]
+fn object_text(index: u16, sub: u8, data: &[u8], kind: u16, profile: u16, lang: &str) -> PyResult<String> {
+    let profile = Profile::of(profile.into());
+    let row = (index, sub, String::new(), kind, "rw".to_owned(), None, false, false, false, String::new(), 1.0);
+    let object = if kind == 0 { None } else { Some(Arc::new(object(row)?)) };
+    let mut out = Vec::new();
+    value::of_object(&mut out, language(lang)?, Mux { index, sub }, &Described { object, profile }, data);
+    Ok(String::from_utf8_lossy(&out).into_owned())
+}
+
 /// Code, name, and bits of a fixed size, of each data type.
 fn data_types() -> BTreeMap<u16, (&'static str, Option<u8>)> {
     let known = (0..=0x1B).filter_map(|code| Some((code, DataType::from_code(code)?)));
@@ -187,5 +211,7 @@ pub(super) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Mapped>()?;
     module.add_class::<CobId>()?;
     module.add_function(wrap_pyfunction!(pdo_parameters, module)?)?;
+    module.add_function(wrap_pyfunction!(standard_object, module)?)?;
+    module.add_function(wrap_pyfunction!(object_text, module)?)?;
     module.add("DATA_TYPES", data_types())
 }

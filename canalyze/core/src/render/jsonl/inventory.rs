@@ -3,7 +3,7 @@
 //! | kind | keys |
 //! |---|---|
 //! | `od_node` | `bus node objects values further booted device_type profile vendor_id product_code revision serial device_name` |
-//! | `od_object` | `bus node index sub name type type_from bits access readable writable exists value text data source t frame values read written tpdo rpdo emcy refused unconfirmed requested configured aborts in_force first sizes extremes first_frame last_frame` |
+//! | `od_object` | `bus node index sub name type type_from bits access readable writable exists value text data source t frame values varies read written tpdo rpdo emcy refused unconfirmed requested configured aborts in_force first sizes extremes first_frame last_frame` |
 //! | `od_pdo` | `bus node pdo id ext frames length_min length_max` |
 //! | `od_value` | `bus node index sub name type bits source value text data t frame abort` |
 //!
@@ -14,8 +14,9 @@
 //! `value` is a number, a string, a boolean, or null for bytes; without the unit and the factor that `text` has. `data`
 //! are its bytes, the first 4096. `t`, `frame` and `source` are those of the last value. `access` is `rw`, `ro`, `wo`, or
 //! `r` and `w` where the other one is not known; null where neither is. `exists` is false where the device says so.
-//! `requested` is what a write asked for to which there is no answer, `configured` `{"value","data","size"}` of the last
-//! write that was accepted, null where that is a command or process data. `aborts` are
+//! `varies`: two values that the device gave differ, though nothing was written in between.
+//! `requested` is what a write asked for to which there is no answer, `configured` `{"value","data","size","frame"}` of the
+//! last write that was accepted, null where that is a command or process data. `aborts` are
 //! `{"request","code","by","text","count","frame"}`. `in_force` is `{"value","text","from"}` of what the object holds by
 //! all that is known, of those that decoding depends on: after a reset that need not be the last value, and all three
 //! are null where nothing is known of it. `first` is `{"data","size","booted","frame"}` of what was read first where
@@ -122,21 +123,20 @@ fn object(out: &mut Vec<u8>, setting: Setting<'_>, (whose, mux): ((&[u8], u8), M
     setting.moment(out, last.and_then(|held| held.at.t_ns));
     put!(out; ",\"frame\":");
     number_or_null(out, last.map(|held| held.at.no));
-    put!(out; ",\"values\":", object.values());
+    put!(out; ",\"values\":", object.values(), ",\"varies\":", truth(object.varies));
     for source in Source::ALL {
         put!(out; ",\"", source.name(), "\":", object.count(source));
     }
     put!(out; ",\"requested\":");
     number_of(out, data_type, object.requested.as_ref().map(Held::content));
     put!(out; ",\"configured\":");
-    let configured = object.configured(mux).map(Held::content);
-    match configured {
-        Some(_) => {
+    match object.configured(mux) {
+        Some(held) => {
             put!(out; "{\"value\":");
-            number_of(out, data_type, configured);
+            number_of(out, data_type, Some(held.content()));
             put!(out; ",\"data\":");
-            bytes(out, configured);
-            put!(out; ",\"size\":", configured.map_or(0, Content::size), "}");
+            bytes(out, Some(held.content()));
+            put!(out; ",\"size\":", held.content().size(), ",\"frame\":", held.at.no, "}");
         }
         None => put!(out; "null"),
     }
