@@ -221,7 +221,7 @@ impl Holes {
         let expected = |even: Even| {
             // Where such a silence is usual, a sender shows something by being off its time more than it is now and then.
             let odd_ns = if unusual { 0 } else { even.most_off_ns };
-            let room_ns = (4 * even.off_ns).max(OFF_NS).max(2 * resolution_ns).max(odd_ns);
+            let room_ns = even.off_ns.saturating_mul(4).max(OFF_NS).max(resolution_ns.saturating_mul(2)).max(odd_ns);
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
             let known = (self.since_ns..=from_ns).contains(&even.last_ns);
             let shows = known && room_ns <= even.gap_ns / SHOWS_PART && due_ns > from_ns;

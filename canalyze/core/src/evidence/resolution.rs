@@ -80,7 +80,7 @@ impl Resolution {
     /// multiples of. Where none do, the frames may have come at round times.
     pub(super) fn ns(&self) -> i64 {
         let most_ns = if self.shared > 0 { COARSEST_NS } else { ROUND_NS };
-        self.ns.clamp(1, most_ns).max(self.batches.apart_ns())
+        self.ns.clamp(1, most_ns).max(self.batches.apart_ns().min(COARSEST_NS))
     }
 
     /// Whether the stamps say when frames were on the bus. Zero is what many write where they have none, and so is one and

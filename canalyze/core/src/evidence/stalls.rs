@@ -171,7 +171,7 @@ impl Stalls {
         if gap > DRAIN_NS {
             self.end_burst();
         }
-        if gap > SHORTEST_STALL_NS.max(2 * resolution_ns) {
+        if gap > SHORTEST_STALL_NS.max(resolution_ns.saturating_mul(2)) {
             let unusual = self.is_unusual(gap) || self.senders.overdue(last, now, APART_NS) > 1;
             self.begin_burst(Burst {
                 from_ns: last,

@@ -487,14 +487,17 @@ impl Producer {
         let Learnt::Changed { from_ns: from, to_ns: to, since } = self.period.take(gap, uncertain, cx.at) else {
             return;
         };
-        // Few heartbeats do not show what the period was: the change may be older than what is recorded.
+        let halved = alike(from, to.saturating_mul(2));
+        // Few heartbeats do not show what the period was: the change may be older than what is recorded. That another node
+        // sends in half phase, fewer show if they are even.
         let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
         let even = |known: &Expected| known.gaps >= SHOWN && known.deviation_ns <= known.ns / EVEN_PART;
-        let shown = before.is_some_and(|known| known.confidence == Confidence::Certain || even(&known));
+        let certain = |known: &Expected| known.confidence == Confidence::Certain;
+        let shown = before.is_some_and(|known| certain(&known) || halved && even(&known));
         if !(configured || shown) || alike(from, to) || self.duplicate.is_found() {
             return;
         }
-        if alike(from, to.saturating_mul(2)) {
+        if halved {
             return self.duplicate.halved(node, from, last.at, cx);
         }
         // Its first gap was late already.

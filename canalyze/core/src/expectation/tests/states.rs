@@ -126,7 +126,7 @@ fn gaps_and_live_silence() {
         session.push(frame, out);
     };
     push(&mut session, 0x705, 0, &[5], &mut out);
-    push(&mut session, 0x080, 0, &[], &mut out);
+    push(&mut session, 0x080, 200_000, &[], &mut out);
     session.advance(900_000_000, &mut out);
     session.advance(1_100_000_000, &mut out);
     session.advance(1_200_000_000, &mut out);
