@@ -34,7 +34,7 @@ def read(path: Path) -> cantools.database.can.Database:
 
 
 def made(capture: Path, options: list[str], folder: Path) -> tuple[Path, list[str]]:
-    """The DBC of a capture, and what is said of it."""
+    """The DBC of a capture, and the lines about it."""
     path = folder / "made.dbc"
     line = ["od", "--lang", "en", "--dbc", str(path), "--force", *options, str(capture)]
     done = forked.run(line, env=os.environ, timeout_s=6000)

@@ -92,7 +92,7 @@ OTHERS: dict[str, Row] = {
     "CanKing": _row_canking,
     "CanKing, decimal": _row_canking_decimal,
 }
-"""Rows without numbers, of programs whose files are told by them alone."""
+"""Rows without numbers, of programs whose files are recognised by them alone."""
 ABOVE = {
     "BUSMASTER": "***BUSMASTER Ver 3.2.2***\n***[START LOGGING SESSION]***\n***HEX***\n***<Time><Tx/Rx><Channel>***",
     "CanKing": "Chn Identifier Flg   DLC  D0...1...2...3...4...5...6..D7       Time     Dir",

@@ -1,6 +1,6 @@
 """Files that are one capture, with nothing recorded between them for any time.
 
-Nobody is blamed for that time, and what is wrong within a file is found. What it must not do: test files of one
+No node is blamed for that time, and what is wrong within a file is found. What it must not do: test files of one
 recording that goes on (`test_cli_check.py`), or damaged ones.
 """
 
@@ -32,7 +32,7 @@ Physical limit: a silence that is no longer than those before it may as well be 
 
 
 def judged(files: list[list[CanFrame]], network: _core.Network | None = None) -> list[Row]:
-    """The findings above info that are no consequence of another, but for what is said of the capture."""
+    """The findings above info that are no consequence of another, but for findings about the capture."""
     session = _core.Session(SessionOptions(lang="en", format="check", depth="default", network=network))
     output = b""
     for number, frames in enumerate(files):

@@ -59,7 +59,7 @@ def same_root(one: canalyze.Incident) -> tuple[str, Any, Any]:
 
 
 def unnumbered(incidents: Iterable[canalyze.Incident]) -> list[Any]:
-    """Give them in one order and without numbers: who is told while it goes on has those of that order."""
+    """Give them in one order and without numbers: a listener has those of the order in which they were reported."""
     alike = [replace(one, id=0, effects=(), cause=one.cause and replace(one.cause, id=0)) for one in incidents]
     return sorted(alike, key=lambda one: (one.begin.frame, one.kind, one.nodes))
 

@@ -1,4 +1,4 @@
-"""`canalyze od --against`: a device that is as its description says differs in nothing; one change is told as that.
+"""`canalyze od --against`: a device that is as its description says differs in nothing; one change is reported as that.
 
 The devices are made from descriptions (`simulated_device.py`): those of `eds/`, and those of other makers in
 `../shared/corpus`, where that is there. Must not: take from the program what is expected of it.
@@ -199,7 +199,7 @@ def another_firmware(found: Dictionary, rng: random.Random) -> tuple[Device, Tol
 
 
 def hold_a_file(file: Path, tries: int) -> set[str]:
-    """Raise AssertionError where more or less is told than was changed; give the seeds that were tried."""
+    """Raise AssertionError where more or less is reported than was changed; give the seeds that were tried."""
     found = load(str(file), NODE)
     clean = held(found, device(found))
     assert told(clean) == set(), clean.differences

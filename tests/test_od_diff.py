@@ -1,4 +1,4 @@
-"""`canalyze od --diff`: what differs in the configuration of devices is told, and nothing that changes by nature.
+"""`canalyze od --diff`: what differs in the configuration of devices is reported, and nothing that changes by nature.
 
 Captures are those of made networks and real stacks, with one value changed where a difference is wanted. Must not:
 take a difference from the program that is not put in here.
@@ -130,7 +130,7 @@ def test_a_dcf_with_another_value(canalyze: Runner, tmp_path: Path) -> None:
     code, rows, _ = told(canalyze, NETWORK, "--diff", "other.dcf")
     assert (code, places(rows)) == (1, ["7 1017:00"])
     assert (rows[0]["a"]["data"], rows[0]["b"]["data"]) == ("6400", "C800")
-    # One that the capture never wrote is told, one that only has a default is not.
+    # One that the capture never wrote is reported, one that only has a default is not.
     (tmp_path / "more.dcf").write_text(text + "\n[1014]\nParameterName=EMCY\nObjectType=7\nDataType=7\nAccessType=rw\n")
     assert told(canalyze, NETWORK, "--diff", "more.dcf")[0] == 0
     with (tmp_path / "more.dcf").open("a") as file:

@@ -28,7 +28,7 @@ _LEAST: Final = 12
 _DESCRIPTION: Final = re.compile(rb"^\s*\[\s*(?:FileInfo|DeviceInfo|DeviceComm?issioning)\s*\]|<ISO15745", re.I | re.M)
 _HEAD: Final = 1 << 16
 _TEXT: Final = 512
-"""Bytes by which a text is told."""
+"""Bytes by which a text is recognised."""
 _ZIP: Final = (b"PK\x03\x04", b"PK\x05\x06")
 _SUFFIXES: Final = {"gzip": "gz", "zstd": "zst", "bzip2": "bz2"}
 _S_WIDTHS: Final = {0: 2, 1: 2, 2: 3, 3: 4, 5: 2, 6: 3, 7: 4, 8: 3, 9: 2}

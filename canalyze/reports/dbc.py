@@ -1,4 +1,4 @@
-"""A DBC file of PDOs, and what is said of it on standard error. What is in it, `canalyze/dictionary/dbc.py` decides."""
+"""A DBC file of PDOs, and the lines about it on standard error. What is in it, `canalyze/dictionary/dbc.py` decides."""
 
 from collections.abc import Sequence
 

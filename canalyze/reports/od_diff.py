@@ -21,7 +21,7 @@ from canalyze.reports.table import EMPTY, Column, write
 from canalyze.words import Words
 
 _NAMED: Final = 8
-"""Objects that are named where only their number and the reason are told."""
+"""Objects that are listed where only their number and the reason are reported."""
 
 
 def count(found: Compared) -> int:

@@ -1,4 +1,4 @@
-"""Files that are made of the objects of one node: a DCF, a concise DCF, an EDS; and what is said of them.
+"""Files that are made of the objects of one node: a DCF, a concise DCF, an EDS; and the lines about them.
 
 Records are those of the core (`canalyze/core/src/render/jsonl/inventory.rs` documents them). Must not: decide what is
 configuration.
@@ -56,7 +56,7 @@ def of(records: Sequence[Record], node: int, description: tuple[bytes, str] | No
 
 
 def made(form: str, name: str, of: Of, words: Words) -> tuple[bytes, list[str]]:
-    """Make the file of that name; give its content and what is said of it. form: one of FORMS.
+    """Make the file of that name; give its content and the line about it. form: one of FORMS.
 
     OutputError where there is nothing to be written.
     """

@@ -1,7 +1,7 @@
 """Descriptions that devices hold themselves (1021h), taken out of captures before these are read for their own sake.
 
 What was read of 1021h, or written to it, becomes a file that counts as one of `--eds` for its node. Only what is whole
-and reads as a description is used; what is not is said. Must not: overrule what the user has said of a node.
+and reads as a description is used; any other is reported. Must not: overrule what the user has said of a node.
 """
 
 import json
@@ -33,7 +33,7 @@ _OF_THESE: Final = re.compile(f"_({_STORED}|{_FORMAT})h_")
 
 
 class _Silent:
-    """What is told how far the reading is, and shows nothing: the reading that counts comes next."""
+    """Takes the progress of the first reading and shows nothing: the reading that counts comes next."""
 
     def step(self, size: int, frames: int) -> None:
         """Count."""

@@ -34,7 +34,7 @@ class Pieces(Protocol):
         """Take the next bytes; give records."""
 
     def end(self, *, broken: bool) -> Iterator[bytes]:
-        """Take the end of the file; give the rest. `broken`: it was unpacked only so far, which is told elsewhere."""
+        """Take the end of the file; give the rest. `broken`: it was unpacked only so far, reported elsewhere."""
 
 
 def _vector(channel: object) -> str:

@@ -313,7 +313,7 @@ fn descriptions_and_transfers() {
         // Size not indicated; aborted; strings.
         ("0 605#4000200000000000\n 1 585#4200200001000000".into(), vec![]),
         ("0 605#2F00200001000000\n 1 585#8000200010000706".into(), vec!["SDO017 2"]),
-        // It has no such object, which is told once; no such object of those that the description lacks, too.
+        // It has no such object: reported once, also for objects that the description lacks.
         (NO_OBJECT.repeat(2), vec!["SDO017 2", "EDS005 2", "SDO017 4"]),
         (NO_OBJECT.replace("00000206", "11000906"), vec!["SDO017 2", "EDS005 2"]),
         (NO_OBJECT.replace("0020", "0420"), vec!["SDO017 2"]),

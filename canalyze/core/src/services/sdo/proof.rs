@@ -1,5 +1,5 @@
-//! How sure it is that the frames of a channel are SDO, and what is said of one that is not, or of which one side is not in
-//! the capture.
+//! How sure it is that the frames of a channel are SDO, and what is reported of a channel that is none, or of which one
+//! side is not in the capture.
 //!
 //! Nothing is judged before the first request that can be one; findings are withheld until the channel has shown one valid
 //! request with its response. It must not judge a transfer.
