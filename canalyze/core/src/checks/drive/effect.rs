@@ -8,7 +8,7 @@ use crate::drive::{self, Command, State};
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::drive::Drv002;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Time for a command that leads nearer to operation enabled: capacitors are charged, phases found, brakes released.
 const UPWARD: i64 = 5_000_000_000;

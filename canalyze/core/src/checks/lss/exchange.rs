@@ -4,7 +4,7 @@
 //! judge what a request without answer, or an answer without request, means.
 
 use crate::frame::FrameRef;
-use crate::services::lss::{Bound, Command, Part, Setting};
+use crate::wire::lss::{Bound, Command, Part, Setting};
 
 /// Answers kept that may have been captured before their request.
 const EARLY: usize = 8;

@@ -3,7 +3,7 @@
 //! What happened before the capture, or in a gap, is unknown. It must not judge.
 
 use super::node_id::Before;
-use crate::services::lss::Part;
+use crate::wire::lss::Part;
 
 /// Which slaves are in the configuration state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

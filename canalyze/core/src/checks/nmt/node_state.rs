@@ -8,7 +8,7 @@ use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::nmt::Nmt002;
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most
 /// once.

@@ -14,10 +14,10 @@ use crate::evidence::{Obligations, Rules, When};
 use crate::finding::{Finding, Verdict};
 use crate::node::Pdo;
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::nmt::START;
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::nmt::START;
 
 /// What a node's own timers are off by, in ns and as a part of the time: it counts in ticks of 1 ms, by an oscillator
 /// that differs from the recorder's by up to 1 %.

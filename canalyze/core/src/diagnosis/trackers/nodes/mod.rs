@@ -19,7 +19,7 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::Quantity;
 use crate::frame::FrameRef;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
 /// What is open about the nodes of a bus.
 #[derive(Clone, Debug, Default)]
