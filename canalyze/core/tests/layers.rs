@@ -520,7 +520,7 @@ fn words_for_people_stand_in_text_and_rules() {
         let declared = ["rules", "profiles", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
             .iter()
             .any(|room| belongs(&module, room));
-        let words = belongs(&module, "text") || declared || is_test(&module) || read;
+        let words = belongs(&module, "text") || belongs(&module, "wire") || declared || is_test(&module) || read;
         assert!(!chinese || words, "{module} holds Chinese words");
     }
 }
