@@ -40,7 +40,7 @@ use crate::bus::Bus;
 use crate::event::{Event, What};
 use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Maximum number of ended incidents that may begin again.
 const CLOSED: usize = 64;

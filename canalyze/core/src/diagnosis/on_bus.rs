@@ -27,10 +27,10 @@ use crate::event::{Event, Note, ProcessData, Step, What};
 use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{self, BusId, Frame, FrameRef};
 use crate::message::Message;
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::lss::command as lss;
 use crate::services::sdo::transfer::{Direction, Status as Transferred};
 use crate::services::sdo::wire::{Command, Side};
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::lss::command as lss;
 
 /// Minimum time for which a node stopped by command is left alone while others run, in ns.
 const ALONE_NS: i64 = 2_000_000_000;
