@@ -362,10 +362,10 @@ def answer(part: int, parts: int, chosen: Chosen, kept: bool) -> None:
     """Writes a line a case to standard output: its name, the sum of its answer, and with `kept` the answer itself."""
     lines = os.fdopen(os.dup(1), "w")
     with tempfile.TemporaryDirectory() as outer:
-        # One name in every process: paths are in the answers.
+        # A name of the same length in every process: paths are in the answers.
         folder = Path(outer)
         os.chdir(folder)
-        place = Path(tempfile.gettempdir()) / f"canalyze-net-{part}-{parts}"
+        place = Path(tempfile.gettempdir()) / f"canalyze-net-{os.getpid():08}"
         with suppress(FileNotFoundError):
             place.unlink()
         place.symlink_to(folder)
