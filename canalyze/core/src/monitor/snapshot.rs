@@ -40,6 +40,7 @@ use crate::services::sdo::wire::Side;
 use crate::summary;
 use crate::text::digits::{Hex, Joined, put};
 use crate::text::{Lang, escape, terms};
+use crate::wire::emcy;
 
 /// Transfers that run and are listed.
 const RUNNING: usize = 256;
@@ -247,7 +248,7 @@ impl View<'_> {
 
 fn emergency(out: &mut Vec<u8>, lang: Lang, emergency: Option<Emergency>) {
     let Some(Emergency { code, profile, t_ns, active }) = emergency else { return put!(out; "null") };
-    let text = terms::emcy::code(lang, profile, code).unwrap_or("");
+    let text = emcy::code(lang, profile, code).unwrap_or("");
     put!(out; "{\"code\":\"", Hex::<4>(u64::from(code)), "\",\"text\":\"", text, "\",\"t_ns\":");
     jsonl::signed_or_null(out, t_ns);
     put!(out; ",\"active\":", active, "}");

@@ -10,6 +10,7 @@ use crate::message::Errors;
 use crate::od::{self, Value};
 use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::wire::emcy;
 use terms::{Row, find};
 
 /// Most characters of a value.
@@ -81,7 +82,7 @@ pub fn word(out: &mut Vec<u8>, lang: Lang, word: Word) {
 pub fn errors(out: &mut Vec<u8>, lang: Lang, profile: Profile, errors: Errors) {
     for (place, code) in errors.iter().enumerate() {
         put!(out; if place > 0 { " + " } else { "" }, Hex::<4>(u64::from(code)), "h");
-        if let Some(name) = terms::emcy::code(lang, profile, code) {
+        if let Some(name) = emcy::code(lang, profile, code) {
             put!(out; " ", name);
         }
     }

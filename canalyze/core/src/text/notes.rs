@@ -1,9 +1,9 @@
 //! Notes of what has become known of an earlier frame, in both languages.
 
 use super::digits::{Hex, put};
-use super::{Lang, say, sentence, terms};
+use super::{Lang, say, sentence};
 use crate::event::{Note, Scanned};
-use crate::wire::lss::Part;
+use crate::wire::lss::{self, Part};
 
 /// Appends a note; `about` is the number of the earlier frame.
 pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {
@@ -67,7 +67,7 @@ fn parts(out: &mut Vec<u8>, lang: Lang, address: [Option<u32>; 4]) {
     let mut between = "";
     for (number, value) in (0..).zip(address) {
         if let (Some(part), Some(value)) = (Part::from_number(number), value) {
-            put!(out; between, terms::lss::part(lang, part), "=", Hex::<8>(u64::from(value)), "h");
+            put!(out; between, lss::part(lang, part), "=", Hex::<8>(u64::from(value)), "h");
             between = ", ";
         }
     }

@@ -9,7 +9,7 @@ use super::column::{Batch, Numbers, Table, Words, columns};
 use crate::event::Event;
 use crate::message::Message;
 use crate::render::jsonl::Setting;
-use crate::text::terms::emcy;
+use crate::wire::emcy;
 
 columns! {
     /// The columns.

@@ -27,8 +27,9 @@ use crate::render::selection::{Chosen, Selection, Whose};
 use crate::services::pdo::mapping::{Mapped, Mapping, extract};
 use crate::services::sdo::transfer::{Status, Transfer};
 use crate::services::sdo::wire::Mux;
-use crate::text::terms::{self, emcy, nmt};
+use crate::text::terms::{self, nmt};
 use crate::text::{Lang, signal, value};
+use crate::wire::emcy;
 
 /// What emergencies and states are called, which are no objects.
 const EMERGENCY: &str = "EMCY";

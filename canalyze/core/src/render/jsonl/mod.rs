@@ -29,7 +29,7 @@ pub mod diff;
 pub mod facts;
 mod info;
 pub mod inventory;
-mod object;
+pub(crate) mod object;
 pub mod observed;
 mod pdo;
 pub mod pdos;

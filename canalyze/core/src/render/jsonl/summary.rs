@@ -40,8 +40,9 @@ use crate::summary::spread::{Ranked, Spread};
 use crate::summary::traffic::{Pdo, Sync};
 use crate::summary::{Bus, Capture, Raised, SERVICES, Summary};
 use crate::text::digits::{Hex, Padded, put};
-use crate::text::terms::{abort_code, emcy, nmt};
+use crate::text::terms::{abort_code, nmt};
 use crate::text::{Lang, escape};
+use crate::wire::emcy;
 
 const NS: u64 = 1_000_000_000;
 

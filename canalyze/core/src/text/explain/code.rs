@@ -17,8 +17,9 @@ use crate::profiles::Profile;
 use crate::rules::{Code, RULES};
 use crate::text::digits::{Hex, put};
 use crate::text::explain::{described, term};
-use crate::text::services::role::Named;
 use crate::text::{Lang, say, signal, terms};
+use crate::wire::emcy;
+use crate::wire::role::Named;
 
 /// What a word before a code says that it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,7 +156,7 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
 
 fn emcy(out: &mut Vec<u8>, lang: Lang, value: u32) {
     let Ok(code) = u16::try_from(value) else { return };
-    let Some(words) = terms::emcy::code(lang, Profile::UNKNOWN, code) else { return };
+    let Some(words) = emcy::code(lang, Profile::UNKNOWN, code) else { return };
     let hex = Hex::<4>(u64::from(code));
     say!(out, lang; zh: "EMCY错误码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
     put!(out; "\n  CiA 301 7.2.7.1\n");
@@ -171,7 +172,7 @@ fn register(out: &mut Vec<u8>, lang: Lang, value: u32) {
     put!(out; lang.pick("错误寄存器 ", "error register "), Hex::<2>(u64::from(register)), "h (1001h)\n");
     let bits = (0..8).filter(|bit| register >> bit & 1 != 0);
     for bit in bits {
-        let words = terms::emcy::register_bit(lang, bit).unwrap_or(lang.pick("保留", "reserved"));
+        let words = emcy::register_bit(lang, bit).unwrap_or(lang.pick("保留", "reserved"));
         put!(out; lang.pick("  位", "  bit "), bit, ": ", words, "\n");
     }
     if register == 0 {

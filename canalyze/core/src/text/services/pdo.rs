@@ -1,6 +1,5 @@
 //! PDOs in words: the signals of a mapped one, the object of a multiplex one. Nine tenths of a capture are these lines.
 
-use super::role::{Nodes, Pdo};
 use crate::configuration::Provenance;
 use crate::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 use crate::frame::Frame;
@@ -9,6 +8,7 @@ use crate::services::pdo::mapping::Mapping;
 use crate::text::digits::put;
 use crate::text::value::{self, Size};
 use crate::text::{Depth, Lang, say, sentence, signal};
+use crate::wire::role::{Nodes, Pdo};
 
 /// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {

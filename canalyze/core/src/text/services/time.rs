@@ -2,8 +2,8 @@
 
 use crate::cob_id::Role;
 use crate::text::digits::{Hex, Padded, Put, put};
-use crate::text::services::role::Named;
 use crate::text::{Lang, say};
+use crate::wire::role::Named;
 use crate::wire::time;
 
 /// A time of day: `12:34:56.789`; hours exceed 23 where it is beyond a day.

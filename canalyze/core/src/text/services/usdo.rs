@@ -2,9 +2,9 @@
 
 use crate::od::DataType;
 use crate::text::digits::{Hex, Spaced, put};
-use crate::text::services::role::Nodes;
 use crate::text::value::Size;
 use crate::text::{Lang, say, terms};
+use crate::wire::role::Nodes;
 use crate::wire::usdo;
 
 /// Who asks or answers whom.
