@@ -21,7 +21,7 @@ PACKAGE = TESTS.parent / "canalyze"
 CORE = PACKAGE / "core" / "src"
 CHINESE = re.compile("[\u4e00-\u9fff]")
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
-ROOMS = ("text", "rules", "diagnosis")
+ROOMS = ("text", "wire", "rules", "diagnosis")
 
 
 @dataclass(frozen=True)

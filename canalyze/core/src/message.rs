@@ -122,7 +122,7 @@ pub enum Message {
         /// From the LSS master (7E5) or from a slave (7E4).
         from_master: bool,
         /// The decoded command.
-        command: crate::services::lss::command::Command,
+        command: crate::wire::lss::command::Command,
     },
     /// A CAN FD frame on an SDO identifier: CANopen FD's USDO (CiA 1301).
     Usdo {

@@ -33,10 +33,10 @@ use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::rules::pdo::Mpd001;
-use crate::services::lss::Command;
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
+use crate::wire::lss::Command;
 
 use description::Descriptions;
 use drive::Drives;

@@ -19,10 +19,10 @@ use crate::profiles::Profile;
 use crate::rules::emcy::Emc006;
 use crate::rules::heartbeat::Hbt006;
 use crate::rules::time::Tim001;
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::services::lss::Command as Lss;
-use crate::services::nmt::is_reset;
 use crate::services::sdo::wire::Side;
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::lss::Command as Lss;
+use crate::wire::nmt::is_reset;
 
 /// Silence of the bus that was not recorded, in ns.
 pub(super) const PAUSE_NS: i64 = 10_000_000_000;

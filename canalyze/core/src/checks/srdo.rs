@@ -14,8 +14,8 @@ use crate::finding::Verdict;
 use crate::frame::{CanId, Frame};
 use crate::node::{CobId, Node, PerNode};
 use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
-use crate::services::heartbeat::OPERATIONAL;
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Pairs: 101h and 102h to 17Fh and 180h.
 const PAIRS: usize = 64;

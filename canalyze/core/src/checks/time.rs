@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::evidence::{Recording, When};
 use crate::rules::time::{Tim001, Tim002};
-use crate::services::time::DAY_MS;
+use crate::wire::time::DAY_MS;
 
 /// Maximum deviation of two TIMEs from the time between them: in ns, and as the fraction by which clocks differ.
 const JUMP_NS: i64 = 1_000_000_000;

@@ -40,7 +40,7 @@ use crate::bus::Bus;
 use crate::event::{Event, What};
 use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Maximum number of ended incidents that may begin again.
 const CLOSED: usize = 64;
@@ -52,7 +52,7 @@ pub struct Diagnosis {
     buses: Vec<OfBus>,
     /// The bit rate of all buses, in bit/s.
     bit_rate: Option<u32>,
-    /// The first and the last frame, and their number.
+    /// The first and the last frame, and the number of frames.
     first: Option<FrameRef>,
     last: FrameRef,
     frames: u64,

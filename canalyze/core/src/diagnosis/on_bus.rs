@@ -27,10 +27,10 @@ use crate::event::{Event, Note, ProcessData, Step, What};
 use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{self, BusId, Frame, FrameRef};
 use crate::message::Message;
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::lss::command as lss;
 use crate::services::sdo::transfer::{Direction, Status as Transferred};
 use crate::services::sdo::wire::{Command, Side};
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::lss::command as lss;
 
 /// Minimum time for which a node stopped by command is left alone while others run, in ns.
 const ALONE_NS: i64 = 2_000_000_000;
@@ -187,8 +187,8 @@ impl OfBus {
         }
     }
 
-    /// A node ordered to store something, or to change its program, may be busy for a while; if it is then silent, late
-    /// or boots, that order is added as the explanation.
+    /// Adds an order to store something, or to change the program, as the explanation if a node then is silent, late or
+    /// boots: it may be busy for a while.
     fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
         use Kind::{
             HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,

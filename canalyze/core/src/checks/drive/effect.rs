@@ -6,7 +6,7 @@ use crate::drive::{self, Command, State};
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::drive::Drv002;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Time for a command that leads towards operation enabled, in ns: capacitors charge, brakes release.
 const UPWARD: i64 = 5_000_000_000;

@@ -8,7 +8,7 @@ use crate::evidence::obligation::Owed;
 use crate::finding::{Code, Finding};
 use crate::frame::FrameRef;
 use crate::rules::drive::{Drv003, Drv005};
-use crate::services::heartbeat::STOPPED;
+use crate::wire::error_control::STOPPED;
 
 /// Maximum time between a fault and its EMCY, in ns.
 const EMCY: i64 = 500_000_000;

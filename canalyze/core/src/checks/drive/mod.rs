@@ -22,10 +22,10 @@ use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
 use crate::profiles::Profile;
 use crate::rules::drive::{Drv001, Drv004};
-use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Time for a command that removes power, and for a change of mode, in ns.
 const PROMPT: i64 = 1_000_000_000;

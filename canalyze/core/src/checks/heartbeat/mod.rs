@@ -23,7 +23,7 @@ use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
 use crate::rules::heartbeat::{Hbt001, Hbt002, Hbt003, Hbt005, Hbt007};
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// Minimum tolerance for a late heartbeat, in ns: hosts and small controllers are late by this now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;

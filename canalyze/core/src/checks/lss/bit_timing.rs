@@ -7,7 +7,7 @@ use crate::finding::Code;
 use crate::frame::FrameRef;
 use crate::message::Message;
 use crate::rules::lss::Lss008;
-use crate::services::lss::bit_rate;
+use crate::wire::lss::bit_rate;
 
 /// Maximum time from the return to waiting to the activation of a bit timing, in ns; masters do it at once.
 const ACTIVATION_NS: i64 = 500_000_000;

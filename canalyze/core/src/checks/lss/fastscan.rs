@@ -8,7 +8,7 @@
 use super::exchange::close;
 use crate::event::Scanned;
 use crate::frame::FrameRef;
-use crate::services::lss::BIT_CHECK_ANY;
+use crate::wire::lss::BIT_CHECK_ANY;
 
 /// A step of the master.
 #[derive(Clone, Copy, Debug)]

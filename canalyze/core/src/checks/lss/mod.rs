@@ -29,8 +29,8 @@ use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::node::{Node, PerNode};
 use crate::rules::lss::{Lss001, Lss002, Lss003, Lss004, Lss007, Lss009, Lss010, Lss011, Lss012};
-use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, is_plain};
-use crate::services::nmt;
+use crate::wire::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, is_plain};
+use crate::wire::nmt;
 
 /// Time after its last step for which a Fastscan counts as in progress, in ns.
 const PATIENCE_NS: i64 = 5_000_000_000;

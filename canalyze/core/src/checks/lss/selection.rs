@@ -3,7 +3,7 @@
 //! Events before the capture or in a gap are unknown.
 
 use super::node_id::Before;
-use crate::services::lss::Part;
+use crate::wire::lss::Part;
 
 /// The set of slaves in the configuration state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,7 +7,7 @@
 use crate::context::Context;
 use crate::evidence::Rules;
 use crate::finding::{Code, Finding};
-use crate::services::heartbeat::PRE_OPERATIONAL;
+use crate::wire::error_control::PRE_OPERATIONAL;
 
 /// Maximum time that findings wait without a command, in ns, and their maximum number.
 const WAIT_NS: i64 = 10_000_000_000;

@@ -22,9 +22,9 @@ use crate::frame::FrameRef;
 use crate::node::PerNode;
 use crate::rules::heartbeat::Hbt004;
 use crate::rules::nmt::{Nmt001, Nmt003, Nmt004, Nmt005, Nmt006};
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::services::lss::Command as Lss;
-use crate::services::nmt;
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::lss::Command as Lss;
+use crate::wire::nmt;
 
 /// Silence of the bus, in ns, after which boot-ups belong to a network that was switched on.
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;

@@ -5,7 +5,7 @@ use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::nmt::Nmt002;
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// Time after its boot-up in which a slave starts itself, in ns; it reports Pre-operational at most once.
 const SELF_START_NS: i64 = 5_000_000_000;

@@ -13,9 +13,9 @@ use crate::node::PerNode;
 use crate::rules::emcy::Emc004;
 use crate::rules::pdo::{Pdo002, Pdo003};
 use crate::rules::sdo::Sdo011;
-use crate::services::heartbeat::{OPERATIONAL, STOPPED};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::{Mux, Side};
+use crate::wire::error_control::{OPERATIONAL, STOPPED};
 
 /// Time in which queued frames follow a reported state or, for TPDOs, a command, in ns.
 const QUEUED_NS: i64 = 5_000_000;

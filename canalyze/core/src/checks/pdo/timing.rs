@@ -13,10 +13,10 @@ use crate::evidence::{Obligations, Rules, When};
 use crate::finding::{Finding, Verdict};
 use crate::node::Pdo;
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::nmt::START;
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::nmt::START;
 
 /// Error of a node's timers: its tick of 1 ms, and the fraction by which its oscillator differs (up to 1 %).
 const TICK_NS: i64 = 1_000_000;

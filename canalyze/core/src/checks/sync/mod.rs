@@ -31,9 +31,9 @@ use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn013};
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 
 /// Minimum time without SYNC after which it counts as stopped, in ns and in periods.
 const SILENT_NS: i64 = 500_000_000;

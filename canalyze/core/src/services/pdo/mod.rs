@@ -9,7 +9,7 @@
 //! | 4-7 | data |
 //!
 //! The mapping parameter marks a multiplex PDO (sub-index 0 = 254 SAM, 255 DAM), its frame does not. So
-//! `services::decode` never yields an MPDO: the bus asks for one by the mapping.
+//! `wire::decode` never yields an MPDO: the bus asks for one by the mapping.
 
 pub mod mapping;
 pub mod multiplexed;

@@ -12,7 +12,7 @@ use crate::diagnosis::scene::Scene;
 use crate::diagnosis::trackers::AGAIN_NS;
 use crate::finding::{Finding, Quantity};
 use crate::frame::FrameRef;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Maximum time from an emergency to a change of state caused by it, in ns.
 const REACTION_NS: i64 = 2_000_000_000;

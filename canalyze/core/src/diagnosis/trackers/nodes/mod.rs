@@ -18,7 +18,7 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::Quantity;
 use crate::frame::FrameRef;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
 /// The open incidents of the nodes of a bus.
 #[derive(Clone, Debug, Default)]
