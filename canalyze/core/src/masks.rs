@@ -111,7 +111,7 @@ impl Pair {
         let (id, mask) = (text.get(..at)?, text.get(at + 1..)?);
         let long = if id.len() == EFF_DIGITS { EFF } else { 0 };
         let (id, mask) = (number(id)? | long, number(mask)? & !INVERTED);
-        // In a mask for the frame format, an 11-bit identifier is compared only in the bits that such a frame has.
+        // If the mask includes the frame format, an 11-bit identifier is compared only in the bits that it has.
         let mask = if mask & EFF != 0 && id & EFF == 0 { mask & (SFF_MASK | EFF | RTR) } else { mask };
         Some(Self { id: id & mask, mask, inverted: text.get(at..=at) == Some("~") || id & INVERTED != 0 })
     }
@@ -121,12 +121,12 @@ impl Pair {
     }
 }
 
-/// The identifier as SocketCAN has it.
+/// Returns the identifier with the flag bits of SocketCAN.
 fn identifier(id: CanId) -> u32 {
     id.raw() | if id.is_extended() { EFF } else { 0 }
 }
 
-/// Hexadecimal, of 32 bits.
+/// Parses a hexadecimal number of 32 bits.
 fn number(text: &str) -> Option<u32> {
     let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
     u32::from_str_radix(digits, 16).ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
@@ -167,7 +167,7 @@ mod tests {
             ("can0,123:7FF", standard(0x124), false),
             ("can0,123:7FF", remote, true),
             ("can0,123:400007FF", remote, false),
-            // Without the bit for the format in its mask the lower bits count of a 29-bit one too.
+            // Without the format bit in the mask, a 29-bit identifier matches by its lower bits.
             ("can0,123:7FF", extended(0x1FFF_F923), true),
             ("can0,123:C00007FF", extended(0x123), false),
             ("can0,123:C00007FF", standard(0x123), true),
@@ -175,7 +175,7 @@ mod tests {
             ("can0,00000123:DFFFFFFF", standard(0x123), false),
             ("can0,80000123:9FFFFFFF", extended(0x123), true),
             ("can0,0x123:0x7ff", standard(0x123), true),
-            // Of a mask for 11 bits no more than they count.
+            // A mask is reduced to the bits of an 11-bit identifier.
             ("can0,123:DFFFFFFF", standard(0x123), true),
             ("can0,123~7FF", standard(0x123), false),
             ("can0,123~7FF", standard(0x124), true),

@@ -52,7 +52,7 @@ pub struct Diagnosis {
     buses: Vec<OfBus>,
     /// The bit rate of all buses, in bit/s.
     bit_rate: Option<u32>,
-    /// The first and the last frame, and their number.
+    /// The first and the last frame, and the number of frames.
     first: Option<FrameRef>,
     last: FrameRef,
     frames: u64,

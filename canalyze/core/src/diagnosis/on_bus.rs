@@ -187,8 +187,8 @@ impl OfBus {
         }
     }
 
-    /// A node ordered to store something, or to change its program, may be busy for a while; if it is then silent, late
-    /// or boots, that order is added as the explanation.
+    /// Adds an order to store something, or to change the program, as the explanation if a node then is silent, late or
+    /// boots: it may be busy for a while.
     fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
         use Kind::{
             HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,

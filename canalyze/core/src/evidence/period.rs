@@ -122,7 +122,7 @@ impl Period {
         self.configured_ns
     }
 
-    /// Returns the learnt period or, without one, the configured period.
+    /// Returns the learnt period, or else the longer of the configured and the former one.
     pub fn expected(&self) -> Option<Expected> {
         if let Some(ns) = self.learnt_ns {
             let confidence = if self.count >= CERTAIN { Confidence::Certain } else { Confidence::Likely };

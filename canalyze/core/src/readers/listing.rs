@@ -159,7 +159,7 @@ pub fn omission(line: &[u8]) -> Option<Omission> {
     }
     let text = std::str::from_utf8(line).ok()?;
     if matches!(text, "." | "\u{22EE}" | "\u{FE19}") {
-        return Some(Omission { count: None }); // an ellipsis that runs downwards
+        return Some(Omission { count: None }); // a vertical ellipsis
     }
     let scissors = ["8<", ">8", "%<", ">%"].iter().any(|mark| text.contains(mark));
     if scissors && text.chars().all(|char| matches!(char, '-' | ' ' | '8' | '%' | '<' | '>')) {

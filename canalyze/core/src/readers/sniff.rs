@@ -25,7 +25,7 @@ const SIGNS: &[(usize, &[u8], &str)] = &[
     (0, b"\x1F\x8B", "gzip"),
     (0, b"\xFD7zXZ\0", "xz"),
     (0, b"\x28\xB5\x2F\xFD", "zstd"),
-    (1, b"\x2A\x4D\x18", "zstd"), // a frame of it that is skipped
+    (1, b"\x2A\x4D\x18", "zstd"), // a skippable frame
     (0, b"BZh", "bzip2"),
     (0, b"\xFF\xFE", "utf-16"),
     (0, b"\xFE\xFF", "utf-16"),

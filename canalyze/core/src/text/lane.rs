@@ -129,7 +129,7 @@ fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::text::terms::tests::sound;
+    use crate::text::lang::tests::sound;
 
     #[test]
     fn complete_and_sorted() {

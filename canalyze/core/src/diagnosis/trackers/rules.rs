@@ -226,7 +226,7 @@ impl Found {
     }
 }
 
-/// Returns the last write to the node of a finding.
+/// Returns the frame number of the last write to the node of a finding.
 fn written(finding: &Finding, scene: &Scene<'_>) -> Option<u64> {
     Some(scene.heard.written(finding.node?)?.no)
 }

@@ -447,7 +447,7 @@ fn regex(pattern: &str) -> impl Strategy<Value = String> + use<> {
     proptest::string::string_regex(pattern).unwrap()
 }
 
-/// Text similar to logs, whole and in pieces.
+/// Generates text similar to logs, whole and in pieces.
 fn logs() -> impl Strategy<Value = Vec<u8>> {
     let classic = regex(
         "[ ]{0,3}[0-9]{1,2}\\.[0-9]{3,9} [0-2] {1,2}[0-7][0-9A-Fa-f]{2}([0-9a-f]{5}x)?( Name_1)? {1,8}(Rx|Tx|TxRq)? {1,3}([dr] [0-9]( [0-9A-F]{2}){0,9}|d 40( [0-9]{2}){64})(  Length = 1 ID = 5x?)?\r?",

@@ -176,7 +176,7 @@ impl Interface {
         }
     }
 
-    /// A cooked capture has no names but the host's numbers.
+    /// Adds a bus; a cooked capture has no names but the host's numbers.
     fn new_bus(&mut self, number: Option<u32>, buses: &mut Buses) -> BusId {
         let Some(number) = number else { return *self.bus.insert(buses.intern(&self.name)) };
         let mut name = [0; 12];

@@ -110,7 +110,7 @@ pub fn abbreviation(mode: i8) -> Option<&'static str> {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::text::terms::tests::sound;
+    use crate::text::lang::tests::sound;
 
     #[test]
     fn complete_and_sorted() {

@@ -153,7 +153,7 @@ static SUBS: &[Sub] = &[
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::text::terms::tests::sound;
+    use crate::text::lang::tests::sound;
 
     #[test]
     fn tables_are_sound() {

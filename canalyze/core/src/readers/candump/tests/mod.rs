@@ -559,7 +559,7 @@ fn regex(pattern: &str) -> impl Strategy<Value = String> + use<> {
     proptest::string::string_regex(pattern).unwrap()
 }
 
-/// Text similar to captures, whole and in pieces.
+/// Generates text similar to captures, whole and in pieces.
 fn captures() -> impl Strategy<Value = Vec<u8>> {
     let stamp =
         "(\\((0{1,3}|1549455524|7)\\.[0-9]{1,10}\\) {1,2}|\\(2026-11-2[0-9] 00:38:39\\.[0-9]{6}\\) |\\([0-9]\\) )?";
