@@ -509,8 +509,8 @@ fn words_for_people_stand_in_text_and_rules() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // What people write in a listing is read, whatever their language.
         let read = module == "readers::listing";
-        // A kind of incident and an object of a profile are declared with their words, as a rule is.
-        let declared = ["rules", "profiles", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
+        // A kind of incident is declared with its words, as a rule is.
+        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
             .iter()
             .any(|room| belongs(&module, room));
         let words = belongs(&module, "text") || declared || is_test(&module) || read;
