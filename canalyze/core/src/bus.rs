@@ -31,15 +31,15 @@ use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
 use crate::profiles::Profile;
 use crate::roles::Roles;
-use crate::services;
-use crate::services::error_frame;
-use crate::services::nmt;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::{Channel, is_whole};
 use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::{Command, Mux, Side};
+use crate::wire;
+use crate::wire::error_frame;
+use crate::wire::nmt;
 
 /// Further SDO channels kept apart at most (invariant 6).
 const CHANNELS: usize = 1024;
@@ -431,7 +431,7 @@ impl Bus {
         let duplicate = cx.sighting == Sighting::Duplicate;
         let seen =
             if duplicate { Seen::default() } else { self.checks.safety(number, inverted, frame, &self.nodes, cx) };
-        let mut message = services::decode(Role::Srdo { number, inverted }, frame);
+        let mut message = wire::decode(Role::Srdo { number, inverted }, frame);
         if let Message::Srdo { valid, .. } = &mut message {
             *valid = seen.valid;
         }
@@ -445,15 +445,15 @@ impl Bus {
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         if cx.sighting == Sighting::Duplicate {
-            let message = services::decode(role, frame);
+            let message = wire::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
         if cx.evidence.services.is_other(role) {
-            let message = services::decode(role, frame);
+            let message = wire::decode(role, frame);
             cx.push(None, message.node(), What::Message(message));
             return self.checks.due(frame, cx);
         }
-        let message = self.checks.nodes.complete(services::decode(role, frame), &self.nodes, cx);
+        let message = self.checks.nodes.complete(wire::decode(role, frame), &self.nodes, cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {

@@ -18,7 +18,7 @@
 //! # Modules
 //!
 //! Dependency runs one way: `frame`, `od` <- `profiles` <- `dictionary`, `rules` <- `message` <- `event`, `finding` <- `evidence` (what
-//! the recording did) <- `context` <- `services` <- `configuration` <- `node` <- `checks` <- `bus` <- `session` <-
+//! the recording did) <- `context` <- `wire`, `services` <- `configuration` <- `node` <- `checks` <- `bus` <- `session` <-
 //! `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `rules`,
@@ -78,4 +78,5 @@ pub mod settings;
 pub mod span;
 pub mod summary;
 pub mod text;
+pub mod wire;
 pub mod writers;

@@ -9,7 +9,7 @@
 //! | 4-7 | data |
 //!
 //! That a PDO is a multiplex one stands in its mapping parameter (sub-index 0 = 254 SAM, 255 DAM). A frame does
-//! not show it, so `services::decode` never yields an MPDO: the bus asks for one where it knows the mapping.
+//! not show it, so `wire::decode` never yields an MPDO: the bus asks for one where it knows the mapping.
 
 pub mod mapping;
 pub mod multiplexed;
