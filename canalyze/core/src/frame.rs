@@ -250,6 +250,11 @@ pub struct FrameRef {
 }
 
 impl FrameRef {
+    /// Returns its number; `None` where it is no frame.
+    pub fn number(self) -> Option<u64> {
+        Some(self.no).filter(|no| *no > 0)
+    }
+
     /// Returns the time from `then` to this frame, in ns; `None` if either has no stamp.
     pub fn since(self, then: impl Into<Option<Self>>) -> Option<i64> {
         Some(self.t_ns?.saturating_sub(then.into()?.t_ns?))
