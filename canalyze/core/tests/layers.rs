@@ -521,8 +521,8 @@ fn words_for_people_stand_in_text_and_rules() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // Listings are read in any language.
         let read = module == "readers::listing";
-        // A kind of incident and an object of a profile are declared with their words, like a rule.
-        let declared = ["rules", "profiles", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
+        // A kind of incident is declared with its words, like a rule.
+        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
             .iter()
             .any(|room| belongs(&module, room));
         let words = belongs(&module, "text") || belongs(&module, "wire") || declared || is_test(&module) || read;
