@@ -5,13 +5,13 @@
 use super::fields::{Breakdown, FieldRow, FieldValue, JsonKey, field};
 use super::role::Named;
 use super::{WireService, fields, length};
-use crate::cob_id::Role;
-use crate::frame::Frame;
-use crate::message::{Errors, Message};
-use crate::profiles::Profile;
-use crate::render::jsonl::object::Object;
-use crate::text::digits::{Hex, Put, Spaced, put};
-use crate::text::lang::{Lang, Term, find};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::cob_id::Role;
+use crate::wire::message::{Errors, Message};
+use crate::words::digits::{Hex, Put, Spaced, put};
+use crate::words::lang::{Lang, Term, find};
+use crate::words::profiles::Profile;
 
 /// Codes and classes. A row whose low byte is 00 stands for its whole high byte; one whose low twelve bits are 0
 /// for what no other row of its first digit takes, since device profiles fill these.
@@ -191,7 +191,7 @@ fn register_bits(out: &mut Vec<u8>, lang: Lang, register: u8) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::text::lang::tests::sound;
+    use crate::words::lang::tests::sound;
 
     fn emcy(code: u16, register: u8, manufacturer: [u8; 5]) -> Message {
         let (active, cleared) = (Errors::default(), Errors::default());

@@ -2,11 +2,11 @@
 //!
 //! The breakdown and the JSON object of a message follow from its rows, in their order.
 
-use crate::frame::Frame;
-use crate::message::Message;
-use crate::render::jsonl::object::Object;
-use crate::text::digits::{Hex, Nibbles, Spaced, hex, put};
-use crate::text::lang::{Bilingual, Lang, Size, Term, find};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::message::Message;
+use crate::words::digits::{Hex, Nibbles, Spaced, hex, put};
+use crate::words::lang::{Bilingual, Lang, Size, Term, find};
 
 /// One field of a message.
 #[derive(Clone, Copy)]
@@ -187,7 +187,7 @@ fn flags(out: &mut Vec<u8>, lang: Lang, name: &'static str, byte: u8, terms: &'s
 
 /// Appends one line of a breakdown.
 macro_rules! line {
-    ($out:expr; $($part:expr),+ $(,)?) => { $crate::text::digits::put!($out; "#   ", $($part),+, "\n") };
+    ($out:expr; $($part:expr),+ $(,)?) => { $crate::words::digits::put!($out; "#   ", $($part),+, "\n") };
 }
 pub(crate) use line;
 

@@ -9,12 +9,12 @@ pub mod command;
 pub use self::command::{Bound, Command, Part, Setting};
 use super::fields::{Breakdown, FieldRow, FieldValue, JsonKey, field};
 use super::{WireService, fields, length};
-use crate::cob_id::Role;
-use crate::frame::Frame;
-use crate::message::Message;
-use crate::render::jsonl::object::Object;
-use crate::text::digits::{Hex, Put, put};
-use crate::text::lang::{Bilingual, Lang, Term, find, say};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::words::digits::{Hex, Put, put};
+use crate::words::lang::{Bilingual, Lang, Term, find, say};
 
 /// BitCheck of a Fastscan that asks for any unconfigured slave.
 pub const BIT_CHECK_ANY: u8 = 0x80;
@@ -503,7 +503,7 @@ fn delay(out: &mut Vec<u8>, lang: Lang, read: &FieldValue<'_>) {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::text::lang::tests::sound;
+    use crate::words::lang::tests::sound;
 
     fn command(from_master: bool, payload: [u8; 8]) -> Command {
         let role = if from_master { Role::LssRequest } else { Role::LssResponse };

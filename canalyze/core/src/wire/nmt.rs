@@ -5,12 +5,12 @@
 use super::fields::{Breakdown, FieldRow, FieldValue, JsonKey, field};
 use super::role::Nodes;
 use super::{WireService, fields, length};
-use crate::cob_id::Role;
-use crate::frame::Frame;
-use crate::message::Message;
-use crate::render::jsonl::object::Object;
-use crate::text::digits::{Hex, put};
-use crate::text::lang::{Bilingual, Lang, Term, find, say};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::words::digits::{Hex, put};
+use crate::words::lang::{Bilingual, Lang, Term, find, say};
 
 /// Start remote node: to Operational.
 pub const START: u8 = 0x01;
@@ -116,7 +116,7 @@ fn target(out: &mut Vec<u8>, lang: Lang, read: &FieldValue<'_>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::text::lang::tests::sound;
+    use crate::words::lang::tests::sound;
 
     #[test]
     fn frames() {

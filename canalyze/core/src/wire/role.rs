@@ -1,9 +1,9 @@
 //! Nouns of the frames: a PDO of a node, and what an identifier stands for. Must not say what a frame carries.
 
-use crate::cob_id::{Role, predefined};
-use crate::frame::{Frame, Kind};
-use crate::text::digits::{Hex, Put, put};
-use crate::text::lang::{Lang, say};
+use crate::bytes::frame::{Frame, Kind};
+use crate::wire::cob_id::{Role, predefined};
+use crate::words::digits::{Hex, Put, put};
+use crate::words::lang::{Lang, say};
 
 /// A PDO of a node: `节点5的TPDO1`, `TPDO1 of node 5`.
 #[derive(Clone, Copy, Debug)]

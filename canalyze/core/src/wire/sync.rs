@@ -5,12 +5,12 @@
 use super::fields::{Breakdown, FieldRow, JsonKey, field, line};
 use super::role::Named;
 use super::{WireService, fields, length};
-use crate::cob_id::Role;
-use crate::frame::Frame;
-use crate::message::Message;
-use crate::render::jsonl::object::Object;
-use crate::text::digits::put;
-use crate::text::lang::Lang;
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::words::digits::put;
+use crate::words::lang::Lang;
 
 /// The counter, 1..=240; absent if 1019h is 0.
 static COUNTER: &[FieldRow] = &[field(
