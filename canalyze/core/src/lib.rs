@@ -29,47 +29,25 @@
 //! `preset` (the PDOs of a description) sees `node`. `masks` (candump's filters) sees `frame`. `calendar`, `select` and
 //! `span` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
 
-pub mod bus;
-pub mod calendar;
+/// Returns the rows of a table in `words/`, which `build.rs` has checked and turned into Rust.
+macro_rules! words {
+    ($table:literal) => {
+        include!(concat!(env!("OUT_DIR"), "/", $table, ".rs"))
+    };
+}
+
+pub mod bytes;
 pub mod checks;
-pub mod cob_id;
-pub mod configuration;
-pub mod context;
-pub mod diagnosis;
-pub mod dictionary;
-pub mod diff;
-pub mod drive;
-pub mod event;
 pub mod evidence;
-pub mod expectation;
-pub mod filter;
-pub mod finding;
-pub mod finding_context;
-pub mod frame;
-pub mod info;
-pub mod inputs;
-pub mod inventory;
-pub mod masks;
-pub mod message;
-pub mod monitor;
-pub mod network;
-pub mod node;
-pub mod od;
-pub mod preset;
-pub mod profiles;
 #[cfg(feature = "python")]
 mod python;
-pub mod readers;
-pub mod render;
-pub mod repeats;
-pub mod roles;
 pub mod rules;
-pub mod select;
-pub mod services;
+pub mod sdo;
 pub mod session;
 pub mod settings;
-pub mod span;
-pub mod summary;
-pub mod text;
+pub mod stories;
+pub mod tables;
+pub mod views;
 pub mod wire;
-pub mod writers;
+pub mod words;
+pub mod world;

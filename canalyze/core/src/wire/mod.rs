@@ -4,20 +4,27 @@
 //! Each file begins with the byte table of its frames. None may look at another frame, at time or at a device
 //! description: that is the bus's part.
 
+pub mod cob_id;
 pub mod emcy;
 pub mod error_control;
 pub mod error_frame;
+pub(crate) mod fields;
 pub mod flying_master;
 pub mod lss;
+pub mod message;
 pub mod nmt;
+pub mod pdo;
+pub mod role;
 pub mod srdo;
 pub mod sync;
 pub mod time;
 pub mod usdo;
 
-use crate::cob_id::Role;
-use crate::frame::{Frame, Kind};
-use crate::message::{Flaw, Message};
+use crate::bytes::frame::{Frame, Kind};
+use crate::tables::jsonl::object::Object;
+use crate::wire::cob_id::Role;
+use crate::wire::message::{Flaw, Message};
+use crate::words::lang::Lang;
 
 /// What a frame says by itself, given the role of its identifier. Every frame gets an answer.
 ///
@@ -83,6 +90,50 @@ fn data(role: Role, frame: &Frame) -> Message {
     }
 }
 
+/// The forms of a service's messages.
+trait WireService {
+    /// Appends the phrase of a message, and its content if `full`. No line end.
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, frame: &Frame);
+
+    /// Appends the lines of the breakdown below that of the COB-ID.
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame);
+
+    /// Appends the keys of the service's JSON object.
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame);
+}
+
+/// Returns the forms of a message.
+fn service(message: &Message) -> Option<&'static dyn WireService> {
+    Some(match message {
+        Message::Nmt { .. } => &nmt::NmtService,
+        Message::Sync { .. } => &sync::SyncService,
+        Message::Emcy { .. } => &emcy::EmcyService,
+        Message::Lss { .. } => &lss::LssService,
+        _ => return None,
+    })
+}
+
+/// Appends the phrase of a message, and its content if `full`. No line end. Nothing for a PDO.
+pub fn line(out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, frame: &Frame) {
+    if let Some(service) = service(message) {
+        service.line(out, lang, full, message, frame);
+    }
+}
+
+/// Appends the breakdown of a message below the line of its COB-ID. Nothing for a PDO.
+pub fn breakdown(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+    if let Some(service) = service(message) {
+        service.breakdown(out, lang, message, frame);
+    }
+}
+
+/// Appends the keys of a message in JSON. None for a PDO.
+pub(crate) fn json(object: &mut Object<'_>, message: &Message, frame: &Frame) {
+    if let Some(service) = service(message) {
+        service.json(object, message, frame);
+    }
+}
+
 /// A frame whose payload is not `least..=most` bytes long.
 fn length(role: Role, least: u8, most: u8) -> Message {
     Message::Malformed { role, flaw: Flaw::Length { least, most } }
@@ -92,8 +143,8 @@ fn length(role: Role, least: u8, most: u8) -> Message {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::cob_id::predefined;
-    use crate::frame::CanId;
+    use crate::bytes::frame::CanId;
+    use crate::wire::cob_id::predefined;
 
     fn kind(id: u16, kind: Kind, payload: &[u8]) -> Message {
         let mut frame = Frame::classic(CanId::standard(id), payload);

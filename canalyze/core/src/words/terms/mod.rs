@@ -1,0 +1,69 @@
+//! Terms: what has one name in each language. Rows `(code, zh, en)`, sorted by code, complete in both.
+//!
+//! The Chinese words follow the notes' vocabulary, the English ones CiA 301's. No sentence stands here.
+
+pub mod drive;
+pub mod error_frame;
+pub mod nmt;
+pub mod objects;
+pub mod sdo_abort;
+pub mod service;
+pub mod usdo;
+
+pub use objects::object_name;
+pub use sdo_abort::abort_code;
+
+pub use super::lang::{Term as Row, find};
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+    use crate::words::Lang;
+    use crate::words::lang::tests::sound;
+    use crate::words::profiles::Profile;
+
+    #[test]
+    fn complete_and_sorted() {
+        sound(nmt::STATES);
+        sound(sdo_abort::CODES);
+        sound(error_frame::CLASSES);
+        sound(error_frame::CONTROLLER);
+        sound(error_frame::PROTOCOL);
+        sound(error_frame::LOCATION);
+        sound(error_frame::TRANSCEIVER);
+        sound(usdo::COMMANDS);
+        sound(usdo::ABORTS);
+        sound(service::SERVICES);
+        sound(service::SDO);
+        sound(service::INVERTED);
+        assert_eq!(sdo_abort::CODES.len(), 31);
+    }
+
+    #[test]
+    fn words_of_the_notes() {
+        let states: Vec<_> = nmt::STATES.iter().map(|row| row.1).collect();
+        assert_eq!(states, ["启动(Boot-up)", "停止状态", "操作状态", "预操作状态"]);
+        let objects = [
+            (0x1001, 0, "错误寄存器"),
+            (0x1006, 0, "同步周期"),
+            (0x1019, 0, "同步计数器溢出值"),
+            (0x1018, 1, "制造商ID"),
+            (0x1800, 0, "TPDO通信参数"),
+            (0x1800, 2, "TPDO传输类型"),
+            (0x1800, 3, "TPDO抑制时间"),
+            (0x1800, 5, "TPDO事件定时器"),
+            (0x1800, 6, "TPDO同步起始值"),
+            (0x1A00, 1, "TPDO映射参数"),
+            (0x6040, 0, "控制字"),
+            (0x6041, 0, "状态字"),
+            (0x6060, 0, "操作模式"),
+        ];
+        for (index, sub, word) in objects {
+            assert_eq!(object_name(Lang::Zh, Profile::UNKNOWN, index, sub), Some(word));
+        }
+        assert_eq!(abort_code(Lang::Zh, 0x0503_0000), Some("toggle位未交替"));
+        assert_eq!(abort_code(Lang::Zh, 0x0602_0000), Some("对象字典中不存在该对象"));
+        assert_eq!(abort_code(Lang::Zh, 0), None);
+    }
+}
