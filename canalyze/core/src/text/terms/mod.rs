@@ -1,6 +1,6 @@
-//! Terms: what has one name in each language. Rows `(code, zh, en)`, sorted by code, complete in both.
+//! Terms with one name in each language: rows `(code, zh, en)`, sorted by code. Most are tables of `words/`.
 //!
-//! The Chinese words follow the notes' vocabulary, the English ones CiA 301's. No sentence stands here.
+//! The Chinese words follow the notes' vocabulary, the English ones CiA 301's.
 
 pub mod drive;
 pub mod emcy;
@@ -20,13 +20,13 @@ pub use sdo_abort::abort_code;
 /// A term: its code, its Chinese word, its English word.
 pub type Row<K> = (K, &'static str, &'static str);
 
-/// The word for `code` in rows sorted by code.
+/// Returns the word for `code` in rows sorted by code.
 pub fn find<K: Ord + Copy>(rows: &'static [Row<K>], lang: Lang, code: K) -> Option<&'static str> {
     let at = rows.binary_search_by_key(&code, |row| row.0).ok()?;
     rows.get(at).map(|row| word(lang, row))
 }
 
-/// One row's word.
+/// Returns the word of a row.
 pub fn word<K>(lang: Lang, row: &Row<K>) -> &'static str {
     lang.pick(row.1, row.2)
 }
@@ -46,7 +46,7 @@ pub(crate) mod tests {
             assert!(!zh.is_empty() && !en.is_empty(), "{code:?}");
             assert!(en.is_ascii(), "{code:?}: {en}");
             assert!(zh.chars().all(|c| !c.is_control()), "{code:?}");
-            // Terms stand within sentences that use half-width punctuation, as the notes do.
+            // Terms are parts of sentences that use half-width punctuation, as the notes do.
             assert!(!zh.contains(['，', '（', '）', '：', '；']), "{code:?}: {zh}");
         }
     }
