@@ -9,6 +9,7 @@
 //! against the standard or the configuration. An info is worth knowing.
 
 mod facts;
+pub mod finding;
 pub(crate) mod quantity;
 
 pub mod bus;

@@ -1,6 +1,6 @@
 //! Files of expectations: their tables and keys, and the permitted combinations of keys.
 //!
-//! The result is the normalized form that [`crate::expectation`] takes: hexadecimal values as numbers, times in ns.
+//! The result is the normalized form that [`crate::views::expectation`] takes: hexadecimal values as numbers, times in ns.
 //! Captures are not judged here, and the meaning of an expectation beyond its own table is not known.
 
 use serde_json::{Map, Value as Json, json};
@@ -10,10 +10,10 @@ use super::near::near;
 use super::schema::{Form, Found, Key, Schema, at, key, needed, row, tables, unknown};
 use super::toml::parse;
 use super::value::{Table, Value};
-use crate::diagnosis::kinds::KINDS;
-use crate::drive::State;
-use crate::expectation::state_names;
-use crate::select::Select;
+use crate::bytes::select::Select;
+use crate::stories::kinds::KINDS;
+use crate::views::expectation::state_names;
+use crate::world::drive::State;
 
 const NS: i64 = 1_000_000_000;
 const MS: i64 = 1_000_000;
@@ -147,7 +147,7 @@ pub(super) fn schema() -> Schema {
 }
 
 /// Reads the content of a file of expectations of this name, and checks every key. Returns the input of
-/// [`normalized`](crate::expectation::Expectations::normalized): `file`, and a list for each kind.
+/// [`normalized`](crate::views::expectation::Expectations::normalized): `file`, and a list for each kind.
 pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
     let root = parse(content, file)?;
     names(&root, file)?;

@@ -9,7 +9,7 @@ use super::Mistake;
 use super::near::near;
 use super::spelled::{self, once};
 use super::value::{Table, Value, short};
-use crate::select::Select;
+use crate::bytes::select::Select;
 
 /// Maximum length of a glob of file names in characters; file names are hardly longer.
 const GLOB: usize = 500;

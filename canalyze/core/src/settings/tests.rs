@@ -5,7 +5,7 @@
 use proptest::prelude::*;
 
 use super::{Mistake, expectations, schemas, settings};
-use crate::expectation::Expectations;
+use crate::views::expectation::Expectations;
 
 /// Parts of files, valid or not.
 const PARTS: &[&str] = &[

@@ -1,0 +1,89 @@
+//! The core's words, in Chinese and English. Other words are only in `rules` and in the tables of
+//! `words/` (invariant 3).
+//!
+//! - The lines of services: `services`, a file for each service; their breakdown bit by bit: `explain`.
+//! - Names of states, error codes and objects: the rows of `terms`.
+//! - Values and signals: `value`, `signal`, `parameter`; findings and notes: `sentence`, `findings`, `notes`.
+//!
+//! The languages of a phrase are side by side: in a row of a table, in [`Lang::pick`] if the rest of the line is the
+//! same, and in `say!` if each has its own order of words. A further language is one more variant of [`Lang`] and one
+//! more column or label at each of these places; the compiler names the missing ones.
+//!
+//! The permitted terms are a table, `canalyze/words/terms.toml`; `tests/test_terms.py` compares every sentence with it.
+//!
+//! Nothing is decided here: the words render the content of `message`, `event` and `finding`.
+
+pub mod complaints;
+pub mod diff;
+pub mod digits;
+pub mod escape;
+pub mod explain;
+pub mod findings;
+pub mod incidents;
+pub mod inventory;
+pub mod lane;
+pub mod losses;
+pub mod notes;
+pub mod object;
+pub mod parameter;
+pub mod profiles;
+pub mod sentence;
+pub mod services;
+pub mod signal;
+pub mod terms;
+pub mod transferred;
+pub mod value;
+
+use crate::rules::Words;
+
+/// The language of the text.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lang {
+    /// Chinese, in the vocabulary of the notes.
+    #[default]
+    Zh,
+    /// English, in CiA 301's terms.
+    En,
+}
+
+impl Lang {
+    /// Returns the words in this language.
+    pub fn of(self, words: Words) -> &'static str {
+        self.pick(words.zh, words.en)
+    }
+
+    /// Returns the text in this language.
+    pub(crate) const fn pick(self, zh: &'static str, en: &'static str) -> &'static str {
+        match self {
+            Self::Zh => zh,
+            Self::En => en,
+        }
+    }
+}
+
+/// Appends a phrase in the chosen language, each with its own order of words:
+/// `say!(out, lang; zh: "节点", node, "的心跳"; en: "heartbeat of node ", node)`.
+macro_rules! say {
+    ($out:expr, $lang:expr; zh: $($zh:expr),+; en: $($en:expr),+) => {
+        match $lang {
+            $crate::words::Lang::Zh => $crate::words::digits::put!($out; $($zh),+),
+            $crate::words::Lang::En => $crate::words::digits::put!($out; $($en),+),
+        }
+    };
+}
+pub(crate) use say;
+
+/// The level of detail of a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Depth {
+    /// The phrase of the notes, nothing else.
+    Brief,
+    /// The phrase, then the content.
+    #[default]
+    Default,
+    /// The same, followed by a breakdown bit by bit.
+    Explain,
+}
+
+#[cfg(test)]
+mod tests;
