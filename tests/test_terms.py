@@ -22,7 +22,7 @@ CORE = PACKAGE / "core" / "src"
 TABLES = PACKAGE / "core" / "words"
 CHINESE = re.compile("[\u4e00-\u9fff]")
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
-ROOMS = ("text", "wire", "rules", "diagnosis")
+ROOMS = ("words", "wire", "rules", "stories")
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
-//! Rules about a bus as such: error frames (ISO 11898-1, fault confinement), in which the controller that recorded speaks of
-//! itself and of its bus, and traffic that is not CANopen.
+//! Rules about a bus as a whole: error frames (ISO 11898-1, fault confinement), by which the recording controller
+//! reports its own state and that of its bus, and traffic that is not CANopen.
 
 use super::quantity::{Count, Id, JsonOnly, Ns};
 use super::{Verdict, rules};
@@ -70,7 +70,7 @@ rules! {
             "{count|error frame|error frames} in total within {duration}";
     }
 
-    /// A frame was acknowledged by nobody, or could not be transmitted in time.
+    /// A frame was not acknowledged by any node, or could not be transmitted in time.
     Bus004 "BUS004" "not-transmitted" Warning "ISO 11898-1" [Error] {
         message "报文未能发出" "frame not transmitted";
         meaning

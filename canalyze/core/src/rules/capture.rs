@@ -1,4 +1,4 @@
-//! Rules about the capture itself: what of it cannot be read or is missing.
+//! Rules about the capture itself: unreadable and missing parts.
 
 use super::quantity::{Count, JsonOnly, Ns};
 use super::{Verdict, rules};
@@ -23,7 +23,7 @@ rules! {
             "{lines|line|lines} cannot be read, {further_buses} of them on buses beyond the limit";
     }
 
-    /// The capturing program says that it lost frames.
+    /// The capturing program reports that it lost frames.
     Cap002 "CAP002" "dropped-frames" Warning "-" [] {
         message "记录程序丢帧" "frames lost by the recording program";
         meaning
@@ -48,7 +48,7 @@ rules! {
             "candump was run with -t d; add --stamps delta.";
     }
 
-    /// A part of the file is damaged and was passed over.
+    /// A part of the file is damaged and was skipped.
     Cap004 "CAP004" "damaged-capture" Warning "-" [] {
         message "文件有一部分损坏" "part of the file is damaged";
         meaning
@@ -138,7 +138,7 @@ rules! {
             "timestamp goes back {back}";
     }
 
-    /// Frames of some time are not in the recording, and nothing says so.
+    /// Frames of some time are missing from the recording, without a note of it.
     Cap007 "CAP007" "recording-hole" Warning "-" [Sync, ErrorControl] {
         message "记录中有空缺" "gap in the recording";
         meaning

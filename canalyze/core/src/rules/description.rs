@@ -1,4 +1,4 @@
-//! Rules about what a description (EDS or DCF) says of a device and the device does otherwise.
+//! Rules about differences between a description (EDS or DCF) and its device.
 
 use super::quantity::{Count, Quantity};
 use super::{Verdict, rules};

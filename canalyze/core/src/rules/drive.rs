@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A state that no command led to.
+    /// A state without a command that leads to it.
     Drv001 "DRV001" "illegal-transition" Warning "CiA 402-2, power drive system" [Pdo, Sdo, Emcy] {
         message "状态跳变没有对应的控制字" "drive state changed without a matching controlword";
         meaning
@@ -20,7 +20,7 @@ rules! {
             "statusword changed from {from} to {to} without a matching controlword (last one: {controlword})";
     }
 
-    /// A command that the drive has not followed.
+    /// A command that the drive does not follow.
     Drv002 "DRV002" "command-without-effect" Warning "CiA 402-2, power drive system" [Pdo, Sdo, Emcy] {
         message "命令没有生效" "a command has no effect";
         meaning
@@ -34,7 +34,7 @@ rules! {
             "{after} after controlword {controlword} the statusword is still {statusword}";
     }
 
-    /// A fault that no EMCY has announced.
+    /// A fault that was not announced by an EMCY.
     Drv003 "DRV003" "fault-without-emcy" Info "CiA 402-2, EMCY" [Pdo, Sdo, Emcy] {
         message "进入故障状态却没有紧急报文" "fault state without EMCY";
         meaning
@@ -48,7 +48,7 @@ rules! {
             "statusword changed to {statusword} without an EMCY before or after";
     }
 
-    /// Another mode of operation is displayed than the one asked for.
+    /// The displayed mode of operation differs from the requested one.
     Drv004 "DRV004" "mode-not-taken" Info "CiA 402-2, 6060h, 6061h" [Pdo, Sdo, Emcy] {
         message "6061h未显示请求的操作模式" "6061h does not show the requested mode";
         meaning

@@ -105,7 +105,7 @@ rules! {
             "EMCY is {found|byte|bytes} long, expected 8";
     }
 
-    /// A device reports an error of its own: current, voltage, temperature, hardware, software, a module.
+    /// A device reports an error of its own: current, voltage, temperature, hardware, software or a module.
     Emc007 "EMC007" "device-error" Error "CiA 301 7.2.7.1" [Emcy] {
         message "设备报告错误" "device reports an error";
         meaning
@@ -119,7 +119,7 @@ rules! {
             "node reports {code}, error register {register}";
     }
 
-    /// A device reports an error of communication, or one that is not specific.
+    /// A device reports a communication error or an unspecific error.
     Emc008 "EMC008" "reported-error" Warning "CiA 301 7.2.7.1" [Emcy] {
         message "节点报告错误" "node reports an error";
         meaning
@@ -133,7 +133,7 @@ rules! {
             "node reports {code}, error register {register}";
     }
 
-    /// An error that was not taken back, or was sent several times.
+    /// An error that was not cleared, or was sent several times.
     Emc009 "EMC009" "error-standing" Info "CiA 301 7.2.7.1" [Emcy] {
         message "错误仍然存在" "error still active";
         meaning

@@ -1,4 +1,4 @@
-//! Rules about what a user expects of a capture (`canalyze check --expect`).
+//! Rules about a user's expectations of a capture (`canalyze check --expect`).
 
 use super::quantity::{Command, Count, Emcy, JsonOnly, Ns, Pdo, Problems, Quantity, Real, Said, State, Text, Word};
 use super::{Deviation, rules};
@@ -6,7 +6,7 @@ use super::{Deviation, rules};
 rules! {
     Deviation:
 
-    /// An SDO transfer that is expected has not come, or not in time.
+    /// An expected SDO transfer is missing or late.
     Exp001 "EXP001" "transfer-missing" Error "-" [Sdo] {
         message "缺少期望的SDO传输" "expected SDO transfer missing";
         meaning
@@ -50,7 +50,7 @@ rules! {
             "no transfer aborted with {expected}";
     }
 
-    /// An SDO transfer of a sequence came before the one that is expected before it.
+    /// An SDO transfer of a sequence came before its predecessor.
     Exp002 "EXP002" "transfer-out-of-order" Error "-" [Sdo] {
         message "SDO传输的次序与期望不同" "SDO transfer out of the expected order";
         meaning
@@ -64,7 +64,7 @@ rules! {
             "too early: in sequence {sequence} the transfer of {before} must come first";
     }
 
-    /// An SDO transfer carried another value, or ended otherwise, than expected.
+    /// An SDO transfer carried another value or ended otherwise than expected.
     Exp003 "EXP003" "transfer-differs" Error "-" [Sdo] {
         message "SDO传输与期望不符" "SDO transfer differs from the expectation";
         meaning
@@ -159,7 +159,7 @@ rules! {
             "booted up, expected to stay {expected}";
     }
 
-    /// The value of a signal is beyond its expected limits.
+    /// The value of a signal is outside its expected limits.
     Exp007 "EXP007" "signal-out-of-range" Error "-" one [Pdo] {
         message "信号超出期望的范围" "signal outside its expected range";
         meaning
@@ -233,7 +233,7 @@ rules! {
             "no SYNC in the capture, expected every {expected}";
     }
 
-    /// An emergency that is expected has not come.
+    /// An expected emergency is missing.
     Exp011 "EXP011" "emcy-missing" Error "-" [Emcy] {
         message "缺少期望的紧急报文" "expected EMCY missing";
         meaning
@@ -342,7 +342,7 @@ rules! {
             "frames were lost before: it may have been among them";
     }
 
-    /// A signal that is expected has not come.
+    /// An expected signal is missing.
     Exp016 "EXP016" "signal-missing" Error "-" one [Pdo] {
         message "缺少期望的信号" "expected signal missing";
         meaning
@@ -356,7 +356,7 @@ rules! {
             "no signal {expected} in the capture";
     }
 
-    /// A problem that is expected has not occurred, or not as often.
+    /// An expected problem has not occurred, or not often enough.
     Exp017 "EXP017" "incident-missing" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
         message "缺少期望的问题" "expected problem missing";
         meaning
@@ -393,7 +393,7 @@ rules! {
             "{count|time|times}, expected at most {expected}: {found}";
     }
 
-    /// A problem was not over in time.
+    /// A problem did not end in time.
     Exp019 "EXP019" "incident-not-over" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
         message "问题没有按期恢复" "problem not resolved in time";
         meaning
@@ -410,7 +410,7 @@ rules! {
             "{problem} still not resolved after {found} at the end of the capture, expected within {expected}";
     }
 
-    /// A problem comes from something else than expected.
+    /// A problem has another cause than expected.
     Exp020 "EXP020" "incident-cause" Error "-" [ErrorControl, Nmt, Emcy, Sdo, Pdo, Sync, Error] {
         message "问题的原因与期望不符" "problem with another cause than expected";
         meaning

@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// The toggle bit of guarding answers does not alternate.
+    /// The toggle bit of guarding responses does not alternate.
     Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1" [ErrorControl, Nmt] {
         message "节点保护的toggle位错误" "wrong toggle bit in node guarding";
         meaning
@@ -37,7 +37,7 @@ rules! {
             "no response to the node guarding request";
     }
 
-    /// One node is guarded and sends heartbeats.
+    /// A node is guarded and also sends heartbeats.
     Grd003 "GRD003" "heartbeat-and-guarding" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "同时使用心跳和节点保护" "heartbeat and node guarding at the same time";
         meaning
@@ -54,7 +54,7 @@ rules! {
             "node guarding requests to a node that sends heartbeats";
     }
 
-    /// A node that is guarded was never seen.
+    /// A guarded node was never seen.
     Grd004 "GRD004" "guarded-node-absent" Info "-" [ErrorControl, Nmt] {
         message "被保护的节点从未出现" "guarded node never seen";
         meaning

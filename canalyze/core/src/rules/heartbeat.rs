@@ -80,7 +80,7 @@ rules! {
             "between heartbeats of period {one} there are others every {other}: two heartbeat streams";
     }
 
-    /// The whole bus was silent: no heartbeat could be seen.
+    /// The whole bus was silent, so that no heartbeat could be seen.
     Hbt005 "HBT005" "silent-bus" Info "-" [ErrorControl, Nmt] {
         message "总线静默" "silent bus";
         meaning
@@ -94,7 +94,7 @@ rules! {
             "bus silent for {silence}; heartbeats of {nodes|node|nodes} missing meanwhile";
     }
 
-    /// Error control has another length than 1 byte.
+    /// Error control has a length other than 1 byte.
     Hbt006 "HBT006" "error-control-length" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "错误控制报文的长度不是1字节" "error control is not 1 byte long";
         meaning
@@ -108,7 +108,7 @@ rules! {
             "error control is {found|byte|bytes} long, expected 1";
     }
 
-    /// Heartbeats come with another period, and nothing has changed it.
+    /// Heartbeats have another period although nothing changed it.
     Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.20" [ErrorControl, Nmt] {
         message "心跳周期改变" "heartbeat period changed";
         meaning

@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A command specifier that CiA 305 does not define for this side, or a frame of another length than 8 bytes.
+    /// A command specifier that CiA 305 does not define for this side, or a frame with a length other than 8 bytes.
     Lss001 "LSS001" "unknown-command" Warning "CiA 305" [Lss] {
         message "未定义的LSS报文" "undefined LSS frame";
         meaning
@@ -26,7 +26,7 @@ rules! {
             "LSS frame is {length|byte|bytes} long, expected 8";
     }
 
-    /// A slave's frame that no request explains.
+    /// A slave's frame without a request.
     Lss002 "LSS002" "answer-without-request" Warning "CiA 305" [Lss] {
         message "没有对应请求的LSS响应" "LSS response without request";
         meaning
@@ -71,7 +71,7 @@ rules! {
             "\"{command}\" refused: error code {error}, specific error code {specific}";
     }
 
-    /// A node-ID was given and should be in effect, and no node has booted up with it.
+    /// A node-ID was assigned and should be in effect, but no node has booted up with it.
     Lss005 "LSS005" "no-boot-up-after-node-id" Info "CiA 305" [Lss, ErrorControl] {
         message "配置节点ID后没有以新节点ID启动" "no boot-up with the new node-ID";
         meaning
@@ -88,7 +88,7 @@ rules! {
             "node still boots up with node-ID {found}, expected {expected}";
     }
 
-    /// A bit timing was configured and neither activated nor stored.
+    /// A bit timing was configured but neither activated nor stored.
     Lss006 "LSS006" "bit-timing-not-activated" Info "CiA 305" [Lss] {
         message "位定时已配置, 但没有激活也没有存储" "bit timing configured, but neither activated nor stored";
         meaning
@@ -99,7 +99,7 @@ rules! {
             "The master omits the activation or the storing.";
     }
 
-    /// More than one slave answers what only one should.
+    /// More than one slave answers a request that only one should answer.
     Lss007 "LSS007" "several-answers" Warning "CiA 305" [Lss] {
         message "不止一个从站响应" "more than one slave responds";
         meaning

@@ -26,7 +26,7 @@ rules! {
             "NMT command is {found|byte|bytes} long, expected 2";
     }
 
-    /// A node does not do what it was commanded.
+    /// A node does not follow a command.
     Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1" [Nmt, ErrorControl] {
         message "NMT命令未生效" "NMT command without effect";
         meaning
@@ -43,7 +43,7 @@ rules! {
             "the node sent no boot-up after NMT command \"{command}\", but reports {found}";
     }
 
-    /// A boot-up that no reset command explains.
+    /// A boot-up without a reset command.
     Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
         message "节点自行复位" "unexpected reset";
         meaning
@@ -63,7 +63,7 @@ rules! {
             "the node was running (last heartbeat {after} earlier) and booted without a reset command";
     }
 
-    /// A change of state that no command explains.
+    /// A change of state without a command.
     Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
         message "没有NMT命令的状态变化" "state change without NMT command";
         meaning
@@ -77,7 +77,7 @@ rules! {
             "state changed from {from} to {to} without an NMT command";
     }
 
-    /// A change of state that an error explains (1029h).
+    /// A change of state after an error (1029h).
     Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32" [Nmt, ErrorControl] {
         message "因错误改变状态" "state change on an error";
         meaning

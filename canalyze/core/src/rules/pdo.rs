@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A multiplex PDO has another length than 8 bytes.
+    /// A multiplex PDO has a length other than 8 bytes.
     Mpd001 "MPD001" "mpdo-length" Warning "CiA 301 7.2.2.4" one [Pdo] {
         message "MPDO长度不是8字节" "MPDO is not 8 bytes long";
         meaning
@@ -79,7 +79,7 @@ rules! {
             "{found} after the previous one (inhibit time {limit}, tolerance {tolerance})";
     }
 
-    /// An event-driven TPDO does not come though its event timer has run out.
+    /// An event-driven TPDO is missing although its event timer has expired.
     Pdo005 "PDO005" "event-timer-late" Warning "CiA 301 7.5.2.37" one [Pdo] {
         message "事件定时器到期而PDO没有发送" "event timer expired without the PDO";
         meaning
@@ -158,7 +158,7 @@ rules! {
             "CAN-ID changed from {old} to {found} without making the PDO invalid first";
     }
 
-    /// A remote frame for a TPDO that allows none.
+    /// A remote frame for a TPDO that does not allow any.
     Pdo011 "PDO011" "rtr-not-allowed" Warning "CiA 301 7.5.2.37" one [Pdo] {
         message "对不允许远程请求的TPDO发送远程帧" "remote frame for a TPDO that allows none";
         meaning
@@ -172,7 +172,7 @@ rules! {
             "COB-ID bit 30 of {pdo} ({id}) is 1: remote frames are not allowed";
     }
 
-    /// A PDO is not as long as the EDS's default mapping.
+    /// The length of a PDO differs from the EDS's default mapping.
     Pdo012 "PDO012" "pdo-length-differs-from-eds" Warning "CiA 301 7.5.2.36, 7.5.2.38" one [Pdo] {
         message "PDO长度与EDS的默认映射不符" "PDO length differs from the EDS's default mapping";
         meaning
@@ -245,7 +245,7 @@ rules! {
             "mapping of {found} bits was accepted, a frame holds at most 64";
     }
 
-    /// A TPDO is sent though it was made invalid.
+    /// A TPDO is sent although it was made invalid.
     Pdo018 "PDO018" "disabled-pdo-sent" Warning "CiA 301 7.5.2.37" one [Pdo] {
         message "已禁用的TPDO仍在发送" "disabled TPDO still sent";
         meaning
@@ -259,7 +259,7 @@ rules! {
             "{pdo} is disabled (COB-ID bit 31 = 1), but there are still data on {id}";
     }
 
-    /// A PDO is on the bus that its receiver or its description has disabled.
+    /// A PDO is on the bus although its receiver or its description has disabled it.
     Pdo019 "PDO019" "disabled-pdo-on-bus" Info "CiA 301 7.5.2.35, 7.5.2.37" one [Pdo] {
         message "已禁用的PDO出现在总线上" "disabled PDO on the bus";
         meaning

@@ -1,4 +1,4 @@
-//! Rules about SDO (CiA 301, 7.2.4): protocol, and what a description says of its objects.
+//! Rules about SDO (CiA 301, 7.2.4): the protocol, and the objects of a description.
 
 use super::quantity::{Abort, Bit, Count, Crc, Hex2, Hex4, Ns, Object, Side, Size, State, Type};
 use super::{Verdict, rules};
@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// Toggle bit not alternated, or not repeated in the answer.
+    /// Toggle bit not alternated, or not repeated in the response.
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6" [Sdo] {
         message "toggle位错误" "toggle bit error";
         meaning
@@ -66,7 +66,7 @@ rules! {
             "requested {expected}, response names {found}";
     }
 
-    /// n is not 0 though e and s are not both 1.
+    /// n is not 0 although e and s are not both 1.
     Sdo004 "SDO004" "invalid-unused-count" Warning "CiA 301 7.2.4.3.3" [Sdo] {
         message "未使用字节数n无效" "invalid number of unused bytes n";
         meaning
@@ -94,7 +94,7 @@ rules! {
             "segment not full though not the last (n={unused})";
     }
 
-    /// The bytes transferred are not as many as indicated.
+    /// The number of transferred bytes differs from the indicated size.
     Sdo006 "SDO006" "size-mismatch" Error "CiA 301 7.2.4.3.3" [Sdo] {
         message "传输的字节数与声明的长度不符" "bytes transferred differ from the size indicated";
         meaning
@@ -147,7 +147,7 @@ rules! {
             "The sender does not clear its buffer.";
     }
 
-    /// An SDO frame has another length than 8 bytes.
+    /// An SDO frame has a length other than 8 bytes.
     Sdo010 "SDO010" "frame-length" Warning "CiA 301 7.2.4.3" [Sdo] {
         message "SDO帧长度不是8字节" "SDO frame is not 8 bytes long";
         meaning
@@ -216,7 +216,7 @@ rules! {
             "the end of the block transfer was not confirmed";
     }
 
-    /// The length of a value is not that of the object's type in the description.
+    /// The length of a value differs from the object's type in the description.
     Sdo013 "SDO013" "value-length" Warning "CiA 301 7.4.7, CiA 306" [Sdo] {
         message "数据长度与对象的数据类型不符" "length of a value differs from the object's type";
         meaning
@@ -233,7 +233,7 @@ rules! {
             "{found|byte|bytes} read, {type} has {length}";
     }
 
-    /// An access succeeded that the description rules out.
+    /// An access succeeded although the description excludes it.
     Sdo014 "SDO014" "access" Warning "CiA 301 7.4.3, CiA 306" [Sdo] {
         message "访问成功, 但违反设备描述中的访问权限" "access succeeded against the access right in the description";
         meaning
@@ -261,7 +261,7 @@ rules! {
             "The client's timeout is shorter than the server's response time, or the first request did not reach the server.";
     }
 
-    /// An abort names another object than the transfer that it ends.
+    /// An abort names another object than the aborted transfer.
     Sdo016 "SDO016" "abort-of-another-object" Warning "CiA 301 7.2.4.3.17" [Sdo] {
         message "中止帧的索引或子索引与传输不符" "abort names another object than the transfer";
         meaning
@@ -317,7 +317,7 @@ rules! {
             "CRC is {found}, computed {computed}{matches}";
     }
 
-    /// An answer after longer than clients usually wait, or to a request that was given up.
+    /// A response later than clients usually wait, or to a request that was given up.
     Sdo020 "SDO020" "late-answer" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "响应超时后才到达" "response after the timeout";
         meaning
@@ -396,7 +396,7 @@ rules! {
             "frames are missing from the capture: both sides are already in another transfer";
     }
 
-    /// Block transfer: the receiver acknowledged a part of a sub-block, and asks for the others again.
+    /// Block transfer: the receiver acknowledged a part of a sub-block and requests the rest again.
     Sdo025 "SDO025" "asked-again" Info "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
         message "块传输的若干段须重发" "segments of a block transfer requested again";
         meaning
@@ -430,7 +430,7 @@ rules! {
             "the server sent {frames} frames within {duration} without any request";
     }
 
-    /// Requests of which none was answered in the capture.
+    /// Requests without any response in the capture.
     Sdo031 "SDO031" "no-server" Warning "-" [Sdo] {
         message "请求从未得到响应" "requests never answered";
         meaning
@@ -444,7 +444,7 @@ rules! {
             "the node has not answered any SDO request ({frames|frame|frames})";
     }
 
-    /// Of SDO channels only one direction was recorded.
+    /// Only one direction of the SDO channels was recorded.
     Sdo032 "SDO032" "one-direction" Info "-" [Sdo] {
         message "SDO只记录到一个方向" "only one direction of SDO captured";
         meaning

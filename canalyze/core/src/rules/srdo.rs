@@ -51,7 +51,7 @@ rules! {
             "SRDO{srdo} came {gap} after the previous pair, limit {limit} (tolerance {tolerance})";
     }
 
-    /// The inverted frame comes first, or one of the two frames is not there.
+    /// The inverted frame comes first, or one of the two frames is missing.
     Srd004 "SRD004" "pair-order" Warning "CiA 304, EN 50325-5" [Srdo] {
         message "SRDO的两帧顺序不对或缺一帧" "SRDO frames out of order, or one missing";
         meaning

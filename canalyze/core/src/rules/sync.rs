@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A SYNC has another length than 1019h asks for, or than the SYNCs before.
+    /// The length of a SYNC differs from 1019h, or from the SYNCs before.
     Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22" one [Sync, Pdo] {
         message "同步报文长度错误" "wrong SYNC length";
         meaning
@@ -26,7 +26,7 @@ rules! {
             "SYNC is {found|byte|bytes} long, expected 0 or 1";
     }
 
-    /// The synchronous counter does not go on as it should.
+    /// The synchronous counter does not continue as it should.
     Syn002 "SYN002" "sync-counter" Error "CiA 301 7.2.5.3.1, 7.5.2.22" one [Sync, Pdo] {
         message "同步计数器不连续" "SYNC counter out of sequence";
         meaning
@@ -43,7 +43,7 @@ rules! {
             "SYNC counter is {found}, expected 1 to {limit}";
     }
 
-    /// A SYNC is missing, late or one too many, or the period is not the configured one, or another one than before.
+    /// A SYNC is missing, late or extra, or the period differs from the configured one or from the one before.
     Syn003 "SYN003" "sync-period" Warning "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "同步周期异常" "irregular SYNC period";
         meaning
@@ -179,7 +179,7 @@ rules! {
             "expected in SYNC cycle {expected}, sent in cycle {found}";
     }
 
-    /// Times of SYNC cannot be judged.
+    /// The timing of SYNC cannot be judged.
     Syn011 "SYN011" "sync-not-judged" Info "-" one [Sync, Pdo] {
         message "无法判断同步时间" "SYNC timing cannot be judged";
         meaning
@@ -196,7 +196,7 @@ rules! {
             "tolerance {tolerance} is not smaller than the window {window}: the window is not judged";
     }
 
-    /// A SYNC was late, and those after it came in time.
+    /// A SYNC was late, and those after it were in time.
     Syn012 "SYN012" "late-sync" Info "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "个别同步报文延迟" "single late SYNC";
         meaning
@@ -210,7 +210,7 @@ rules! {
             "{gap} since the previous SYNC (period {period}); the following ones are on time";
     }
 
-    /// SYNC has stopped, and nodes are Operational all the same.
+    /// SYNC has stopped although nodes are Operational.
     Syn013 "SYN013" "sync-stopped" Warning "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "同步报文停止" "SYNC has stopped";
         meaning

@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A time of day that cannot be, or reserved bits that are set.
+    /// An impossible time of day, or reserved bits that are set.
     Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6" [Time] {
         message "时间报文无效" "invalid TIME";
         meaning
