@@ -118,21 +118,26 @@ pub struct Rule {
 /// Declares the rules of a family. Each becomes a type named by its code, with a variant for each of its sentences,
 /// that converts to a verdict (or, for expectations, a deviation). A name in braces that is not a fact of the variant
 /// does not compile, nor does a fact without a sentence, nor a missing language. Before its context a rule may be
-/// marked `one` (see [`Rule::one_pdo`]) and `here` (see [`Rule::about_here`]).
+/// marked `one` (see [`Rule::one_pdo`]) and `here` (see [`Rule::about_here`]). Its doc comment is its documentation, also
+/// for users: the meaning in Chinese and in English, an empty line, the usual cause in Chinese and in English.
 macro_rules! rules {
     ($target:ident: $(
-        $(#[$doc:meta])*
+        #[doc = $meaning_zh:literal]
+        #[doc = $meaning_en:literal]
+        #[doc = $between:literal]
+        #[doc = $cause_zh:literal]
+        #[doc = $cause_en:literal]
         $code:ident $id:literal $name:literal $severity:ident $clause:literal $($mark:ident)* [$($family:ident),*] {
             message $message_zh:literal $message_en:literal;
-            meaning $meaning_zh:literal $meaning_en:literal;
-            cause $cause_zh:literal $cause_en:literal;
             $(
                 $variant:ident $([$($word:ident = $constant:literal),+])? $({ $($fact:ident: $kind:ty),+ })?
                     $zh:literal $en:literal;
             )*
         }
     )*) => {$(
-        $(#[$doc])*
+        #[doc = $meaning_en]
+        #[doc = ""]
+        #[doc = $cause_en]
         #[derive(Clone, Debug, PartialEq)]
         pub enum $code {
             $(
@@ -152,8 +157,8 @@ macro_rules! rules {
                 one_pdo: $crate::rules::rules!(@one $($mark)*),
                 about_here: $crate::rules::rules!(@here $($mark)*),
                 message: $crate::rules::Words { zh: $message_zh, en: $message_en },
-                meaning: $crate::rules::Words { zh: $meaning_zh, en: $meaning_en },
-                cause: $crate::rules::Words { zh: $cause_zh, en: $cause_en },
+                meaning: $crate::rules::documented($meaning_zh, $meaning_en),
+                cause: $crate::rules::documented($cause_zh, $cause_en),
                 variants: &[$($crate::rules::rules!(
                     @variant $zh, $en, [$($($word = $constant),+)?], [$($($fact: $kind),+)?]
                 )),*],
@@ -196,6 +201,11 @@ macro_rules! rules {
     };
 }
 pub(crate) use rules;
+
+/// Returns two lines of a doc comment without the blank that each begins with.
+pub(crate) const fn documented(zh: &'static str, en: &'static str) -> Words {
+    Words { zh: zh.trim_ascii_start(), en: en.trim_ascii_start() }
+}
 
 /// Declares the codes, from the files that hold their rules.
 macro_rules! codes {
