@@ -98,13 +98,6 @@ impl Reader {
         matches!(self, Self::Live(_))
     }
 
-    /// Takes the end of the file before anything else of it, from where the format has its summary on.
-    pub fn foresee(&mut self, end: &[u8]) {
-        if let Self::Mcap(reader) = self {
-            reader.foresee(end);
-        }
-    }
-
     /// Takes the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
@@ -251,11 +244,11 @@ pub enum DamageKind {
     Compression,
     /// The rest of the file cannot be read.
     Rest,
-    /// Messages of a topic that the file does not name any more, or of a type that it does not define.
+    /// Messages of a topic whose definition, or whose type's, is lost or cannot be used.
     Undefined,
     /// What was unpacked from here on may be wrong: the check sum that covers it fails, or cannot be reached.
     Doubtful,
-    /// What a damaged part defined had to be used, so what was read by it may be wrong.
+    /// Definitions of types or topics that contradict each other, so the frames read by the first may be wrong.
     Definition,
     /// The file says that it has more messages than could be found.
     Missing,
