@@ -29,6 +29,7 @@ pub mod diff;
 pub mod facts;
 mod info;
 pub mod inventory;
+pub(crate) mod obj;
 mod object;
 pub mod observed;
 mod pdo;

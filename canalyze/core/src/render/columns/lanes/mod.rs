@@ -42,12 +42,12 @@ use crate::message::Message;
 use crate::profiles::Profile;
 use crate::render::jsonl::Setting;
 use crate::render::selection::Selection;
-use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::services::nmt;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Side;
 use crate::text::lane::Word;
 use crate::text::{Lang, signal, value};
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::nmt;
 
 columns! {
     /// The columns.
