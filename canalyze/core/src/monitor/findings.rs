@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use crate::finding::{Code, Facts, Finding};
 use crate::frame::BusId;
-use crate::render::jsonl::{self, Setting};
+use crate::render::jsonl::Setting;
+use crate::render::jsonl::obj::{WriteJson, array, obj, text, written};
 use crate::services::sdo::wire::Mux;
-use crate::text::digits::put;
 use crate::text::findings;
 
 /// Rows that are kept.
@@ -22,7 +22,7 @@ const KINDS: usize = 4096;
 
 type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
 
-/// A row: the object in JSON but for its count.
+/// A row: its keys in JSON but for its count.
 #[derive(Debug)]
 struct Row {
     json: Vec<u8>,
@@ -69,30 +69,24 @@ impl Findings {
         true
     }
 
-    /// Appends the rows, oldest first, as a JSON list.
-    pub(super) fn list(&self, out: &mut Vec<u8>) {
-        for (place, row) in self.rows.iter().enumerate() {
-            put!(out; if place > 0 { "," } else { "[" });
-            out.extend_from_slice(&row.json);
-            put!(out; row.count, "}");
-        }
-        put!(out; if self.rows.is_empty() { "[]" } else { "]" });
+    /// Returns the rows, oldest first.
+    pub(super) fn list(&self) -> impl WriteJson {
+        array(self.rows.iter().map(|row| obj! { _: written(&row.json), "count": row.count }))
     }
 }
 
 fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     let mut out = Vec::with_capacity(256);
-    let rule = finding.code.rule();
-    put!(&mut out; "{\"code\":\"", rule.id, "\",\"severity\":\"", finding.severity().name(), "\",\"frame\":");
-    jsonl::number_or_null(&mut out, (finding.at.no > 0).then_some(finding.at.no));
-    put!(&mut out; ",\"t_ns\":");
-    jsonl::signed_or_null(&mut out, finding.at.t_ns);
-    put!(&mut out; ",\"bus\":");
-    jsonl::name(&mut out, setting.buses.name(finding.bus));
-    put!(&mut out; ",\"node\":");
-    jsonl::number_or_null(&mut out, finding.node.map(u64::from));
-    put!(&mut out; ",\"text\":");
-    jsonl::quoted(&mut out, |text| findings::placed(text, setting.lang, finding, finding.at.no));
-    put!(&mut out; ",\"count\":");
+    obj! {
+        "code": finding.code.rule().id,
+        "severity": finding.severity().name(),
+        "frame": finding.at.number(),
+        "t_ns": finding.at.t_ns,
+        "bus": setting.buses.name(finding.bus),
+        "node": finding.node,
+        "text": text(|out| findings::placed(out, setting.lang, finding, finding.at.no)),
+    }
+    .inline()
+    .write_json(&mut out);
     out
 }

@@ -42,7 +42,6 @@ use crate::event::{Event, Note, Scanned, What};
 use crate::finding::Finding;
 use crate::finding_context::Held;
 use crate::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
-use crate::readers::listing::LeftOut;
 use crate::render::text::{Clocked, Lines};
 use crate::text::digits::{Hex, Joined, fraction, put};
 use crate::text::{Depth, Lang, escape, findings, notes, services as words};
@@ -293,28 +292,6 @@ pub(crate) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
         Some(number) => put!(out; number),
         None => put!(out; "null"),
     }
-}
-
-/// What a file shows of rows that are left out, or null.
-pub(crate) fn left_out(out: &mut Vec<u8>, known: &LeftOut) {
-    let LeftOut { places, uncounted, rows } = *known;
-    match places {
-        0 => put!(out; "null"),
-        _ => put!(out; "{\"places\":", places, ",\"uncounted\":", uncounted, ",\"rows\":", rows, "}"),
-    }
-}
-
-/// A number that may be negative, or null.
-pub(crate) fn signed_or_null(out: &mut Vec<u8>, number: Option<i64>) {
-    match number {
-        Some(number) => put!(out; number),
-        None => put!(out; "null"),
-    }
-}
-
-/// A bus name; empty where the capture names none.
-pub(crate) fn name(out: &mut Vec<u8>, name: &[u8]) {
-    escape::json(out, name);
 }
 
 /// Seconds as a decimal string, or null.

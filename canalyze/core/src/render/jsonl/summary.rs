@@ -6,8 +6,9 @@
 //! `bit_rate`; all are null without stamps, loads also without `--bitrate`, and a peak where the capture is shorter than its
 //! window. The mean counts what came after the first stamp.
 
-use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, hex8, map, moment, named, obj, raw, time};
-use super::{Setting, left_out};
+use super::Setting;
+use super::info::left_out;
+use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, hex8, map, moment, named, obj, time};
 use crate::finding::{Code, Severity};
 use crate::frame::CanId;
 use crate::services::sdo::wire::Side;
@@ -83,7 +84,7 @@ fn capture(setting: Setting<'_>, summary: &Summary) -> impl WriteJson {
         /// Reports of lost frames by the capturing program, and frames that were lost by them.
         "gaps": summary.buses.values().map(|bus| bus.gaps).sum::<u64>(),
         "dropped": summary.buses.values().map(|bus| bus.dropped).fold(0, u64::saturating_add),
-        "left_out": raw(|out| left_out(out, &capture.left_out)),
+        "left_out": left_out(&capture.left_out),
         "damages": capture.damages,
         "bit_rate": summary.network.bit_rate,
     }
