@@ -29,6 +29,13 @@
 //! `preset` (the PDOs of a description) sees `node`. `masks` (candump's filters) sees `frame`. `calendar`, `select` and
 //! `span` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
 
+/// Returns the rows of a table in `words/`, which `build.rs` has checked and turned into Rust.
+macro_rules! words {
+    ($table:literal) => {
+        include!(concat!(env!("OUT_DIR"), "/", $table, ".rs"))
+    };
+}
+
 pub mod bus;
 pub mod calendar;
 pub mod checks;
