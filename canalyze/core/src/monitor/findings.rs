@@ -80,8 +80,7 @@ fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     obj! {
         "code": finding.code.rule().id,
         "severity": finding.severity().name(),
-        "frame": finding.at.number(),
-        "t_ns": finding.at.t_ns,
+        "frame": finding.at.number(), "t_ns": finding.at.t_ns,
         "bus": setting.buses.name(finding.bus),
         "node": finding.node,
         "text": text(|out| findings::placed(out, setting.lang, finding, finding.at.no)),

@@ -73,8 +73,7 @@ impl<'a> Incidents<'a> {
         let link = one.cause.filter(|_| !is_root(one));
         let shown = self.now.map(|now| now.shown()).unwrap_or_default();
         obj! {
-            "id": one.number,
-            "kind": row.name,
+            "id": one.number, "kind": row.name,
             "word": setting.lang.of(row.words),
             "status": one.status.name(),
             /// It may still change.
@@ -84,9 +83,7 @@ impl<'a> Incidents<'a> {
             "bus": setting.buses.name(one.bus),
             "node": one.subject.node,
             "nodes": array(members(one.subject.nodes)),
-            "frame": one.begin.no,
-            "t_ns": one.begin.t_ns,
-            "noticed": one.noticed.no,
+            "frame": one.begin.no, "t_ns": one.begin.t_ns, "noticed": one.noticed.no,
             "end_frame": one.end.map(|end| end.no),
             "end_ns": one.end.and_then(|end| end.t_ns),
             /// One more than that of its cause.

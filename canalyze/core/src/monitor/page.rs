@@ -76,8 +76,7 @@ fn pdo<'a>(setting: Setting<'a>, profile: Profile, pdo: &'a Pdo) -> impl WriteJs
     let objects = mapping.into_iter().flat_map(|mapping| &mapping.entries);
     obj! {
         "pdo": obj::pdo(pdo.transmit, pdo.number),
-        "id": cob.id,
-        "valid": cob.valid,
+        "id": cob.id, "valid": cob.valid,
         "type": pdo.transmission.map(|(kind, _)| kind),
         /// The source of the mapping, null where it is not known.
         "from": from.map(|from| from.name()),

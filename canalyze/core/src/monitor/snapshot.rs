@@ -28,8 +28,7 @@ pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>
     let incidents = Incidents::new(monitor, known);
     let view = View { monitor, setting, known: known.buses, incidents: &incidents };
     obj! {
-        "now_ns": monitor.clock.now_ns,
-        "start_ns": monitor.clock.start_ns,
+        "now_ns": monitor.clock.now_ns, "start_ns": monitor.clock.start_ns,
         /// See `Session::tally`.
         "tally": written(known.tally),
         "buses": array(setting.buses.names().enumerate().map(|(place, name)| view.bus(BusId(place as u8), name))),
@@ -103,8 +102,7 @@ impl<'a> View<'a> {
             /// The last one that it sent, as in `summary`.
             "state": state.map(hex2),
             "state_text": state.and_then(|state| terms::nmt::state(lang, state)).unwrap_or(""),
-            "frames": node.frames,
-            "sent": node.sent,
+            "frames": node.frames, "sent": node.sent,
             "frames_per_s": self.lately(&live.rate).map(tenths),
             /// The bus was away since: the node may be in any state.
             "unknown": live.unknown,
@@ -157,12 +155,9 @@ impl<'a> View<'a> {
             "id": text(move |out| identifier(out, object.id, error)),
             "ext": object.id.is_extended() && !error,
             "rtr": key.form == Form::Remote,
-            "service": object.service,
-            "node": object.node,
+            "service": object.service, "node": object.node,
             "name": text(move |out| label(out, lang, object.label)),
-            "count": object.count,
-            "last_ns": object.last.t_ns,
-            "period_ns": period,
+            "count": object.count, "last_ns": object.last.t_ns, "period_ns": period,
             /// The largest difference of one of the last 16 periods from their mean; one period alone has none.
             "jitter_ns": jitter.flatten(),
             "rate": self.lately(&object.rate).map(tenths),
@@ -183,9 +178,7 @@ impl<'a> View<'a> {
         array(running.map(|(transfer, described)| {
             obj! {
                 _: transfers::head(self.setting, transfer, described).inline(),
-                "size": transfer.data.size_indicated,
-                "bytes": transfer.data.size,
-                "since_ns": transfer.first.t_ns,
+                "size": transfer.data.size_indicated, "bytes": transfer.data.size, "since_ns": transfer.first.t_ns,
             }
         }))
     }

@@ -42,9 +42,7 @@ pub(super) fn head<'a>(setting: Setting<'a>, transfer: &'a Transfer, described: 
     obj! {
         "transfer": transfer.id.0,
         "bus": setting.buses.name(transfer.bus),
-        "node": transfer.node,
-        "direction": transfer.direction.name(),
-        "mode": transfer.mode.name(),
+        "node": transfer.node, "direction": transfer.direction.name(), "mode": transfer.mode.name(),
         _: raw(move |out| sdo::object(out, setting.lang, transfer.mux, &described)),
     }
 }
@@ -58,9 +56,7 @@ fn json(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
         "text": text(|out| transferred::transferred(out, setting.lang, transfer)),
         "status": transfer.outcome.status.name(),
         "abort": raw(|out| sdo::abort_or_null(out, setting.lang, transfer.outcome.abort)),
-        "first_frame": transfer.first.no,
-        "last_frame": transfer.last.no,
-        "t_ns": transfer.first.t_ns,
+        "first_frame": transfer.first.no, "last_frame": transfer.last.no, "t_ns": transfer.first.t_ns,
         "duration_ns": transfer.duration_ns(),
     }
     .write_json(out);

@@ -121,8 +121,7 @@ impl Tally {
         let none = OnBus::default();
         let all = buses.names().zip(self.buses.iter().chain(iter::repeat(&none)));
         obj! {
-            "frames": frames,
-            "shown": shown,
+            "frames": frames, "shown": shown,
             "findings": obj! { "error": self.errors, "warning": self.warnings, "info": self.infos },
             "transfers": obj! {
                 "ok": self.ok, "aborted": self.aborted, "incomplete": self.incomplete, "failed": self.failed,
@@ -142,15 +141,12 @@ impl Tally {
             let bus = known.get(index);
             counted.nodes.iter().map(move |(id, node)| {
                 obj! {
-                    "bus": name,
-                    "node": id,
+                    "bus": name, "node": id,
                     /// The last one that it sent.
                     "state_text": bus.and_then(|bus| terms::nmt::state(lang, bus.state(id)?)).unwrap_or(""),
                     /// As in `monitor/snapshot.rs`.
                     "silent": bus.and_then(|bus| bus.silent(id, now_ns)).map_or("", |control| control.name()),
-                    "frames": node.frames,
-                    "errors": node.errors,
-                    "warnings": node.warnings,
+                    "frames": node.frames, "errors": node.errors, "warnings": node.warnings,
                 }
             })
         }))

@@ -74,9 +74,7 @@ fn incident<'a>(
     let parts = || one.parts.iter().map(|part| ledger.number(*part)).filter(|part| *part > 0);
     let again = one.repeats.count > 1;
     obj! {
-        "kind": "incident",
-        "phase": phase,
-        "id": one.number,
+        "kind": "incident", "phase": phase, "id": one.number,
         "incident": one.kind.row().name,
         "subject": obj! {
             "bus": named(setting.buses.name(one.bus)),
@@ -87,8 +85,7 @@ fn incident<'a>(
         },
         "status": one.status.name(),
         "impact": one.impact().name(),
-        "grade": one.grade.name(),
-        "begin": place(one.begin),
+        "grade": one.grade.name(), "begin": place(one.begin),
         "noticed": obj! { _: place(one.noticed).inline(), "delay": time(one.noticed.since(one.begin), 9) },
         "end": one.end.map(place),
         /// Null where it is only possible: the incident stays a root.

@@ -27,8 +27,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, f
     let ([outside_a, outside_b], [extent_a, extent_b]) = (comparison.outside, extents(setting, comparison));
     let side = |file, digest: &Digest, outside, (first, last): (u64, u64)| {
         obj! {
-            "file": file,
-            "frames": digest.frames,
+            "file": file, "frames": digest.frames,
             /// The frames between which both captures were compared.
             "first_frame": Some(first).filter(|no| *no > 0),
             "last_frame": Some(last).filter(|no| *no > 0),
@@ -51,8 +50,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, f
         "times": comparison.alignment.by_time,
         /// The place of one capture in the other is known.
         "placed": !comparison.alignment.is_blurred(),
-        "a": side(file_a, digest_a, outside_a, extent_a),
-        "b": side(file_b, digest_b, outside_b, extent_b),
+        "a": side(file_a, digest_a, outside_a, extent_a), "b": side(file_b, digest_b, outside_b, extent_b),
     }
     .write_line(out);
 }
@@ -70,17 +68,14 @@ fn story<'a>(setting: Setting<'a>, one: &'a StoryDifference) -> Option<impl Writ
         "node": first.subject.node,
         /// `status`, `duration`, `count` and `cause`; empty where one capture has nothing.
         "differs": array(one.differs.iter().map(|differs| differs.name())),
-        "a": a,
-        "b": b,
+        "a": a, "b": b,
     })
 }
 
 fn incident<'a>(setting: Setting<'a>, digest: &'a Digest, one: &'a Incident) -> impl WriteJson {
     obj! {
         "bus": named(digest.buses.name(one.bus)),
-        "id": one.number,
-        "frame": one.begin.no,
-        "t": time(one.begin.t_ns, digest.decimals),
+        "id": one.number, "frame": one.begin.no, "t": time(one.begin.t_ns, digest.decimals),
         "end_frame": one.end.map(|end| end.no),
         "status": one.status.name(),
         "duration_ns": lasted_ns(one).and_then(|ns| u64::try_from(ns).ok()),
@@ -118,8 +113,7 @@ fn difference<'a>(setting: Setting<'a>, one: &'a Difference) -> impl WriteJson {
         "direction": moved.map(|moved| moved.direction.name()),
         "count": one.count,
         "text": text(move |out| words::subject(out, setting.lang, one)),
-        "a": side(setting, one, 0),
-        "b": side(setting, one, 1),
+        "a": side(setting, one, 0), "b": side(setting, one, 1),
         /// Where a capture has nothing, the nearest frame before that both have.
         "a_near": near_a.map(|at| at.no),
         "b_near": near_b.map(|at| at.no),
@@ -185,8 +179,7 @@ fn action(out: &mut Vec<u8>, action: &Action) {
 
 fn transfer(moved: &TransferDigest) -> impl WriteJson {
     obj! {
-        "status": moved.status.name(),
-        "mode": moved.mode.name(),
+        "status": moved.status.name(), "mode": moved.mode.name(),
         "abort": moved.abort.map(|abort| obj! { "code": hex8(abort.code), "by": by(abort.by) }),
         "size": moved.size,
         /// The first 64 bytes.

@@ -33,9 +33,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
     let date = |ns| text(move |out| console::digits(out, &Stamp { form: StampForm::Calendar, ns, width: 1, decimals }));
     let (ends, dates) = (info.span.ends_ns, info.dates());
     obj! {
-        "kind": "info",
-        "file": setting.file,
-        "frames": info.frames,
+        "kind": "info", "file": setting.file, "frames": info.frames,
         /// In order of first appearance.
         "buses": array(buses.map(|(no, frames)| obj! {
             "bus": named(setting.buses.name(BusId(no as u8))), "frames": *frames,
@@ -67,9 +65,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
         /// Stamps outside of 1677-09-21 to 2262-04-11, taken as the end of that range.
         "clamped_stamps": info.clamped_stamps,
         "unreadable": info.first_unreadable.map(|place| obj! {
-            "count": info.unreadable,
-            "first_line": place.line(),
-            "first_offset": offset(place),
+            "count": info.unreadable, "first_line": place.line(), "first_offset": offset(place),
             /// Those that are on more buses than are kept apart.
             "further_buses": info.of_further_buses,
         }),
@@ -92,10 +88,7 @@ pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Conten
 fn damage(damage: &Damage) -> impl WriteJson + use<> {
     obj! {
         "kind": DAMAGES.iter().find(|(_, kind)| *kind == damage.kind).map_or("", |(name, _)| *name),
-        "line": damage.place.line(),
-        "offset": offset(damage.place),
-        "bytes": damage.bytes,
-        "frames": damage.frames,
+        "line": damage.place.line(), "offset": offset(damage.place), "bytes": damage.bytes, "frames": damage.frames,
     }
 }
 
