@@ -99,5 +99,5 @@ fn offset(place: Place) -> Option<u64> {
 /// Returns the places where the file itself shows that rows are missing: those without a count, and the rows of the others.
 pub(super) fn left_out(known: &LeftOut) -> Option<impl WriteJson> {
     let LeftOut { places, uncounted, rows } = *known;
-    (places > 0).then(|| obj! { "places": places, "uncounted": uncounted, "rows": rows })
+    (places > 0).then_some(obj! { "places": places, "uncounted": uncounted, "rows": rows })
 }
