@@ -8,9 +8,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::context::Context;
-use crate::finding::{Finding, Verdict};
-use crate::frame::{Frame, FrameRef};
+use crate::world::context::Context;
+use crate::rules::finding::{Finding, Verdict};
+use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::bus::{Bus001, Bus002, Bus003, Bus004, Bus005, Bus006, Bus007, Bus008};
 use crate::wire::error_frame::{self, Condition, Recovery};
 

@@ -1,6 +1,6 @@
 //! TIME (CiA 301, 7.2.6): impossible times of day, and jumps against the capture's clock.
 
-use crate::context::Context;
+use crate::world::context::Context;
 use crate::evidence::{Recording, When};
 use crate::rules::time::{Tim001, Tim002};
 use crate::wire::time::DAY_MS;

@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 
 use super::choose;
 use super::dictionary::Dictionary;
-use crate::frame::CanId;
-use crate::network::{Cob, Description, Network as Known, Sdo};
+use crate::bytes::frame::CanId;
+use crate::world::network::{Cob, Description, Network as Known, Sdo};
 use crate::session::known_pdos;
 
 fn identifier(id: u32, extended: bool) -> CanId {

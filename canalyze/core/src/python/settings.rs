@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
-use crate::expectation::Expectations as Expected;
+use crate::views::expectation::Expectations as Expected;
 use crate::settings::{self, Mistake};
 
 create_exception!(canalyze._core, SettingsError, PyException);

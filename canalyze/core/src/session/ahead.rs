@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use super::capture::Origin;
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
-use crate::frame::{Frame, FrameRef};
+use crate::bytes::frame::{Frame, FrameRef};
 
 /// For how long the next frame of an SDO channel is awaited, in ns, and in frames where there are no stamps: servers
 /// answer sooner.

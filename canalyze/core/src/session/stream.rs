@@ -9,10 +9,10 @@ use super::output::Output;
 use super::tally::Tally;
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
-use crate::finding::{Code, Finding};
-use crate::frame::{BusId, Buses, Frame, FrameRef};
-use crate::readers::{Contents, Damage, Item, Marker};
-use crate::render::jsonl;
+use crate::rules::finding::{Code, Finding};
+use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
+use crate::bytes::readers::{Contents, Damage, Item, Marker};
+use crate::tables::jsonl;
 use crate::rules::capture::{Cap006, Cap007};
 
 /// Everything behind the reader.

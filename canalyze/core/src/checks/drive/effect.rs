@@ -1,10 +1,10 @@
 //! Reports drive commands (CiA 402) that should lead out of a state and do not.
 
 use super::{Axis, PROMPT, Place, Sample, controlword, elapsed};
-use crate::context::Context;
-use crate::drive::{self, Command, State};
-use crate::finding::Finding;
-use crate::frame::FrameRef;
+use crate::world::context::Context;
+use crate::world::drive::{self, Command, State};
+use crate::rules::finding::Finding;
+use crate::bytes::frame::FrameRef;
 use crate::rules::drive::Drv002;
 use crate::wire::error_control::OPERATIONAL;
 

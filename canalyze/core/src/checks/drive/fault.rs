@@ -2,11 +2,11 @@
 //! it, which may come before or after it.
 
 use super::{Place, Sample, statusword};
-use crate::context::Context;
+use crate::world::context::Context;
 use crate::evidence::Obligations;
 use crate::evidence::obligation::Owed;
-use crate::finding::{Code, Finding};
-use crate::frame::FrameRef;
+use crate::rules::finding::{Code, Finding};
+use crate::bytes::frame::FrameRef;
 use crate::rules::drive::{Drv003, Drv005};
 use crate::wire::error_control::STOPPED;
 

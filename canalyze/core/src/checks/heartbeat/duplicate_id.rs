@@ -3,12 +3,12 @@
 //! A second series shows if the heartbeats of a known period go on in turn and others come evenly between them, or,
 //! with no known period, if gaps alternate. Single additional heartbeats are legal.
 
-use crate::context::Context;
+use crate::world::context::Context;
 use crate::evidence::Period;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::period::Confidence;
-use crate::finding::Code;
-use crate::frame::FrameRef;
+use crate::rules::finding::Code;
+use crate::bytes::frame::FrameRef;
 use crate::rules::heartbeat::Hbt004;
 
 /// Number of gaps between heartbeats that are kept.

@@ -11,17 +11,17 @@ mod duplicate_id;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::duplicate_id::{DuplicateId, Place};
-use crate::configuration::Provenance;
-use crate::context::Context;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::{Confidence, Expected, Learnt};
 use crate::evidence::recording::Silence;
 use crate::evidence::{Obligations, Period, When};
-use crate::finding::Finding;
-use crate::frame::FrameRef;
-use crate::node::{Node, PerNode};
+use crate::rules::finding::Finding;
+use crate::bytes::frame::FrameRef;
+use crate::world::node::{Node, PerNode};
 use crate::rules::heartbeat::{Hbt001, Hbt002, Hbt003, Hbt005, Hbt007};
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 

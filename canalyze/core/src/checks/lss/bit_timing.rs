@@ -1,11 +1,11 @@
 //! A bit timing configured by LSS (CiA 305): its activation in time, and the silence that follows.
 
 use super::withheld::Withheld;
-use crate::context::Context;
-use crate::event::{Event, Note, What};
-use crate::finding::Code;
-use crate::frame::FrameRef;
-use crate::message::Message;
+use crate::world::context::Context;
+use crate::world::event::{Event, Note, What};
+use crate::rules::finding::Code;
+use crate::bytes::frame::FrameRef;
+use crate::wire::message::Message;
 use crate::rules::lss::Lss008;
 use crate::wire::lss::bit_rate;
 

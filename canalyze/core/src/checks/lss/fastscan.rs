@@ -6,8 +6,8 @@
 //! `checks::lss`.
 
 use super::exchange::close;
-use crate::event::Scanned;
-use crate::frame::FrameRef;
+use crate::world::event::Scanned;
+use crate::bytes::frame::FrameRef;
 use crate::wire::lss::BIT_CHECK_ANY;
 
 /// A step of the master.

@@ -5,8 +5,8 @@
 //! certainty a new node-ID is simply a new node.
 
 use super::withheld::Withheld;
-use crate::context::Context;
-use crate::frame::FrameRef;
+use crate::world::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::rules::lss::Lss005;
 use crate::wire::nmt::RESET_COMMUNICATION;
 

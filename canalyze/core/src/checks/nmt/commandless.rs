@@ -4,9 +4,9 @@
 //! change as only a master changes them, commands are missing and nothing is reported. Spontaneous changes are found in
 //! `nmt`.
 
-use crate::context::Context;
+use crate::world::context::Context;
 use crate::evidence::Rules;
-use crate::finding::{Code, Finding};
+use crate::rules::finding::{Code, Finding};
 use crate::wire::error_control::PRE_OPERATIONAL;
 
 /// Maximum time that findings wait without a command, in ns, and their maximum number.

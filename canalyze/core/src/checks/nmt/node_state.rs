@@ -1,9 +1,9 @@
 //! One node's NMT state as far as the capture shows it: its reports, commands, and unexplained changes.
 
 use super::{BOOT_NS, LEAST_BOOT_NS, RESETS_NS};
-use crate::context::Context;
-use crate::finding::Finding;
-use crate::frame::FrameRef;
+use crate::world::context::Context;
+use crate::rules::finding::Finding;
+use crate::bytes::frame::FrameRef;
 use crate::rules::nmt::Nmt002;
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 

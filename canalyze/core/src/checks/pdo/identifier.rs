@@ -8,13 +8,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::checks::PdoName;
-use crate::configuration::Provenance;
-use crate::context::Context;
-use crate::frame::{CanId, FrameRef};
-use crate::node::{Content, Node, Pdo, PerNode};
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::bytes::frame::{CanId, FrameRef};
+use crate::world::node::{Content, Node, Pdo, PerNode};
 use crate::rules::pdo::Pdo020;
-use crate::services::pdo::communication_parameter;
-use crate::services::sdo::wire::Mux;
+use crate::wire::pdo::communication_parameter;
+use crate::sdo::wire::Mux;
 
 /// A TPDO: its node and its number.
 type Name = (u8, u16);

@@ -7,8 +7,8 @@
 use crate::evidence::period::{Learnt, Period};
 use crate::evidence::recording::Recording;
 use crate::evidence::when::When;
-use crate::finding::Verdict;
-use crate::frame::FrameRef;
+use crate::rules::finding::Verdict;
+use crate::bytes::frame::FrameRef;
 use crate::rules::sync::{Syn003, Syn006, Syn012};
 
 /// Number of SYNCs kept: the longest cycle of a synchronous PDO (transmission type 240) and more.

@@ -1,0 +1,152 @@
+//! Incidents, as JSON lines: an object an incident in the order of their numbers, then one for all of it.
+
+use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, map, named, obj, pdo, raw, text, time};
+use super::{Setting, facts};
+use crate::stories::incident::{Incident, IncidentId, Status, members};
+use crate::stories::rank::{is_root, roots};
+use crate::stories::{Diagnosis, Phase, advice, apart};
+use crate::bytes::frame::FrameRef;
+use crate::words::digits::put;
+use crate::words::incidents as words;
+
+/// Appends all of it.
+pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
+    for one in diagnosis.ledger().numbered() {
+        obj! {
+            _: incident(setting, diagnosis, one, "final").inline(),
+            _: for_people(setting, diagnosis, one).inline(),
+        }
+        .write_line(out);
+    }
+    whole(setting, diagnosis).write_line(out);
+}
+
+/// Appends the incidents alone at their end, without the keys that are for people.
+pub fn ends(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
+    for one in diagnosis.ledger().numbered() {
+        incident(setting, diagnosis, one, "final").write_line(out);
+    }
+}
+
+/// Appends an incident as it is known when it begins to show, when its cause changes, or when it is over. Its status and
+/// cause may still change.
+pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
+    let name = match phase {
+        Phase::Opened => "opened",
+        Phase::Linked => "linked",
+        Phase::Ended => "ended",
+    };
+    if let Some(one) = diagnosis.ledger().by_id(id) {
+        incident(setting, diagnosis, one, name).write_line(out);
+    }
+}
+
+/// Returns the keys that are for people, and for those who put incidents in order.
+fn for_people<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis, one: &'a Incident) -> Obj<impl Values> {
+    let lang = setting.lang;
+    let ledger = diagnosis.ledger();
+    let link = one.cause.filter(|_| !is_root(one));
+    obj! {
+        "checks_text": array(advice::of(one, diagnosis.shown()).into_iter().map(move |check| lang.of(check.words))),
+        "apart": array(apart::of(one, ledger, diagnosis.shown()).into_iter().map(move |tell| obj! {
+            "told": tell.told, "text": lang.of(tell.words),
+        })),
+        /// The time after which the effect was due, and the object that sets it.
+        "limit": link.and_then(|link| one.limit(ledger.by_id(link.cause)?)).map(|(object, limit)| obj! {
+            "ns": limit, "object": hex4(object),
+        }),
+        "root": is_root(one),
+    }
+}
+
+fn incident<'a>(
+    setting: Setting<'a>,
+    diagnosis: &'a Diagnosis,
+    one: &'a Incident,
+    phase: &'static str,
+) -> Obj<impl Values> {
+    let (_, first, _) = diagnosis.extent();
+    let ledger = diagnosis.ledger();
+    let place = move |at: FrameRef| obj! { "frame": at.no, "t": time(at.t_ns, setting.decimals) };
+    let subject = &one.subject;
+    let several = subject.node.is_none() || subject.nodes.count_ones() > 1;
+    let is_effect = |other: &&Incident| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);
+    let parts = || one.parts.iter().map(|part| ledger.number(*part)).filter(|part| *part > 0);
+    let again = one.repeats.count > 1;
+    obj! {
+        "kind": "incident", "phase": phase, "id": one.number,
+        "incident": one.kind.row().name,
+        "subject": obj! {
+            "bus": named(setting.buses.name(one.bus)),
+            "node": Given(subject.node),
+            "nodes": Given(several.then(|| array(members(subject.nodes)))),
+            "axis": Given(subject.axis),
+            "pdo": Given(subject.pdo.map(|(transmit, number)| pdo(transmit, number))),
+        },
+        "status": one.status.name(),
+        "impact": one.impact().name(),
+        "grade": one.grade.name(), "begin": place(one.begin),
+        "noticed": obj! { _: place(one.noticed).inline(), "delay": time(one.noticed.since(one.begin), 9) },
+        "end": one.end.map(place),
+        /// Null where it is only possible: the incident stays a root.
+        "cause": one.cause.filter(|_| !is_root(one)).map(|link| obj! {
+            "id": ledger.number(link.cause), "link": text(move |out| put!(out; "L", link.rule)), "grade": link.grade.name(),
+        }),
+        "effects": array(ledger.numbered().into_iter().filter(is_effect).map(|other| other.number)),
+        "steps": array(one.steps.iter().map(move |step| obj! {
+            _: place(step.at).inline(),
+            "role": step.role.name(),
+            "text": text(move |out| words::said(out, setting.lang, &step.said)),
+            "finding": step.from.map(|code| code.rule().id),
+        })),
+        "facts": raw(move |out| facts_of(out, one)),
+        "checks": array(advice::of(one, diagnosis.shown()).into_iter().map(|check| check.name)),
+        "findings": array(one.findings.iter().map(|cited| obj! {
+            "code": cited.code.rule().id,
+            "frame": Some(cited.frame).filter(|no| *no > 0),
+            "about_frame": Some(cited.about).filter(|no| *no > 0),
+        })),
+        "message": text(move |out| words::title(out, setting.lang, one, first.and_then(|first| first.t_ns))),
+        "repeats": obj! {
+            "count": one.repeats.count,
+            "longest_ns": Given(again.then_some(one.repeats.longest_ns)),
+            "total_ns": Given(again.then_some(one.repeats.total_ns)),
+        },
+        /// Incidents that were reported while the capture was read and turned out at its end to be one with this.
+        "parts": Given(parts().next().map(|_| array(parts()))),
+    }
+}
+
+/// Appends the measured facts, as an object.
+pub fn facts_of(out: &mut Vec<u8>, one: &Incident) {
+    obj! { _: facts::quantities(one.facts.iter().copied()) }.write_json(out);
+}
+
+fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
+    let (frames, first, last) = diagnosis.extent();
+    let ledger = diagnosis.ledger();
+    let order = roots(ledger);
+    let counts = [Status::Stands, Status::Unknown, Status::Over, Status::Harmless].map(|status| {
+        let all = order.iter().filter_map(|id| ledger.by_id(*id));
+        (status.name(), all.filter(|one| one.status == status).count())
+    });
+    obj! {
+        "kind": "diagnosis",
+        /// The roots, in the order of reading.
+        "order": array(order.into_iter().map(|id| ledger.number(id))),
+        /// Roots by status.
+        "counts": map(counts),
+        "frames": frames,
+        "begin": time(first.and_then(|first| first.t_ns), setting.decimals),
+        "end": time(last.t_ns.filter(|_| frames > 0), setting.decimals),
+        "buses": array(setting.buses.names().map(named)),
+        "nodes": array(diagnosis.nodes().into_iter().map(move |view| obj! {
+            "bus": named(setting.buses.name(view.bus)),
+            "node": view.node,
+            "state": view.state.map(hex2),
+            "incident": view.incident.map(|id| ledger.number(id)),
+        })),
+        "beyond": ledger.beyond(),
+        "error_frames": diagnosis.shown().error_frames,
+    }
+}

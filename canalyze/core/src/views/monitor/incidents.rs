@@ -1,0 +1,99 @@
+//! What has gone wrong so far, in the order in which a person reads it.
+//!
+//! While the capture goes on it is what would be said if it were over now; what may still change is marked. Must not:
+//! judge, or keep anything from one snapshot to the next.
+
+use super::clock::Clock;
+use super::{Known, Monitor};
+use crate::stories::incident::{Incident, IncidentId, Status, members};
+use crate::stories::rank::{is_root, stories};
+use crate::stories::{Diagnosis, advice};
+use crate::bytes::frame::BusId;
+use crate::tables::jsonl::Setting;
+use crate::tables::jsonl::obj::{WriteJson, array, obj, text};
+use crate::words::{Lang, incidents as words};
+
+/// Rows at most.
+const ROWS: usize = 256;
+
+/// The incidents by now.
+pub(super) struct Incidents<'a> {
+    clock: Clock,
+    /// As it is told while it goes on; `None` where nothing went wrong.
+    told: Option<&'a Diagnosis>,
+    /// As it would be if the capture were over now.
+    now: Option<&'a Diagnosis>,
+    /// In the order of reading, with how many causes stand above each.
+    order: Vec<(IncidentId, u64)>,
+}
+
+impl<'a> Incidents<'a> {
+    /// Looks at what is known.
+    pub(super) fn new(monitor: &Monitor, known: Known<'a>) -> Self {
+        let told = known.diagnosis.filter(|one| !one.is_empty());
+        let now = told.and(known.by_now);
+        let order = now.map_or_else(Vec::new, |now| stories(now.ledger()));
+        Self { clock: monitor.clock, told, now, order }
+    }
+
+    /// Those for which there is no room.
+    pub(super) fn more(&self) -> u64 {
+        let beyond = self.now.map_or(0, |now| now.ledger().beyond());
+        beyond + self.order.len().saturating_sub(ROWS) as u64
+    }
+
+    /// Returns the rows.
+    pub(super) fn list(&self, setting: Setting<'a>) -> impl WriteJson {
+        array(self.rows().take(ROWS).map(move |(one, depth)| self.row(setting, one, depth)))
+    }
+
+    /// Returns the first incident that concerns a node and is not over.
+    pub(super) fn of_node(&self, lang: Lang, bus: BusId, node: u8) -> Option<impl WriteJson> {
+        let mine = |one: &&Incident| {
+            one.bus == bus && one.subject.concerns(node) && matches!(one.status, Status::Stands | Status::Unknown)
+        };
+        let one = self.rows().map(|(one, _)| one).find(mine)?;
+        Some(obj! {
+            "id": one.number, "word": lang.of(one.kind.row().words), "provisional": self.is_provisional(one),
+        })
+    }
+
+    fn rows(&self) -> impl Iterator<Item = (&Incident, u64)> {
+        self.order.iter().filter_map(|(id, depth)| Some((self.now?.ledger().by_id(*id)?, *depth)))
+    }
+
+    /// Whether more of the capture may change what is said of it.
+    fn is_provisional(&self, one: &Incident) -> bool {
+        let settled = self.told.is_none_or(|told| told.is_settled(one, self.clock.now_ns));
+        self.told.is_some_and(|told| !told.is_over()) && (one.status == Status::Unknown || !settled)
+    }
+
+    fn row<'b>(&'b self, setting: Setting<'a>, one: &'b Incident, depth: u64) -> impl WriteJson {
+        let row = one.kind.row();
+        let link = one.cause.filter(|_| !is_root(one));
+        let shown = self.now.map(|now| now.shown()).unwrap_or_default();
+        obj! {
+            "id": one.number, "kind": row.name,
+            "word": setting.lang.of(row.words),
+            "status": one.status.name(),
+            /// It may still change.
+            "provisional": self.is_provisional(one),
+            "impact": one.impact().name(),
+            "grade": one.grade.name(),
+            "bus": setting.buses.name(one.bus),
+            "node": one.subject.node,
+            "nodes": array(members(one.subject.nodes)),
+            "frame": one.begin.no, "t_ns": one.begin.t_ns, "noticed": one.noticed.no,
+            "end_frame": one.end.map(|end| end.no),
+            "end_ns": one.end.and_then(|end| end.t_ns),
+            /// One more than that of its cause.
+            "depth": depth,
+            "cause": link.and_then(|link| Some(self.now?.ledger().number(link.cause))),
+            "cause_grade": link.map(|link| link.grade.name()),
+            "delay_ns": link.and_then(|link| link.delay_ns),
+            "text": text(move |out| words::title(out, setting.lang, one, self.clock.start_ns)),
+            "checks": array(advice::of(one, shown).into_iter().map(move |check| setting.lang.of(check.words))),
+            "count": one.repeats.count,
+        }
+    }
+}
