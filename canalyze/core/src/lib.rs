@@ -36,18 +36,18 @@ macro_rules! words {
     };
 }
 
-pub mod world;
-pub mod words;
-pub mod views;
-pub mod tables;
-pub mod stories;
-pub mod sdo;
 pub mod bytes;
 pub mod checks;
 pub mod evidence;
 #[cfg(feature = "python")]
 mod python;
 pub mod rules;
+pub mod sdo;
 pub mod session;
 pub mod settings;
+pub mod stories;
+pub mod tables;
+pub mod views;
 pub mod wire;
+pub mod words;
+pub mod world;

@@ -8,21 +8,21 @@ use super::heartbeat::Heartbeats;
 use super::nmt::permissions::NmtPermissions;
 use super::nmt::{Nmt, OBEYED_NS, SWITCHED_ON_NS, commanded_state};
 use super::time::Times;
-use crate::wire::cob_id::Role;
-use crate::world::context::Context;
-use crate::rules::finding::{Finding, Verdict};
 use crate::bytes::frame::{Frame, FrameRef};
-use crate::wire::message::{Flaw, Message};
-use crate::world::network::Network;
-use crate::world::node::{Node, PerNode};
-use crate::words::profiles::Profile;
 use crate::rules::emcy::Emc006;
+use crate::rules::finding::{Finding, Verdict};
 use crate::rules::heartbeat::Hbt006;
 use crate::rules::time::Tim001;
 use crate::sdo::wire::Side;
+use crate::wire::cob_id::Role;
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::lss::Command as Lss;
+use crate::wire::message::{Flaw, Message};
 use crate::wire::nmt::is_reset;
+use crate::words::profiles::Profile;
+use crate::world::context::Context;
+use crate::world::network::Network;
+use crate::world::node::{Node, PerNode};
 
 /// Silence of the bus that was not recorded, in ns.
 pub(super) const PAUSE_NS: i64 = 10_000_000_000;

@@ -6,9 +6,9 @@ use pyo3::types::PyBytes;
 
 use super::language;
 use super::session::Session;
+use crate::tables;
 use crate::views::diff;
 use crate::views::diff::digest::Digest;
-use crate::tables;
 use crate::words::Lang;
 
 #[pyclass(module = "canalyze._core", frozen)]

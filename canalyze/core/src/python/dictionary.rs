@@ -8,13 +8,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::{choose, language};
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::{communication_parameter, mapping_parameter, predefined_id};
+use crate::words::profiles::Profile;
+use crate::words::{terms, value};
 use crate::world::dictionary::{Access, Described, Dictionary as Table, Form, Object, Preset};
 use crate::world::od::DataType;
 use crate::world::preset::{self, Doubt, What};
-use crate::words::profiles::Profile;
-use crate::wire::pdo::{communication_parameter, mapping_parameter, predefined_id};
-use crate::sdo::wire::Mux;
-use crate::words::{terms, value};
 
 /// A row of a description: index, sub-index, name, type, access, value, relative to the node-ID, configured by a DCF,
 /// mappable, unit, factor.

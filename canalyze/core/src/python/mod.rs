@@ -20,19 +20,19 @@ use self::columns::{Batch, Table};
 use self::comparison::Comparison;
 use self::network::Network;
 use self::session::Session;
-use crate::stories::kinds::KINDS;
-use crate::views::filter::SERVICES;
 use crate::bytes::frame::Buses;
-use crate::world::network::Network as Known;
 use crate::bytes::readers::candump;
 use crate::bytes::readers::{Format as Input, listing, sniff};
-use crate::tables;
-use crate::views::colour::{COLOURS, PLAIN};
-use crate::tables::columns::Name;
+use crate::bytes::writers::Format as Written;
 use crate::rules::{RULES, SEVERITIES};
 use crate::session::{Options, Session as Core};
+use crate::stories::kinds::KINDS;
+use crate::tables;
+use crate::tables::columns::Name;
+use crate::views::colour::{COLOURS, PLAIN};
+use crate::views::filter::SERVICES;
 use crate::words::{Depth, Lang, complaints};
-use crate::bytes::writers::Format as Written;
+use crate::world::network::Network as Known;
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {

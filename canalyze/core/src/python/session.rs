@@ -11,21 +11,21 @@ use super::columns::Batch;
 use super::network::Network;
 use super::settings::Expectations;
 use super::{choose, language};
-use crate::views::filter::Filter;
 use crate::bytes::inputs::Refusal;
 use crate::bytes::masks::Masks;
-use crate::views::monitor::{Line, Wanted};
 use crate::bytes::readers::candump::Stamps;
 use crate::bytes::readers::mcap::{Choice, Clock, Map};
 use crate::bytes::readers::{Damage, Format as Input, Place};
-use crate::tables;
-use crate::tables::columns::Name;
-use crate::views::lines::{Look, Time};
 use crate::bytes::select::Select;
-use crate::session::{Format, Options, Session as Core};
-use crate::words::{Depth, Lang, complaints};
 use crate::bytes::writers::mcap::{self, FdSchema};
 use crate::bytes::writers::{self, Format as Written, Loss};
+use crate::session::{Format, Options, Session as Core};
+use crate::tables;
+use crate::tables::columns::Name;
+use crate::views::filter::Filter;
+use crate::views::lines::{Look, Time};
+use crate::views::monitor::{Line, Wanted};
+use crate::words::{Depth, Lang, complaints};
 
 #[pyclass(module = "canalyze._core", frozen)]
 pub(super) struct Session {

@@ -8,8 +8,8 @@
 //! Severities are on one scale: an error is what a partner cannot have understood, or what is lost; a warning is against
 //! the standard or the configuration; an info is worth knowing.
 
-pub mod finding;
 mod facts;
+pub mod finding;
 pub(crate) mod quantity;
 
 pub mod bus;

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use super::Words;
 use crate::bytes::frame::CanId;
-use crate::words::profiles::Profile;
 use crate::sdo::wire::{self, Mux};
+use crate::words::profiles::Profile;
 
 /// Something measured or expected. Its kind says how it is printed and what it is in JSON.
 #[derive(Clone, Copy, Debug, PartialEq)]

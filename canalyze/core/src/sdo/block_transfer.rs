@@ -12,11 +12,11 @@ use super::sequence::{FRAMES, is_strict_answer};
 use super::sub_block::{Segment, Taken};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Code;
+use crate::rules::sdo::{Sdo002, Sdo012, Sdo019, Sdo024, Sdo025};
 use crate::world::context::Context;
 use crate::world::event::Place;
-use crate::rules::finding::Code;
-use crate::bytes::frame::FrameRef;
-use crate::rules::sdo::{Sdo002, Sdo012, Sdo019, Sdo024, Sdo025};
 
 /// Minimum time of a segment on the bus, in ns: eight bytes at 1 Mbit/s.
 const SEGMENT_NS: i64 = 100_000;

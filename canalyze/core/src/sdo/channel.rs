@@ -13,13 +13,13 @@ use super::proof::Proof;
 use super::sequence::{Sequence, within};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Mux, Side};
+use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
+use crate::evidence::duplicates::Sighting;
+use crate::rules::sdo::{Sdo002, Sdo007};
+use crate::words::profiles::Profile;
 use crate::world::context::{Chunk, Context};
 use crate::world::dictionary::{Described, Dictionary};
 use crate::world::event::{Note, Place, Step, What};
-use crate::evidence::duplicates::Sighting;
-use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
-use crate::words::profiles::Profile;
-use crate::rules::sdo::{Sdo002, Sdo007};
 
 /// Number of bytes of a running transfer collected before they are passed on.
 const CHUNK: usize = 4096;

@@ -14,14 +14,14 @@ use super::phase::{Half, Phase, Segments};
 use super::sequence::{UnderWay, within};
 use super::transfer::{Abort, Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
-use crate::world::context::Context;
-use crate::world::event::Place;
 use crate::bytes::frame::FrameRef;
-use crate::world::od::DataType;
-use crate::words::profiles::Profile;
 use crate::rules::sdo::{
     Sdo001, Sdo002, Sdo003, Sdo004, Sdo006, Sdo007, Sdo016, Sdo017, Sdo020, Sdo021, Sdo022, Sdo024,
 };
+use crate::words::profiles::Profile;
+use crate::world::context::Context;
+use crate::world::event::Place;
+use crate::world::od::DataType;
 
 /// Abort code: SDO protocol timed out.
 const TIMED_OUT: u32 = 0x0504_0000;

@@ -11,11 +11,11 @@ use super::phase::{Half, Phase, Segments};
 use super::sequence::is_strict_answer;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Mux, Side};
+use crate::bytes::frame::{Frame, FrameRef};
+use crate::rules::sdo::Sdo024;
+use crate::words::profiles::Profile;
 use crate::world::context::Context;
 use crate::world::event::Place;
-use crate::bytes::frame::{Frame, FrameRef};
-use crate::words::profiles::Profile;
-use crate::rules::sdo::Sdo024;
 
 /// The possibility of a transfer that the capture does not show.
 #[derive(Debug)]

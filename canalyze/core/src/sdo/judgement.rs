@@ -8,12 +8,12 @@ use super::phase::{Half, Phase};
 use super::transfer::Transfer;
 use super::unasked::Unasked;
 use super::wire::{self, Command, Mux, Segment};
-use crate::world::context::Context;
-use crate::world::event::{Event, Note, Place, What};
+use crate::bytes::frame::FrameRef;
 use crate::evidence::Rules;
 use crate::rules::finding::{Code, Finding, Severity, Verdict};
-use crate::bytes::frame::FrameRef;
 use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo024};
+use crate::world::context::Context;
+use crate::world::event::{Event, Note, Place, What};
 
 /// A write refused by the server.
 #[derive(Clone, Copy, Debug)]

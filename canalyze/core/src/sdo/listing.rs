@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use super::channel::Channel;
 use super::transfer::Transfer;
+use crate::bytes::frame::FrameRef;
 use crate::world::context::Context;
 use crate::world::event::{Event, What};
-use crate::bytes::frame::FrameRef;
 
 /// Maximum number of waiting transfers (invariant 6).
 const UNLISTED: usize = 64;

@@ -10,11 +10,11 @@ use super::phase::{Half, Phase, Segments};
 use super::sequence::within;
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Code;
+use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
 use crate::world::context::Context;
 use crate::world::event::Place;
-use crate::rules::finding::Code;
-use crate::bytes::frame::FrameRef;
-use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
 
 /// Time after which a client that goes on has given up waiting, in ns.
 pub(super) const GIVEN_UP_NS: i64 = 20_000_000;

@@ -3,8 +3,8 @@
 use super::block::Block;
 use super::pace::Pace;
 use super::wire::{Command, Initiate};
-use crate::evidence::When;
 use crate::bytes::frame::FrameRef;
+use crate::evidence::When;
 
 /// One frame of the channel, kept until the other half of its exchange is known.
 #[derive(Clone, Copy, Debug)]

@@ -8,10 +8,10 @@ use super::judgement::SHORTEST_TIMEOUT_NS;
 use super::phase::Half;
 use super::unasked::APART_NS;
 use super::wire::{Command, Mux, Side};
-use crate::world::context::Context;
-use crate::rules::finding::{Finding, Verdict};
 use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::{Sdo030, Sdo031};
+use crate::world::context::Context;
 
 /// Number of odd frames without any valid exchange that make a channel foreign.
 const FOREIGN: u64 = 16;

@@ -7,9 +7,9 @@ use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 
 use super::holes::Holes;
 use super::wire::{Mux, Segment, Side};
-use crate::world::dictionary::Described;
-use crate::rules::finding::{Code, CrcMatch};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
+use crate::rules::finding::{Code, CrcMatch};
+use crate::world::dictionary::Described;
 use crate::world::od::DataType;
 
 /// Maximum number of bytes of a transfer kept for its value.

@@ -8,10 +8,10 @@ use super::channel::{Channel, UNANSWERED_NS};
 use super::phase::{Half, Phase};
 use super::sequence::is_strict_answer;
 use super::wire::{Command, Mux, Segment};
-use crate::world::context::Context;
-use crate::rules::finding::{Finding, Verdict};
 use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::Sdo002;
+use crate::world::context::Context;
 
 /// Number of frames in a row that make a flood; lost requests may explain one out of this number.
 const FLOOD: u64 = 4;

@@ -6,18 +6,18 @@ use std::sync::Arc;
 use super::capture::View;
 use super::options::Format;
 use super::sink::{Passing, Sink};
-use crate::world::bus::Bus;
-use crate::world::event::Event;
-use crate::views::filter::Filter;
 use crate::bytes::frame::{BusId, Buses};
+use crate::bytes::readers::Marker;
+use crate::sdo::transfer::Transfer;
+use crate::tables::{inventory, jsonl};
+use crate::views::filter::Filter;
 use crate::views::inventory::Inventory;
 use crate::views::inventory::pdos::Pdos as Kept;
 use crate::views::inventory::sighting::{self, Sighting};
-use crate::world::network::Network;
-use crate::bytes::readers::Marker;
-use crate::tables::{inventory, jsonl};
-use crate::sdo::transfer::Transfer;
 use crate::words::Lang;
+use crate::world::bus::Bus;
+use crate::world::event::Event;
+use crate::world::network::Network;
 
 /// What is known of each object, at the end.
 #[derive(Debug)]

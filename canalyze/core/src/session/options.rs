@@ -4,17 +4,17 @@
 
 use std::sync::Arc;
 
-use crate::views::expectation::Expectations;
-use crate::views::filter::Filter;
 use crate::bytes::masks::Masks;
-use crate::world::network::Network;
 use crate::bytes::readers::candump::Stamps;
 use crate::bytes::readers::mcap::Choice;
-use crate::tables::columns;
-use crate::views::lines::{Look, Time};
 use crate::bytes::select::Select;
-use crate::words::{Depth, Lang};
 use crate::bytes::writers;
+use crate::tables::columns;
+use crate::views::expectation::Expectations;
+use crate::views::filter::Filter;
+use crate::views::lines::{Look, Time};
+use crate::words::{Depth, Lang};
+use crate::world::network::Network;
 
 /// What comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -9,23 +9,23 @@ use super::options::{Format, Options};
 use super::records::Records;
 use super::sink::{Incidents, JsonLines, Nothing, NumberedLines, Passing, Sink, Text};
 use super::subject::{self, Seen, said_of, service};
-use crate::world::bus::Bus;
-use crate::stories::incident::IncidentId;
-use crate::stories::{Diagnosis, Phase};
-use crate::views::diff::digest::Digest;
-use crate::world::event::{Event, What};
-use crate::views::filter::Filter;
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{BusId, Frame};
 use crate::bytes::info::Info;
-use crate::views::inventory::Inventory;
 use crate::bytes::masks::Masks;
-use crate::views::monitor::Monitor;
 use crate::bytes::readers::Marker;
+use crate::bytes::writers::{Losses, Writer};
+use crate::rules::finding::Finding;
+use crate::stories::incident::IncidentId;
+use crate::stories::{Diagnosis, Phase};
 use crate::tables::columns::{Batch, Columns};
 use crate::tables::signals::Signals;
+use crate::views::diff::digest::Digest;
+use crate::views::filter::Filter;
+use crate::views::inventory::Inventory;
 use crate::views::lines::Lines;
-use crate::bytes::writers::{Losses, Writer};
+use crate::views::monitor::Monitor;
+use crate::world::bus::Bus;
+use crate::world::event::{Event, What};
 
 /// What of the frames passes the filter, in one format.
 #[derive(Debug)]

@@ -14,15 +14,15 @@ use super::capture::View;
 use super::sink::{Nothing, Passing, Sink};
 use super::stream::Stream;
 use super::subject::service;
-use crate::world::event::Event;
-use crate::views::filter::{Clock, Filter};
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{Buses, Frame};
 use crate::bytes::readers::{Item, Marker, Reader};
+use crate::bytes::writers;
+use crate::rules::finding::Finding;
 use crate::tables::jsonl;
+use crate::views::filter::{Clock, Filter};
 use crate::views::lines::Clocked;
 use crate::words::Lang;
-use crate::bytes::writers;
+use crate::world::event::Event;
 
 /// Bytes of a piece below which threads cost more than they gain.
 const LEAST: usize = 32 << 10;

@@ -9,18 +9,18 @@ use super::capture::View;
 use super::options::Format;
 use super::sink::{Passing, Sink};
 use super::subject::Seen;
+use crate::bytes::readers::Marker;
+use crate::rules::finding::{Code, Finding};
+use crate::sdo::transfer::Transfer;
 use crate::stories::Diagnosis;
-use crate::world::event::{Event, What};
+use crate::tables::{jsonl, transfers};
 use crate::views::expectation::observed::Observed;
 use crate::views::filter::Filter;
-use crate::rules::finding::{Code, Finding};
 use crate::views::finding_context::{FindingContext, Held};
-use crate::world::network::Network;
-use crate::bytes::readers::Marker;
-use crate::tables::{jsonl, transfers};
-use crate::sdo::transfer::Transfer;
 use crate::views::summary::Summary;
 use crate::words::Lang;
+use crate::world::event::{Event, What};
+use crate::world::network::Network;
 
 /// What of a capture is written; of each part what it keeps.
 #[derive(Debug)]

@@ -7,24 +7,24 @@ use std::fmt::Debug;
 
 use super::capture::View;
 use super::subject::said_of;
-use crate::world::bus::Bus;
-use crate::stories::incident::IncidentId;
-use crate::stories::{Diagnosis, Phase};
-use crate::views::diff::digest::Digest;
-use crate::world::event::{Event, What};
-use crate::views::filter::Filter;
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{BusId, Frame};
 use crate::bytes::info::Info;
-use crate::views::monitor::Monitor;
 use crate::bytes::readers::{Item, Marker};
+use crate::bytes::writers::{Losses, Writer};
+use crate::rules::finding::Finding;
+use crate::sdo::transfer::Transfer;
+use crate::stories::incident::IncidentId;
+use crate::stories::{Diagnosis, Phase};
 use crate::tables::columns::{Columns, Seen};
 use crate::tables::jsonl;
 use crate::tables::signals::Signals;
+use crate::views::diff::digest::Digest;
+use crate::views::filter::Filter;
 use crate::views::lines::Lines;
-use crate::sdo::transfer::Transfer;
+use crate::views::monitor::Monitor;
 use crate::words::incidents;
-use crate::bytes::writers::{Losses, Writer};
+use crate::world::bus::Bus;
+use crate::world::event::{Event, What};
 
 /// A frame, and what is known of it beside what it means.
 #[derive(Clone, Copy, Debug)]

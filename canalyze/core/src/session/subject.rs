@@ -3,14 +3,14 @@
 //! What is said of it is put together only where a filter asks for that. Must not: compare; that does the filter.
 
 use super::capture::View;
-use crate::world::event::{Event, Signals, What};
-use crate::views::filter::Subject;
-use crate::rules::finding::{Finding, Severity};
 use crate::bytes::frame::Frame;
-use crate::views::lines::Lines;
+use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::Mux;
+use crate::views::filter::Subject;
+use crate::views::lines::Lines;
 use crate::words::{Depth, Lang, lane};
+use crate::world::event::{Event, Signals, What};
 
 /// A frame with its events.
 #[derive(Clone, Copy, Debug)]
@@ -64,8 +64,7 @@ pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
 
 /// Whether an event is about an object that is wanted.
 fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
-    let mapped =
-        |one: &crate::wire::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
+    let mapped = |one: &crate::wire::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
     match what {
         What::Sdo(step) => step.mux.or(step.command.mux()).is_some_and(wanted),
         What::Pdo(data) => match &data.content {

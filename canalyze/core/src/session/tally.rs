@@ -4,14 +4,14 @@
 
 use std::iter;
 
+use crate::bytes::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
+use crate::rules::finding::{Finding, Severity};
+use crate::sdo::transfer::Status;
+use crate::tables::jsonl::obj::{WriteJson, array, obj};
+use crate::words::{Lang, terms};
 use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
-use crate::rules::finding::{Finding, Severity};
-use crate::bytes::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
 use crate::world::node::PerNode;
-use crate::tables::jsonl::obj::{WriteJson, array, obj};
-use crate::sdo::transfer::Status;
-use crate::words::{Lang, terms};
 
 /// The numbers.
 #[derive(Debug, Default)]

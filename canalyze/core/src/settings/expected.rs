@@ -10,10 +10,10 @@ use super::near::near;
 use super::schema::{Form, Found, Key, Schema, at, key, needed, row, tables, unknown};
 use super::toml::parse;
 use super::value::{Table, Value};
-use crate::stories::kinds::KINDS;
-use crate::world::drive::State;
-use crate::views::expectation::state_names;
 use crate::bytes::select::Select;
+use crate::stories::kinds::KINDS;
+use crate::views::expectation::state_names;
+use crate::world::drive::State;
 
 const NS: i64 = 1_000_000_000;
 const MS: i64 = 1_000_000;

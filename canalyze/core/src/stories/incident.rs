@@ -3,8 +3,8 @@
 //! It consists of facts at frames and holds no words of a language.
 
 use super::kinds::{Impact, Kind};
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Quantity};
 
 /// Maximum number of kept steps of an incident; further ones are counted.

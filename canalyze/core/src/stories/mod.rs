@@ -36,11 +36,11 @@ use self::kinds::Kind;
 use self::ledger::Place;
 use self::on_bus::OfBus;
 use self::status::{is_harmless, is_over};
+use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::rules::finding::{Code, Finding};
+use crate::wire::error_control::OPERATIONAL;
 use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
-use crate::rules::finding::{Code, Finding};
-use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::wire::error_control::OPERATIONAL;
 
 /// Maximum number of ended incidents that may begin again.
 const CLOSED: usize = 64;

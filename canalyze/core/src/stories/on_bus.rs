@@ -20,17 +20,17 @@ use super::trackers::masters::Masters;
 use super::trackers::motion::Motions;
 use super::trackers::nodes::Nodes;
 use super::trackers::rules::{Found, Sign};
-use crate::world::bus::Bus;
-use crate::checks::pdo::length::fits;
-use crate::world::drive::State;
-use crate::world::event::{Event, Note, ProcessData, Step, What};
-use crate::rules::finding::{Code, Finding, Quantity};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
-use crate::wire::message::Message;
+use crate::checks::pdo::length::fits;
+use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status as Transferred};
 use crate::sdo::wire::{Command, Side};
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::lss::command as lss;
+use crate::wire::message::Message;
+use crate::world::bus::Bus;
+use crate::world::drive::State;
+use crate::world::event::{Event, Note, ProcessData, Step, What};
 
 /// Minimum time for which a node stopped by command is left alone while others run, in ns.
 const ALONE_NS: i64 = 2_000_000_000;

@@ -2,9 +2,9 @@
 
 use super::incident::bit;
 use super::ledger::Ledger;
+use crate::bytes::frame::{BusId, FrameRef};
 use crate::world::bus::Bus;
 use crate::world::configuration::Provenance;
-use crate::bytes::frame::{BusId, FrameRef};
 
 /// Maximum delay with which a node reports a missing RPDO, in ns.
 const WATCH_NS: i64 = 50_000_000;

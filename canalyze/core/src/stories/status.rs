@@ -3,8 +3,8 @@
 use super::incident::{Incident, Status};
 use super::kinds::Kind;
 use super::trackers::rules::GOES_ON;
-use crate::rules::finding::Code;
 use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Code;
 
 /// Time in which a node that is back has to be started again, in ns.
 const START_NS: i64 = 2_500_000_000;

@@ -3,8 +3,8 @@
 use super::incident::{Incident, Role, Status};
 use super::kinds::Kind;
 use super::sayings::Saying;
-use crate::rules::finding::Quantity;
 use crate::rules::Measured;
+use crate::rules::finding::Quantity;
 
 /// Returns the line; `None` if the words of the kind suffice. `began_ns`: the first stamp of the capture.
 pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {

@@ -2,12 +2,12 @@
 //!
 //! It must not decide what is a difference.
 
+use crate::bytes::frame::{BusId, FrameRef};
 use crate::stories::incident::Incident;
 use crate::views::diff::Comparison;
 use crate::views::diff::difference::Difference;
 use crate::views::diff::digest::Digest;
 use crate::views::diff::stories::StoryDifference;
-use crate::bytes::frame::{BusId, FrameRef};
 use crate::words::Lang;
 use crate::words::diff::{self as words, Phrase, phrase};
 use crate::words::digits::put;

@@ -8,12 +8,12 @@ use super::csv::{bare, cell};
 use super::jsonl::inventory::{bytes, name, number_of, type_of};
 use super::jsonl::sdo::side;
 use super::jsonl::{NAMES, Setting};
+use crate::sdo::wire::Mux;
 use crate::views::inventory::sighting::{Content, Sighting, Source};
 use crate::views::inventory::{Held, InForce, Inventory, Object};
-use crate::world::od::{self, DataType, Value};
-use crate::sdo::wire::Mux;
 use crate::words::digits::{Hex, put};
 use crate::words::value;
+use crate::world::od::{self, DataType, Value};
 
 /// Appends the headings of objects.
 pub fn head(out: &mut Vec<u8>) {

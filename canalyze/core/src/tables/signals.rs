@@ -25,13 +25,13 @@ use super::csv;
 use super::jsonl::{self, NAMES, Setting};
 use super::number;
 use super::selection::{Chosen, Selection, Whose};
-use crate::world::configuration::Provenance;
-use crate::world::event::{Addressed, Event, Signals as Content, What};
 use crate::bytes::frame::Frame;
 use crate::bytes::select::Select;
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::digits::{Hex, put};
 use crate::words::{Lang, escape, signal};
+use crate::world::configuration::Provenance;
+use crate::world::event::{Addressed, Event, Signals as Content, What};
 
 /// The columns of CSV.
 const HEAD: &str = "t,frame,bus,node,pdo,signal,value,raw,unit,provenance,object\n";

@@ -23,10 +23,10 @@
 use super::csv::{bare, cell};
 use super::jsonl::sdo::{json_value, side};
 use super::jsonl::{NAMES, Setting, seconds};
-use crate::world::od::{self, DataType, Value};
 use crate::sdo::transfer::{Status, Transfer};
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::value;
+use crate::world::od::{self, DataType, Value};
 
 /// Appends the headings.
 pub fn head(out: &mut Vec<u8>) {

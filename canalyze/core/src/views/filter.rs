@@ -3,12 +3,12 @@
 //! `service=sdo,emcy node=5 object=6040 code=SDO text="bus off" t=1.0..2.5 frame=10-20`: a blank means "and", a comma
 //! "or"; in double quotes both are plain characters. A filter only compares what is already decoded.
 
-use crate::world::event::{Event, What};
-use crate::rules::finding::{Finding, Severity};
 use crate::bytes::frame::{Buses, CanId, Frame, Kind};
+use crate::rules::finding::{Finding, Severity};
 use crate::rules::{RULES, SEVERITIES};
 use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::Mux;
+use crate::world::event::{Event, What};
 
 /// Names of all services, as used for files, in JSON and in text.
 pub const SERVICES: &[&str] = &[

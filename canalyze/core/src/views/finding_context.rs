@@ -8,13 +8,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::wire::cob_id::Role;
-use crate::world::event::{Event, What};
-use crate::rules::finding::{Code, Facts, Finding};
 use crate::bytes::frame::{BusId, CanId, Frame};
-use crate::wire::message::Message;
+use crate::rules::finding::{Code, Facts, Finding};
 use crate::rules::{Family, Rule};
 use crate::sdo::wire::{Command, Mux, Side};
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::world::event::{Event, What};
 
 /// Frames that are kept of one service of one node.
 const DEPTH: usize = 16;
@@ -338,10 +338,10 @@ fn of_role(role: Role) -> Family {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::event::{ProcessData, Signals, Step, Unmapped};
-    use crate::rules::finding::Code;
     use crate::bytes::frame::FrameRef;
+    use crate::rules::finding::Code;
     use crate::sdo::transfer::TransferId;
+    use crate::world::event::{ProcessData, Signals, Step, Unmapped};
 
     fn frame(no: u64, id: u16, payload: &[u8]) -> Frame {
         Frame { no, ..Frame::classic(CanId::standard(id), payload) }

@@ -7,16 +7,16 @@
 use std::collections::BTreeMap;
 
 use super::colour;
-use crate::wire::cob_id::{Role, predefined};
-use crate::world::event::{Event, Step, What};
-use crate::rules::finding::{Code, Severity};
 use crate::bytes::frame::{Buses, Frame, Kind, Stamp, StampForm};
 use crate::bytes::readers::Marker;
+use crate::bytes::writers::console::{Columns, dropped, left_out, length};
+use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Side;
+use crate::wire;
+use crate::wire::cob_id::{Role, predefined};
 use crate::words::digits::{filled, hex_digits, put};
 use crate::words::{Depth, Lang, explain, findings, notes, services as words};
-use crate::wire;
-use crate::bytes::writers::console::{Columns, dropped, left_out, length};
+use crate::world::event::{Event, Step, What};
 
 /// How time is shown (option `-t`, as candump's).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

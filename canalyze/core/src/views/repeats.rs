@@ -5,10 +5,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::world::event::{Event, What};
-use crate::rules::finding::{Code, Finding};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::finding::{Code, Finding};
 use crate::sdo::wire::Mux;
+use crate::world::event::{Event, What};
 
 /// Findings of one rule on one object that are shown before the rest is only counted.
 const SHOWN: u64 = 10;

@@ -5,10 +5,10 @@
 
 use super::digits::put;
 use super::{Lang, escape, findings, losses, say};
-use crate::rules::finding::Finding;
 use crate::bytes::frame::MAX_BUSES;
 use crate::bytes::readers::{Place, Unreadable};
 use crate::bytes::writers::loss::Loss;
+use crate::rules::finding::Finding;
 
 fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut out = Vec::new();

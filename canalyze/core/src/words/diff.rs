@@ -6,15 +6,15 @@ use super::digits::{Hex, Padded, Spaced, put};
 use super::object::pdo_of;
 use super::value::{self, Size};
 use super::{Lang, escape, findings, say, terms};
+use crate::bytes::frame::{CanId, FrameRef};
+use crate::sdo::transfer::{Direction, Mode, Status};
+use crate::sdo::wire::{Mux, Side as Sender};
 use crate::stories::incident::{Incident, Status as Standing};
-use crate::world::dictionary::Described;
 use crate::views::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::views::diff::digest::{Action, Kind, Service, TransferDigest};
 use crate::views::diff::stories::{Differs, lasted_ns};
-use crate::bytes::frame::{CanId, FrameRef};
 use crate::words::profiles::Profile;
-use crate::sdo::transfer::{Direction, Mode, Status};
-use crate::sdo::wire::{Mux, Side as Sender};
+use crate::world::dictionary::Described;
 
 /// The words of a report around its differences: `{}` is filled in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

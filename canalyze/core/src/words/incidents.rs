@@ -4,10 +4,10 @@
 
 use super::digits::put;
 use super::{Lang, sentence};
+use crate::rules::finding::{Measured, Said};
 use crate::stories::incident::{Grade, Incident, IncidentId, members};
 use crate::stories::rank::is_root;
 use crate::stories::{Diagnosis, Phase, titles};
-use crate::rules::finding::{Measured, Said};
 
 /// Most nodes that are named one by one.
 const NAMED: usize = 6;

@@ -2,11 +2,11 @@
 
 use super::value::{as_mapped, of_object, undescribed, value};
 use super::{Lang, signal, transferred};
-use crate::world::dictionary::Described;
+use crate::sdo::wire::Mux;
 use crate::views::inventory::sighting::{Shown, Sighting};
 use crate::views::inventory::{Object, TypeFrom, Value};
 use crate::wire::pdo::mapping::Mapped;
-use crate::sdo::wire::Mux;
+use crate::world::dictionary::Described;
 
 /// A value of an object, with its unit and its meaning where they are known.
 pub fn held(out: &mut Vec<u8>, lang: Lang, mux: Mux, object: &Object, held: &Value) {

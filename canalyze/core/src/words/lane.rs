@@ -6,10 +6,10 @@ use super::digits::{Hex, put};
 use super::transferred;
 use super::value::Size;
 use super::{Lang, terms};
-use crate::wire::message::Errors;
-use crate::world::od::{self, Value};
-use crate::words::profiles::Profile;
 use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::wire::message::Errors;
+use crate::words::profiles::Profile;
+use crate::world::od::{self, Value};
 use terms::{Row, find};
 
 /// Most characters of a value.

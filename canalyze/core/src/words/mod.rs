@@ -14,7 +14,6 @@
 //!
 //! Must not decide anything: it puts into words what `message`, `event` and `finding` carry.
 
-pub mod profiles;
 pub mod complaints;
 pub mod diff;
 pub mod digits;
@@ -28,6 +27,7 @@ pub mod losses;
 pub mod notes;
 pub mod object;
 pub mod parameter;
+pub mod profiles;
 pub mod sentence;
 pub mod services;
 pub mod signal;

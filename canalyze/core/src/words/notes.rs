@@ -2,8 +2,8 @@
 
 use super::digits::{Hex, put};
 use super::{Lang, say, sentence, terms};
-use crate::world::event::{Note, Scanned};
 use crate::wire::lss::Part;
+use crate::world::event::{Note, Scanned};
 
 /// Appends a note; `about` is the number of the earlier frame.
 pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {

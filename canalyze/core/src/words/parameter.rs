@@ -3,8 +3,8 @@
 
 use super::Lang;
 use super::digits::{Hex, put};
-use crate::wire::pdo::mapping::decode_entry;
 use crate::sdo::wire::Mux;
+use crate::wire::pdo::mapping::decode_entry;
 
 const INVALID: u32 = 1 << 31;
 const NO_RTR: u32 = 1 << 30;

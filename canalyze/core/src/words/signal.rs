@@ -14,13 +14,13 @@
 
 use std::io::Write;
 
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::mapping::{Mapped, Mapping, Number, Written, number};
+use crate::words::digits::{Hex, hex, put};
+use crate::words::profiles::Profile;
+use crate::words::{Lang, escape, say, terms, value as bytes};
 use crate::world::drive::{self, Object, State};
 use crate::world::od::{self, DataType};
-use crate::words::profiles::Profile;
-use crate::wire::pdo::mapping::{Mapped, Mapping, Number, Written, number};
-use crate::sdo::wire::Mux;
-use crate::words::digits::{Hex, hex, put};
-use crate::words::{Lang, escape, say, terms, value as bytes};
 
 /// Appends a signal, `速度实际值=120 rpm`. `raw` is the entry's bits, the first lowest.
 pub fn signal(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
 use super::{Depth, Lang, explain, services};
-use crate::wire::cob_id::{Role, predefined};
 use crate::bytes::frame::{CanId, Frame, Kind};
-use crate::wire::message::Message;
 use crate::tables::jsonl;
+use crate::wire::cob_id::{Role, predefined};
+use crate::wire::decode;
+use crate::wire::message::Message;
 use crate::wire::pdo;
 use crate::words::escape::unsafe_on_a_terminal;
-use crate::wire::decode;
 use proptest::prelude::*;
 
 fn data(id: u16, payload: &[u8]) -> Frame {

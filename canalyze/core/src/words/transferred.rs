@@ -3,9 +3,9 @@
 use super::digits::{Hex, put};
 use super::value::{BYTES, Size, of_object, value};
 use super::{Lang, say};
-use crate::world::od::DataType;
 use crate::sdo::holes::Hole;
 use crate::sdo::transfer::{Status, Transfer};
+use crate::world::od::DataType;
 
 /// Most holes that are named.
 const NAMED: usize = 3;

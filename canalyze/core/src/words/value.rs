@@ -7,13 +7,13 @@ use std::sync::Arc;
 use super::digits::{Hex, Put, Spaced, decimal, put};
 use super::services::time::Clock;
 use super::{Lang, escape, parameter, signal, terms};
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::Multiplexed;
+use crate::wire::pdo::mapping::{Mapped, Mapping, extract};
+use crate::words::profiles::Profile;
 use crate::world::dictionary::{Described, Object};
 use crate::world::drive;
 use crate::world::od::{self, DataType, Value};
-use crate::words::profiles::Profile;
-use crate::wire::pdo::Multiplexed;
-use crate::wire::pdo::mapping::{Mapped, Mapping, extract};
-use crate::sdo::wire::Mux;
 
 /// Most bytes of a text that are shown.
 const TEXT: usize = 512;

@@ -9,9 +9,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::world::dictionary::{Dictionary, Form, Object};
 use crate::sdo::transfer::Direction;
 use crate::sdo::wire::Mux;
+use crate::world::dictionary::{Dictionary, Form, Object};
 
 /// Objects kept for one node at most (invariant 6): more than the ranges below hold on any real device.
 const KEPT: usize = 4096;

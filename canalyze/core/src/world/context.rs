@@ -2,15 +2,15 @@
 //!
 //! It is passed down to whoever judges a frame. It must not decide anything.
 
-use crate::world::event::{Event, What};
+use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::pending::Until;
 use crate::evidence::recording;
 use crate::evidence::{Evidence, Rules, When};
 use crate::rules::finding::{Finding, Verdict};
-use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::sdo::transfer::TransferId;
 use crate::sdo::wire::Mux;
+use crate::world::event::{Event, What};
 
 /// Where events go while one frame is taken.
 pub struct Context<'a> {

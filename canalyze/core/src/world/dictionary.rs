@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use crate::world::od::DataType;
 use crate::words::profiles::Profile;
+use crate::world::od::DataType;
 
 /// What kind of file it was: what a DCF configures counts more than what an EDS presets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

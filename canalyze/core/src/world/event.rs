@@ -3,15 +3,15 @@
 
 use std::sync::Arc;
 
-use crate::world::configuration::Provenance;
-use crate::world::dictionary::Described;
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::rules::finding::Finding;
+use crate::sdo::transfer::{Transfer, TransferId};
+use crate::sdo::wire::{Command, Mux, Side, decode_frame};
 use crate::wire::message::Message;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
-use crate::sdo::transfer::{Transfer, TransferId};
-use crate::sdo::wire::{Command, Mux, Side, decode_frame};
+use crate::world::configuration::Provenance;
+use crate::world::dictionary::Described;
 
 /// Something that a frame shows or proves.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@
 
 use std::sync::Arc;
 
-use crate::world::dictionary::Dictionary;
 use crate::bytes::frame::CanId;
+use crate::world::dictionary::Dictionary;
 
 /// What was given beforehand.
 #[derive(Clone, Debug, Default)]

@@ -7,12 +7,12 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use crate::world::configuration::{Configuration, Provenance};
 use crate::bytes::frame::CanId;
-use crate::world::od::DataType;
-use crate::words::profiles::Profile;
 use crate::wire::pdo::mapping::{Mapped, Mapping, decode_entry};
 use crate::wire::pdo::{communication_parameter, mapping_parameter, of_parameter, predefined_id};
+use crate::words::profiles::Profile;
+use crate::world::configuration::{Configuration, Provenance};
+use crate::world::od::DataType;
 
 /// Highest number of entries of a mapping; 254 and 255 mark multiplex PDOs.
 const MOST_ENTRIES: u64 = 64;

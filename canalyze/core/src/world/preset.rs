@@ -5,11 +5,11 @@
 
 use std::sync::Arc;
 
+use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::world::configuration::Provenance;
 use crate::world::dictionary::Dictionary;
 use crate::world::node::{CobId, Node, Pdo};
 use crate::world::od::DataType;
-use crate::wire::pdo::mapping::{Mapped, Mapping};
 
 /// Most entries of a mapping: of one bit each.
 const MOST_ENTRIES: u8 = 64;

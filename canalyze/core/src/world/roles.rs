@@ -6,12 +6,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::wire::cob_id::{Role, predefined};
-use crate::world::configuration::Provenance;
 use crate::bytes::frame::CanId;
+use crate::wire::cob_id::{Role, predefined};
+use crate::wire::pdo::{communication_parameter, of_parameter, predefined_id};
+use crate::world::configuration::Provenance;
 use crate::world::network::{Network, Sdo};
 use crate::world::node::{CobId, Node, Pdo, PerNode};
-use crate::wire::pdo::{communication_parameter, of_parameter, predefined_id};
 
 /// Maximum number of claims on a bus (invariant 6): enough for the PDOs of 127 nodes.
 const CLAIMS: usize = 1 << 17;

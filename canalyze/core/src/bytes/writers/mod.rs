@@ -20,10 +20,10 @@ use self::log::Log;
 use self::mcap::Mcap;
 use self::packed::Packed;
 use self::pcapng::Pcapng;
-use crate::world::event::Event;
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{BusId, Buses, Frame, MAX_BUS_NAME};
 use crate::bytes::readers::Marker;
+use crate::rules::finding::Finding;
+use crate::world::event::Event;
 
 pub use self::loss::{Loss, Losses};
 

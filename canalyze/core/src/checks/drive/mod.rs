@@ -15,17 +15,17 @@ use self::effect::{Order, leads_out};
 use self::fault::EmcyDue;
 use self::watch::{Watch, Watched};
 use super::PdoName;
-use crate::world::context::Context;
-use crate::world::drive::{self, Command, Object, Reach, State};
-use crate::rules::finding::{Code, Finding};
 use crate::bytes::frame::{Frame, FrameRef};
-use crate::world::node::{Node, PerNode};
-use crate::words::profiles::Profile;
 use crate::rules::drive::{Drv001, Drv004};
-use crate::wire::pdo::mapping::extract;
+use crate::rules::finding::{Code, Finding};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
+use crate::wire::pdo::mapping::extract;
+use crate::words::profiles::Profile;
+use crate::world::context::Context;
+use crate::world::drive::{self, Command, Object, Reach, State};
+use crate::world::node::{Node, PerNode};
 
 /// Time for a command that removes power, and for a change of mode, in ns.
 const PROMPT: i64 = 1_000_000_000;

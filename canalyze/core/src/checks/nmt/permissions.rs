@@ -5,17 +5,17 @@
 //! per stay in a state.
 
 use super::{KnownState, Nmt, OBEYED_NS};
-use crate::world::context::Context;
-use crate::evidence::duplicates::Sighting;
-use crate::rules::finding::{Code, Finding};
 use crate::bytes::frame::FrameRef;
-use crate::world::node::PerNode;
+use crate::evidence::duplicates::Sighting;
 use crate::rules::emcy::Emc004;
+use crate::rules::finding::{Code, Finding};
 use crate::rules::pdo::{Pdo002, Pdo003};
 use crate::rules::sdo::Sdo011;
-use crate::wire::pdo::communication_parameter;
 use crate::sdo::wire::{Mux, Side};
 use crate::wire::error_control::{OPERATIONAL, STOPPED};
+use crate::wire::pdo::communication_parameter;
+use crate::world::context::Context;
+use crate::world::node::PerNode;
 
 /// Time in which queued frames follow a reported state or, for TPDOs, a command, in ns.
 const QUEUED_NS: i64 = 5_000_000;

@@ -4,12 +4,12 @@
 
 use super::period::SyncPeriod;
 use super::settings::{Settings, ns};
-use crate::world::configuration::Provenance;
-use crate::world::context::Context;
 use crate::bytes::frame::FrameRef;
-use crate::world::node::{Node, PerNode};
 use crate::rules::sync::{Syn003, Syn006, Syn007};
 use crate::sdo::wire::Mux;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{Node, PerNode};
 
 /// Fraction by which a configured period may differ from the measured one; clocks may be 1 % apart.
 const DIFFERS: i64 = 40;

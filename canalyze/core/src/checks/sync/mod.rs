@@ -20,20 +20,20 @@ use self::period::{Irregular, Restart, SyncPeriod};
 use self::settings::Settings;
 use self::window::{SyncWindow, synchronous};
 use super::PdoName;
-use crate::wire::cob_id::Role;
-use crate::world::context::Context;
-use crate::world::event::Placement;
+use crate::bytes::frame::{CanId, Frame, FrameRef};
 use crate::evidence::circumstance::Kind;
 use crate::evidence::{Rules, When};
 use crate::rules::finding::{Code, Finding};
-use crate::bytes::frame::{CanId, Frame, FrameRef};
-use crate::wire::message::{Flaw, Message};
-use crate::world::network::Network;
-use crate::world::node::{Node, Pdo, PerNode};
 use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn013};
 use crate::sdo::wire::Mux;
+use crate::wire::cob_id::Role;
 use crate::wire::error_control::OPERATIONAL;
+use crate::wire::message::{Flaw, Message};
 use crate::wire::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
+use crate::world::context::Context;
+use crate::world::event::Placement;
+use crate::world::network::Network;
+use crate::world::node::{Node, Pdo, PerNode};
 
 /// Minimum time without SYNC after which it counts as stopped, in ns and in periods.
 const SILENT_NS: i64 = 500_000_000;

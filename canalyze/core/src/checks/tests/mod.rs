@@ -15,8 +15,8 @@ mod sync;
 
 use std::sync::Arc;
 
-use crate::world::network::Network;
 use crate::session::{Format, Options, Session};
+use crate::world::network::Network;
 
 /// One finding: its code, its frame, and the earlier frame it is about.
 pub(super) type Raised = (String, u64, Option<u64>);

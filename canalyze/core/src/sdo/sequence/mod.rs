@@ -13,10 +13,10 @@ use std::collections::VecDeque;
 use super::channel::{Channel, UNANSWERED_NS, strict_initiate};
 use super::phase::{Half, Phase};
 use super::wire::{self, Command, Side};
-use crate::world::context::Context;
-use crate::world::event::Place;
 use crate::bytes::frame::FrameRef;
 use crate::rules::sdo::Sdo017;
+use crate::world::context::Context;
+use crate::world::event::Place;
 
 /// Maximum number of later frames of the channel listed before the request, used without stamps.
 pub(super) const FRAMES: u8 = 2;

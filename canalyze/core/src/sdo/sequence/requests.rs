@@ -5,10 +5,10 @@ use super::super::phase::{Half, Phase};
 use super::super::transfer::{Direction, Status};
 use super::super::wire::{self, Command, Side};
 use super::{Held, UnderWay, within};
-use crate::world::context::Context;
-use crate::world::event::{Note, Place};
 use crate::evidence::recording::USUAL_ECHO_NS;
 use crate::rules::finding::Code;
+use crate::world::context::Context;
+use crate::world::event::{Note, Place};
 
 impl Channel {
     /// Returns true if a request fits the first and the next waiting frame alike: the first is the channel's first, or
@@ -96,12 +96,7 @@ impl Channel {
 
     /// Decides by a client frame if its unanswered request was answered before it was captured; returns true if the
     /// frame is settled.
-    pub(in crate::sdo) fn settle_pending(
-        &mut self,
-        pending: &Half,
-        half: &Half,
-        cx: &mut Context<'_>,
-    ) -> bool {
+    pub(in crate::sdo) fn settle_pending(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
         if half.command.is_initiate() && self.sequence.may_be_answered(pending) {
             self.leave_answered(cx);
             return false;
@@ -165,12 +160,7 @@ impl Channel {
 
     /// Returns true if a response that does not fit the pending request belongs to another one, or to a transfer from
     /// before the capture.
-    pub(in crate::sdo) fn belongs_elsewhere(
-        &mut self,
-        pending: &Half,
-        half: &Half,
-        cx: &mut Context<'_>,
-    ) -> bool {
+    pub(in crate::sdo) fn belongs_elsewhere(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) -> bool {
         let midway = self.hypotheses.are_open() || (self.is_edge(pending) && pending.command.is_block_initiate());
         if midway && matches!(half.command, Command::BlockAck { .. }) {
             self.forget_beginning();

@@ -8,12 +8,12 @@ use proptest::prelude::*;
 use super::channel::Channel;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{Mux, Side};
-use crate::world::context::{Chunk, Context};
-use crate::world::event::What;
+use crate::bytes::frame::{BusId, CanId, Frame};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::{Evidence, When};
 use crate::rules::finding::{Code, Finding, Severity};
-use crate::bytes::frame::{BusId, CanId, Frame};
+use crate::world::context::{Chunk, Context};
+use crate::world::event::What;
 
 mod table;
 mod verdicts;

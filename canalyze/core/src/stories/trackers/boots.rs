@@ -6,13 +6,13 @@
 
 use std::collections::BTreeMap;
 
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Quantity;
+use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::stories::incident::{Grade, Role, Subject, bit};
 use crate::stories::kinds::Kind;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::{Heard, Scene};
-use crate::rules::finding::Quantity;
-use crate::bytes::frame::FrameRef;
-use crate::sdo::transfer::{Direction, Status, Transfer};
 
 /// Time after which a node without a start command, while others run, is considered not started, in ns.
 const WAITING_NS: i64 = 5_000_000_000;

@@ -2,12 +2,12 @@
 //!
 //! A command to all nodes does not affect the controller that sends it, which continues without a boot-up.
 
+use crate::bytes::frame::FrameRef;
 use crate::stories::incident::{Role, bit};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::{Ledger, Place};
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::bytes::frame::FrameRef;
 
 /// A command that has not ended.
 #[derive(Clone, Copy, Debug)]

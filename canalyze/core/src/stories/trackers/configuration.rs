@@ -6,16 +6,16 @@
 
 use std::collections::BTreeMap;
 
+use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
+use crate::rules::finding::{Finding, Quantity};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::{Mux, Side};
 use crate::stories::incident::{IncidentId, Role, Subject, bit};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::rules::finding::{Finding, Quantity};
-use crate::bytes::frame::FrameRef;
-use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::sdo::wire::{Mux, Side};
 
 /// Minimum pause that ends a run of writes, in ns.
 const PAUSE_NS: i64 = 2_000_000_000;

@@ -6,17 +6,17 @@
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
+use crate::bytes::frame::{Frame, FrameRef};
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::transfer::{Status, Transfer};
 use crate::stories::incident::{Grade, Incident, Role, Subject, bit};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
+use crate::wire::pdo::mapping::extract;
 use crate::world::drive::{Object, PROFILE, State};
 use crate::world::event::{ProcessData, Signals, Unmapped};
-use crate::rules::finding::{Code, Finding, Quantity};
-use crate::bytes::frame::{Frame, FrameRef};
-use crate::wire::pdo::mapping::extract;
-use crate::sdo::transfer::{Status, Transfer};
 
 /// Maximum distance of an emergency and a fault of one node that are one problem, in ns, whichever comes first.
 const SAME_NS: i64 = 500_000_000;

@@ -5,16 +5,16 @@
 use std::collections::BTreeMap;
 
 use super::AGAIN_NS;
+use crate::rules::finding::{Finding, Quantity};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Mux;
 use crate::stories::incident::{Incident, Role, Subject, bit};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::rules::finding::{Finding, Quantity};
 use crate::wire::message::Errors;
 use crate::words::profiles::Profile;
-use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::sdo::wire::Mux;
 
 /// Maximum distance of errors of one node with one cause, in ns.
 const TOGETHER_NS: i64 = 500_000_000;

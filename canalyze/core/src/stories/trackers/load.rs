@@ -4,15 +4,15 @@
 //! The bit rate is given, or derived from frames without an idle gap between them. Bits are estimated (`summary` counts
 //! exactly). SDO is not judged, since block transfers fill a bus by design.
 
-use crate::world::bus::Bus;
-use crate::wire::cob_id::Role as Carries;
+use crate::bytes::frame::{Frame, FrameRef};
+use crate::rules::finding::Quantity;
 use crate::stories::incident::{Grade, Role, Subject};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::rules::finding::Quantity;
-use crate::bytes::frame::{Frame, FrameRef};
+use crate::wire::cob_id::Role as Carries;
+use crate::world::bus::Bus;
 
 /// Number of 11-bit identifiers.
 const IDENTIFIERS: usize = 0x800;

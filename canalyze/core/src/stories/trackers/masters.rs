@@ -6,13 +6,13 @@
 
 use std::collections::BTreeMap;
 
+use crate::bytes::frame::FrameRef;
+use crate::sdo::wire::Mux;
 use crate::stories::incident::{Grade, Role, Subject, bit, members};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::bytes::frame::FrameRef;
-use crate::sdo::wire::Mux;
 
 /// Maximum time from a stop to the start that contradicts it, in ns.
 const CONTRARY_NS: i64 = 2_000_000_000;

@@ -6,18 +6,18 @@
 
 use std::collections::BTreeMap;
 
+use crate::bytes::frame::{Frame, FrameRef};
+use crate::rules::finding::Quantity;
+use crate::sdo::transfer::{Status, Transfer};
 use crate::stories::incident::{Grade, Role, Subject};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
+use crate::wire::pdo::mapping::extract;
 use crate::world::drive::{self, State};
 use crate::world::event::{ProcessData, Signals};
-use crate::rules::finding::Quantity;
-use crate::bytes::frame::{Frame, FrameRef};
 use crate::world::od::first_axis;
-use crate::wire::pdo::mapping::extract;
-use crate::sdo::transfer::{Status, Transfer};
 
 /// Bits of the statusword: voltage enabled, internal limit active, and those with a meaning given by the mode.
 const VOLTAGE: u16 = 1 << 4;

@@ -3,16 +3,16 @@
 //! The table is in `signs`. Findings of one kind about one subject are one incident if they recur soon.
 
 use super::AGAIN_NS;
+use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::wire::Mux;
 use crate::stories::incident::{Role, Subject};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::signs::{self, Ends};
-use crate::rules::finding::{Code, Finding, Quantity};
-use crate::bytes::frame::FrameRef;
-use crate::sdo::wire::Mux;
 
 /// Maximum distance of problems of one SDO server that are one, in ns.
 const ONE_TRANSFER_NS: i64 = 2_000_000_000;

@@ -6,10 +6,10 @@ use arrow_array::builder::{BinaryBuilder, ListBuilder};
 use arrow_array::types::{Int64Type, UInt8Type, UInt16Type, UInt64Type};
 
 use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::world::event::Event;
-use crate::wire::message::Message;
 use crate::tables::jsonl::Setting;
+use crate::wire::message::Message;
 use crate::words::terms::emcy;
+use crate::world::event::Event;
 
 columns! {
     /// The columns.

@@ -8,11 +8,11 @@ use arrow_array::types::{Int64Type, UInt8Type, UInt64Type};
 
 use super::Seen;
 use super::column::{Batch, Numbers, Table, Words, columns, lossy};
-use crate::world::event::Event;
-use crate::rules::finding::Severity;
 use crate::bytes::frame::Frame;
+use crate::rules::finding::Severity;
 use crate::views::lines::Lines;
 use crate::words::{Depth, Lang};
+use crate::world::event::Event;
 
 columns! {
     /// The columns.

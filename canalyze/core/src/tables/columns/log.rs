@@ -10,13 +10,13 @@ use arrow_array::types::{Int64Type, UInt8Type, UInt64Type};
 use super::Seen;
 use super::column::{Batch, Numbers, Table, Words, columns};
 use super::cycle_numbers::CycleNumbers;
-use crate::world::event::Event;
-use crate::rules::finding::{Finding, Severity};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::wire::message::Message;
+use crate::rules::finding::{Finding, Severity};
 use crate::tables::jsonl::Setting;
+use crate::wire::message::Message;
 use crate::words::digits::{Hex, put};
 use crate::words::{Depth, Lang, findings, services};
+use crate::world::event::Event;
 
 columns! {
     /// The columns.

@@ -17,18 +17,18 @@ use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt16Type, UInt64Ty
 use super::column::{Batch, Numbers, Table, Words, columns, lossy};
 use super::signals::numbers;
 use super::states;
-use crate::world::drive;
-use crate::world::event::{Addressed, Event, Signals as Content, What};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::wire::message::Message;
-use crate::world::od::{self, DataType, Value};
-use crate::tables::jsonl::Setting;
-use crate::tables::selection::{Chosen, Selection, Whose};
-use crate::wire::pdo::mapping::{Mapped, Mapping, extract};
 use crate::sdo::transfer::{Status, Transfer};
 use crate::sdo::wire::Mux;
+use crate::tables::jsonl::Setting;
+use crate::tables::selection::{Chosen, Selection, Whose};
+use crate::wire::message::Message;
+use crate::wire::pdo::mapping::{Mapped, Mapping, extract};
 use crate::words::terms::{self, emcy, nmt};
 use crate::words::{Lang, signal, value};
+use crate::world::drive;
+use crate::world::event::{Addressed, Event, Signals as Content, What};
+use crate::world::od::{self, DataType, Value};
 
 /// What emergencies and states are called, which are no objects.
 const EMERGENCY: &str = "EMCY";

@@ -8,11 +8,11 @@ use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt16Type, UInt32Ty
 
 use super::column::{Batch, Numbers, Table, Words, columns, lossy};
 use super::signals::numbers;
+use crate::sdo::wire::Mux;
+use crate::tables::jsonl::Setting;
 use crate::views::inventory::sighting::{Content, Source};
 use crate::views::inventory::{Held, InForce, Inventory, Object};
-use crate::tables::jsonl::Setting;
 use crate::wire::pdo::mapping::{Mapped, extract};
-use crate::sdo::wire::Mux;
 use crate::words::{Lang, inventory, value};
 
 columns! {

@@ -27,13 +27,13 @@ use arrow_schema::Field;
 use super::Seen;
 use super::column::{Batch, Column, Columns, Numbers, Table, Words};
 use super::signals::numbers;
-use crate::world::configuration::Provenance;
-use crate::world::event::{Placement, ProcessData, Signals};
 use crate::bytes::frame::{BusId, Frame};
-use crate::world::od::DataType;
 use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::{Lang, signal};
+use crate::world::configuration::Provenance;
+use crate::world::event::{Placement, ProcessData, Signals};
+use crate::world::od::DataType;
 
 /// Columns that every such table has before those of its signals.
 const FIXED: [&str; 6] = ["t_ns", "frame", "provenance", "cycle", "delay_ns", "running_cycle"];

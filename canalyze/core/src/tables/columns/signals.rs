@@ -8,14 +8,14 @@ use arrow_array::builder::{BinaryBuilder, StringBuilder};
 use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt64Type};
 
 use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::world::configuration::Provenance;
-use crate::world::event::{Addressed, Event, Signals as Content, What};
 use crate::bytes::frame::Frame;
 use crate::tables::jsonl::Setting;
 use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::Lang;
 use crate::words::signal::{self, product};
+use crate::world::configuration::Provenance;
+use crate::world::event::{Addressed, Event, Signals as Content, What};
 
 columns! {
     /// The columns.

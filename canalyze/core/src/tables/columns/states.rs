@@ -11,10 +11,10 @@
 use arrow_array::types::{Int64Type, UInt8Type, UInt64Type};
 
 use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::world::event::Event;
-use crate::wire::message::Message;
 use crate::tables::jsonl::Setting;
+use crate::wire::message::Message;
 use crate::words::terms::nmt;
+use crate::world::event::Event;
 
 columns! {
     /// The columns.

@@ -11,9 +11,9 @@ use arrow_array::types::{Int64Type, UInt8Type, UInt32Type, UInt64Type};
 
 use super::Seen;
 use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::world::event::{Event, What};
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
 use crate::wire::message::Message;
+use crate::world::event::{Event, What};
 
 columns! {
     /// The columns.

@@ -12,19 +12,19 @@ use arrow_schema::{DataType, Schema};
 use super::column::ROWS;
 use super::cycle_numbers::CycleNumbers;
 use super::{Batch, Columns, Name, Seen};
-use crate::world::configuration::Provenance;
-use crate::world::event::{Event, Placement, ProcessData, Signals, What};
-use crate::rules::finding::{Code, Finding, Verdict};
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
-use crate::wire::message::Message;
-use crate::tables::jsonl::Setting;
-use crate::views::lines::Clocked;
-use crate::rules::capture::Cap002;
 use crate::bytes::select::Select;
-use crate::wire::pdo::mapping::Mapping;
+use crate::rules::capture::Cap002;
+use crate::rules::finding::{Code, Finding, Verdict};
 use crate::sdo::transfer::{Beginning, Direction, Mode, Transfer, TransferId};
 use crate::sdo::wire::Mux;
+use crate::tables::jsonl::Setting;
+use crate::views::lines::Clocked;
+use crate::wire::message::Message;
+use crate::wire::pdo::mapping::Mapping;
 use crate::words::Lang;
+use crate::world::configuration::Provenance;
+use crate::world::event::{Event, Placement, ProcessData, Signals, What};
 
 /// Names and types of all columns, as libraries know them: lines are only ever added.
 const FROZEN: &str = "\

@@ -7,12 +7,12 @@ use arrow_array::builder::{BinaryBuilder, BooleanBuilder, ListBuilder, StringBui
 use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type};
 
 use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::world::configuration;
-use crate::world::od::{self, DataType, Value};
+use crate::sdo::transfer::{Status, Transfer};
 use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::sdo::side;
-use crate::sdo::transfer::{Status, Transfer};
 use crate::words::{terms, transferred, value};
+use crate::world::configuration;
+use crate::world::od::{self, DataType, Value};
 
 columns! {
     /// The columns.

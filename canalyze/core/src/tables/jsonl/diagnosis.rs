@@ -2,10 +2,10 @@
 
 use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, map, named, obj, pdo, raw, text, time};
 use super::{Setting, facts};
+use crate::bytes::frame::FrameRef;
 use crate::stories::incident::{Incident, IncidentId, Status, members};
 use crate::stories::rank::{is_root, roots};
 use crate::stories::{Diagnosis, Phase, advice, apart};
-use crate::bytes::frame::FrameRef;
 use crate::words::digits::put;
 use crate::words::incidents as words;
 

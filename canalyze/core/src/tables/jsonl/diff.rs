@@ -3,12 +3,12 @@
 
 use super::obj::{WriteJson, array, hex2, hex4, hex8, named, obj, pdo, raw, text, time};
 use crate::stories::incident::Incident;
+use crate::tables::diff::{Setting, extents};
+use crate::tables::jsonl::sdo::side as by;
 use crate::views::diff::Comparison;
 use crate::views::diff::difference::{Difference, Shows, Side};
 use crate::views::diff::digest::{Action, Digest, Service, TransferDigest};
 use crate::views::diff::stories::{StoryDifference, lasted_ns};
-use crate::tables::diff::{Setting, extents};
-use crate::tables::jsonl::sdo::side as by;
 use crate::words::diff as words;
 use crate::words::digits::{Joined, put};
 use crate::words::{findings, incidents};

@@ -4,10 +4,10 @@
 
 use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, hex8, members, obj, pdo, raw, text};
 use super::sdo;
-use crate::world::drive;
-use crate::world::event::{Note, Scanned};
 use crate::rules::finding::{CrcMatch, Facts, Finding, Problem, Quantity, Said};
 use crate::words::digits::{Joined, Put, put};
+use crate::world::drive;
+use crate::world::event::{Note, Scanned};
 
 /// Appends `,"facts":{...}` to a note; most have none.
 pub(super) fn note(out: &mut Vec<u8>, note: Note) {

@@ -29,14 +29,14 @@
 use super::sdo::{abort_or_null, json_value, side};
 use super::summary::can_id;
 use super::{Setting, name_or_null, number_or_null, quoted, truth};
-use crate::views::inventory::sighting::{Content, Shown, Sighting, Source};
-use crate::views::inventory::{Held, InForce, Inventory, Node, Object};
-use crate::world::od::DataType;
-use crate::wire::pdo::mapping::{Number, number};
 use crate::sdo::transfer::Direction;
 use crate::sdo::wire::Mux;
+use crate::views::inventory::sighting::{Content, Shown, Sighting, Source};
+use crate::views::inventory::{Held, InForce, Inventory, Node, Object};
+use crate::wire::pdo::mapping::{Number, number};
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, inventory, signal, terms, value};
+use crate::world::od::DataType;
 
 /// Appends all nodes, each with its objects. `names`: the language of names.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, all: &Inventory, names: Lang) {

@@ -38,14 +38,14 @@ pub mod sdo;
 pub mod services;
 pub mod summary;
 
-use crate::world::event::{Event, Note, Scanned, What};
+use crate::bytes::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
+use crate::bytes::writers::console;
 use crate::rules::finding::Finding;
 use crate::views::finding_context::Held;
-use crate::bytes::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
 use crate::views::lines::{Clocked, Lines};
 use crate::words::digits::{Hex, Joined, fraction, put};
 use crate::words::{Depth, Lang, escape, findings, notes, services as words};
-use crate::bytes::writers::console;
+use crate::world::event::{Event, Note, Scanned, What};
 
 pub use contents::contents;
 pub use info::{DAMAGES, info};

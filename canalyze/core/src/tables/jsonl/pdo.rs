@@ -10,14 +10,14 @@
 //! where the payload does not reach. Dummy entries are not listed.
 
 use super::object::Object;
-use crate::world::configuration::Provenance;
-use crate::world::event::{Placement, ProcessData, Signals, Unmapped};
 use crate::bytes::frame::Frame;
 use crate::tables::number::{self, Shape};
 use crate::wire::pdo;
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::digits::{Hex, Padded, put};
 use crate::words::{Lang, escape, signal};
+use crate::world::configuration::Provenance;
+use crate::world::event::{Placement, ProcessData, Signals, Unmapped};
 
 /// Appends the object.
 pub(super) fn fields(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &Frame) {

@@ -15,13 +15,13 @@ use std::sync::Arc;
 
 use super::object::Object;
 use super::{NAMES, name_or_null, quoted};
-use crate::world::drive;
 use crate::bytes::frame::Buses;
 use crate::views::inventory::pdos::{Address, Pdo, Pdos, Whose};
-use crate::world::node::Content;
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::digits::put;
 use crate::words::{escape, signal, terms};
+use crate::world::drive;
+use crate::world::node::Content;
 
 /// Bit of the first byte of a multiplex PDO by which it has a destination.
 const DESTINATION: u32 = 1 << 7;

@@ -3,15 +3,15 @@
 //! Keys are only ever added, never renamed. It must not decide anything.
 
 use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
-use crate::world::dictionary::Described;
-use crate::world::event::{Place, Step};
 use crate::bytes::frame::Frame;
-use crate::world::od::{self, DataType, Value};
 use crate::sdo::holes::Hole;
 use crate::sdo::transfer::{Abort, Status, Transfer, TransferId};
 use crate::sdo::wire::{self, Command, Mux, Side};
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, escape, terms, transferred, value};
+use crate::world::dictionary::Described;
+use crate::world::event::{Place, Step};
+use crate::world::od::{self, DataType, Value};
 
 /// Largest integer that every JSON reader takes exactly.
 const EXACT: u64 = 1 << 53;

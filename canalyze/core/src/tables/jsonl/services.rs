@@ -4,20 +4,20 @@
 
 use super::object::Object;
 use super::{NAMES, marked, quoted};
-use crate::wire::cob_id::Role;
-use crate::world::event::Addressed;
 use crate::bytes::frame::Frame;
-use crate::wire::message::{Flaw, Message};
-use crate::world::od::DataType;
 use crate::tables::number;
+use crate::wire::cob_id::Role;
+use crate::wire::lss::{Bound, Command, Part, Setting, bit_rate};
+use crate::wire::message::{Flaw, Message};
 use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
+use crate::wire::{error_frame, time, usdo};
 use crate::words::digits::{Hex, Padded, Put, put};
 use crate::words::escape;
 use crate::words::{Lang, signal, terms};
-use crate::wire::lss::{Bound, Command, Part, Setting, bit_rate};
-use crate::wire::{error_frame, time, usdo};
+use crate::world::event::Addressed;
+use crate::world::od::DataType;
 
 /// Appends `{...}`: the fields of a message, without what the frame's line already says (node, data).
 ///

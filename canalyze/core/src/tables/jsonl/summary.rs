@@ -9,8 +9,8 @@
 use super::Setting;
 use super::info::left_out;
 use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, hex8, map, moment, named, obj, time};
-use crate::rules::finding::{Code, Severity};
 use crate::bytes::frame::CanId;
+use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Side;
 use crate::views::summary::identifiers::Identifier;
 use crate::views::summary::load::Peak;

@@ -1,8 +1,8 @@
 //! What two captures differ in: values without words.
 
 use super::digest::{Action, Kind, Place, Service};
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{BusId, CanId, FrameRef};
+use crate::rules::finding::Finding;
 
 /// One difference, or several of the same.
 #[derive(Clone, Debug)]

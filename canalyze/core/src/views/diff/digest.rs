@@ -8,19 +8,19 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::wire::cob_id::Role;
+use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
+use crate::rules::finding::{Code, Facts, Finding};
+use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
+use crate::sdo::wire::Mux;
 use crate::stories::Diagnosis;
 use crate::stories::incident::Incident;
 use crate::stories::rank::is_root;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::wire::pdo::mapping::Mapping;
 use crate::world::dictionary::Described;
 use crate::world::drive::{self, State};
 use crate::world::event::{Event, ProcessData, Signals, What};
-use crate::rules::finding::{Code, Facts, Finding};
-use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
-use crate::wire::message::Message;
-use crate::wire::pdo::mapping::Mapping;
-use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
-use crate::sdo::wire::Mux;
 
 /// Most items of one capture: some 100 bytes each.
 pub const ITEMS: usize = 2_000_000;

@@ -28,8 +28,8 @@ use self::digest::{BusDigest, CyclicStream, Digest, Kind, Place, Service, Versio
 use self::found::Found;
 use self::items::Streams;
 use self::stories::StoryDifference;
-use crate::rules::finding::{Code, Finding, Quantity, Severity};
 use crate::bytes::frame::{BusId, CanId};
+use crate::rules::finding::{Code, Finding, Quantity, Severity};
 use crate::sdo::wire::Mux;
 
 /// What counts as a difference.

@@ -9,11 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Settings;
 use super::alignment::Alignment;
 use super::digest::{Digest, Place};
+use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::finding::Quantity;
+use crate::sdo::wire::Mux;
 use crate::stories::incident::{Incident, Status};
 use crate::stories::kinds::Kind;
-use crate::rules::finding::Quantity;
-use crate::bytes::frame::{BusId, FrameRef};
-use crate::sdo::wire::Mux;
 
 /// What was commanded, or came again and again, so long before an incident may explain it, in ns.
 const CONTEXT_NS: i64 = 3_000_000_000;

@@ -7,8 +7,8 @@ use crate::words::profiles::Profile;
 use serde::Deserialize;
 
 use super::{Closing, Place, Scene, check_node};
-use crate::rules::finding::{Quantity, Said};
 use crate::rules::expectation::{Exp011, Exp012};
+use crate::rules::finding::{Quantity, Said};
 
 /// Whether it occurs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]

@@ -7,11 +7,11 @@ use serde::Deserialize;
 
 use super::rhythm::{Period, Rhythm};
 use super::{Breach, Closing, Place, Scene, check_node, check_times, raise};
-use crate::world::event::Event;
 use crate::bytes::frame::{BusId, FrameRef};
-use crate::wire::message::Message;
 use crate::rules::expectation::{Exp009, Exp015};
+use crate::wire::message::Message;
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::world::event::Event;
 
 /// One expectation as it stands in the file.
 #[derive(Clone, Debug, Deserialize)]

@@ -9,13 +9,13 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::{Breach, Closing, Place, check_node, check_times, mistake};
+use crate::bytes::frame::FrameRef;
+use crate::bytes::select::Select;
+use crate::rules::Problem;
+use crate::rules::expectation::{Exp015, Exp017, Exp018, Exp019, Exp020};
 use crate::stories::Diagnosis;
 use crate::stories::incident::{Grade, Incident, Status};
 use crate::stories::rank::{is_root, roots};
-use crate::bytes::frame::FrameRef;
-use crate::rules::Problem;
-use crate::rules::expectation::{Exp015, Exp017, Exp018, Exp019, Exp020};
-use crate::bytes::select::Select;
 
 /// Problems that are named one by one.
 const NAMED: usize = 5;

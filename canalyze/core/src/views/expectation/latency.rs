@@ -9,13 +9,13 @@ use serde::Deserialize;
 
 use super::state::commanded;
 use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
-use crate::world::event::{Event, Place as Stands, ProcessData, Step};
 use crate::bytes::frame::{BusId, FrameRef};
-use crate::wire::message::Message;
 use crate::rules::expectation::{Exp013, Exp015};
 use crate::sdo::transfer::{Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
 use crate::wire::error_control::BOOT_UP;
+use crate::wire::message::Message;
+use crate::world::event::{Event, Place as Stands, ProcessData, Step};
 
 /// SDO requests that await their response at a time, at most.
 const PENDING: usize = 1024;

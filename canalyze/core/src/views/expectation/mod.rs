@@ -29,14 +29,14 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use crate::stories::Diagnosis;
-use crate::world::event::{Event, What};
-use crate::rules::finding::{Deviation, Facts, Finding, Unmet};
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, MAX_BUSES};
-use crate::wire::message::Message;
 use crate::rules::expectation::Exp015;
+use crate::rules::finding::{Deviation, Facts, Finding, Unmet};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
+use crate::stories::Diagnosis;
+use crate::wire::message::Message;
+use crate::world::event::{Event, What};
 
 /// What is expected of a capture.
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -10,16 +10,16 @@ use super::rhythm::Rhythm;
 use super::signal::{Pdo, stopped, value};
 use super::state::{object, statusword, uploaded};
 use super::{Written, written};
-use crate::world::drive::{self, State};
-use crate::world::event::{Event, Signals as Content, What};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::wire::message::Message;
-use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::sdo::transfer::Transfer;
 use crate::views::summary::spread::Spread;
-use crate::words::signal;
 use crate::wire::error_control::BOOT_UP;
+use crate::wire::message::Message;
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::wire::pdo::mapping::{Mapped, Mapping};
+use crate::words::signal;
+use crate::world::drive::{self, State};
+use crate::world::event::{Event, Signals as Content, What};
 
 /// Most signals, PDOs, states and so on that are told apart.
 pub const KEPT: usize = 4096;

@@ -7,9 +7,9 @@ use serde::Deserialize;
 
 use super::value::{Same, Value, found};
 use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
-use crate::rules::finding::{Quantity, Said};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp001, Exp002, Exp003, Exp004, Exp015};
+use crate::rules::finding::{Quantity, Said};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use crate::world::event::What;
 use crate::sdo::transfer::Transfer;
+use crate::world::event::What;
 
 /// Transfers that are shown and of which nobody has told yet, at most: one a channel is usual.
 const KEPT: usize = 1024;

@@ -9,15 +9,15 @@ use serde::Deserialize;
 
 use super::rhythm::{Period, Rhythm};
 use super::{Breach, Closing, Place, Scene, check_times, mistake, raise};
-use crate::world::event::{Addressed, Event, ProcessData, Signals as Content, Unmapped};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::wire::message::Message;
-use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
 use crate::bytes::select::Select;
-use crate::wire::pdo::mapping::{Mapped, Mapping};
+use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
 use crate::sdo::wire::Mux;
-use crate::words::signal;
 use crate::wire::error_control::OPERATIONAL;
+use crate::wire::message::Message;
+use crate::wire::pdo::mapping::{Mapped, Mapping};
+use crate::words::signal;
+use crate::world::event::{Addressed, Event, ProcessData, Signals as Content, Unmapped};
 
 /// Mappings whose selection is remembered at most.
 const REMEMBERED: usize = 4096;

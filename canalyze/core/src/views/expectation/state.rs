@@ -6,15 +6,15 @@
 use serde::Deserialize;
 
 use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
-use crate::world::drive::{self, State};
-use crate::world::event::{ProcessData, Signals};
-use crate::rules::finding::Quantity;
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::wire::message::Message;
 use crate::rules::expectation::{Exp005, Exp006, Exp015};
-use crate::wire::pdo::mapping::Mapping;
+use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::message::Message;
+use crate::wire::pdo::mapping::Mapping;
+use crate::world::drive::{self, State};
+use crate::world::event::{ProcessData, Signals};
 
 /// Statusword of the first axis.
 const STATUSWORD: u16 = 0x6041;

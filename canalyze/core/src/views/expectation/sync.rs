@@ -6,9 +6,9 @@ use serde::Deserialize;
 
 use super::rhythm::{Period, Rhythm};
 use super::{Breach, Closing, Place, Scene, check_times, raise};
-use crate::world::event::Event;
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp010, Exp015};
+use crate::world::event::Event;
 
 /// One expectation as it stands in the file.
 #[derive(Clone, Debug, Deserialize)]

@@ -9,8 +9,8 @@ use serde::Deserialize;
 use serde_json::Number;
 
 use crate::rules::finding::{Quantity, Said};
-use crate::world::od::{self, DataType, Value as Read};
 use crate::sdo::transfer::Transfer;
+use crate::world::od::{self, DataType, Value as Read};
 
 /// Most characters of a text, or bytes, that are kept of what was found.
 const SHOWN: usize = 256;

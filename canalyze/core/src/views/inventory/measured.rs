@@ -5,8 +5,8 @@
 
 use super::sighting::{Content, Sighting, Source};
 use super::{Held, hold};
-use crate::world::configuration::number;
 use crate::sdo::transfer::Direction;
+use crate::world::configuration::number;
 
 /// What SDO shows of one object.
 #[derive(Clone, Debug, Default)]

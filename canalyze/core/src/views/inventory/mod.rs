@@ -17,18 +17,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use self::inferred::Looks;
 pub use self::measured::{Measured, Pdo};
 use self::sighting::{Content, Sighting, Source};
+use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
+use crate::sdo::transfer::{Abort, Direction, Transfer};
+use crate::sdo::wire::Mux;
+use crate::views::filter::Filter;
+use crate::wire::message::Message;
+use crate::words::profiles::Profile;
 use crate::world::bus::Bus;
 use crate::world::configuration::{self, KnownValue};
 use crate::world::dictionary::Described;
 use crate::world::drive;
 use crate::world::event::{Event, What};
-use crate::views::filter::Filter;
-use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
-use crate::wire::message::Message;
 use crate::world::od::{self, DataType};
-use crate::words::profiles::Profile;
-use crate::sdo::transfer::{Abort, Direction, Transfer};
-use crate::sdo::wire::Mux;
 
 /// Objects that are kept, of all nodes; more than all devices of a bus have together.
 pub const MOST: usize = 131_072;

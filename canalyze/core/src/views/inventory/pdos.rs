@@ -8,13 +8,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::bytes::frame::{BusId, CanId, Frame};
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::world::bus::Bus;
 use crate::world::configuration::Provenance;
 use crate::world::event::{Addressed, Event, ProcessData, Signals, Unmapped, What};
-use crate::bytes::frame::{BusId, CanId, Frame};
 use crate::world::node::{Content, Node};
-use crate::wire::pdo::mapping::{Mapped, Mapping};
-use crate::sdo::wire::Mux;
 
 /// PDOs that are kept, of all buses; all nodes of four buses cannot have more in use.
 const MOST: usize = 8192;

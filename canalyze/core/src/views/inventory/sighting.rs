@@ -12,13 +12,13 @@
 //!
 //! Must not: keep anything.
 
-use crate::world::event::{Event, Signals, What};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::wire::message::Message;
-use crate::words::profiles::Profile;
-use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
+use crate::wire::message::Message;
+use crate::wire::pdo::mapping::{Mapped, Mapping};
+use crate::words::profiles::Profile;
+use crate::world::event::{Event, Signals, What};
 
 /// The error register, which each EMCY carries.
 const REGISTER: Mux = Mux { index: 0x1001, sub: 0 };

@@ -2,9 +2,9 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::world::od::DataType as T;
 use crate::sdo::transfer::{Beginning, Mode, Status, TransferId};
 use crate::sdo::wire::Side;
+use crate::world::od::DataType as T;
 
 const OBJECT: Mux = Mux { index: 0x2000, sub: 1 };
 

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 use super::*;
-use crate::rules::finding::{Facts, Finding};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::finding::{Facts, Finding};
 
 /// A finding at frame 9, because of frame 4 or of nothing.
 fn raised(code: Code, because_of: Option<u64>) -> Event {

@@ -6,11 +6,11 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use crate::rules::finding::{Code, Facts, Finding};
 use crate::bytes::frame::BusId;
+use crate::rules::finding::{Code, Facts, Finding};
+use crate::sdo::wire::Mux;
 use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::obj::{WriteJson, array, obj, text, written};
-use crate::sdo::wire::Mux;
 use crate::words::findings;
 
 /// Rows that are kept.

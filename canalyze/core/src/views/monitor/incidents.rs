@@ -5,10 +5,10 @@
 
 use super::clock::Clock;
 use super::{Known, Monitor};
+use crate::bytes::frame::BusId;
 use crate::stories::incident::{Incident, IncidentId, Status, members};
 use crate::stories::rank::{is_root, stories};
 use crate::stories::{Diagnosis, advice};
-use crate::bytes::frame::BusId;
 use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::obj::{WriteJson, array, obj, text};
 use crate::words::{Lang, incidents as words};

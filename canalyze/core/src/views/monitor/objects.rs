@@ -6,11 +6,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::recent::Recent;
-use crate::world::event::{Event, What};
-use crate::rules::finding::Severity;
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef, Kind};
-use crate::wire::message::Message;
+use crate::rules::finding::Severity;
 use crate::sdo::wire::Side;
+use crate::wire::message::Message;
+use crate::world::event::{Event, What};
 
 /// Lines that are kept; further identifiers are only counted.
 pub(super) const OBJECTS: usize = 4096;

@@ -4,16 +4,16 @@
 
 use std::collections::BTreeMap;
 
-use crate::world::bus::Bus;
-use crate::world::dictionary::Described;
 use crate::bytes::frame::BusId;
-use crate::world::node::{Content, Node, Pdo};
-use crate::words::profiles::Profile;
-use crate::tables::jsonl::obj::{self, WriteJson, array, hex4, obj, raw, text, written};
-use crate::tables::jsonl::{Setting, sdo};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
+use crate::tables::jsonl::obj::{self, WriteJson, array, hex4, obj, raw, text, written};
+use crate::tables::jsonl::{Setting, sdo};
+use crate::words::profiles::Profile;
 use crate::words::transferred;
+use crate::world::bus::Bus;
+use crate::world::dictionary::Described;
+use crate::world::node::{Content, Node, Pdo};
 
 /// Nodes of which it is kept.
 const NODES: usize = 1024;

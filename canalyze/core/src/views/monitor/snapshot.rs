@@ -9,15 +9,15 @@ use super::trace::identifier;
 use super::transfers;
 use super::wire::{Emergency, ErrorState, Live, Wire};
 use super::{Known, Monitor};
-use crate::world::bus::Bus;
-use crate::rules::finding::Severity;
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::finding::Severity;
+use crate::sdo::wire::Side;
 use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::obj::{WriteJson, array, hex2, hex4, obj, raw, text, written};
-use crate::sdo::wire::Side;
 use crate::views::summary;
 use crate::words::digits::{Joined, put};
 use crate::words::{Lang, terms};
+use crate::world::bus::Bus;
 
 /// Transfers that run and are listed.
 const RUNNING: usize = 256;

@@ -8,11 +8,11 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::{Line, Wanted};
-use crate::views::filter::Filter;
-use crate::world::network::Network;
 use crate::bytes::readers::Format as Input;
 use crate::session::{Format, Options, Session};
+use crate::views::filter::Filter;
 use crate::words::Lang;
+use crate::world::network::Network;
 
 fn session(bit_rate: Option<u32>) -> Session {
     let network = Arc::new(Network { bit_rate, ..Network::default() });

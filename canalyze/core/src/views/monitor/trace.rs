@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use memchr::memmem::Finder;
 
-use crate::views::filter::{Clock, Filter, Subject};
-use crate::rules::finding::{Code, Severity};
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, Kind};
-use crate::wire::pdo::mapping::Mapping;
+use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Mux;
+use crate::views::filter::{Clock, Filter, Subject};
+use crate::wire::pdo::mapping::Mapping;
 use crate::words::digits::{Hex, put};
 
 /// Lines that are kept at least, once so many have come.

@@ -4,11 +4,11 @@
 
 use std::collections::VecDeque;
 
-use crate::world::dictionary::Described;
+use crate::sdo::transfer::{Status, Transfer};
 use crate::tables::jsonl::obj::{Obj, Values, WriteJson, array, obj, raw, text, written};
 use crate::tables::jsonl::{Setting, sdo};
-use crate::sdo::transfer::{Status, Transfer};
 use crate::words::transferred;
+use crate::world::dictionary::Described;
 
 /// Transfers that are kept.
 const DONE: usize = 200;

@@ -3,13 +3,13 @@
 //! Must not: judge, or write words.
 
 use super::recent::Recent;
-use crate::world::event::{Event, What};
-use crate::rules::finding::Severity;
 use crate::bytes::frame::{Frame, Kind};
-use crate::wire::message::Message;
-use crate::world::node::PerNode;
-use crate::words::profiles::Profile;
+use crate::rules::finding::Severity;
 use crate::wire::error_frame;
+use crate::wire::message::Message;
+use crate::words::profiles::Profile;
+use crate::world::event::{Event, What};
+use crate::world::node::PerNode;
 
 /// Time in ns that the load looks back.
 const LOAD_NS: i64 = 1_000_000_000;

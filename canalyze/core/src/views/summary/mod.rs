@@ -18,16 +18,16 @@ use load::{BitTime, Load};
 use node::Node;
 use traffic::{Pdos, Sync};
 
-use crate::wire::cob_id::Role;
-use crate::world::event::{Event, What};
-use crate::rules::finding::{Code, Facts, Finding, Quantity, Severity};
 use crate::bytes::frame::{BusId, Direction, Frame, FrameRef, Kind};
-use crate::wire::message::Message;
-use crate::world::network::Network;
 use crate::bytes::readers::Marker;
 use crate::bytes::readers::listing::LeftOut;
-use crate::sdo::wire::Side;
 use crate::bytes::span::Span;
+use crate::rules::finding::{Code, Facts, Finding, Quantity, Severity};
+use crate::sdo::wire::Side;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::world::event::{Event, What};
+use crate::world::network::Network;
 
 /// Services in the order of their identifiers, by the names of filters and JSON.
 pub const SERVICES: [&str; 15] = [

@@ -3,12 +3,12 @@
 //! It counts what events say and judges nothing. Every list is bounded; what does not fit is only counted.
 
 use super::spread::{Ranked, Spread};
-use crate::world::event::{Place, Step};
 use crate::bytes::frame::{Frame, FrameRef};
-use crate::wire::message::Message;
-use crate::words::profiles::Profile;
 use crate::sdo::transfer::{Direction, Status, Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
+use crate::wire::message::Message;
+use crate::words::profiles::Profile;
+use crate::world::event::{Place, Step};
 
 /// Changes of state that are listed.
 pub const CHANGES: usize = 64;

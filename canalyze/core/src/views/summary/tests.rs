@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::world::network::Network;
 use crate::session::{Format, Options, Session};
 use crate::words::Lang;
+use crate::world::network::Network;
 
 /// The records of a capture in `candump -l` form.
 fn records(text: &str, bit_rate: Option<u32>) -> Vec<Value> {
@@ -122,8 +122,10 @@ fn load_of_a_steady_bus() {
     let frames: Vec<_> = (0..=1000).map(|ms| (ms, "080#")).collect();
     let found = records(&log(&frames), Some(125_000));
     let bus = of(&found, "summary_bus")[0];
-    let bits =
-        crate::views::summary::bits::on_the_wire(&crate::bytes::frame::Frame::classic(crate::bytes::frame::CanId::standard(0x80), &[]));
+    let bits = crate::views::summary::bits::on_the_wire(&crate::bytes::frame::Frame::classic(
+        crate::bytes::frame::CanId::standard(0x80),
+        &[],
+    ));
     assert_eq!(bus["bits"], u64::from(bits) * 1001);
     assert_eq!(bus["rate"], 1000);
     let load = f64::from(bits) * 1000.0 / 125_000.0 * 100.0;

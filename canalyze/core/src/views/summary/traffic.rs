@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 
 use super::spread::{Ranked, Spread};
-use crate::world::event::Placement;
 use crate::bytes::frame::{CanId, Frame};
+use crate::world::event::Placement;
 
 /// PDOs of a bus that are told apart; further ones count only for their nodes.
 const PDOS: usize = 1024;

@@ -12,8 +12,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::world::od::DataType;
 use crate::words::profiles::Profile;
+use crate::world::od::DataType;
 
 /// End of the data type indices, which are dummy entries (CiA 301, 7.4.3, 7.4.7).
 const DUMMIES_END: u16 = 0x20;

@@ -24,7 +24,13 @@ pub const MOST: u16 = 512;
 pub const PREDEFINED: u16 = 4;
 
 /// Returns the message of a frame that its mapping declares a multiplex PDO.
-pub fn decode_multiplexed(role: crate::wire::cob_id::Role, transmit: bool, number: u16, node: u8, frame: &Frame) -> Message {
+pub fn decode_multiplexed(
+    role: crate::wire::cob_id::Role,
+    transmit: bool,
+    number: u16,
+    node: u8,
+    frame: &Frame,
+) -> Message {
     match multiplexed(frame.payload()) {
         Some(content) => Message::Mpdo { transmit, number, node, content },
         None => Message::Malformed { role, flaw: Flaw::Length { least: 8, most: 8 } },

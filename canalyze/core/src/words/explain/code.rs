@@ -6,19 +6,19 @@
 //! emergency error code and an object, up to three are a COB-ID; what is no code may be a term (`heartbeat consumer
 //! time`). Must not: look at a frame or a device description.
 
-use crate::wire::cob_id::predefined;
+use crate::bytes::frame::CanId;
+use crate::rules::{Code, RULES, Words};
 use crate::stories;
 use crate::stories::kinds::{Impact, KINDS, Kind};
-use crate::world::drive::State;
-use crate::bytes::frame::CanId;
-use crate::world::network::Description;
-use crate::world::od::{self, DataType};
-use crate::words::profiles::Profile;
-use crate::rules::{Code, RULES, Words};
+use crate::wire::cob_id::predefined;
 use crate::words::digits::{Hex, put};
 use crate::words::explain::{described, term};
+use crate::words::profiles::Profile;
 use crate::words::services::role::Named;
 use crate::words::{Lang, say, signal, terms};
+use crate::world::drive::State;
+use crate::world::network::Description;
+use crate::world::od::{self, DataType};
 
 /// What a word before a code says that it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

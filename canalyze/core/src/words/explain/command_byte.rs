@@ -1,9 +1,9 @@
 //! The command byte of an SDO frame, bit group by bit group (CiA 301, 7.2.4.3).
 
-use crate::world::event::Step;
 use crate::sdo::wire::{Command, Initiate, Segment, Side};
 use crate::words::Lang;
 use crate::words::digits::{Hex, Nibbles, binary, put};
+use crate::world::event::Step;
 
 /// One group of bits of the command byte.
 struct Bits {

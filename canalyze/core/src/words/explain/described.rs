@@ -2,13 +2,13 @@
 //!
 //! Must not: say what a standard says; `code` does.
 
-use crate::world::dictionary::{Dictionary, Object};
-use crate::world::network::Description;
-use crate::world::od::DataType;
 use crate::wire::pdo::mapping::decode_entry;
 use crate::words::Lang;
 use crate::words::digits::{Hex, put};
 use crate::words::escape;
+use crate::world::dictionary::{Dictionary, Object};
+use crate::world::network::Description;
+use crate::world::od::DataType;
 
 /// A PDO whose identifier is not used (bit 31 of its COB-ID).
 const INVALID: u64 = 1 << 31;

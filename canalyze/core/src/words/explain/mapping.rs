@@ -13,11 +13,11 @@
 //! Bits are counted as in the number that the shown bytes make, read little-endian. Which mapping holds is given;
 //! a payload that does not reach an entry is called short, which is no verdict on the frame.
 
-use crate::world::drive::{self, Object, State};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::digits::{Hex, Nibbles, Put, Spaced, binary, put};
 use crate::words::value::{self, Size};
 use crate::words::{Lang, say, signal, terms};
+use crate::world::drive::{self, Object, State};
 
 /// Most bytes of a bit field that are shown in binary.
 const BINARY: usize = 4;

@@ -18,8 +18,8 @@ mod term;
 use super::Lang;
 use super::services::role::Named;
 use super::value::Size;
-use crate::wire::cob_id::{Role, predefined};
 use crate::bytes::frame::{Frame, Kind};
+use crate::wire::cob_id::{Role, predefined};
 use crate::words::digits::{Hex, Put, Spaced, put};
 
 /// Appends one line of a breakdown.

@@ -1,12 +1,12 @@
 //! The breakdown of a PDO: COB-ID, parameters, and each mapped object bit by bit.
 
 use super::{cob_id, data};
-use crate::wire::cob_id::Role;
-use crate::world::configuration::Provenance;
-use crate::world::event::{ProcessData, Signals, Unmapped};
 use crate::bytes::frame::Frame;
+use crate::wire::cob_id::Role;
 use crate::words::digits::put;
 use crate::words::{Lang, say};
+use crate::world::configuration::Provenance;
+use crate::world::event::{ProcessData, Signals, Unmapped};
 
 /// Appends the breakdown of a PDO with data.
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, pdo: &ProcessData, frame: &Frame) {

@@ -3,15 +3,15 @@
 
 use super::command_byte::command_byte;
 use super::{cob_id, line, parameter};
-use crate::wire::cob_id::Role;
-use crate::world::event::Step;
 use crate::bytes::frame::Frame;
-use crate::words::profiles::Profile;
 use crate::sdo::transfer::{Mode, Status, Transfer};
 use crate::sdo::wire::{Command, Initiate, Mux, Segment, Side};
+use crate::wire::cob_id::Role;
 use crate::words::digits::{Hex, Spaced, put};
+use crate::words::profiles::Profile;
 use crate::words::value::Size;
 use crate::words::{Lang, escape, say, terms};
+use crate::world::event::Step;
 
 /// Most segments whose joining is spelled out.
 const PIECES: usize = 8;

@@ -1,15 +1,15 @@
 //! The breakdown of every service but SDO and LSS: after the COB-ID, each field with its bytes, in the order of the frame.
 
 use super::{cob_id, data, line, node_id, reserved};
-use crate::wire::cob_id::Role;
 use crate::bytes::frame::Frame;
+use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
-use crate::words::profiles::Profile;
 use crate::wire::pdo::{Multiplexed, communication_parameter, mapping_parameter};
+use crate::wire::{error_frame, usdo};
 use crate::words::digits::{Bin, Hex, Nibbles, Spaced, put};
+use crate::words::profiles::Profile;
 use crate::words::services::time::{Clock, Date};
 use crate::words::{Depth, Lang, say, services as words, terms};
-use crate::wire::{error_frame, usdo};
 
 /// Appends the breakdown of a frame, whole lines.
 pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
@@ -227,7 +227,8 @@ fn usdo_header(out: &mut Vec<u8>, lang: Lang, destination: u8, command: u8, payl
         rest = payload.get(7..).unwrap_or_default();
     }
     if let (Some(data_type), Some(size)) = (object.data_type, object.size) {
-        let word = crate::world::od::DataType::from_code(u16::from(data_type)).map_or("-", crate::world::od::DataType::name);
+        let word =
+            crate::world::od::DataType::from_code(u16::from(data_type)).map_or("-", crate::world::od::DataType::name);
         line!(out; Hex::<2>(u64::from(data_type)), lang.pick("  数据类型: ", "  data type: "), word);
         line!(out; Hex::<2>(u64::from(size)), lang.pick("  数据长度(字节) = ", "  size (bytes) = "), size);
         data(out, lang, object.data);

@@ -1,8 +1,8 @@
 //! Emergencies in words (CiA 301, 7.2.7).
 
 use crate::wire::message::Errors;
-use crate::words::profiles::Profile;
 use crate::words::digits::{Hex, Spaced, put};
+use crate::words::profiles::Profile;
 use crate::words::{Lang, say, terms};
 
 /// What an emergency carries: `: 8130h 寿命保护错误或心跳错误, 错误寄存器=11h (一般错误, 通信错误), 制造商数据 00 ...`.

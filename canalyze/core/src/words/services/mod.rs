@@ -19,8 +19,8 @@ use self::role::{Named, Nodes, Pdo};
 use super::digits::put;
 use super::value::Size;
 use super::{Depth, Lang, say};
-use crate::wire::cob_id::Role;
 use crate::bytes::frame::{Frame, Kind};
+use crate::wire::cob_id::Role;
 use crate::wire::message::{Flaw, Message};
 
 /// Appends the phrase of a message, and at other depths than brief its content. No line end.

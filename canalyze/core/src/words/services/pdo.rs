@@ -1,14 +1,14 @@
 //! PDOs in words: the signals of a mapped one, the object of a multiplex one. Nine tenths of a capture are these lines.
 
 use super::role::{Nodes, Pdo};
-use crate::world::configuration::Provenance;
-use crate::world::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 use crate::bytes::frame::Frame;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::digits::put;
 use crate::words::value::{self, Size};
 use crate::words::{Depth, Lang, say, sentence, signal};
+use crate::world::configuration::Provenance;
+use crate::world::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 
 /// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {

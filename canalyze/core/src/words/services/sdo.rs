@@ -1,13 +1,13 @@
 //! SDO in words (CiA 301, 7.2.4): the phrase of a frame, its content, and what a transfer came to. Must not decide
 //! anything: what a frame means to its transfer comes in `Step`.
 
-use crate::world::event::{Place, Step};
 use crate::sdo::exchange::expedited;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::words::digits::{Hex, Put, put};
 use crate::words::value::{self, Size};
 use crate::words::{Depth, Lang, say, terms, transferred};
+use crate::world::event::{Place, Step};
 
 /// Appends the phrase of an SDO frame, and at other depths than brief its content. No line end.
 pub fn step(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step, len: u8) {

@@ -1,11 +1,11 @@
 //! USDO in words (CiA 1301): what its first frames carry.
 
-use crate::world::od::DataType;
+use crate::wire::usdo;
 use crate::words::digits::{Hex, Spaced, put};
 use crate::words::services::role::Nodes;
 use crate::words::value::Size;
 use crate::words::{Lang, say, terms};
-use crate::wire::usdo;
+use crate::world::od::DataType;
 
 /// Who asks or answers whom.
 pub fn parties(out: &mut Vec<u8>, lang: Lang, request: bool, source: u8, to: Nodes) {

@@ -1,8 +1,8 @@
 //! CiA 402's words: states of a drive, commands, modes of operation, bits of statusword and controlword.
 
 use super::{Row, find};
-use crate::world::drive::{Command, State};
 use crate::words::Lang;
+use crate::world::drive::{Command, State};
 
 /// The states of the power drive system.
 pub static STATES: &[Row<State>] = words!("drive_states");

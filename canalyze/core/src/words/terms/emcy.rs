@@ -1,8 +1,8 @@
 //! Emergency error codes (CiA 301, table 26) and the bits of the error register (object 1001h).
 
 use super::{Row, find};
-use crate::words::profiles::Profile;
 use crate::words::Lang;
+use crate::words::profiles::Profile;
 
 /// Codes and classes. A row whose low byte is 00 stands for its whole high byte; one whose low twelve bits are 0
 /// for what no other row of its first digit takes, since device profiles fill these.

@@ -1,8 +1,8 @@
 //! Names of the standard objects: the communication profile area (CiA 301, 302, 304). Those of 6000h-9FFFh are the
 //! device profile's. The caller has to let a name from an EDS win.
 
-use crate::words::profiles::Profile;
 use crate::words::Lang;
+use crate::words::profiles::Profile;
 
 /// Objects with one name: first and last index, zh, en, the sub-indices with names of their own.
 type Object = (u16, u16, &'static str, &'static str, &'static [Sub]);

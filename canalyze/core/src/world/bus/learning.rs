@@ -2,11 +2,11 @@
 
 use super::Bus;
 use crate::checks::{PdoName, Renewed};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Mux;
 use crate::world::configuration;
 use crate::world::context::Context;
 use crate::world::node::{Node, PerNode};
-use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::sdo::wire::Mux;
 
 impl Bus {
     /// Takes a transfer's evidence of the server's configuration.

@@ -1,10 +1,10 @@
 //! The object in a multiplex PDO, and the frame from which on a write holds.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 use super::*;
-use crate::world::dictionary::{Access, Dictionary, Form, Preset};
-use crate::world::network::Description;
 use crate::session::{Format, Options, Session};
 use crate::words::Lang;
+use crate::world::dictionary::{Access, Dictionary, Form, Preset};
+use crate::world::network::Description;
 
 fn object(index: u16, name: &str, data_type: u16, value: Option<u64>) -> Object {
     let preset = value.map(|value| Preset { value, relative: false, configured: false });

@@ -6,17 +6,17 @@
 
 use super::Bus;
 use super::learning::known;
+use crate::bytes::frame::Frame;
 use crate::checks::PdoName;
+use crate::evidence::When;
+use crate::evidence::duplicates::Sighting;
+use crate::sdo::channel::UNANSWERED_NS;
+use crate::sdo::wire::Mux;
 use crate::wire::cob_id::Role;
+use crate::wire::pdo;
 use crate::world::configuration;
 use crate::world::context::Context;
 use crate::world::event::{ProcessData, Signals, What};
-use crate::evidence::When;
-use crate::evidence::duplicates::Sighting;
-use crate::bytes::frame::Frame;
-use crate::wire::pdo;
-use crate::sdo::channel::UNANSWERED_NS;
-use crate::sdo::wire::Mux;
 
 impl Bus {
     /// Takes a PDO whose identifier comes only from an unanswered write: it is decoded and not checked.

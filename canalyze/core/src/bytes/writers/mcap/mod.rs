@@ -24,11 +24,11 @@ use self::container::{ChannelId, Container, SchemaId};
 use self::decoded::Decoded;
 use self::message::{Header, RosMessage, RosValues};
 use super::{Loss, Losses, Setting};
-use crate::world::event::Event;
-use crate::rules::finding::Finding;
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
+use crate::rules::finding::Finding;
 use crate::words::Lang;
+use crate::world::event::Event;
 
 /// The encodings of schemas and messages.
 const ROS2: (&str, &str) = ("ros2msg", "cdr");

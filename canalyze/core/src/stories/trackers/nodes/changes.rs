@@ -4,14 +4,14 @@
 
 use super::Nodes;
 use super::losses::lost_with;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Finding, Quantity};
 use crate::stories::incident::{Role, Subject, members};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::trackers::AGAIN_NS;
-use crate::rules::finding::{Finding, Quantity};
-use crate::bytes::frame::FrameRef;
 use crate::wire::error_control::OPERATIONAL;
 
 /// Maximum time from an emergency to a change of state caused by it, in ns.

@@ -3,12 +3,12 @@
 //! `checks/nmt` decides if a command had no effect.
 
 use super::Nodes;
+use crate::rules::finding::{Code, Finding, Quantity};
 use crate::stories::incident::{Role, Subject, bit, members};
 use crate::stories::kinds::Kind;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::trackers::commanded::Commanded;
-use crate::rules::finding::{Code, Finding, Quantity};
 
 /// Number of RPDOs to a node that is not Operational beyond the start of a controller.
 const COMMANDS: u64 = 50;

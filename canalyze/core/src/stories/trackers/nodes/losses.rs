@@ -3,14 +3,14 @@
 //! `checks/heartbeat` decides if a heartbeat is overdue.
 
 use super::Nodes;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Finding, Quantity};
 use crate::stories::incident::{Grade, Incident, Role, Subject, bit, members};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::trackers::AGAIN_NS;
-use crate::rules::finding::{Finding, Quantity};
-use crate::bytes::frame::FrameRef;
 
 /// Maximum distance of silences with one cause, in ns.
 const TOGETHER_NS: i64 = 100_000_000;

@@ -11,13 +11,13 @@ mod losses;
 use std::collections::BTreeMap;
 
 use super::commanded::Commanded;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Quantity;
 use crate::stories::incident::{Role, bit};
 use crate::stories::kinds::Kind;
 use crate::stories::ledger::Place;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::rules::finding::Quantity;
-use crate::bytes::frame::FrameRef;
 use crate::wire::error_control::OPERATIONAL;
 
 /// The open incidents of the nodes of a bus.

@@ -33,21 +33,21 @@ use self::values::Values;
 use super::Seen;
 use super::column::{Batch, Numbers, Table, Words, columns};
 use super::cycle_numbers::CycleNumbers;
+use crate::bytes::frame::{BusId, Frame};
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Side;
+use crate::tables::jsonl::Setting;
+use crate::tables::selection::Selection;
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::message::Message;
+use crate::wire::nmt;
+use crate::words::lane::Word;
+use crate::words::profiles::Profile;
+use crate::words::{Lang, signal, value};
 use crate::world::dictionary::Described;
 use crate::world::drive::{self, Object};
 use crate::world::event::{Event, Note, ProcessData, What};
-use crate::rules::finding::{Code, Finding, Quantity};
-use crate::bytes::frame::{BusId, Frame};
-use crate::wire::message::Message;
-use crate::words::profiles::Profile;
-use crate::tables::jsonl::Setting;
-use crate::tables::selection::Selection;
-use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::sdo::wire::Side;
-use crate::words::lane::Word;
-use crate::words::{Lang, signal, value};
-use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::wire::nmt;
 
 columns! {
     /// The columns.

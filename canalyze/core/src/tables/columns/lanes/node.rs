@@ -4,13 +4,13 @@
 //! known last. Must not: judge; that a node is lost, a rule has said.
 
 use super::rows::{At, Pen};
-use crate::world::drive::State;
 use crate::bytes::frame::FrameRef;
-use crate::wire::message::Errors;
-use crate::words::profiles::Profile;
-use crate::words::lane::{self, Word};
-use crate::words::terms;
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::message::Errors;
+use crate::words::lane::{self, Word};
+use crate::words::profiles::Profile;
+use crate::words::terms;
+use crate::world::drive::State;
 
 /// A reset command captured so soon after a boot-up was sent before it, in ns: an echo may be late.
 const LATE_NS: i64 = 10_000_000;

@@ -7,13 +7,13 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, DictionaryArray, StringArray};
 
-use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
-use crate::views::filter::Filter;
-use crate::world::network::{Description, Network};
 use crate::bytes::readers::Format as Input;
-use crate::tables::columns::{Batch, Name};
 use crate::session::{Format, Options, Session};
+use crate::tables::columns::{Batch, Name};
+use crate::views::filter::Filter;
 use crate::words::Lang;
+use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
+use crate::world::network::{Description, Network};
 
 fn options(lang: Lang) -> Options {
     Options { lang, format: Format::Columns, tables: vec![Name::Lanes], ..Options::default() }

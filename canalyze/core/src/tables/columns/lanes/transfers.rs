@@ -11,9 +11,9 @@ use std::hash::{Hash, Hasher};
 
 use super::rows::{At, DISTINCT, MANY, Pen};
 use crate::bytes::frame::{BusId, CanId, Frame};
-use crate::tables::columns::cycle_numbers::CycleNumbers;
 use crate::sdo::transfer::{Transfer, TransferId};
 use crate::sdo::wire::Side;
+use crate::tables::columns::cycle_numbers::CycleNumbers;
 use crate::words::lane;
 
 /// Most channels that have lanes; further ones have none.

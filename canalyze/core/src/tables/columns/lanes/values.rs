@@ -6,14 +6,14 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use super::rows::{At, DISTINCT, MANY, Pen, part};
-use crate::world::drive::{self, Object};
-use crate::world::event::{ProcessData, Signals};
 use crate::bytes::frame::{BusId, Frame};
-use crate::world::od::{self, DataType};
-use crate::words::profiles::Profile;
 use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::wire::pdo::mapping::{Mapped, Mapping};
+use crate::words::profiles::Profile;
 use crate::words::signal;
+use crate::world::drive::{self, Object};
+use crate::world::event::{ProcessData, Signals};
+use crate::world::od::{self, DataType};
 
 /// Most PDOs that have lanes, and most lanes of all of them but those of bits; further ones have none.
 const PDOS: usize = 4096;

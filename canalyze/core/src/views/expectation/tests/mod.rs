@@ -13,12 +13,12 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::Expectations;
-use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
-use crate::world::network::{Description, Network};
 use crate::bytes::readers::Format as Input;
 use crate::bytes::readers::candump::Stamps;
 use crate::session::{Format, Options, Session};
 use crate::words::Lang;
+use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
+use crate::world::network::{Description, Network};
 
 /// A finding about an expectation: its code, the frame, the earlier frame it is about (0: none), the line of the
 /// expectation.

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::{check, findings};
-use crate::views::expectation::Expectations;
 use crate::bytes::frame::{CanId, Frame};
 use crate::session::{Format, Options, Session};
+use crate::views::expectation::Expectations;
 use crate::words::Lang;
 
 fn state(more: &str, frames: &str, expected: &[(&str, u64, u64, u64)]) {

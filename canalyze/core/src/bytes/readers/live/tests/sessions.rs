@@ -9,9 +9,9 @@ use super::*;
 use crate::bytes::frame::{BusId, Buses, CanId};
 use crate::bytes::masks::Masks;
 use crate::bytes::readers::{Format as Input, Item, Reader, Settings};
+use crate::bytes::writers;
 use crate::session::{Format, Options, Session};
 use crate::words::Lang;
-use crate::bytes::writers;
 
 const START: i64 = 1_700_000_000_000_000_000;
 const MS: i64 = 1_000_000;

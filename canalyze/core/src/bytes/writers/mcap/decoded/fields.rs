@@ -1,8 +1,8 @@
 //! Names and types of the fields of a PDO's message: what ROS allows, made of what a description says.
 
-use crate::world::od::DataType;
 use crate::wire::pdo::mapping::Mapped;
 use crate::words::{Lang, signal};
+use crate::world::od::DataType;
 
 /// Longest name, in bytes.
 const LONGEST: usize = 60;

@@ -26,11 +26,11 @@ use super::cdr::Cdr;
 use super::container::{ChannelId, Container, SchemaId};
 use super::message::{RosMessage, RosValues};
 use super::{Losses, ROS2, Setting};
+use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::rules::finding::Finding;
+use crate::words::Lang;
 use crate::world::drive::State;
 use crate::world::event::{Event, What};
-use crate::rules::finding::Finding;
-use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::words::Lang;
 
 /// Where messages go, and when it is.
 pub(super) struct Place<'a, 'b> {

@@ -14,12 +14,12 @@ use super::super::message::whole;
 use super::super::{Loss, ROS2};
 use super::Place;
 use super::fields::{self, Form};
-use crate::world::drive;
-use crate::world::event::{Addressed, Event, ProcessData, Signals};
 use crate::bytes::frame::{BusId, Frame};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::Lang;
 use crate::words::signal::{self, product};
+use crate::world::drive;
+use crate::world::event::{Addressed, Event, ProcessData, Signals};
 
 /// Most types of message; mappings beyond them are counted as lost.
 const MOST: usize = 4096;

@@ -2,14 +2,14 @@
 
 use super::super::message::{Header, Octets, Time, message};
 use super::{Decoded, Place};
-use crate::world::drive::State;
-use crate::world::event::Event;
-use crate::rules::finding::{Finding, Severity};
 use crate::bytes::frame::{Frame, FrameRef};
-use crate::wire::message::Message;
+use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
+use crate::wire::message::Message;
 use crate::words::digits::put;
 use crate::words::{Depth, findings, services, terms, transferred, value};
+use crate::world::drive::State;
+use crate::world::event::Event;
 
 /// Most bytes of a transfer that its message has.
 const DATA: usize = 1024;

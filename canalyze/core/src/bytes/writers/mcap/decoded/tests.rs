@@ -4,10 +4,10 @@ use std::sync::Arc;
 use super::super::tests::{messages, texts};
 use super::super::{Loss, Mcap, Settings};
 use super::*;
-use crate::world::configuration::Provenance;
-use crate::world::event::{ProcessData, Signals};
 use crate::bytes::frame::{Buses, CanId};
 use crate::wire::pdo::mapping::Mapping;
+use crate::world::configuration::Provenance;
+use crate::world::event::{ProcessData, Signals};
 
 fn pdo(mapping: &Arc<Mapping>, frame: &Frame) -> Event {
     let content = Signals::Mapped(Arc::clone(mapping), Provenance::Eds);
