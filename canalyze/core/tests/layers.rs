@@ -377,7 +377,6 @@ const MAY_USE: &[Row] = &[
             "bytes::info",
             "bytes::inputs",
             "bytes::masks",
-            "words::escape",
             "sdo::wire",
             "rules",
             "rules::finding",
