@@ -126,7 +126,7 @@ impl Tally {
             "transfers": obj! {
                 "ok": self.ok, "aborted": self.aborted, "incomplete": self.incomplete, "failed": self.failed,
             },
-            "expectations": expects.then(|| obj! { "missed": self.missed }),
+            "expectations": expects.then_some(obj! { "missed": self.missed }),
             "buses": array(all.map(|(name, bus)| obj! {
                 "name": name, "frames": bus.frames, "error_frames": bus.error_frames, "dropped": bus.dropped,
             })),
@@ -144,7 +144,7 @@ impl Tally {
                     "bus": name, "node": id,
                     /// The last one that it sent.
                     "state_text": bus.and_then(|bus| terms::nmt::state(lang, bus.state(id)?)).unwrap_or(""),
-                    /// As in `monitor/snapshot.rs`.
+                    /// As in `views/monitor/snapshot.rs`.
                     "silent": bus.and_then(|bus| bus.silent(id, now_ns)).map_or("", |control| control.name()),
                     "frames": node.frames, "errors": node.errors, "warnings": node.warnings,
                 }

@@ -197,12 +197,12 @@ impl Monitor {
         self.clock.advance(now_ns);
     }
 
-    /// All that a view shows but the trace, as one JSON object: its keys stand at the head of `snapshot.rs`.
+    /// All that a view shows but the trace, as one JSON object, declared in `snapshot.rs`.
     pub fn snapshot(&self, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
         snapshot::snapshot(self, setting, known)
     }
 
-    /// What is known of one node, as one JSON object: its keys stand at the head of `page.rs`.
+    /// What is known of one node, as one JSON object, declared in `page.rs`.
     pub fn page(&self, setting: Setting<'_>, known: &[Bus], (bus, node): (BusId, u8)) -> Vec<u8> {
         self.identity.page(setting, known.get(usize::from(bus.0)), (bus, node))
     }
