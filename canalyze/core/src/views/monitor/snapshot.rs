@@ -1,7 +1,7 @@
-//! A snapshot of the capture, as one JSON object; all but the lines of the trace.
+//! The content of a view at a moment, without the lines of the trace, as one JSON object.
 //!
-//! Times are integers of ns, null for never and without stamps; rates have one decimal. Keys are only ever added, never
-//! renamed. It must not change anything.
+//! Times are integers of ns, null for never and without timestamps; rates have one decimal. Keys are only ever added,
+//! never renamed. Nothing is changed here.
 
 use super::incidents::Incidents;
 use super::objects::{Form, Key, Label, Object};
@@ -15,11 +15,12 @@ use crate::sdo::wire::Side;
 use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::obj::{WriteJson, array, hex2, hex4, obj, raw, text, written};
 use crate::views::summary;
+use crate::wire::emcy;
 use crate::words::digits::{Joined, put};
 use crate::words::{Lang, terms};
 use crate::world::bus::Bus;
 
-/// Transfers that run and are listed.
+/// Maximum number of running transfers that are listed.
 const RUNNING: usize = 256;
 
 /// Returns the object.
@@ -183,7 +184,7 @@ impl<'a> View<'a> {
         }))
     }
 
-    /// Tenths of what came a second lately; `None` without stamps.
+    /// Returns the recent amount a second in tenths; `None` without timestamps.
     fn lately(&self, recent: &super::recent::Recent) -> Option<u64> {
         let clock = &self.monitor.clock;
         Some(recent.tenths_per_s(clock.now_ns?, clock.start_ns?))
@@ -193,7 +194,7 @@ impl<'a> View<'a> {
 fn emergency(lang: Lang, Emergency { code, profile, t_ns, active }: Emergency) -> impl WriteJson {
     obj! {
         "code": hex4(code),
-        "text": terms::emcy::code(lang, profile, code).unwrap_or(""),
+        "text": emcy::code(lang, profile, code).unwrap_or(""),
         "t_ns": t_ns,
         /// Errors that are present: 0 once all are taken back.
         "active": active,
