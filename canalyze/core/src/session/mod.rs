@@ -148,13 +148,6 @@ impl Session {
         }
     }
 
-    /// What stands at the end of a file, from its summary on, before anything of it is fed. Only MCAP has such.
-    pub fn foresee(&mut self, input: usize, end: &[u8]) {
-        if let Some(reader) = self.inputs.get(input).and_then(|one| one.reader.as_mut()) {
-            reader.foresee(end);
-        }
-    }
-
     /// What is fed of a file from here on is under a check sum of its own: where that fails, what came before is sound.
     pub fn covered(&mut self, input: usize) {
         if let Some(one) = self.inputs.get(input) {
