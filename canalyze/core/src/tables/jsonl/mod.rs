@@ -41,7 +41,7 @@ pub mod summary;
 use crate::bytes::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
 use crate::bytes::writers::console;
 use crate::rules::finding::Finding;
-use crate::views::finding_context::Held;
+use crate::views::finding_context::HeldFrame;
 use crate::views::lines::{Clocked, Lines};
 use crate::words::digits::{Hex, Joined, fraction, put};
 use crate::words::{Depth, Lang, escape, findings, notes, services as words};
@@ -179,7 +179,7 @@ pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
 }
 
 /// A finding's object with the lines of its context.
-pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&Held]) {
+pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&HeldFrame]) {
     found(out, setting, finding);
     put!(out; ",\"lines\":[");
     let mut lines = Lines::new(setting.lang, Depth::Default, None);
