@@ -7,8 +7,8 @@ use arrow_array::types::{Int64Type, UInt8Type, UInt16Type, UInt64Type};
 
 use super::column::{Batch, Numbers, Table, Words, columns};
 use crate::tables::jsonl::Setting;
+use crate::wire::emcy;
 use crate::wire::message::Message;
-use crate::words::terms::emcy;
 use crate::world::event::Event;
 
 columns! {

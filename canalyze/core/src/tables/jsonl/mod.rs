@@ -30,7 +30,7 @@ pub mod facts;
 mod info;
 pub mod inventory;
 pub(crate) mod obj;
-mod object;
+pub(crate) mod object;
 pub mod observed;
 mod pdo;
 pub mod pdos;
