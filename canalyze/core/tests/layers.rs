@@ -511,7 +511,15 @@ fn words_for_people_stand_in_text_and_rules() {
         let read = module == "readers::listing";
         // A kind of incident and an object of a profile are declared with their words, as a rule is.
         let declared = ["rules", "profiles", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
-            .iter()
+            .into_iter()
+            // A record is declared with the documentation of its columns.
+            .chain([
+                "render::table",
+                "render::columns",
+                "render::jsonl::note",
+                "render::jsonl::pdo",
+                "render::jsonl::pdos",
+            ])
             .any(|room| belongs(&module, room));
         let words = belongs(&module, "text") || declared || is_test(&module) || read;
         assert!(!chinese || words, "{module} holds Chinese words");

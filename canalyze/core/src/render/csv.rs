@@ -1,5 +1,6 @@
 //! Cells of CSV (RFC 4180). Must not: know what is in them.
 
+use crate::text::digits::put;
 use crate::text::escape;
 
 /// A cell of CSV (RFC 4180): in quotes where it holds a comma, a quote or a line end. Control characters are escaped,
@@ -35,4 +36,12 @@ pub(super) fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
         out.pop();
         out.remove(start);
     }
+}
+
+/// Appends the line of headings.
+pub(super) fn headings(out: &mut Vec<u8>, headings: &[&str]) {
+    for (place, heading) in headings.iter().enumerate() {
+        put!(out; if place > 0 { "," } else { "" }, *heading);
+    }
+    out.push(b'\n');
 }

@@ -52,6 +52,19 @@ pub(super) fn value(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, paylo
     }
 }
 
+/// Appends a value as JSON: bare where a double holds it, else in quotes.
+pub(super) fn marked(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>) -> Shape) {
+    let start = out.len();
+    match write(out) {
+        Shape::Number => {}
+        Shape::Missing => put!(out; "null"),
+        Shape::Long | Shape::Bytes => {
+            out.insert(start, b'"');
+            out.push(b'"');
+        }
+    }
+}
+
 fn whole(out: &mut Vec<u8>, negative: bool, magnitude: u64) -> Shape {
     if negative {
         out.push(b'-');

@@ -15,7 +15,8 @@ use crate::inventory::pdos::Pdos as Kept;
 use crate::inventory::sighting::{self, Sighting};
 use crate::network::Network;
 use crate::readers::Marker;
-use crate::render::{inventory, jsonl};
+use crate::render::columns::{od, od_nodes, od_values};
+use crate::render::jsonl;
 use crate::services::sdo::transfer::Transfer;
 use crate::text::Lang;
 
@@ -64,12 +65,9 @@ impl Sink for Objects {
 
     fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
         match self.names {
-            Some(names) => jsonl::inventory::write(out, view.jsonl, &self.inventory, names),
+            Some(names) => od_nodes::lines(out, view.jsonl, &self.inventory, names),
             None if self.inventory.nodes.is_empty() => {}
-            None => {
-                inventory::head(out);
-                inventory::write(out, view.jsonl, &self.inventory);
-            }
+            None => od::csv(out, view.jsonl, &self.inventory),
         }
     }
 }
@@ -94,12 +92,12 @@ impl History {
             return;
         }
         match self.names {
-            Some(names) => jsonl::inventory::sighting(out, view.jsonl, sighting, names),
+            Some(names) => od_values::line(out, view.jsonl, sighting, names),
             None => {
                 if !std::mem::replace(&mut self.headed, true) {
-                    inventory::history_head(out);
+                    od_values::head(out);
                 }
-                inventory::sighting(out, view.jsonl, sighting);
+                od_values::row(out, view.jsonl, sighting);
             }
         }
     }

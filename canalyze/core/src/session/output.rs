@@ -22,8 +22,8 @@ use crate::inventory::Inventory;
 use crate::masks::Masks;
 use crate::monitor::Monitor;
 use crate::readers::Marker;
+use crate::render::columns::signals::Lines as Signals;
 use crate::render::columns::{Batch, Columns};
-use crate::render::signals::Signals;
 use crate::render::text::Lines;
 use crate::writers::{Losses, Writer};
 

@@ -3,6 +3,7 @@
 //! What is said of it is put together only where a filter asks for that. Must not: compare; that does the filter.
 
 use super::capture::View;
+pub(super) use crate::event::service;
 use crate::event::{Event, Signals, What};
 use crate::filter::Subject;
 use crate::finding::{Finding, Severity};
@@ -51,15 +52,6 @@ impl Subject for Seen<'_> {
             lines.said(out, event, self.frame);
         }
     }
-}
-
-/// The service that a frame belongs to and the node that it is about, by the first of its events.
-pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
-    events.first().map_or(("foreign", None), |event| match &event.what {
-        What::Message(message) => (message.service(), event.node),
-        What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
-        _ => ("sdo", event.node),
-    })
 }
 
 /// Whether an event is about an object that is wanted.

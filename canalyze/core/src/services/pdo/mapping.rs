@@ -72,6 +72,8 @@ pub struct Mapping {
 pub struct Written {
     /// Its name, safe on a terminal.
     pub name: Vec<u8>,
+    /// The length of `name` without the object that tells it from others of one name.
+    pub own: usize,
     /// Its unit, safe on a terminal; empty where it has none.
     pub unit: Vec<u8>,
     /// It is an object of CiA 402 whose value has words: the object's first-axis index, else 0.

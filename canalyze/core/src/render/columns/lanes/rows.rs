@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use super::Rows;
+use super::{Change, Changes};
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::render::columns::column::{Batch, Table};
 use crate::render::columns::cycle_numbers::CycleNumbers;
@@ -45,7 +45,7 @@ impl At {
 /// What rows are written with.
 #[derive(Debug)]
 pub(super) struct Pen<'a> {
-    pub(super) table: &'a mut Table<Rows>,
+    pub(super) table: &'a mut Table<Changes>,
     pub(super) done: &'a mut Vec<Batch>,
     pub(super) lang: Lang,
     /// Words being put together; empty between two rows.
@@ -70,13 +70,7 @@ impl Pen<'_> {
 
     /// Writes a row.
     pub(super) fn row(&mut self, lane: &str, at: At, state: Option<&str>, class: Option<&'static str>) {
-        let columns = &mut self.table.columns;
-        columns.lane.word(lane);
-        columns.t_ns.append_option(at.t_ns);
-        columns.frame.append_value(at.frame);
-        columns.cycle.append_value(at.cycle);
-        columns.state.maybe(state);
-        columns.class.maybe(class);
+        self.table.columns.append((), Change { lane, at, state, class });
         self.table.end_row(lane.len() + state.map_or(0, str::len), self.done);
     }
 
