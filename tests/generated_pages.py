@@ -17,7 +17,7 @@ from canalyze import _core
 from canalyze.pages import FOLDER
 from canalyze.words import LANGUAGES, Words
 
-TERMS = SAMPLES.parent / "canalyze/core/src/text/explain/term.rs"
+TERMS = SAMPLES.parent / "canalyze/core/words/glossary.tsv"
 FAMILIES = {
     "BUS": ("总线和控制器", "Bus and controller"),
     "CAP": ("报文记录本身", "The capture itself"),
@@ -110,7 +110,7 @@ def glossary(lang: str) -> str:
         "| English | Chinese | meaning | source |\n|---|---|---|---|\n",
     )
     rows = []
-    found = re.findall(r'^    \["([^"]+)", "([^"]+)".*?\] "([^"]*)"$', TERMS.read_text(encoding="utf-8"), re.MULTILINE)
+    found = re.findall(r"^([^#,\t\n]+), ([^,\t]+).*\t(.*)$", TERMS.read_text(encoding="utf-8"), re.MULTILINE)
     for english, chinese, clause in found:
         said = (_core.explain(english, lang) or "").splitlines()
         meaning = said[0].partition("): ")[2]

@@ -19,9 +19,10 @@ from canalyze.words import FOLDER, LANGUAGES, sentences
 
 PACKAGE = TESTS.parent / "canalyze"
 CORE = PACKAGE / "core" / "src"
+TABLES = PACKAGE / "core" / "words"
 CHINESE = re.compile("[\u4e00-\u9fff]")
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
-ROOMS = ("text", "rules", "diagnosis")
+ROOMS = ("text", "wire", "rules", "diagnosis")
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,11 @@ def _of_core() -> Iterator[tuple[str, str]]:
             if path.name != "tests.rs" and "tests" not in path.parts:
                 place = path.relative_to(PACKAGE).as_posix()
                 yield from ((place, one) for one in _printed(path) if CHINESE.search(one) or " " in one.strip())
+    # Device profiles have CiA's own names.
+    for path in sorted(set(TABLES.glob("*.tsv")) - set(TABLES.glob("cia*"))):
+        rows = [line.split("\t") for line in path.read_text("utf-8").splitlines() if line[:1] != "#"]
+        cells = [cell for first, *others in rows for cell in (*first.split(", "), *others)]
+        yield from ((f"core/words/{path.name}", one) for one in cells if CHINESE.search(one) or " " in one)
 
 
 def _of_python() -> Iterator[tuple[str, str]]:

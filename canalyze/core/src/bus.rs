@@ -1,8 +1,8 @@
-//! One bus: the owner of its nodes and channels, and the way of a frame through it.
+//! One bus: the owner of its nodes and channels, and the path of a frame through it.
 //!
-//! It asks what an identifier carries, hands SDO frames to their channel and everything else to the service's
-//! decoder, passes on what one service means for another (a reset ends the node's transfers), and tells the checks.
-//! `learning` is the one place where what the capture shows changes a COB-ID, a mapping or a time.
+//! It looks up an identifier's role, passes SDO frames to their channel and others to the service's decoder, forwards
+//! the effects of one service on another (a reset ends the node's transfers), and informs the checks. Only `learning`
+//! changes a COB-ID, a mapping or a time by the capture.
 
 mod learning;
 mod unconfirmed;
@@ -31,19 +31,19 @@ use crate::network::Network;
 use crate::node::{Content, Node, PerNode};
 use crate::profiles::Profile;
 use crate::roles::Roles;
-use crate::services;
-use crate::services::error_frame;
-use crate::services::nmt;
 use crate::services::pdo::mapping::Mapping;
 use crate::services::pdo::{self, Multiplexed};
 use crate::services::sdo::channel::{Channel, is_whole};
 use crate::services::sdo::exchange::expedited;
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::{Command, Mux, Side};
+use crate::wire;
+use crate::wire::error_frame;
+use crate::wire::nmt;
 
-/// Further SDO channels kept apart at most (invariant 6).
+/// Maximum number of further SDO channels tracked (invariant 6).
 const CHANNELS: usize = 1024;
-/// Servers looked for in vain, from which on somebody scans the bus.
+/// Number of absent servers that shows a scan of the bus.
 const SCANNED: usize = 8;
 
 /// The state of one bus.
@@ -51,26 +51,26 @@ const SCANNED: usize = 8;
 pub struct Bus {
     roles: Roles,
     nodes: PerNode<Node>,
-    /// Default SDO channels by the server's node-ID (with identifier 0), then further ones by theirs.
+    /// Default SDO channels by the server's node-ID (with identifier `None`), then further ones by theirs.
     channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
     checks: Checks,
-    /// When the first of the channels has something to decide though none of its frames comes, in ns.
+    /// The earliest time at which a channel decides something without a frame, in ns.
     due_ns: Option<i64>,
-    /// Time of the first frame, or of the first since frames were lost, in ns.
+    /// Time of the first frame, or of the first after lost frames, in ns.
     began_ns: Option<i64>,
-    /// The last frame stands in the capture a second time.
+    /// The last frame is a duplicate in the capture.
     again: bool,
-    /// Nodes whose boot-up was seen, and no reset since, nor lost frames.
+    /// Nodes whose boot-up was seen, without a later reset or lost frames.
     booted: BTreeSet<u8>,
-    /// The last write to each node to which an answer may still come.
+    /// The last write to each node that may still be answered.
     open_writes: BTreeMap<u8, (Mux, When)>,
 }
 
 impl Bus {
-    /// A bus of which nothing was seen.
+    /// Creates the state of a bus.
     pub fn new(network: Arc<Network>, name: &[u8]) -> Self {
         let mut nodes = PerNode::<Node>::default();
-        // What is said of this bus by name counts more than what is said of every bus: it comes last.
+        // Data given for this bus by name override data given for every bus, so they come last.
         let mut descriptions: Vec<_> = network.descriptions.iter().collect();
         descriptions.sort_by_key(|one| one.bus.is_some());
         for one in descriptions {
@@ -104,69 +104,69 @@ impl Bus {
         }
     }
 
-    /// Whether the frame that was taken last stands in the capture a second time: it was on the bus once.
+    /// Returns true if the last frame is a duplicate in the capture and was on the bus once.
     pub fn shows_again(&self) -> bool {
         self.again
     }
 
-    /// The SYNC cycle that runs; 0 before the first.
+    /// Returns the current SYNC cycle; 0 before the first.
     pub fn sync_cycle(&self) -> u64 {
         self.checks.sync.cycle()
     }
 
-    /// The least synchronous window in force, in ns; `None` where there is none or none is known.
+    /// Returns the shortest synchronous window, in ns; `None` if there is none or none is known.
     pub fn sync_window_ns(&self) -> Option<i64> {
         self.checks.sync.least_window_ns()
     }
 
-    /// The period of SYNC in ns: as configured, else as the traffic shows it; `None` where it is not known or not regular.
+    /// Returns the period of SYNC in ns, as configured, else as measured; `None` if unknown or irregular.
     pub fn sync_period_ns(&self) -> Option<i64> {
         self.checks.sync.period_ns()
     }
 
-    /// How often a node sends heartbeats in ns, where it is known: by 1017h, or by its heartbeats.
+    /// Returns the heartbeat period of a node in ns if known, by 1017h or its heartbeats.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.checks.nodes.heartbeat_period(node)
     }
 
-    /// The state that a node has said or was told last, as a heartbeat has it.
+    /// Returns the last reported or commanded state of a node, coded as in a heartbeat.
     pub fn state(&self, node: u8) -> Option<u8> {
         self.checks.nodes.state(node)
     }
 
-    /// By which kind of error control a node should have been heard by `now_ns` and was not: what it last said of its
-    /// state may hold no more.
+    /// Returns the kind of error control by which a node is overdue at `now_ns`, so that its last reported state may be
+    /// outdated.
     pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
         self.checks.nodes.silent(node, now_ns)
     }
 
-    /// The states that the axes of a drive have reported last, by their number from 0.
+    /// Returns the last reported state of each axis of a drive, with the axis number from 0.
     pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::State)> {
         self.checks.drives.states(node)
     }
 
-    /// The axes of a drive that were in fault when they were first seen, and have shown no other state: their number from
-    /// 0, their statusword, and the frame that reported it first.
+    /// Returns the axes of a drive that were in fault when first seen and have shown no other state: number from 0,
+    /// statusword, and the first frame that reported it.
     pub fn found_in_fault(&self, node: u8) -> impl Iterator<Item = (usize, u16, FrameRef)> {
         self.checks.drives.found_in_fault(node)
     }
 
-    /// The same with the frames that reported them.
+    /// Returns the last reported state of each axis with its frame.
     pub fn drive_reports(&self, node: u8) -> impl Iterator<Item = (usize, drive::State, FrameRef)> {
         self.checks.drives.reports(node)
     }
 
-    /// What is known of a node.
+    /// Returns a node if anything is known of it.
     pub fn node(&self, node: u8) -> Option<&Node> {
         self.nodes.get(node)
     }
 
-    /// What an identifier of 11 bits carries here, by what is known of the nodes.
+    /// Returns the role of an 11-bit identifier by the knowledge of the nodes.
     pub fn carries(&self, id: u16) -> Role {
         self.roles.of(CanId::standard(id))
     }
 
-    /// The nodes that have a TPDO with an identifier, a bit each, by what is known of them and by the pre-defined
+    /// Returns the nodes that have a TPDO with an identifier, one bit each, by their configuration or the pre-defined
     /// connection set.
     pub fn producers(&self, id: CanId) -> u128 {
         let sends = |node: &Node| node.pdos().iter().any(|pdo| pdo.transmit && pdo.cob.0.valid && pdo.cob.0.id == id);
@@ -178,13 +178,12 @@ impl Bus {
         }
     }
 
-    /// The SDO transfers that run, by server, with what is known of their objects.
+    /// Returns the running SDO transfers by server, with descriptions of their objects.
     pub fn running(&self) -> impl Iterator<Item = (&Transfer, Described)> {
         self.channels.values().filter_map(|channel| channel.running())
     }
 
-    /// Takes one frame: appends its events, the frame's own first, then what became due before it, then what follows
-    /// from it.
+    /// Takes one frame: appends its own event, then what became due before it, then its consequences.
     pub fn step(&mut self, frame: &Frame, happened: &Happened, cx: &mut Context<'_>) {
         self.began_ns = self.began_ns.or(frame.t_ns);
         let role = self.roles.of(frame.id);
@@ -221,12 +220,12 @@ impl Bus {
         if let Some(now_ns) = frame.t_ns {
             self.rest(now_ns, cx);
         }
-        // What this frame has explained goes out with it, whether or not a clock ticks before the next one.
+        // Findings explained by this frame go out with it, regardless of the clock.
         cx.release();
     }
 
-    /// Whether what an SDO frame is may show only by the next one of its channel: it may be in the midst of a transfer
-    /// that began before the capture.
+    /// Returns true if only the channel's next frame may show the meaning of an SDO frame, because a transfer from
+    /// before the capture may run.
     #[inline]
     pub fn is_ambiguous(&self, frame: &Frame) -> bool {
         if frame.kind != Kind::Data {
@@ -242,12 +241,12 @@ impl Bus {
         })
     }
 
-    /// Whether a frame belongs to the same SDO channel as another one.
+    /// Returns true if two frames belong to the same SDO channel.
     pub fn is_of_channel(&self, one: &Frame, other: &Frame) -> bool {
         other.kind == Kind::Data && self.channel_of(one).is_some_and(|key| self.channel_of(other) == Some(key))
     }
 
-    /// The key of the SDO channel of a frame.
+    /// Returns the key of a frame's SDO channel.
     fn channel_of(&self, frame: &Frame) -> Option<(u8, Option<CanId>)> {
         match self.roles.of(frame.id) {
             Role::SdoRequest(node) | Role::SdoResponse(node) => Some((node, self.roles.channel(frame.id))),
@@ -255,7 +254,7 @@ impl Bus {
         }
     }
 
-    /// The next frame of the channel, where it was read ahead.
+    /// Returns the channel's next frame if it was read ahead.
     fn read_ahead(&self, cx: &Context<'_>) -> Option<(Side, Frame)> {
         let next = cx.next?;
         match self.roles.of(next.id) {
@@ -332,7 +331,7 @@ impl Bus {
         }
     }
 
-    /// A transfer has ended, or looks as if: takes it once, unless it turns out to be another one.
+    /// Takes a transfer that has ended, or seems to have.
     fn ended(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
         self.learn(transfer, cx);
         self.checks.ended(transfer, &self.nodes, cx);
@@ -390,8 +389,8 @@ impl Bus {
         self.checks.multiplexed(name, &message, &self.nodes, frame, cx);
     }
 
-    /// The object in a multiplex PDO, by the node whose object it is. In one to all nodes it is that of the first
-    /// described node but its producer, if all of them that have it say the same of it.
+    /// Returns the object in a multiplex PDO, by the node that owns it. To all nodes, it is that of the first described
+    /// node except the producer, if all that have the object agree.
     fn addressed(&self, producer: Option<u8>, content: &Multiplexed) -> Mapping {
         let Multiplexed { destination, node, index, sub, .. } = *content;
         let unknown = Node::default();
@@ -407,7 +406,7 @@ impl Bus {
         owner.unwrap_or(&unknown).multiplexed(index, sub)
     }
 
-    /// The signals of a PDO by the mapping of a node that receives it.
+    /// Returns the signals of a PDO by the mapping of a node that receives it.
     fn by_consumer(&self, frame: &Frame) -> Signals {
         let consumed = self.roles.consumer(frame.id).and_then(|(node, number)| {
             let consumer = self.nodes.get(node)?;
@@ -431,7 +430,7 @@ impl Bus {
         let duplicate = cx.sighting == Sighting::Duplicate;
         let seen =
             if duplicate { Seen::default() } else { self.checks.safety(number, inverted, frame, &self.nodes, cx) };
-        let mut message = services::decode(Role::Srdo { number, inverted }, frame);
+        let mut message = wire::decode(Role::Srdo { number, inverted }, frame);
         if let Message::Srdo { valid, .. } = &mut message {
             *valid = seen.valid;
         }
@@ -445,15 +444,15 @@ impl Bus {
 
     fn message(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         if cx.sighting == Sighting::Duplicate {
-            let message = services::decode(role, frame);
+            let message = wire::decode(role, frame);
             return cx.push(None, message.node(), What::Message(message));
         }
         if cx.evidence.services.is_other(role) {
-            let message = services::decode(role, frame);
+            let message = wire::decode(role, frame);
             cx.push(None, message.node(), What::Message(message));
             return self.checks.due(frame, cx);
         }
-        let message = self.checks.nodes.complete(services::decode(role, frame), &self.nodes, cx);
+        let message = self.checks.nodes.complete(wire::decode(role, frame), &self.nodes, cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {
@@ -476,19 +475,19 @@ impl Bus {
         self.checks.follow(&message, &self.nodes, frame, cx);
     }
 
-    /// The capture says that there was an error frame, and nothing of it.
+    /// Takes an error frame without content.
     pub fn bare_error(&mut self, cx: &mut Context<'_>) {
         self.checks.error_frames.bare(cx);
     }
 
-    /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
+    /// Reports what should have happened by `now_ns`, at the current frame.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         cx.release();
         self.checks.advance(now_ns, cx);
         self.rest(now_ns, cx);
     }
 
-    /// It is `now_ns`: SDO channels that are quiet decide what has waited long enough.
+    /// Lets quiet SDO channels decide what has waited long enough at `now_ns`.
     fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         if self.due_ns.is_none_or(|due_ns| now_ns <= due_ns) {
             return;
@@ -508,7 +507,7 @@ impl Bus {
         }
     }
 
-    /// A node (or all) was reset: its transfers are over, and what was written and not stored is gone.
+    /// Resets a node (or all): its transfers end, and written values that were not stored are gone.
     fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.lost(node, true, cx);
         self.booted.retain(|one| node.is_some_and(|node| node != *one));
@@ -526,7 +525,7 @@ impl Bus {
         }
     }
 
-    /// What was open is over: one node (or all) was reset, or frames of the bus were lost.
+    /// Closes what was open on one node (or all) after a reset or lost frames.
     pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
         let concerned = |of: &u8| node.is_none_or(|node| node == *of);
         let open: Vec<_> =
@@ -550,7 +549,7 @@ impl Bus {
         }
     }
 
-    /// Frames were lost behind the frame `last`: what was observed by then may not hold any more.
+    /// Doubts earlier observations after frames were lost behind the frame `last`.
     fn doubt(&mut self, last: u64) {
         let mut changed = false;
         for (_, node) in self.nodes.iter_mut() {
@@ -564,14 +563,14 @@ impl Bus {
         }
     }
 
-    /// Who asks for all node-IDs does not expect that all answer.
+    /// Marks servers as scanned: a client that asks all node-IDs does not expect all to answer.
     fn look_for_scan(&mut self) {
         if self.channels.values().filter(|channel| channel.is_probed()).count() > SCANNED {
             self.channels.values_mut().for_each(|channel| channel.scanned(channel.is_probed()));
         }
     }
 
-    /// The capture is over.
+    /// Reports what is open at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let sdo = self.channels.values().map(|channel| (channel.is_sdo(), channel.frames()));
         self.checks.conclude(sdo, cx);

@@ -1,8 +1,8 @@
-//! Days of the Gregorian calendar, for the formats that write dates and for TIME_OF_DAY.
+//! Days of the Gregorian calendar, for formats that write dates and for TIME_OF_DAY.
 //!
-//! Times of day and zones are no concern of this file: what a format writes is counted as if it were UTC.
+//! Time zones are not handled: dates count as if they were UTC.
 
-/// Days of a month.
+/// Returns the number of days of a month.
 pub fn days_of(year: i64, month: i64) -> i64 {
     match month {
         2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
@@ -12,9 +12,9 @@ pub fn days_of(year: i64, month: i64) -> i64 {
     }
 }
 
-/// Days from 1970-01-01 to a date.
+/// Returns the number of days from 1970-01-01 to a date.
 pub fn days_to(year: i64, month: i64, day: i64) -> i64 {
-    // Years are taken from March on, so that the leap day is the last of its year.
+    // Years begin in March, so that the leap day is the last day of its year.
     let year = if month > 2 { year } else { year - 1 };
     let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
     let era = year.div_euclid(400);
@@ -22,7 +22,7 @@ pub fn days_to(year: i64, month: i64, day: i64) -> i64 {
     era * 146_097 + year * 365 + year / 4 - year / 100 + day_of_year - 719_468
 }
 
-/// Year, month and day of a number of days from 1970-01-01.
+/// Returns year, month and day of a number of days since 1970-01-01.
 pub fn date_of(days: i64) -> (i64, i64, i64) {
     let days = days + 719_468;
     let era = days.div_euclid(146_097);

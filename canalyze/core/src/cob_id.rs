@@ -1,11 +1,11 @@
-//! What a CAN-ID stands for in the pre-defined connection set (CiA 301, 7.3.5), with the fixed and reserved
-//! identifiers of CiA 302, 304 and 305. A table, filled at compile time: one look-up a frame.
+//! The roles of CAN-IDs in the pre-defined connection set (CiA 301, 7.3.5), with the fixed and reserved identifiers of
+//! CiA 302, 304 and 305. A table filled at compile time needs one look-up for each frame.
 //!
-//! It must not know what a particular capture or device description moved elsewhere: the bus overrules it.
+//! Identifiers that a capture or device description moves elsewhere are not considered; the bus overrules this table.
 
 use crate::frame::CanId;
 
-/// What a CAN-ID carries.
+/// The role of a CAN-ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// 000: NMT node control.
@@ -20,11 +20,11 @@ pub enum Role {
     Emcy(u8),
     /// 100: TIME.
     Time,
-    /// 101..180: SRDO pairs (CiA 304); the pair's number 1..=64 and whether it is the inverted frame.
+    /// 101..180: SRDO pairs (CiA 304).
     Srdo {
         /// Number of the pair, 1..=64: node-ID in the default assignment.
         number: u8,
-        /// Whether this is the frame with bitwise inverted data.
+        /// True for the frame with bitwise inverted data.
         inverted: bool,
     },
     /// 181..1FF, 281..2FF, 381..3FF, 481..4FF: TPDO 1 to 4 of a node.
@@ -55,15 +55,15 @@ pub enum Role {
     LssRequest,
     /// An identifier that CiA 301 keeps reserved.
     Reserved,
-    /// An 11-bit identifier that no object is known to have: outside the pre-defined connection set, or its object has
-    /// another one.
+    /// An 11-bit identifier that is outside the pre-defined connection set, or that its object has given up for
+    /// another.
     Unassigned,
-    /// A 29-bit identifier: no CANopen meaning unless configured.
+    /// A 29-bit identifier, without a CANopen meaning unless configured.
     Foreign,
 }
 
 impl Role {
-    /// Whether it is what a master sends: the recording host's own frames, where it is the master.
+    /// Returns true if a master sends it, so that the frames are the recording host's own if it is the master.
     pub fn is_command(self) -> bool {
         matches!(
             self,
@@ -79,7 +79,7 @@ impl Role {
     }
 }
 
-/// The role of an identifier in the pre-defined connection set.
+/// Returns the role of an identifier in the pre-defined connection set.
 pub fn predefined(id: CanId) -> Role {
     if id.is_extended() {
         return Role::Foreign;

@@ -1,4 +1,5 @@
-//! What a frame means given everything seen before it. Events are values: they hold no words and no state.
+//! The meaning of a frame in the light of all frames before it. Events are plain values without state or words for
+//! people.
 
 use std::sync::Arc;
 
@@ -12,20 +13,20 @@ use crate::services::pdo::mapping::Mapping;
 use crate::services::sdo::transfer::{Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Mux, Side, decode_frame};
 
-/// Something that a frame says or proves.
+/// Something that a frame shows or proves.
 #[derive(Clone, Debug)]
 pub struct Event {
     /// The frame that shows it.
     pub at: FrameRef,
-    /// The earlier frame it speaks of, if another. Rare: apart, so that events stay small.
+    /// The earlier frame that it concerns, if another. Boxed, since it is rare and events have to be small.
     pub about: Option<Box<FrameRef>>,
-    /// The bus.
+    /// The bus of the frame.
     pub bus: BusId,
-    /// The node, where one is concerned.
+    /// The node concerned, if any.
     pub node: Option<u8>,
-    /// The SDO transfer, where one is concerned.
+    /// The SDO transfer concerned, if any.
     pub transfer: Option<TransferId>,
-    /// What it is.
+    /// The content of the event.
     pub what: What,
 }
 
@@ -38,39 +39,39 @@ pub fn service(events: &[Event]) -> (&'static str, Option<u8>) {
     })
 }
 
-/// The kinds of event.
+/// The kinds of events.
 #[derive(Clone, Debug)]
 pub enum What {
-    /// A frame of a service other than SDO and PDO: every such frame has exactly one.
+    /// A frame of a service other than SDO and PDO; exactly one for each such frame.
     Message(Message),
-    /// A PDO with data: every such frame has exactly one.
+    /// A PDO with data; exactly one for each such frame.
     Pdo(ProcessData),
-    /// A multiplex PDO: every complete one has exactly one. Rare, and large: apart, so that events stay small.
+    /// A multiplex PDO; exactly one for each complete one. Boxed, since it is rare and large.
     Mpdo(Box<Addressed>),
-    /// A frame of an SDO channel: every such frame has exactly one.
+    /// A frame of an SDO channel; exactly one for each such frame.
     Sdo(Step),
-    /// An SDO transfer has ended.
+    /// The end of an SDO transfer.
     Transfer(Arc<Transfer>),
-    /// Something that has become known of an earlier frame, and is no finding.
+    /// Later knowledge of an earlier frame that is not a finding.
     Note(Note),
-    /// A rule has been raised. Rare, and large: apart, so that events stay small.
+    /// A raised rule. Boxed, since it is rare and large.
     Finding(Box<Finding>),
 }
 
-/// A PDO and what its bytes are, as far as that is known.
+/// A PDO and the meaning of its bytes, as far as known.
 #[derive(Clone, Debug)]
 pub struct ProcessData {
     /// Transmit or receive, seen from the node.
     pub transmit: bool,
     /// PDO number, from 1.
     pub number: u16,
-    /// The node whose PDO it is.
+    /// The node that owns the PDO.
     pub node: u8,
-    /// What the bytes are.
+    /// The meaning of the bytes.
     pub content: Signals,
-    /// The NMT state of the node, where known: 04, 05, 7F.
+    /// The NMT state of the node, if known: 04, 05, 7F.
     pub state: Option<u8>,
-    /// The SYNC cycle it belongs to, where it is a synchronous PDO.
+    /// The place in the SYNC cycle, if the PDO is synchronous.
     pub sync: Option<Placement>,
 }
 
@@ -81,37 +82,38 @@ pub struct Addressed {
     pub transmit: bool,
     /// PDO number, from 1.
     pub number: u16,
-    /// The node whose PDO it is.
+    /// The node that owns the PDO.
     pub node: u8,
-    /// What it carries.
+    /// The destination or source address and the data that it carries.
     pub content: Multiplexed,
-    /// Its only entry is the object in the data (bytes 4 to 7), with what is known of it.
+    /// A mapping with one entry: the object in the data (bytes 4 to 7), as far as known.
     pub mapping: Mapping,
-    /// From where it is known that the PDO is a multiplex one.
+    /// The source that shows the PDO to be a multiplex one.
     pub from: Provenance,
 }
 
 impl Addressed {
-    /// What the frame says by itself.
+    /// Returns the content of the frame by itself.
     pub fn message(&self) -> Message {
         let Self { transmit, number, node, content, .. } = *self;
         Message::Mpdo { transmit, number, node, content }
     }
 }
 
-/// What the bytes of a PDO are.
+/// The meaning of the bytes of a PDO.
 #[derive(Clone, Debug)]
 pub enum Signals {
-    /// Mapped objects, by a mapping known from there.
+    /// Mapped objects, with the source of the mapping.
     Mapped(Arc<Mapping>, Provenance),
-    /// The node's own mapping is not known, but that of a node that receives the PDO: its node-ID and RPDO.
+    /// Mapped objects by the mapping of a node that receives the PDO: its node-ID and RPDO. The producer's own mapping
+    /// is not known.
     ByConsumer(Arc<Mapping>, Provenance, u8, u16),
     /// No signals.
     None(Unmapped),
 }
 
 impl Signals {
-    /// The same, where it is known only from there that they are those of the PDO.
+    /// Returns the same signals, with `from` as the source that assigns them to the PDO.
     pub fn by(self, from: Provenance) -> Self {
         match self {
             Self::Mapped(mapping, _) => Self::Mapped(mapping, from),
@@ -121,53 +123,53 @@ impl Signals {
     }
 }
 
-/// Why a PDO shows no signals.
+/// The reason for a PDO without signals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unmapped {
-    /// No mapping is known, or not all of it.
+    /// The mapping is not known completely.
     Unknown,
-    /// The same, and only a write that nothing has confirmed gives the PDO its identifier.
+    /// The mapping is not known completely, and only an unconfirmed write gives the PDO its identifier.
     Unconfirmed,
-    /// Only the default mapping of an EDS is known, and the PDO's frames contradict it.
+    /// Only the default mapping of an EDS is known, and the frames of the PDO contradict it.
     Contradicted,
     /// Sub-index 0 of the mapping is 0.
     Disabled,
-    /// A multiplex PDO without its address.
+    /// The PDO is a multiplex one without an address.
     Multiplex,
 }
 
-/// Where a synchronous PDO stands in its SYNC cycle.
+/// The place of a synchronous PDO in its SYNC cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Placement {
-    /// Number of the cycle in the capture, from 1: the number of SYNCs seen.
+    /// Number of the cycle in the capture, from 1, counted in SYNCs.
     pub cycle: u64,
-    /// Time since the SYNC in ns, negative where its late echo came after the PDO; `None` without stamps.
+    /// Time since the SYNC in ns, negative if its late echo was captured after the PDO; `None` without stamps.
     pub delay_ns: Option<i64>,
 }
 
 /// An SDO frame and its place in its transfer.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// Who sent it.
+    /// The sender.
     pub side: Side,
-    /// What it says.
+    /// The decoded command.
     pub command: Command,
-    /// The object of the transfer it belongs to.
+    /// The object of its transfer.
     pub mux: Option<Mux>,
-    /// What is known of that object.
+    /// The description of that object, as far as known.
     pub described: Described,
-    /// Which segment of the transfer it is, from 1; 0 when it is none.
+    /// Number of the segment in the transfer, from 1; 0 for other frames.
     pub ordinal: u32,
-    /// The answer that was captured before this request. Rare: apart, as well.
+    /// The answer, if it was captured before this request. Boxed, since it is rare.
     pub answered_by: Option<Box<FrameRef>>,
-    /// What is special about it.
+    /// The relation to the transfer.
     pub place: Place,
-    /// The transfer that completes with this frame.
+    /// The transfer that this frame completes.
     pub result: Option<Arc<Transfer>>,
 }
 
 impl Step {
-    /// A frame by itself: its command as it stands, its place not judged.
+    /// Makes a step of a frame alone, decoded but not judged by its channel.
     pub fn alone(side: Side, frame: &Frame) -> Self {
         Self {
             side,
@@ -182,28 +184,28 @@ impl Step {
     }
 }
 
-/// How an SDO frame stands to its transfer.
+/// The relation of an SDO frame to its transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// In its due place.
+    /// Expected here.
     Due,
-    /// A request that was sent before and not answered.
+    /// A repetition of an unanswered request.
     Repeated,
-    /// The answer to a request that had been given up.
+    /// The answer to a request that has been given up.
     Late,
-    /// Its request, or the beginning of its transfer, is not in the capture (or not yet).
+    /// A frame without its request or the beginning of its transfer in the capture (so far).
     Uncaptured,
-    /// A block segment that does not count: it was under way when the acknowledgement, or an abort, was sent.
+    /// A block segment that does not count, because the acknowledgement or an abort was sent while it was under way.
     InFlight,
-    /// A block segment out of sequence; the number that was due.
+    /// A block segment out of sequence; the expected number.
     OutOfSequence(u8),
-    /// It belongs to no transfer.
+    /// Part of no transfer.
     Outside,
-    /// The frame before, captured a second time.
+    /// A second capture of the previous frame.
     Duplicate,
 }
 
-/// What becomes known later.
+/// Knowledge of an earlier frame that becomes available later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Note {
     /// The request that a response answers is not in the capture.
@@ -219,30 +221,30 @@ pub enum Note {
     Fastscan(Scanned),
     /// LSS: bit timing is activated.
     BitTimingActivated {
-        /// The switch delay in ms: twice as long the bus is silent.
+        /// The switch delay in ms; the bus is silent for twice that time.
         delay: u16,
         /// The new bit rate in kbit/s, where known.
         rate: Option<u16>,
     },
-    /// LSS: a node has another node-ID now.
+    /// LSS: a node has changed its node-ID.
     NodeIdChanged {
-        /// The one it had.
+        /// The old node-ID.
         from: u8,
-        /// The one it has.
+        /// The new node-ID.
         to: u8,
     },
 }
 
-/// What a Fastscan has found (CiA 305).
+/// The result of a Fastscan (CiA 305).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scanned {
-    /// Whether its last confirmation was answered: the slave is in the configuration state.
+    /// True if its last confirmation was answered, so that the slave is in the configuration state.
     pub found: bool,
     /// Vendor-ID, product code, revision number, serial number, as far as confirmed in the capture.
     pub address: [Option<u32>; 4],
-    /// Fastscan frames of the master.
+    /// Number of Fastscan frames of the master.
     pub frames: u32,
-    /// From its first frame to its last one or the last answer, in ns; `None` without stamps.
+    /// Time from the first frame to the last frame or answer, in ns; `None` without stamps.
     pub duration_ns: Option<i64>,
 }
 
@@ -252,7 +254,7 @@ mod tests {
 
     #[test]
     fn events_are_small() {
-        // Each is moved for every frame.
+        // An event is moved for every frame.
         assert!(size_of::<Event>() <= 144, "{}", size_of::<Event>());
     }
 }

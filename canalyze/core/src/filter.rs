@@ -1,8 +1,7 @@
-//! The expression of `--filter`: which frames are shown. State still sees every frame.
+//! The expression of `--filter`, which chooses the frames to show. Hidden frames still count for all state.
 //!
-//! `service=sdo,emcy node=5 object=6040 code=SDO text="bus off" t=1.0..2.5 frame=10-20`: a blank is "and", a comma is
-//! "or"; in double quotes both are plain characters. It only compares what a frame, and what is found at it, say; it must
-//! not decode.
+//! `service=sdo,emcy node=5 object=6040 code=SDO text="bus off" t=1.0..2.5 frame=10-20`: a blank means "and", a comma
+//! "or"; in double quotes both are plain characters. A filter only compares what is already decoded.
 
 use crate::event::{Event, What};
 use crate::finding::{Finding, Severity};
@@ -11,7 +10,7 @@ use crate::rules::{RULES, SEVERITIES};
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::Mux;
 
-/// Every service a frame can belong to, as in file names, JSON and text.
+/// Names of all services, as used for files, in JSON and in text.
 pub const SERVICES: &[&str] = &[
     "nmt",
     "gfc",
@@ -30,9 +29,9 @@ pub const SERVICES: &[&str] = &[
     "foreign",
 ];
 
-/// Stamps from here on (in ns: 1973) are those of a clock, smaller ones count from a capture's beginning.
+/// Lower limit of absolute stamps, in ns (1973); smaller ones count from the start of a capture.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
-/// First identifiers of the default SDO channels, to which the server's node-ID is added.
+/// Base identifiers of the default SDO channels; the server's node-ID is added.
 const SDO_REQUEST: u32 = 0x600;
 const SDO_RESPONSE: u32 = 0x580;
 /// Largest identifier of 29 bits.
@@ -44,24 +43,24 @@ pub struct Filter {
     clauses: Vec<Clause>,
 }
 
-/// What the stamps of frames count from, in ns.
+/// The origins of frame times, in ns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
-    /// The stamp of the capture's first frame.
+    /// Time of the first frame of the capture.
     pub start_ns: i64,
-    /// The date that stamps count from; zero where they are absolute, or no date is known.
+    /// The date from which stamps count; 0 if they are absolute or no date is known.
     pub date_ns: i64,
 }
 
-/// What is known of a frame beside what it says by itself.
+/// The decoded facts about a frame that a filter can ask for.
 pub trait Subject {
-    /// Its service, and the node that it is about.
+    /// Returns its service and the node that it concerns.
     fn service(&self) -> (&str, Option<u8>);
-    /// Whether it concerns an object that is wanted.
+    /// Returns true if it concerns a wanted object.
     fn has_object(&self, wanted: &dyn Fn(Mux) -> bool) -> bool;
-    /// Whether a finding at it, by its code and severity, is wanted.
+    /// Returns true if it has a finding whose code and severity are wanted.
     fn has_finding(&self, wanted: &dyn Fn(&str, Severity) -> bool) -> bool;
-    /// Appends what is said of it.
+    /// Appends its text.
     fn annotation(&self, out: &mut Vec<u8>);
 }
 
@@ -71,32 +70,32 @@ enum Clause {
     Node(Vec<(u32, u32)>),
     Id(Vec<(u32, u32)>),
     Bus(Vec<String>),
-    /// Seconds in ns, both ends inclusive.
+    /// Spans in ns, both ends inclusive.
     Time(Vec<(i64, i64)>),
-    /// Numbers in the capture, from 1.
+    /// Frame numbers in the capture, from 1.
     Number(Vec<(u32, u32)>),
-    /// Indexes, each with its sub-index in the lowest byte.
+    /// Indexes with the sub-index in the lowest byte.
     Object(Vec<(u32, u32)>),
-    /// What codes of rules begin with.
+    /// Prefixes of rule codes.
     Code(Vec<String>),
     Severity(Vec<Severity>),
     /// In lower-case ASCII.
     Text(Vec<String>),
 }
 
-/// Why an expression is no filter.
+/// The reason that an expression is invalid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Mistake {
     /// A word without `=`, or with an unknown key; the word.
     Key(String),
-    /// A value that the key does not take: key and value.
+    /// A value that is invalid for its key: key and value.
     Value(String, String),
-    /// A number that no node has; the value.
+    /// A number that is not a node-ID: the value.
     Node(String),
 }
 
 impl Filter {
-    /// Reads an expression.
+    /// Parses an expression.
     pub fn parse(expression: &str) -> Result<Self, Mistake> {
         let mut clauses = Vec::new();
         for word in parts(expression, char::is_whitespace).into_iter().filter(|word| !word.is_empty()) {
@@ -132,13 +131,12 @@ impl Filter {
         Ok(Self { clauses })
     }
 
-    /// Whether it has no clause, so that it shows everything.
+    /// Returns true if it has no clauses and shows everything.
     pub fn is_empty(&self) -> bool {
         self.clauses.is_empty()
     }
 
-    /// The numbers of frames that it asks for and that a capture of so many frames has not; and whether there are no others
-    /// that it could show.
+    /// Returns the requested frame numbers above `frames`, and true if a clause requests no others.
     pub fn beyond(&self, frames: u64) -> (Vec<(u32, u32)>, bool) {
         let (mut beyond, mut all) = (Vec::new(), false);
         for clause in &self.clauses {
@@ -151,15 +149,15 @@ impl Filter {
         (beyond, all)
     }
 
-    /// Whether it asks only for what a frame itself says, not for what it means.
+    /// Returns true if it depends only on the frame itself and not on its meaning.
     pub fn is_plain(&self) -> bool {
         let plain =
             |clause: &Clause| matches!(clause, Clause::Id(_) | Clause::Bus(_) | Clause::Time(_) | Clause::Number(_));
         self.clauses.iter().all(plain)
     }
 
-    /// Whether an SDO transfer is shown: its channel has both identifiers, its time is from first to last frame.
-    /// `annotation` appends what is said of it.
+    /// Returns true if an SDO transfer is shown. Its channel has two identifiers; its time is from first to last frame.
+    /// `annotation` appends its text.
     pub fn shows_transfer(
         &self,
         transfer: &Transfer,
@@ -192,7 +190,7 @@ impl Filter {
         })
     }
 
-    /// Whether a frame is shown, given what is known of it.
+    /// Returns true if a frame is shown.
     pub fn shows(&self, frame: &Frame, subject: &impl Subject, buses: &Buses, clock: Clock) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Service(services) => services.iter().any(|known| known == subject.service().0),
@@ -207,7 +205,7 @@ impl Filter {
         })
     }
 
-    /// Whether a finding is one of those that are asked for, wherever it stands.
+    /// Returns true if the code and severity of a finding are wanted, wherever it is.
     pub fn takes_finding(&self, finding: &Finding) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Code(_) | Clause::Severity(_) => clause.takes(finding.code.rule().id, finding.severity()),
@@ -215,7 +213,7 @@ impl Filter {
         })
     }
 
-    /// Whether an object of a node is one of those that are asked for, wherever it is seen.
+    /// Returns true if an object of a node is wanted, wherever it appears.
     pub fn takes_object(&self, node: u8, object: Mux) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Node(ranges) => within(ranges, u32::from(node)),
@@ -224,7 +222,7 @@ impl Filter {
         })
     }
 
-    /// Whether an identifier of a node is one of those that are asked for.
+    /// Returns true if an identifier of a node is wanted.
     pub fn takes_identifier(&self, node: u8, id: CanId, bus: &[u8]) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Node(ranges) => within(ranges, u32::from(node)),
@@ -234,8 +232,8 @@ impl Filter {
         })
     }
 
-    /// Whether something that belongs to no frame at hand is shown, as far as it tells itself. `annotation` appends what
-    /// is said of it.
+    /// Returns true if an event without a frame at hand is shown, as far as it has the facts. `annotation` appends its
+    /// text.
     pub fn shows_aside(&self, event: &Event, annotation: &dyn Fn(&mut Vec<u8>), buses: &Buses, clock: Clock) -> bool {
         let at = event.about.as_deref().copied().unwrap_or(event.at);
         self.clauses.iter().all(|clause| match (clause, &event.what) {
@@ -258,7 +256,7 @@ impl Filter {
 }
 
 impl Clause {
-    /// Whether it takes a finding; another clause takes every one.
+    /// Returns true if this clause accepts a finding; clauses of other kinds accept every one.
     fn takes(&self, id: &str, severity: Severity) -> bool {
         match self {
             Self::Code(codes) => codes.iter().any(|code| id.starts_with(code.as_str())),
@@ -268,7 +266,7 @@ impl Clause {
     }
 }
 
-/// Cuts where `ends` says so, but not in double quotes.
+/// Splits at characters that satisfy `ends`, except within double quotes.
 fn parts(text: &str, ends: impl Fn(char) -> bool) -> Vec<&str> {
     let mut quoted = false;
     let cut = |c: char| {
@@ -278,25 +276,25 @@ fn parts(text: &str, ends: impl Fn(char) -> bool) -> Vec<&str> {
     text.split(cut).collect()
 }
 
-/// Reads every value of a key.
+/// Parses all values of a key.
 fn each<T>(key: &str, values: &[&str], read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Mistake> {
     let read = |value: &&str| read(value).ok_or_else(|| Mistake::Value(key.into(), (*value).into()));
     values.iter().map(read).collect()
 }
 
-/// A name or a text: any but an empty one, in quotes or without.
+/// Parses a non-empty name or text, quoted or not.
 fn words(value: &str) -> Option<String> {
     let bare = value.replace('"', "");
     (!bare.is_empty()).then_some(bare)
 }
 
-/// A code of a rule, or what several begin with: `SDO002`, `SDO`.
+/// Parses the code of a rule or a common prefix: `SDO002`, `SDO`.
 fn code(value: &str) -> Option<String> {
     let code = value.to_ascii_uppercase();
     RULES.iter().any(|rule| !code.is_empty() && rule.id.starts_with(&code)).then_some(code)
 }
 
-/// Whether what is said holds one of the texts.
+/// Returns true if the annotation contains one of the texts.
 fn holds(texts: &[String], annotation: &dyn Fn(&mut Vec<u8>)) -> bool {
     let mut said = Vec::new();
     annotation(&mut said);
@@ -304,7 +302,8 @@ fn holds(texts: &[String], annotation: &dyn Fn(&mut Vec<u8>)) -> bool {
     texts.iter().any(|text| memchr::memmem::find(&said, text.as_bytes()).is_some())
 }
 
-/// Whether a span meets the time from `first` to `last`. Small numbers count from the capture's first frame.
+/// Returns true if a span overlaps the time from `first` to `last`. Small numbers count from the first frame of the
+/// capture.
 fn overlaps((from, to): (i64, i64), first: i64, last: i64, clock: Clock) -> bool {
     let counts_from_start = |end: i64| end == i64::MIN || end == i64::MAX || end < EPOCH_NS;
     let origin = match counts_from_start(from) && counts_from_start(to) {
@@ -318,12 +317,12 @@ fn within(ranges: &[(u32, u32)], value: u32) -> bool {
     ranges.iter().any(|(from, to)| (*from..=*to).contains(&value))
 }
 
-/// Index and sub-index as one number.
+/// Returns index and sub-index as one number.
 fn place_of(mux: Mux) -> u32 {
     u32::from(mux.index) << 8 | u32::from(mux.sub)
 }
 
-/// `5` or `180-1FF`.
+/// Parses `5` or `180-1FF`.
 fn range(text: &str, number: impl Fn(&str) -> Option<u32>) -> Option<(u32, u32)> {
     match text.split_once('-') {
         Some((from, to)) => Some((number(from)?, number(to)?)).filter(|(from, to)| from <= to),
@@ -331,7 +330,7 @@ fn range(text: &str, number: impl Fn(&str) -> Option<u32>) -> Option<(u32, u32)>
     }
 }
 
-/// Reads numbers of this base; behind `0x` they are hexadecimal.
+/// Returns a parser for numbers in this base; after `0x` they are hexadecimal.
 fn number(base: u32) -> impl Fn(&str) -> Option<u32> {
     move |text| {
         let (digits, base) = match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
@@ -342,7 +341,7 @@ fn number(base: u32) -> impl Fn(&str) -> Option<u32> {
     }
 }
 
-/// `6040`, `6040h`, `0x6040`, `6040:00`, `6040h:00`: all sub-indexes, or one. `1A00-1BFF`: those from the first to the last.
+/// Parses `6040`, `6040h`, `0x6040` (all sub-indexes), `6040:00`, `6040h:00` (one), or a range `1A00-1BFF`.
 fn objects(text: &str) -> Option<(u32, u32)> {
     let one = |text: &str| {
         let (index, sub) = text.split_once(':').map_or((text, None), |(index, sub)| (index, Some(sub)));
@@ -359,7 +358,7 @@ fn objects(text: &str) -> Option<(u32, u32)> {
     Some((one(from)?.0, one(to)?.1)).filter(|(from, to)| from <= to)
 }
 
-/// `1.0..2.5`, `1.0..`, `..2.5`, in seconds.
+/// Parses `1.0..2.5`, `1.0..` or `..2.5`, in seconds.
 fn span(text: &str) -> Option<(i64, i64)> {
     let (from, to) = text.split_once("..")?;
     let from = if from.is_empty() { i64::MIN } else { nanoseconds(from)? };
@@ -385,7 +384,7 @@ mod tests {
 
     const SUBJECT: Fixed = Fixed;
 
-    /// A PDO of node 5 with the statusword in it, of which something is found.
+    /// A PDO of node 5 that contains the statusword and has a finding.
     struct Fixed;
 
     impl Subject for Fixed {

@@ -1,28 +1,27 @@
-//! One CAN frame as a capture shows it, in a form that no longer depends on the capture's format.
+//! One CAN frame, independent of the format of its capture.
 //!
-//! A frame knows nothing of CANopen. It keeps what is needed to print it again exactly as it came: the
-//! stamp's digits, the direction columns, the raw DLC. It must not own heap memory: frames are copied on
-//! the hot path.
+//! A frame knows nothing of CANopen. It keeps the digits of its stamp, its direction and its raw DLC, so that it can be
+//! printed exactly as it was recorded. It owns no heap memory, since frames are copied on the hot path.
 
 /// A bus (capture interface), as an index into [`Buses`]. Index 0 is the first interface of the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BusId(pub u8);
 
 impl BusId {
-    /// No bus of the capture: what did not come has none.
+    /// The bus of something that was not captured.
     pub const NONE: Self = Self(u8::MAX);
-    /// A bus beyond those that are kept apart: what is on it is passed over, and counted.
+    /// Any bus after the first [`MAX_BUSES`]; its frames are counted and skipped.
     pub const BEYOND: Self = Self(u8::MAX - 1);
 }
 
-/// Most buses kept apart in one capture (invariant 6). What is on further ones is passed over.
+/// Maximum number of buses of a capture that are told apart (invariant 6). Frames of further ones are skipped.
 pub const MAX_BUSES: usize = 64;
-/// Longest bus name kept, in bytes; Linux allows 15.
+/// Maximum length of a bus name, in bytes; the rest is cut off. Linux allows 15.
 pub const MAX_BUS_NAME: usize = 32;
 
-/// The names of the buses of a capture, in order of first appearance.
+/// The names of a capture's buses in order of first appearance.
 ///
-/// The empty name stands for a capture without an interface column.
+/// The name is empty if the capture has no interface column.
 #[derive(Clone, Debug, Default)]
 pub struct Buses {
     names: Vec<Box<[u8]>>,
@@ -30,7 +29,7 @@ pub struct Buses {
 }
 
 impl Buses {
-    /// The index of `name`, which is added when it is new; [`BusId::BEYOND`] for the 65th and later names.
+    /// Returns the index of `name`, adding it if it is new; [`BusId::BEYOND`] for the 65th and later names.
     pub fn intern(&mut self, name: &[u8]) -> BusId {
         let name = name.get(..MAX_BUS_NAME).unwrap_or(name);
         if self.names.get(self.last).is_some_and(|known| &**known == name) {
@@ -48,45 +47,45 @@ impl Buses {
         BusId(index as u8)
     }
 
-    /// The name of a bus; empty when the capture named none.
+    /// Returns the name of a bus; empty if the capture names none.
     pub fn name(&self, bus: BusId) -> &[u8] {
         self.names.get(usize::from(bus.0)).map_or(b"", |name| name)
     }
 
-    /// How many there are.
+    /// Returns the number of buses.
     pub fn count(&self) -> usize {
         self.names.len()
     }
 
-    /// All names, in order of first appearance.
+    /// Iterates over all names in order of first appearance.
     pub fn names(&self) -> impl Iterator<Item = &[u8]> {
         self.names.iter().map(|name| &**name)
     }
 }
 
-/// A CAN identifier, 11 or 29 bits, with the frame format it came in.
+/// A CAN identifier of 11 or 29 bits, with its frame format.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CanId(u32);
 
 impl CanId {
     const EXTENDED: u32 = 0x8000_0000;
 
-    /// An 11-bit identifier; higher bits are cut off.
+    /// Makes an 11-bit identifier; higher bits are cut off.
     pub const fn standard(id: u16) -> Self {
         Self((id & 0x7FF) as u32)
     }
 
-    /// A 29-bit identifier; higher bits are cut off.
+    /// Makes a 29-bit identifier; higher bits are cut off.
     pub const fn extended(id: u32) -> Self {
         Self(id & 0x1FFF_FFFF | Self::EXTENDED)
     }
 
-    /// The identifier's number: 000..7FF or 00000000..1FFFFFFF.
+    /// Returns the number of the identifier: 000..7FF or 00000000..1FFFFFFF.
     pub const fn raw(self) -> u32 {
         self.0 & 0x1FFF_FFFF
     }
 
-    /// Whether it is a 29-bit identifier (extended frame format).
+    /// Returns true for a 29-bit identifier (extended frame format).
     pub const fn is_extended(self) -> bool {
         self.0 & Self::EXTENDED != 0
     }
@@ -98,12 +97,12 @@ impl std::fmt::Debug for CanId {
     }
 }
 
-/// What kind of frame it is.
+/// The kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A classic data frame, 0 to 8 bytes.
     Data,
-    /// A remote frame (RTR). `len` is the requested length; there are no data.
+    /// A remote frame (RTR) without data; `len` is the requested length.
     Remote,
     /// A CAN FD data frame, 0 to 64 bytes.
     Fd {
@@ -116,7 +115,7 @@ pub enum Kind {
     Error,
 }
 
-/// Who put the frame on the bus, as far as the capture tells.
+/// The direction of a frame, seen from the capturing host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Received from the bus.
@@ -125,12 +124,12 @@ pub enum Direction {
     Tx,
 }
 
-/// A time stamp as it was written: its digits can be printed again unchanged.
+/// A time stamp as written, so that its digits can be printed unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamp {
-    /// How it was written.
+    /// The form in which it is written.
     pub form: StampForm,
-    /// The number that was written, in ns: seconds, a difference, or local civil time counted as if it were UTC.
+    /// The written number, in ns: seconds, a difference, or local civil time as if it were UTC.
     pub ns: i64,
     /// Digits before the decimal point (for zero padding); 1..=20. Unused for `Calendar`.
     pub width: u8,
@@ -138,8 +137,8 @@ pub struct Stamp {
     pub decimals: u8,
 }
 
-/// The last whole second that nanoseconds of 64 bits can tell, 2262-04-11 23:47:16: readers give it for a later stamp,
-/// and what lies as far before 1970 for an earlier one.
+/// The last whole second that an `i64` of nanoseconds can represent, 2262-04-11 23:47:16. Readers clamp later stamps to
+/// it, and stamps before 1970 to its negative.
 pub const LAST_SECOND_NS: i64 = i64::MAX / 1_000_000_000 * 1_000_000_000;
 
 /// The forms of a time stamp.
@@ -151,12 +150,12 @@ pub enum StampForm {
     Calendar,
 }
 
-/// How the length stood in the capture.
+/// The form in which the capture writes a length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LengthForm {
-    /// candump `-8`: braces, the raw DLC.
+    /// candump `-8`: braces around the raw DLC.
     pub braces: bool,
-    /// Raw DLC 9..=15 of a classic frame with 8 bytes; 0 where it is no different from `len`.
+    /// Raw DLC 9..=15 of a classic frame with 8 bytes; 0 if it equals `len`.
     pub raw_dlc: u8,
     /// A two-digit length in brackets, `[08]`, as candump prints FD frames.
     pub two_digits: bool,
@@ -169,33 +168,34 @@ pub struct Frame {
     pub no: u64,
     /// Line in its file, from 1; `None` in binary formats.
     pub line: Option<u64>,
-    /// Time in ns: since the epoch, since the capture's start, or civil time as if UTC. `None` without stamps.
+    /// Time in ns: since the epoch, since the start of the capture, or civil time as if it were UTC. `None` without
+    /// stamps.
     pub t_ns: Option<i64>,
     /// The stamp as written; `None` without stamps.
     pub stamp: Option<Stamp>,
-    /// The bus it was seen on.
+    /// The bus on which it was captured.
     pub bus: BusId,
-    /// Its identifier; the error class for [`Kind::Error`].
+    /// The identifier; the error class for [`Kind::Error`].
     pub id: CanId,
     /// Data, remote, FD or error.
     pub kind: Kind,
-    /// Direction, where the capture tells.
+    /// Direction; `None` if the capture does not record it.
     pub dir: Option<Direction>,
-    /// Payload bytes, 0..=64 (for a remote frame the requested length, 0..=8).
+    /// Payload length in bytes, 0..=64 (for a remote frame the requested length, 0..=8).
     pub len: u8,
-    /// How the length was written.
+    /// The form in which the length is written.
     pub length_form: LengthForm,
-    /// Payload; bytes from `len` on are 0.
+    /// Payload; bytes from `len` on are zero.
     pub data: [u8; 64],
 }
 
 impl Frame {
-    /// Whether its stamp was out of the range of nanoseconds of 64 bits, and is the end of that.
+    /// Returns true if the stamp was out of range and has been clamped to ± [`LAST_SECOND_NS`].
     pub fn is_clamped(&self) -> bool {
         self.t_ns.is_some_and(|t_ns| t_ns.unsigned_abs() >= LAST_SECOND_NS.unsigned_abs())
     }
 
-    /// A classic data frame on bus 0 without a stamp: the least a test or a caller has to say.
+    /// Makes a classic data frame on bus 0 without a stamp.
     pub fn classic(id: CanId, payload: &[u8]) -> Self {
         let mut data = [0; 64];
         let len = payload.len().min(8);
@@ -217,7 +217,7 @@ impl Frame {
         }
     }
 
-    /// The payload bytes; empty for a remote frame.
+    /// Returns the payload bytes; none for a remote frame.
     pub fn payload(&self) -> &[u8] {
         if matches!(self.kind, Kind::Remote) {
             &[]
@@ -226,19 +226,19 @@ impl Frame {
         }
     }
 
-    /// The first eight payload bytes, zero-extended: what a classic service decodes.
+    /// Returns the first eight payload bytes, zero-extended, as classic services decode them.
     pub fn head(&self) -> [u8; 8] {
         let [a, b, c, d, e, f, g, h, ..] = self.data;
         [a, b, c, d, e, f, g, h]
     }
 
-    /// Where this frame stands, for events and findings that speak of it.
+    /// Returns the number, line and time of this frame, for events and findings.
     pub fn reference(&self) -> FrameRef {
         FrameRef { no: self.no, line: self.line, t_ns: self.t_ns }
     }
 }
 
-/// A frame spoken of: its number, line and time.
+/// A reference to a frame: its number, line and time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameRef {
     /// Number in the capture, from 1.
@@ -250,7 +250,12 @@ pub struct FrameRef {
 }
 
 impl FrameRef {
-    /// The time from a frame to this one, in ns; `None` without it or without stamps.
+    /// Returns its number; `None` where it is no frame.
+    pub fn number(self) -> Option<u64> {
+        Some(self.no).filter(|no| *no > 0)
+    }
+
+    /// Returns the time from `then` to this frame, in ns; `None` if either has no stamp.
     pub fn since(self, then: impl Into<Option<Self>>) -> Option<i64> {
         Some(self.t_ns?.saturating_sub(then.into()?.t_ns?))
     }

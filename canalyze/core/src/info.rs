@@ -1,21 +1,21 @@
-//! What a file is: its frames counted by what can be seen of them without knowing any protocol.
+//! The contents of a file, counted without knowledge of any protocol.
 //!
-//! It takes what a reader gives and keeps figures only, in bounded memory. Must not: decode, judge, or know a format.
+//! Only figures are kept, in bounded memory.
 
 use crate::frame::{Direction, Frame, Kind, MAX_BUSES, StampForm};
 use crate::readers::listing::LeftOut;
 use crate::readers::{Damage, Item, Marker, Place, Unreadable};
 use crate::span::Span;
 
-/// Damages that are listed one by one; more are only counted.
+/// Maximum number of listed damages; further ones are only counted.
 const LISTED: usize = 64;
-/// Seconds from here on are of a clock that tells the date; below, they count from some start. In ns.
+/// Lower limit of absolute stamps, in ns (1973); smaller ones count from some start.
 const DATED_NS: i64 = 100_000_000_000_000_000;
 
 /// The figures of one file.
 #[derive(Debug, Default)]
 pub struct Info {
-    /// Frames of each bus, by its number.
+    /// Frames of each bus, by bus index.
     pub buses: Vec<u64>,
     /// All frames.
     pub frames: u64,
@@ -29,55 +29,55 @@ pub struct Info {
     pub error: u64,
     /// Data, remote and FD frames with 11-bit identifiers.
     pub standard: u64,
-    /// The same with 29-bit identifiers.
+    /// Data, remote and FD frames with 29-bit identifiers.
     pub extended: u64,
-    /// Frames that were received.
+    /// Received frames.
     pub rx: u64,
-    /// Frames that the capturing host sent.
+    /// Frames sent by the capturing host.
     pub tx: u64,
     /// Frames without a stamp.
     pub unstamped: u64,
-    /// The stamps, in order of the file.
+    /// The stamps in file order.
     pub span: Span,
-    /// Fewest and most digits after the point.
+    /// Fewest and most digits after the decimal point.
     pub decimals: Option<(u8, u8)>,
-    /// The date from which the stamps count, where the file has one.
+    /// The date from which the stamps count, if the file has one, in ns.
     pub date_ns: Option<i64>,
-    /// The stamps are written as dates.
+    /// True if the stamps are written as dates.
     pub calendar: bool,
-    /// Stamps that are out of the range that can be shown, and were taken as its end.
+    /// Stamps out of range, clamped to its end.
     pub clamped_stamps: u64,
-    /// Lines or records that cannot be read.
+    /// Unreadable lines or records.
     pub unreadable: u64,
-    /// Those of them that are on buses beyond those that are kept apart.
+    /// Unreadable ones on buses beyond the maximum number.
     pub of_further_buses: u64,
-    /// The first of them.
+    /// The first unreadable one.
     pub first_unreadable: Option<Place>,
-    /// How often the capturing program says that it lost frames.
+    /// Number of reports by the capturing program of lost frames.
     pub gaps: u64,
-    /// How many, as said there.
+    /// Number of lost frames in these reports.
     pub dropped: u64,
-    /// Where the file itself shows that rows are left out.
+    /// Rows that the file itself shows to be left out.
     pub left_out: LeftOut,
     /// Error markers without content.
     pub error_markers: u64,
     /// The first damages.
     pub damage: Vec<Damage>,
-    /// All of them.
+    /// Number of all damages.
     pub damages: u64,
 }
 
-/// What a date is worth.
+/// The time zone of a date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Zone {
     /// Coordinated universal time.
     Utc,
-    /// The civil time of where it was recorded; no zone is told.
+    /// Civil time at the place of recording, in an unknown zone.
     Local,
 }
 
 impl Info {
-    /// Takes what the reader has found.
+    /// Counts an item of the reader.
     pub fn take(&mut self, item: &Item) {
         match item {
             Item::Frame(frame) => self.frame(frame),
@@ -137,7 +137,7 @@ impl Info {
         self.span.take(t_ns);
     }
 
-    /// The dates of the first frame and the last one in ns since 1970-01-01, where the file tells them.
+    /// Returns the dates of the first and the last frame in ns since 1970-01-01, if the file gives them.
     pub fn dates(&self) -> Option<(i64, i64, Zone)> {
         let (first, last) = self.span.ends_ns?;
         match self.date_ns {

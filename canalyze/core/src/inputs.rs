@@ -1,9 +1,9 @@
-//! The files of a capture that are open at once: each with its reader and with what it has read and not yet given.
+//! The files of a capture that are open together, each with its reader and its queue of items.
 //!
-//! A file that is read alone gives every item at once. Several are joined by time: the next frame is the earliest one
-//! at the head of a queue, of equal ones that of the file named first, and none is given while a file that is not over
-//! has nothing to give. So memory holds at most what one piece of each file yields. Must not: know what a frame means,
-//! or change the order within a file.
+//! A file read alone yields its items at once. Several files are joined by time: the earliest frame at the head of a
+//! queue comes next, of equal ones that of the file named first, and nothing comes while an unfinished file has an
+//! empty queue. Memory therefore holds at most the items of one piece of each file. The order within a file never
+//! changes.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -11,56 +11,56 @@ use std::sync::Arc;
 use crate::frame::{BusId, Buses, Frame, FrameRef, StampForm};
 use crate::readers::{Contents, Damage, DamageKind, Item, Marker, Place, Reader, Unreadable as Reason};
 
-/// Ranges of unreadable lines that are listed at the end of a file.
+/// Maximum number of listed ranges of unreadable lines of a file.
 const RANGES: usize = 20;
-/// Stamps below this count from some start, as in filters; all others are of a clock that tells the date. In ns.
+/// Lower limit of absolute stamps, in ns, as in filters; smaller ones count from some start.
 pub const ABSOLUTE_NS: i64 = 100_000_000_000_000_000;
 
-/// What is kept of one file apart from all others.
+/// The figures of one file.
 #[derive(Debug, Default)]
 pub struct File {
     /// Its name.
     pub name: Arc<[u8]>,
-    /// Its frames so far.
+    /// Number of its frames so far.
     pub frames: u64,
-    /// From the date from which the capture's stamps count to the one from which this file's do.
+    /// Time from the date that the capture's stamps count from to the one that this file's stamps count from, in ns.
     pub shift_ns: i64,
-    /// It says from which date its stamps count.
+    /// True if it gives the date from which its stamps count.
     pub dated: bool,
-    /// What of it could not be read.
+    /// Its unreadable lines or records.
     pub unreadable: Unreadable,
-    /// Those that could not be read because they are on more buses than are kept apart.
+    /// Unreadable ones on buses beyond the maximum number.
     pub of_further_buses: u64,
-    /// Frames whose stamps are further off than nanoseconds of 64 bits can tell.
+    /// Frames with stamps out of the range of an `i64` of nanoseconds.
     pub beyond: u64,
-    /// Damaged places so far.
+    /// Number of damaged places so far.
     pub damages: u64,
-    /// The last frame of each bus, by its number.
+    /// The last frame of each bus, by bus index.
     pub last: Vec<Option<FrameRef>>,
-    /// Its stamps are not what they were taken for, which was said.
+    /// True if its stamps turned out to have another meaning than assumed, and this has been reported.
     pub misread: bool,
 }
 
-/// Lines of a file that could not be read (records, by their offset, in a file without lines).
+/// Unreadable lines of a file (in a file without lines, offsets of records).
 #[derive(Debug, Default)]
 pub struct Unreadable {
-    /// How many.
+    /// Number of lines.
     pub count: u64,
     /// The first one.
     pub first: Option<Place>,
-    /// Ranges of them, the first ones.
+    /// The first ranges.
     pub ranges: Vec<(u64, u64)>,
 }
 
 impl File {
-    /// Its frames so far, with those that were passed over for their bus.
+    /// Returns the number of its frames so far, including those skipped for their bus.
     pub fn found(&self) -> u64 {
         self.frames + self.of_further_buses
     }
 }
 
 impl Unreadable {
-    /// Counts one more.
+    /// Counts a place.
     pub fn add(&mut self, place: Place) {
         self.first.get_or_insert(place);
         self.count += 1;
@@ -74,16 +74,16 @@ impl Unreadable {
     }
 }
 
-/// Why files cannot be joined by time.
+/// The reason that files cannot be joined by time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The frames of this file have no stamps.
     NoStamps(usize),
-    /// The stamps of the first file are times of day, those of the second count from a start that is not told.
+    /// The stamps of the first file are times of day, those of the second count from an unknown start.
     NoCommonClock(usize, usize),
 }
 
-/// What the stamps of a file count from.
+/// The origin of a file's stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Clock {
     Absent,
@@ -94,35 +94,35 @@ enum Clock {
 /// One open file.
 #[derive(Debug)]
 pub struct Input {
-    /// Its reader; `None` once the file is over.
+    /// Its reader; `None` after the end of the file.
     pub reader: Option<Reader>,
-    /// What is kept of it, while another file has its turn.
+    /// Its figures, while another file has its turn.
     pub file: File,
-    /// What its reader knew at the end.
+    /// The contents that its reader knows at the end.
     pub contents: Contents,
-    /// What is wrong with the file as its bytes came, told after its last item.
+    /// Damage of the byte stream, reported after the last item.
     pub damage: Option<Damage>,
-    /// What the last check sum covers, where its bytes have such.
+    /// The part covered by the last check sum, if the bytes have check sums.
     covered: Option<Covered>,
-    /// Its own numbers of buses, while it is joined with others.
+    /// Its own bus indexes, while it is joined with others.
     buses: Buses,
     queue: VecDeque<Item>,
-    /// Frames that were found in it.
+    /// Number of frames found in it.
     pub frames: u64,
     clock: Option<Clock>,
     date_ns: Option<i64>,
-    /// Its end was given too.
+    /// True after its end has been returned.
     closed: bool,
 }
 
-/// What of a file stands under one check sum.
+/// The part of a file that one check sum covers.
 #[derive(Clone, Copy, Debug)]
 struct Covered {
-    /// The line in which it begins.
+    /// Its first line.
     line: u64,
-    /// Newlines that were fed since the file's first such part began.
+    /// Number of newlines since the beginning of the first such part of the file.
     newlines: u64,
-    /// Its frames.
+    /// Number of its frames.
     frames: u64,
 }
 
@@ -154,7 +154,7 @@ impl Input {
                 }
             }
             Item::Unreadable { reason: Reason::Bus, .. } => self.frames += 1,
-            // Only the last one before the first frame counts, and is given with it.
+            // Only the last one before the first frame counts; it is returned together with that frame.
             Item::Marker(Marker::Start { date_ns }) if self.clock.is_none() => {
                 self.date_ns = Some(*date_ns);
                 return;
@@ -164,7 +164,7 @@ impl Input {
         self.queue.push_back(item);
     }
 
-    /// Takes the file's next bytes.
+    /// Feeds the next bytes of the file.
     fn feed(&mut self, bytes: &[u8]) {
         let Some(mut reader) = self.reader.take() else { return };
         self.feeds(bytes);
@@ -173,7 +173,7 @@ impl Input {
         (self.buses, self.reader) = (buses, Some(reader));
     }
 
-    /// Takes the file's end.
+    /// Ends the file.
     fn end(&mut self, interrupted: bool) {
         let Some(mut reader) = self.reader.take() else { return };
         let mut buses = std::mem::take(&mut self.buses);
@@ -187,34 +187,34 @@ impl Input {
         (self.buses, self.contents) = (buses, reader.contents());
     }
 
-    /// The bytes that come next are the first under another check sum.
+    /// Begins a part under another check sum with the next bytes.
     pub fn covers(&mut self) {
         let newlines = self.covered.map_or(0, |covered| covered.newlines);
         self.covered = Some(Covered { line: newlines + 1, newlines, frames: 0 });
     }
 
-    /// Counts what is fed, where it stands under a check sum.
+    /// Counts the newlines of bytes that are covered by a check sum.
     pub fn feeds(&mut self, bytes: &[u8]) {
         if let Some(covered) = &mut self.covered {
             covered.newlines += memchr::memchr_iter(b'\n', bytes).count() as u64;
         }
     }
 
-    /// Counts a frame that the last check sum covers. A reader may be behind: the line tells that, where there are lines.
+    /// Counts a frame covered by the last check sum. A reader may lag behind its bytes; the line, if any, shows that.
     pub fn counts(&mut self, item: &Item) {
         if let (Some(covered), Item::Frame(frame)) = (&mut self.covered, item) {
             covered.frames += u64::from(frame.line.is_none_or(|line| line >= covered.line));
         }
     }
 
-    /// What is wrong with the file as its bytes came; of what is doubtful, with the number of frames.
+    /// Takes the damage of the byte stream; doubtful damage includes the number of frames.
     pub fn told(&mut self) -> Option<Damage> {
         let frames = self.covered.map(|covered| covered.frames);
         let damage = self.damage.take()?;
         Some(if damage.kind == DamageKind::Doubtful { Damage { frames, ..damage } } else { damage })
     }
 
-    /// The item at the head, its bus as all files together number them.
+    /// Removes the item at the head of the queue and converts its bus to the common index.
     fn pop(&mut self, buses: &mut Buses) -> Option<Item> {
         let mut item = self.queue.pop_front()?;
         match &mut item {
@@ -242,12 +242,12 @@ fn clock(frame: &Frame, date_ns: Option<i64>) -> Clock {
     }
 }
 
-/// What comes next of files that are joined.
+/// The next step of joined files.
 #[derive(Clone, Copy, Debug)]
 pub enum Next {
-    /// An item of this file.
+    /// An item of a file, by its index.
     Item(usize, Item),
-    /// This file is over.
+    /// The end of a file, by its index.
     End(usize),
 }
 
@@ -255,13 +255,13 @@ pub enum Next {
 #[derive(Debug, Default)]
 pub struct Inputs {
     all: Vec<Input>,
-    /// Every file has shown what its stamps count from.
+    /// True once every file has shown the origin of its stamps.
     begun: bool,
     refusal: Option<Refusal>,
 }
 
 impl Inputs {
-    /// Opens one more file. `first`: it is the first of those that are open together.
+    /// Opens another file. `first` closes all earlier ones.
     pub fn open(&mut self, first: bool, name: &[u8], reader: Reader) {
         if first {
             *self = Self::default();
@@ -269,36 +269,36 @@ impl Inputs {
         self.all.push(Input::new(name, reader));
     }
 
-    /// One of them.
+    /// Returns an input by its index.
     pub fn get(&mut self, input: usize) -> Option<&mut Input> {
         self.all.get_mut(input)
     }
 
-    /// The only one, if it is.
+    /// Returns the input if it is the only one.
     pub fn alone(&mut self) -> Option<&mut Input> {
         if let [only] = self.all.as_mut_slice() { Some(only) } else { None }
     }
 
-    /// How many are open, or were.
+    /// Returns the number of files, including finished ones.
     pub fn count(&self) -> usize {
         self.all.len()
     }
 
-    /// Takes the next bytes of a file, of several.
+    /// Feeds the next bytes of one of several files.
     pub fn feed(&mut self, input: usize, bytes: &[u8]) {
         if let Some(one) = self.all.get_mut(input) {
             one.feed(bytes);
         }
     }
 
-    /// Takes the end of a file, of several.
+    /// Ends one of several files.
     pub fn end(&mut self, input: usize, interrupted: bool) {
         if let Some(one) = self.all.get_mut(input) {
             one.end(interrupted);
         }
     }
 
-    /// The file whose bytes are needed before anything can go on; `None` when all are over, or cannot be joined.
+    /// Returns the file whose bytes are needed next; `None` if all are finished or cannot be joined.
     pub fn wants(&self) -> Option<usize> {
         if self.refusal.is_some() {
             return None;
@@ -308,19 +308,21 @@ impl Inputs {
         self.all.iter().position(needy)
     }
 
-    /// Why they cannot be joined.
+    /// Returns the reason that the files cannot be joined.
     pub fn refusal(&self) -> Option<Refusal> {
         self.refusal
     }
 
-    /// The next item, or a file's end; `None` when some file has to be fed first, or nothing is left. `date_ns` is the
-    /// date from which all stamps count, and is set before the first frame; `file` gives what is kept of a file.
+    /// Returns the next item or end of a file; `None` if a file has to be fed first or nothing is left. `date_ns` is
+    /// the date from which all stamps count, set before the first frame; `turn` is the index and figures of the current
+    /// file.
     pub fn next(&mut self, buses: &mut Buses, date_ns: &mut Option<i64>, turn: (usize, &File)) -> Option<Next> {
         if self.refusal.is_some() {
             return None;
         }
         if !self.begun {
-            // What comes before any frame of its file is said at once: it would be kept without bound.
+            // Items before the first frame of a file are returned at once, since keeping them would need unbounded
+            // memory.
             for (index, one) in self.all.iter_mut().enumerate() {
                 let waits =
                     matches!(one.queue.front(), None | Some(Item::Frame(_) | Item::Marker(Marker::Start { .. })));
@@ -342,7 +344,7 @@ impl Inputs {
             match one.queue.front() {
                 Some(Item::Frame(frame)) => {
                     let file = if turn.0 == index { turn.1 } else { &one.file };
-                    // A frame without a stamp among others goes on where its file stands: at once.
+                    // A frame without a stamp among stamped ones keeps its place in the file.
                     let t_ns = frame.t_ns.map_or(i64::MIN, |t_ns| t_ns.saturating_add(file.shift_ns));
                     if earliest.is_none_or(|(_, before)| t_ns < before) {
                         earliest = Some((index, t_ns));
@@ -362,7 +364,7 @@ impl Inputs {
         Some(Next::Item(index, item))
     }
 
-    /// Finds the clock that all of them share.
+    /// Determines the clock that all files share.
     fn begin(&mut self, date_ns: &mut Option<i64>) {
         self.begun = true;
         let of = |clock| self.all.iter().position(|one| one.clock == Some(clock));
@@ -373,7 +375,7 @@ impl Inputs {
         };
         let dates = self.all.iter().filter(|one| one.clock.is_some()).map(|one| one.date_ns);
         if date_ns.is_none() && dates.clone().any(|date| date.is_some()) {
-            // Where others are times of day as they stand, what counts from a date becomes such too.
+            // If other stamps are plain times of day, stamps with a date are converted to such.
             *date_ns = dates.map(|date| date.unwrap_or(0)).min();
         }
     }
@@ -409,7 +411,7 @@ mod tests {
         inputs
     }
 
-    /// All that comes: file and absolute time of frames, and the names of buses in their order.
+    /// Collects the file and absolute time of all frames.
     fn joined(inputs: &mut Inputs, date_ns: &mut Option<i64>) -> Vec<(usize, i64)> {
         let (mut buses, mut file, mut turn) = (Buses::default(), File::default(), 0);
         let mut found = Vec::new();
@@ -451,14 +453,15 @@ mod tests {
     #[test]
     fn dates_make_one_clock() {
         const DAY: i64 = 1_700_000_000_000_000_000;
-        // Both dated: stamps count from the earlier date.
+        // Both have dates: stamps count from the earlier one.
         let mut inputs =
             opened(&[&[start(DAY + 10), frame(Some(0), 0), frame(Some(7), 0)], &[start(DAY), frame(Some(12), 0)]]);
         end_all(&mut inputs);
         let mut date = None;
         assert_eq!(joined(&mut inputs, &mut date), [(0, 10), (1, 12), (0, 17)]);
         assert_eq!(date, Some(DAY));
-        // Dated and absolute: all become absolute. A second date within a file counts from there on.
+        // One has a date, the other is absolute: all become absolute. A second date within a file applies from there
+        // on.
         let late = [start(DAY + 10), frame(Some(0), 0), start(DAY + 100), frame(Some(1), 0)];
         let mut inputs = opened(&[&late, &[frame(Some(DAY + 50), 0)]]);
         end_all(&mut inputs);

@@ -18,7 +18,7 @@
 //! # Modules
 //!
 //! Dependency runs one way: `frame`, `od` <- `profiles` <- `dictionary`, `rules` <- `message` <- `event`, `finding` <- `evidence` (what
-//! the recording did) <- `context` <- `services` <- `configuration` <- `node` <- `checks` <- `bus` <- `session` <-
+//! the recording did) <- `context` <- `wire`, `services` <- `configuration` <- `node` <- `checks` <- `bus` <- `session` <-
 //! `python`. On the side of files, `readers` sees only
 //! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
 //! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `rules`,
@@ -28,6 +28,13 @@
 //! sees `bus`, `summary` and `render`; `settings` (what users write for the program) sees `expectation` and `diagnosis`;
 //! `preset` (the PDOs of a description) sees `node`. `masks` (candump's filters) sees `frame`. `calendar`, `select` and
 //! `span` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
+
+/// Returns the rows of a table in `words/`, which `build.rs` has checked and turned into Rust.
+macro_rules! words {
+    ($table:literal) => {
+        include!(concat!(env!("OUT_DIR"), "/", $table, ".rs"))
+    };
+}
 
 pub mod bus;
 pub mod calendar;
@@ -71,4 +78,5 @@ pub mod settings;
 pub mod span;
 pub mod summary;
 pub mod text;
+pub mod wire;
 pub mod writers;

@@ -1,34 +1,35 @@
-//! Which frames of a live channel are shown, as candump has it behind the channel's name: `can0,123:7FF,400~7F0,#1F,j`.
+//! The filters behind a live channel's name as in candump, which choose the frames to show:
+//! `can0,123:7FF,400~7F0,#1F,j`.
 //!
-//! The kernel's own rules, so that what candump would print is what is shown; but all frames are received, and state
-//! sees every one. Must not: know what a frame means, or concern channels that are not named.
+//! The rules are those of the kernel, so that the same frames are shown as by candump. Hidden frames are still received
+//! and count for all state. Channels that are not named are shown whole.
 
 use crate::frame::{Buses, CanId, Frame, Kind};
 
 const EFF: u32 = 0x8000_0000;
 const RTR: u32 = 0x4000_0000;
-/// Set in an identifier: everything but what it would match. In a mask it stands for error frames and has no effect.
+/// Flag of an inverted match in an identifier. In a mask it means error frames and has no effect.
 const INVERTED: u32 = 0x2000_0000;
 const SFF_MASK: u32 = 0x7FF;
-/// So many digits make an identifier a 29-bit one.
+/// Number of digits of a 29-bit identifier.
 const EFF_DIGITS: usize = 8;
-/// The channel that stands for all.
+/// The channel name that matches all channels.
 const ANY: &[u8] = b"any";
 
-/// What is shown of the channels that are named; of others everything is.
+/// The filters of all named channels; other channels are shown whole.
 #[derive(Clone, Debug, Default)]
 pub struct Masks {
     channels: Vec<Channel>,
 }
 
-/// The filters behind one channel's name.
+/// The filters of one channel.
 #[derive(Clone, Debug)]
 struct Channel {
     name: Vec<u8>,
     pairs: Vec<Pair>,
     /// Classes of error frames.
     errors: u32,
-    /// All pairs must match, and not any one.
+    /// True if all pairs have to match instead of any.
     join: bool,
 }
 
@@ -40,23 +41,23 @@ struct Pair {
     inverted: bool,
 }
 
-/// A part that is none of candump's filters, with the whole that it stands in.
+/// An invalid filter, and the whole argument that contains it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake(pub String, pub String);
 
 impl Masks {
-    /// Reads channels with what stands behind their names; one without filters is shown whole.
+    /// Parses channels with their filters; a channel without filters is shown whole.
     pub fn parse(channels: &[String]) -> Result<Self, Mistake> {
         let channels = channels.iter().map(|text| Channel::parse(text));
         Ok(Self { channels: channels.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect() })
     }
 
-    /// Whether everything is shown.
+    /// Returns true if everything is shown.
     pub fn is_empty(&self) -> bool {
         self.channels.is_empty()
     }
 
-    /// Whether a frame is shown: by any of the entries of its channel.
+    /// Returns true if any entry for the frame's channel shows the frame.
     pub fn shows(&self, frame: &Frame, buses: &Buses) -> bool {
         if self.channels.is_empty() {
             return true;
@@ -68,7 +69,7 @@ impl Masks {
 }
 
 impl Channel {
-    /// `None`: there are no filters.
+    /// Parses one channel; `None` if it has no filters.
     fn parse(text: &str) -> Result<Option<Self>, Mistake> {
         let mut parts = text.split(',');
         let name = parts.next().unwrap_or_default().as_bytes().to_vec();
@@ -91,7 +92,7 @@ impl Channel {
     fn shows(&self, frame: &Frame) -> bool {
         let all = self.join && self.pairs.len() > 1;
         if frame.kind == Kind::Error {
-            // An error frame matches no pair, so where all must match none comes.
+            // An error frame matches no pair, so none passes if all have to match.
             return !all && frame.id.raw() & self.errors != 0;
         }
         let id = identifier(frame.id) | if frame.kind == Kind::Remote { RTR } else { 0 };
@@ -110,7 +111,7 @@ impl Pair {
         let (id, mask) = (text.get(..at)?, text.get(at + 1..)?);
         let long = if id.len() == EFF_DIGITS { EFF } else { 0 };
         let (id, mask) = (number(id)? | long, number(mask)? & !INVERTED);
-        // Of a mask for the frame format with an 11-bit identifier only what such a frame has counts.
+        // If the mask includes the frame format, an 11-bit identifier is compared only in the bits that it has.
         let mask = if mask & EFF != 0 && id & EFF == 0 { mask & (SFF_MASK | EFF | RTR) } else { mask };
         Some(Self { id: id & mask, mask, inverted: text.get(at..=at) == Some("~") || id & INVERTED != 0 })
     }
@@ -120,12 +121,12 @@ impl Pair {
     }
 }
 
-/// The identifier as SocketCAN has it.
+/// Returns the identifier with the flag bits of SocketCAN.
 fn identifier(id: CanId) -> u32 {
     id.raw() | if id.is_extended() { EFF } else { 0 }
 }
 
-/// Hexadecimal, of 32 bits.
+/// Parses a hexadecimal number of 32 bits.
 fn number(text: &str) -> Option<u32> {
     let digits = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")).unwrap_or(text);
     u32::from_str_radix(digits, 16).ok().filter(|_| digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
@@ -166,7 +167,7 @@ mod tests {
             ("can0,123:7FF", standard(0x124), false),
             ("can0,123:7FF", remote, true),
             ("can0,123:400007FF", remote, false),
-            // Without the bit for the format in its mask the lower bits count of a 29-bit one too.
+            // Without the format bit in the mask, a 29-bit identifier matches by its lower bits.
             ("can0,123:7FF", extended(0x1FFF_F923), true),
             ("can0,123:C00007FF", extended(0x123), false),
             ("can0,123:C00007FF", standard(0x123), true),
@@ -174,7 +175,7 @@ mod tests {
             ("can0,00000123:DFFFFFFF", standard(0x123), false),
             ("can0,80000123:9FFFFFFF", extended(0x123), true),
             ("can0,0x123:0x7ff", standard(0x123), true),
-            // Of a mask for 11 bits no more than they count.
+            // A mask is reduced to the bits of an 11-bit identifier.
             ("can0,123:DFFFFFFF", standard(0x123), true),
             ("can0,123~7FF", standard(0x123), false),
             ("can0,123~7FF", standard(0x124), true),

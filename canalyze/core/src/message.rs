@@ -1,12 +1,12 @@
-//! What one frame says by itself, before any history: the services of CANopen other than SDO.
+//! The content of one frame by itself, for the services of CANopen other than SDO.
 //!
-//! SDO is not here, since the meaning of an SDO frame depends on its channel (`services::sdo`). Nothing here
-//! may look at another frame, at time or at a device description.
+//! SDO is absent, since the meaning of an SDO frame depends on its channel (`services::sdo`). Other frames, time and
+//! device descriptions are not considered.
 
 use crate::cob_id::Role;
 use crate::profiles::Profile;
 
-/// One frame's own meaning.
+/// The content of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
     /// NMT node control (CiA 301, 7.2.8.3.1).
@@ -27,7 +27,7 @@ pub enum Message {
     },
     /// SYNC (CiA 301, 7.2.5).
     Sync {
-        /// The synchronous counter, where the frame has one byte.
+        /// The synchronous counter, if the frame has one byte.
         counter: Option<u8>,
     },
     /// TIME (CiA 301, 7.2.6).
@@ -45,15 +45,15 @@ pub enum Message {
         node: u8,
         /// Emergency error code.
         code: u16,
-        /// The device profile by which the code has its meaning, as far as it is known. Never from one frame alone.
+        /// The device profile that defines the code, as far as known. Never from one frame alone.
         profile: Profile,
         /// Error register (object 1001h).
         register: u8,
         /// Manufacturer-specific bytes.
         manufacturer: [u8; 5],
-        /// The node's errors after it, as far as the capture shows them. Empty from one frame alone.
+        /// The node's active errors after this message, as far as the capture shows them. Empty from one frame alone.
         active: Errors,
-        /// The errors that it takes back: those before it, where it says that none is left.
+        /// The errors that this message clears: all active ones, if it reports that none is left.
         cleared: Errors,
     },
     /// A PDO of the pre-defined connection set; its content needs a mapping.
@@ -62,45 +62,44 @@ pub enum Message {
         transmit: bool,
         /// PDO number, from 1.
         number: u16,
-        /// The node whose PDO it is.
+        /// The node that owns the PDO.
         node: u8,
     },
-    /// A remote frame that asks for a PDO.
+    /// A remote frame that requests a PDO.
     PdoRequest {
-        /// Transmit or receive, as the CAN-ID says.
+        /// Transmit or receive, by the CAN-ID.
         transmit: bool,
         /// PDO number, from 1.
         number: u16,
-        /// The node whose PDO it is.
+        /// The node that owns the PDO.
         node: u8,
     },
-    /// A multiplex PDO (CiA 301, 7.2.2.4). Never from one frame alone: the bus makes it where a mapping says so.
+    /// A multiplex PDO (CiA 301, 7.2.2.4). Never from one frame alone: the bus makes it where a mapping shows one.
     Mpdo {
         /// Transmit (seen from the node) or receive.
         transmit: bool,
         /// PDO number, from 1.
         number: u16,
-        /// The node whose PDO it is.
+        /// The node that owns the PDO.
         node: u8,
-        /// What it carries.
+        /// The address and data that it carries.
         content: crate::services::pdo::multiplexed::Multiplexed,
     },
     /// One frame of an SRDO pair (CiA 304).
     Srdo {
         /// Number of the pair, 1..=64.
         number: u8,
-        /// Whether the data are the bitwise inverted ones.
+        /// True for the bitwise inverted data.
         inverted: bool,
-        /// Whether these are the inverse of the normal data before them: what the bus knows, `None` for a frame by
-        /// itself.
+        /// True if the data are the inverse of the preceding normal data; `None` from one frame alone.
         valid: Option<bool>,
     },
     /// Boot-up (CiA 301, 7.2.8.3.3): error control with state 00.
     BootUp {
-        /// The node that has booted.
+        /// The booting node.
         node: u8,
     },
-    /// Heartbeat, or an answer to node guarding: both carry a state.
+    /// Heartbeat, or a response to node guarding: both carry a state.
     Heartbeat {
         /// The node.
         node: u8,
@@ -108,22 +107,22 @@ pub enum Message {
         state: u8,
         /// Bit 7: the toggle bit of node guarding; 0 in a heartbeat.
         toggle: bool,
-        /// An answer to node guarding. From one frame alone only where the toggle bit is set.
+        /// A response to node guarding. From one frame alone only if the toggle bit is set.
         guarding: bool,
-        /// The state that the node has shown before, since its last boot-up. `None` from one frame alone.
+        /// The state in the node's previous message since its last boot-up. `None` from one frame alone.
         previous: Option<u8>,
     },
-    /// Remote frame of node guarding, from the NMT master.
+    /// Remote frame of node guarding from the NMT master.
     GuardingRequest {
         /// The guarded node.
         node: u8,
     },
-    /// LSS (CiA 305): the command specifier is in the frame's first byte.
+    /// LSS (CiA 305); the command specifier is the first byte.
     Lss {
         /// From the LSS master (7E5) or from a slave (7E4).
         from_master: bool,
-        /// What it says.
-        command: crate::services::lss::command::Command,
+        /// The decoded command.
+        command: crate::wire::lss::command::Command,
     },
     /// A CAN FD frame on an SDO identifier: CANopen FD's USDO (CiA 1301).
     Usdo {
@@ -138,23 +137,24 @@ pub enum Message {
     },
     /// A SocketCAN error frame; the frame's identifier is the error class.
     ErrorFrame,
-    /// Reserved or unassigned 11-bit identifier, 6E0..6FF, or 29-bit identifier: no CANopen meaning by itself.
+    /// A reserved or unassigned 11-bit identifier (6E0..6FF included), or a 29-bit identifier, without a CANopen
+    /// meaning by itself.
     Foreign {
-        /// Which of these it is.
+        /// The role of the identifier.
         role: Role,
     },
-    /// A frame on the identifier of a service that cannot be one of its messages.
+    /// A frame on the identifier of a service that is not a valid message of that service.
     Malformed {
         /// The role of the identifier.
         role: Role,
-        /// What is wrong.
+        /// The flaw.
         flaw: Flaw,
     },
 }
 
 impl Message {
-    /// The service's one word: the name in filters, in JSON, and of the file that decodes it. Boot-up counts as
-    /// heartbeat.
+    /// Returns the word for the service, as used in filters, in JSON, and as the name of the file that decodes it.
+    /// Boot-up counts as heartbeat.
     pub fn service(&self) -> &'static str {
         match self {
             Self::Nmt { .. } => "nmt",
@@ -187,8 +187,8 @@ impl Message {
         }
     }
 
-    /// The node the message is about: who sends it, or whom an NMT command addresses. `None` where it is about
-    /// none or about all, or where the number cannot be a node-ID.
+    /// Returns the node of the message: its sender, or the node that an NMT command addresses. `None` if it concerns no
+    /// node or all nodes, or if the number is not a node-ID.
     pub fn node(&self) -> Option<u8> {
         let node = match *self {
             Self::Nmt { node, .. }
@@ -224,18 +224,18 @@ impl Message {
     }
 }
 
-/// Emergency error codes that a node has reported, oldest first. Further ones than [`ERRORS`] are not kept.
+/// Emergency error codes that a node has reported, oldest first; at most [`ERRORS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Errors {
     codes: [u16; ERRORS],
     count: u8,
 }
 
-/// Error codes that are kept of one node.
+/// Maximum number of error codes kept for one node.
 pub const ERRORS: usize = 8;
 
 impl Errors {
-    /// Adds a code, where it is not there yet.
+    /// Adds a code unless it is present or the list is full.
     pub fn add(&mut self, code: u16) {
         if !self.iter().any(|known| known == code)
             && let Some(slot) = self.codes.get_mut(usize::from(self.count))
@@ -245,24 +245,24 @@ impl Errors {
         }
     }
 
-    /// The codes.
+    /// Iterates over the codes.
     pub fn iter(&self) -> impl Iterator<Item = u16> {
         self.codes.into_iter().take(usize::from(self.count))
     }
 }
 
-/// Why a frame cannot be a message of the service its identifier stands for.
+/// The reason that a frame is not a valid message of its service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flaw {
-    /// The payload has another length than the service defines.
+    /// The length is not one that the service defines.
     Length {
-        /// What the service defines, in bytes: least.
+        /// Minimum length in bytes.
         least: u8,
-        /// What the service defines, in bytes: most.
+        /// Maximum length in bytes.
         most: u8,
     },
-    /// A remote frame where the service knows none.
+    /// A remote frame, although the service has none.
     Remote,
-    /// A CAN FD frame where a classic frame is defined.
+    /// A CAN FD frame, although the service uses classic frames.
     Fd,
 }

@@ -1,8 +1,8 @@
-//! What each CAN-ID of a bus carries: the pre-defined connection set, overruled by what is known of the nodes.
+//! The role of each CAN-ID of a bus: the pre-defined connection set, overruled by the knowledge of the nodes.
 //!
 //! One array look-up for 11-bit identifiers, a map for 29-bit ones. Every object that holds a COB-ID has claims on
-//! identifiers; when an object changes, only the identifiers on which it has claims, or had, are given away anew. It must
-//! not look at frames, nor make everything anew because one object is another one.
+//! identifiers; a change of an object reassigns only the identifiers of its old and new claims. Frames are never
+//! examined.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,11 +13,11 @@ use crate::network::{Network, Sdo};
 use crate::node::{CobId, Node, Pdo, PerNode};
 use crate::services::pdo::{communication_parameter, of_parameter, predefined_id};
 
-/// Claims of a bus at most (invariant 6): as many as 127 nodes can have PDOs.
+/// Maximum number of claims on a bus (invariant 6): enough for the PDOs of 127 nodes.
 const CLAIMS: usize = 1 << 17;
-/// Claims on one identifier that count, at most: many times what nodes share.
+/// Maximum number of claims that count on one identifier, far above what nodes share.
 const SHARED: usize = 1024;
-/// Identifiers that no configuration moves (CiA 301, 7.3.5): NMT, and from the default SDO channels on.
+/// Identifiers that no configuration moves (CiA 301, 7.3.5): NMT, and all from 7E4h on.
 const FIXED: [u32; 2] = [0x000, 0x7E4];
 
 /// The roles of a bus.
@@ -25,19 +25,19 @@ const FIXED: [u32; 2] = [0x000, 0x7E4];
 pub struct Roles {
     standard: Vec<Role>,
     extended: BTreeMap<u32, Role>,
-    /// PDOs that are received on an identifier which is another node's TPDO: consumer and number of its RPDO.
+    /// RPDOs on an identifier that is another node's TPDO: consumer and number.
     consumers: BTreeMap<CanId, (u8, u16)>,
-    /// Further SDO channels, by either of their identifiers.
+    /// Further SDO channels by either of their identifiers.
     channels: BTreeMap<CanId, CanId>,
-    /// Identifiers whose role only unanswered writes give them, with the provenance.
+    /// Identifiers whose role comes only from unanswered writes, with its source.
     unconfirmed: BTreeMap<CanId, Provenance>,
-    /// All claims, by identifier and turn.
+    /// All claims by identifier and turn.
     claims: BTreeMap<(CanId, Turn), Claim>,
-    /// On which identifiers an object of a node has claims.
+    /// The identifiers and turns of the claims of each node's object.
     objects: BTreeMap<(u8, u16), Vec<(CanId, Turn)>>,
 }
 
-/// When a claim on an identifier has its turn: of two that are worth the same the first one counts.
+/// The order of claims on an identifier; of two equal ones the first counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Turn {
     phase: Phase,
@@ -67,28 +67,26 @@ enum Service {
     Client,
 }
 
-/// What an object makes of an identifier.
+/// An object's claim on an identifier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Claim {
-    /// It has left this pre-defined role.
+    /// Leaves this pre-defined role.
     Leave(Role),
-    /// It has this role, unless a more trusted source has given it away.
+    /// Takes this role unless a better source has assigned it.
     Take(Role, Provenance),
-    /// The same of a PDO, of which one may send what others receive.
+    /// Takes a PDO's role, in which one node may send what others receive.
     ProcessData(Role, Provenance),
-    /// The same of an SDO channel beyond the default one, which the identifier names.
+    /// Takes the role of a further SDO channel, which the identifier names.
     Channel(Role, Provenance, CanId),
-    /// A PDO that was made invalid keeps the identifier that stands in its COB-ID, unless that is anything else's: what
-    /// comes there is best called by it.
+    /// Gives an unused identifier the role of the invalid PDO whose COB-ID holds it.
     Disabled(Role),
-    /// An unanswered write asks for a PDO here: what is known otherwise comes first, but for the pre-defined places of
-    /// other PDOs.
+    /// Takes a PDO's role by an unanswered write: other knowledge has priority, except pre-defined PDOs.
     AskProcessData(Role, Provenance),
-    /// SYNC and EMCY likewise. What comes there may be theirs, and is no other node's EMCY for certain.
+    /// Takes SYNC or EMCY by an unanswered write; frames may belong to it, and are certainly no other node's EMCY.
     AskService(Role, Provenance),
 }
 
-/// An identifier while its claims have their turns.
+/// An identifier during the evaluation of its claims.
 #[derive(Debug)]
 struct Identifier {
     id: CanId,
@@ -116,30 +114,29 @@ impl Default for Roles {
 }
 
 impl Roles {
-    /// What an identifier carries.
+    /// Returns the role of an identifier.
     pub fn of(&self, id: CanId) -> Role {
         let found = if id.is_extended() { self.extended.get(&id.raw()) } else { self.standard.get(id.raw() as usize) };
         found.copied().unwrap_or(Role::Foreign)
     }
 
-    /// From where the role of an identifier is known, where only unanswered writes give it.
+    /// Returns the source of an identifier's role that comes only from unanswered writes.
     #[inline]
     pub fn unconfirmed(&self, id: CanId) -> Option<Provenance> {
         if self.unconfirmed.is_empty() { None } else { self.unconfirmed.get(&id).copied() }
     }
 
-    /// The RPDO that receives an identifier whose role is a TPDO: consumer and number.
+    /// Returns consumer and number of the RPDO that receives an identifier whose role is a TPDO.
     pub fn consumer(&self, id: CanId) -> Option<(u8, u16)> {
         self.consumers.get(&id).copied()
     }
 
-    /// The identifier (client to server) that names the channel of an SDO identifier, where it is not the default
-    /// channel of its server.
+    /// Returns the identifier (client to server) that names an SDO identifier's channel unless it is the default one.
     pub fn channel(&self, id: CanId) -> Option<CanId> {
         self.channels.get(&id).copied()
     }
 
-    /// Roles from what is known of a bus.
+    /// Compiles the roles of a bus.
     pub fn compile(network: &Network, bus: &[u8], nodes: &PerNode<Node>) -> Self {
         let mut roles = Self::default();
         let mut concerned = BTreeSet::new();
@@ -149,7 +146,7 @@ impl Roles {
                 let turn = Turn { phase: Phase::Option, node: 0, service: Service::Common, index: place };
                 let mut claims = Claims::new();
                 further_channel(*client, *server, (*node, Provenance::Option), turn, &mut claims);
-                // No object is there: of node 0 there is none.
+                // Node 0 has no objects, so its entries are free.
                 roles.hold((0, place), claims, &mut concerned);
             }
         }
@@ -162,7 +159,7 @@ impl Roles {
         roles
     }
 
-    /// An object of a node is another one now.
+    /// Updates the claims of a changed object.
     pub fn refresh(&mut self, node: &Node, index: u16) {
         // Both parameters of a PDO are one object here.
         let index = of_parameter(index).map_or(index, |(transmit, number)| communication_parameter(transmit, number));
@@ -171,7 +168,7 @@ impl Roles {
         concerned.into_iter().for_each(|id| self.give_away(id));
     }
 
-    /// All objects of a node are other ones now; without it there are none.
+    /// Updates the claims of all objects of a node; without it there are none.
     pub fn refresh_all(&mut self, id: u8, node: Option<&Node>) {
         let mut concerned = BTreeSet::new();
         let mut all: BTreeSet<u16> =
@@ -183,8 +180,7 @@ impl Roles {
         concerned.into_iter().for_each(|id| self.give_away(id));
     }
 
-    /// Puts the claims of an object in the place of those it had. `concerned` are the identifiers for which that makes a
-    /// difference.
+    /// Replaces the claims of an object; adds the affected identifiers to `concerned`.
     fn hold(&mut self, object: (u8, u16), claims: Claims, concerned: &mut BTreeSet<CanId>) {
         let before = self.objects.remove(&object).unwrap_or_default();
         let same = before.len() == claims.len()
@@ -214,7 +210,7 @@ impl Roles {
         }
     }
 
-    /// Gives an identifier to whom it is due.
+    /// Assigns an identifier by its claims.
     fn give_away(&mut self, id: CanId) {
         let role = predefined(id);
         let mut one = Identifier { id, role, claimed: None, consumer: None, channel: None, unconfirmed: None };
@@ -264,7 +260,7 @@ impl Identifier {
         }
     }
 
-    /// Goes to a role, unless a more trusted source has given it away.
+    /// Takes a role unless a better source has assigned the identifier.
     fn claim(&mut self, role: Role, from: Provenance) {
         if !is_fixed(self.id) && may(self.id, role, from) && self.claimed.is_none_or(|before| before < from) {
             self.role = role;
@@ -308,7 +304,7 @@ impl Identifier {
     }
 }
 
-/// The objects of a node that may have claims.
+/// Returns the objects of a node that may have claims.
 fn indices(node: &Node) -> BTreeSet<u16> {
     let mut all = BTreeSet::from([SYNC, TIME, EMCY]);
     all.extend(node.pdos().iter().map(Pdo::communication));
@@ -322,7 +318,7 @@ const SYNC: u16 = 0x1005;
 const TIME: u16 = 0x1012;
 const EMCY: u16 = 0x1014;
 
-/// What an object of a node claims.
+/// Returns the claims of a node's object.
 fn claims(node: &Node, index: u16) -> Claims {
     let mut claims = Claims::new();
     let turn = |phase, service| Turn { phase, node: node.id(), service, index };
@@ -341,14 +337,14 @@ fn claims(node: &Node, index: u16) -> Claims {
     claims
 }
 
-/// SYNC, TIME and EMCY, where they are configured elsewhere (1005h, 1012h, 1014h).
+/// Adds claims of SYNC, TIME and EMCY configured elsewhere (1005h, 1012h, 1014h).
 fn common(node: &Node, index: u16, turn: &impl Fn(Phase, Service) -> Turn, claims: &mut Claims) {
     let own = match index {
         SYNC => Role::Sync,
         TIME => Role::Time,
         _ => Role::Emcy(node.id()),
     };
-    // Only of EMCY the highest bit says that there is none, only of the others the next one is another thing.
+    // The highest bit marks only EMCY as invalid; in the others the two highest bits have other meanings.
     let cob = |value: u64| CobId::from_entry(if index == EMCY { value } else { value & !(3 << 30) });
     if let Some((cob, from)) = node.value(index, 0).map(|(value, from)| (cob(value), from))
         && cob.valid
@@ -374,8 +370,8 @@ fn process_data(
     let role = if transmit { Role::Tpdo { number, node: id } } else { Role::Rpdo { number, node: id } };
     if let Some(pdo) = node.pdo(transmit, number) {
         let (cob, from) = pdo.cob;
-        // One that is elsewhere has left its pre-defined identifier. An EDS only presets: what is sent there all the same
-        // is still best called by its pre-defined name.
+        // A moved PDO has left its pre-defined identifier. An EDS only presets: frames there are still best named by
+        // the pre-defined role.
         if let Some(base) = predefined_id(transmit, number).filter(|_| from.is_told()) {
             claims.push((CanId::standard(base + u16::from(id)), turn(Phase::Moved), Claim::Leave(role)));
         }
@@ -392,7 +388,7 @@ fn process_data(
     }
 }
 
-/// An SDO server beyond the default channel (1201h to 127Fh).
+/// Adds claims of an SDO server beyond the default channel (1201h to 127Fh).
 fn server(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
     if let (Some((client, from)), Some((server, _))) = (node.value(index, 1), node.value(index, 2)) {
         let (client, server) = (CobId::from_entry(client), CobId::from_entry(server));
@@ -402,8 +398,8 @@ fn server(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
     }
 }
 
-/// A pair of SRDO identifiers (1301h to 1340h) where both are known. They keep to 101h to 180h (CiA 304), and the normal
-/// one says the number, as in the default assignment.
+/// Adds claims of a known pair of SRDO identifiers (1301h to 1340h). They are within 101h to 180h (CiA 304), and the
+/// normal one determines the number, as by default.
 fn safety(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
     let allowed = |id: &CanId| !id.is_extended() && (0x101..=0x180).contains(&id.raw());
     let id = |sub| node.value(index, sub).map(|(value, from)| (CobId::from_entry(value).id, from));
@@ -416,7 +412,7 @@ fn safety(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
     }
 }
 
-/// An SDO channel by what a client knows of it (1280h to 12FFh): sub-index 3 is the server's node-ID.
+/// Adds claims of an SDO channel by its client (1280h to 12FFh); sub-index 3 is the server's node-ID.
 fn client(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
     let known = |sub| node.value(index, sub).filter(|(_, from)| from.is_told());
     let (Some((client, from)), Some((server, _)), Some((id @ 1..=127, _))) = (known(1), known(2), known(3)) else {
@@ -428,7 +424,7 @@ fn client(node: &Node, index: u16, turn: Turn, claims: &mut Claims) {
     }
 }
 
-/// An SDO channel of a node. The default one keeps its name.
+/// Adds claims of an SDO channel of a node; the default one keeps its name.
 fn further_channel(client: CanId, server: CanId, (node, from): (u8, Provenance), turn: Turn, claims: &mut Claims) {
     let (request, response) = (Role::SdoRequest(node), Role::SdoResponse(node));
     let default = predefined(client) == request && predefined(server) == response;
@@ -439,8 +435,8 @@ fn further_channel(client: CanId, server: CanId, (node, from): (u8, Provenance),
     }
 }
 
-/// Whether a role may have an identifier. An EDS may lack `$NODEID`, and serve several nodes: what it presets does
-/// not take another node's place of the same kind, nor that of another service.
+/// Returns true if a role may take an identifier. An EDS may lack `$NODEID` and serve several nodes: its presets take
+/// neither another node's place of the same kind nor that of another service.
 fn may(id: CanId, role: Role, from: Provenance) -> bool {
     let place = predefined(id);
     if from.is_told() || place == role {
@@ -455,7 +451,7 @@ fn may(id: CanId, role: Role, from: Provenance) -> bool {
     }
 }
 
-/// Whether no configuration moves an identifier.
+/// Returns true if no configuration moves an identifier.
 fn is_fixed(id: CanId) -> bool {
     !id.is_extended() && (id.raw() == FIXED[0] || id.raw() >= FIXED[1])
 }

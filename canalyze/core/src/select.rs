@@ -1,27 +1,28 @@
-//! The expression of `--select`: which signals are listed.
+//! The expression of `--select`, which chooses the signals to list.
 //!
-//! A comma separates patterns; `*` is any run of characters, `?` any one; case does not count. A pattern is matched
-//! with a signal's name, with `NODE.NAME`, `NODE.PDO.NAME` and, in place of the name, its object `6041:00`, `6041h:00` or `6041`.
+//! Patterns are separated by commas; `*` matches any run of characters, `?` any one; case is ignored. A pattern is
+//! compared with a signal's name, with `NODE.NAME`, with `NODE.PDO.NAME` and, in place of the name, with its object as
+//! `6041:00`, `6041h:00` or `6041`.
 
-/// Which signals are listed.
+/// A parsed `--select` expression.
 #[derive(Clone, Debug, Default)]
 pub struct Select {
     patterns: Vec<Vec<char>>,
 }
 
 impl Select {
-    /// Reads an expression; an empty one selects everything.
+    /// Parses an expression; an empty one selects everything.
     pub fn parse(expression: &str) -> Self {
         let patterns = expression.split(',').map(str::trim).filter(|pattern| !pattern.is_empty());
         Self { patterns: patterns.map(|pattern| pattern.to_lowercase().chars().collect()).collect() }
     }
 
-    /// Whether it selects everything.
+    /// Returns true if every signal is selected.
     pub fn is_everything(&self) -> bool {
         self.patterns.is_empty()
     }
 
-    /// Whether any of the names of a signal is selected.
+    /// Returns true if any of a signal's names is selected.
     pub fn takes<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> bool {
         self.is_everything()
             || names.into_iter().any(|name| {
@@ -31,7 +32,7 @@ impl Select {
     }
 }
 
-/// Whether a pattern fits a whole name. Each `*` is tried from its shortest run on, going back only to the last one.
+/// Returns true if a pattern matches a whole name. Each `*` first tries its shortest run; only the last one is retried.
 fn matches(pattern: &[char], name: &[char]) -> bool {
     let (mut at, mut of) = (0, 0);
     let mut back: Option<(usize, usize)> = None;

@@ -1,27 +1,28 @@
-//! How long a capture lasts by its stamps, of which some may be earlier than the one before.
+//! The duration of a capture by its time stamps, which may step backward.
 //!
-//! One answer for all that say it, so that no two reports of one capture differ. Must not: know what a frame is.
+//! All reports use this one measure, so that they agree about a capture.
 
-/// A stamp this much earlier than a former one means that the clock was set back; below, frames changed places.
+/// The backward step, in ns, from which on the clock counts as set back; after a smaller one, frames only changed
+/// places.
 const SET_BACK_NS: i64 = 1_000_000_000;
 
-/// The stamps of a capture, as they came.
+/// The time stamps of a capture in recorded order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Span {
-    /// The first and the last one, in ns.
+    /// The first and the last stamp, in ns.
     pub ends_ns: Option<(i64, i64)>,
-    /// Time from the first to the last one in ns, without what the clock was set back.
+    /// Time from the first to the last stamp in ns, not counting the steps by which the clock was set back.
     pub elapsed_ns: Option<i64>,
-    /// Stamps earlier than the one before.
+    /// Number of stamps earlier than their predecessor.
     pub backward: u64,
-    /// The greatest of these steps in ns.
+    /// The largest backward step, in ns.
     pub backward_most_ns: i64,
-    /// The greatest stamp since the clock was set back.
+    /// The largest stamp since the clock was last set back, in ns.
     high_ns: i64,
 }
 
 impl Span {
-    /// Takes the next stamp; gives the time since the one before, in ns, where there is one.
+    /// Adds the next stamp and returns the time since the previous one, in ns; `None` for the first.
     pub fn take(&mut self, now_ns: i64) -> Option<i64> {
         let (Some((first_ns, last_ns)), Some(elapsed_ns)) = (self.ends_ns, &mut self.elapsed_ns) else {
             (self.ends_ns, self.elapsed_ns, self.high_ns) = (Some((now_ns, now_ns)), Some(0), now_ns);

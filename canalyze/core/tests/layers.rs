@@ -1,4 +1,4 @@
-//! The house order of `src/lib.rs`, kept: which module may use which, and where words for people may stand.
+//! The modules of `src/lib.rs` in their order: the modules that each may use, and the places of text for people.
 
 #![allow(clippy::expect_used, clippy::panic)]
 
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A module and the modules that it may use.
 type Row = (&'static str, &'static [&'static str]);
 
-/// A module (the longest prefix counts) and the modules that it may use. Its own files always may.
+/// A module (the longest prefix counts) and the modules that it may use; its own files are always allowed.
 const MAY_USE: &[Row] = &[
     ("frame", &[]),
     ("calendar", &[]),
@@ -26,7 +26,9 @@ const MAY_USE: &[Row] = &[
     ("finding", &["frame", "services::sdo::wire", "rules"]),
     ("services::sdo::transfer", &["frame", "od", "dictionary", "finding"]),
     ("configuration", &["dictionary", "services::sdo::wire", "services::sdo::transfer"]),
-    ("message", &["cob_id", "profiles", "services::lss", "services::pdo"]),
+    ("wire::lss::command", &[]),
+    ("message", &["cob_id", "profiles", "wire::lss::command", "services::pdo"]),
+    ("wire", &["frame", "calendar", "cob_id", "profiles", "message"]),
     (
         "event",
         &[
@@ -47,7 +49,6 @@ const MAY_USE: &[Row] = &[
         &[
             "profiles",
             "frame",
-            "calendar",
             "dictionary",
             "od",
             "cob_id",
@@ -81,6 +82,7 @@ const MAY_USE: &[Row] = &[
             "network",
             "node",
             "services",
+            "wire",
         ],
     ),
     (
@@ -101,6 +103,7 @@ const MAY_USE: &[Row] = &[
             "roles",
             "checks",
             "services",
+            "wire",
         ],
     ),
     (
@@ -116,8 +119,8 @@ const MAY_USE: &[Row] = &[
             "finding",
             "rules",
             "event",
-            "services::heartbeat",
-            "services::lss",
+            "wire::error_control",
+            "wire::lss",
             "services::pdo",
             "services::sdo::wire",
             "services::sdo::transfer",
@@ -210,6 +213,7 @@ const MAY_USE: &[Row] = &[
             "masks",
             "diff",
             "inventory",
+            "wire",
         ],
     ),
     ("repeats", &["frame", "finding", "event", "services::sdo::wire"]),
@@ -241,6 +245,7 @@ const MAY_USE: &[Row] = &[
             "text",
             "finding_context",
             "repeats",
+            "wire",
         ],
     ),
     ("finding_context", &["frame", "cob_id", "message", "finding", "rules", "event", "services::sdo::wire"]),
@@ -260,6 +265,7 @@ const MAY_USE: &[Row] = &[
             "summary",
             "diagnosis",
             "text::signal",
+            "wire",
         ],
     ),
     ("settings", &["diagnosis", "drive", "expectation", "rules", "select"]),
@@ -283,6 +289,7 @@ const MAY_USE: &[Row] = &[
             "text",
             "render",
             "finding_context",
+            "wire",
         ],
     ),
     (
@@ -347,10 +354,10 @@ const MAY_USE: &[Row] = &[
     ),
 ];
 
-/// Rows that use each other: a service's file makes its messages and events, and those hold the service's own values.
+/// Rows that use each other: a service's file creates its messages and events, which contain the service's values.
 const KNIT: &[&str] = &["message", "event", "context", "services"];
 
-/// Files that still use each other in circles, by their folder: none may come, and a row without a circle goes.
+/// Folders whose files still use each other in circles; none may be added, and a row without a circle is removed.
 const CIRCLES: &[&str] = &["services::sdo"];
 
 fn sources() -> Vec<(String, String)> {
@@ -385,7 +392,7 @@ fn belongs(module: &str, to: &str) -> bool {
     module == to || module.strip_prefix(to).is_some_and(|rest| rest.starts_with("::"))
 }
 
-/// Every `crate::a::b` in code that is not a test, as paths.
+/// Returns every `crate::a::b` in product code as a path.
 fn used(source: &str) -> BTreeSet<String> {
     let code = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or(source);
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
@@ -395,7 +402,7 @@ fn used(source: &str) -> BTreeSet<String> {
         let path: String = rest.chars().take_while(|c| c.is_alphanumeric() || matches!(c, '_' | ':')).collect();
         let head = path.trim_end_matches(':');
         match rest.strip_prefix(&path).and_then(|rest| rest.strip_prefix('{')?.split_once('}')) {
-            // `crate::services::{nmt, pdo::x}`: one path a name.
+            // `crate::services::{nmt, pdo::x}` is one path per name.
             Some((names, _)) => {
                 let names = names.split(',').map(str::trim).filter(|name| !name.is_empty());
                 paths.extend(names.map(|name| format!("{head}::{name}")));
@@ -406,12 +413,12 @@ fn used(source: &str) -> BTreeSet<String> {
     paths
 }
 
-/// The row of a module.
+/// Returns the row of a module.
 fn row(module: &str) -> Option<Row> {
     MAY_USE.iter().filter(|(name, _)| belongs(module, name)).max_by_key(|(name, _)| name.len()).copied()
 }
 
-/// Every use of another module: by which, of which path, and the row of the one that uses it.
+/// Returns every use of another module: user, path, and the user's row.
 fn uses() -> Vec<(String, String, Row)> {
     let mut found = Vec::new();
     for (module, source) in sources().iter().filter(|(module, _)| module != "lib" && !is_test(module)) {
@@ -452,7 +459,7 @@ fn no_row_leads_back_to_itself() {
         let to = row(&path).map(|(name, _)| room(name)).filter(|to| *to != room(home));
         leads.entry(room(home)).or_default().extend(to);
     }
-    // What leads nowhere any more is taken away until nothing is left, or only circles are.
+    // Dead ends are removed until nothing remains but circles.
     while let Some(end) =
         leads.iter().find(|(_, to)| to.iter().all(|to| !leads.contains_key(to))).map(|(name, _)| *name)
     {
@@ -461,7 +468,7 @@ fn no_row_leads_back_to_itself() {
     assert!(leads.is_empty(), "in circles, or before one: {:?}", leads.keys());
 }
 
-/// Every path in a file that is not a test, from the root of the crate: of `crate::`, `self::` and `super::` alike.
+/// Returns every path in product code from the root of the crate, by `crate::`, `self::` and `super::` alike.
 fn reached(module: &str, source: &str) -> BTreeSet<String> {
     let inner: Vec<&str> = module.split("::").collect();
     let rooted = |levels: usize| {
@@ -481,7 +488,7 @@ fn files_do_not_use_each_other_in_circles() {
     };
     let mut leads: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (module, source) in sources.iter().filter(|(module, _)| *module != "lib") {
-        // What a folder's own file declares is at hand for the files in it.
+        // Items declared in a folder's own file are available to its files.
         let others = reached(module, source).iter().filter_map(|path| file(path)).collect::<BTreeSet<_>>();
         leads.insert(module.clone(), others.into_iter().filter(|other| !belongs(module, other)).collect());
     }
@@ -507,21 +514,16 @@ fn files_do_not_use_each_other_in_circles() {
 fn words_for_people_stand_in_text_and_rules() {
     for (module, source) in sources() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
-        // What people write in a listing is read, whatever their language.
+        // Listings are read in any language.
         let read = module == "readers::listing";
-        // A kind of incident and an object of a profile are declared with their words, as a rule is.
-        let declared = ["rules", "profiles", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
-            .into_iter()
-            // A record is declared with the documentation of its columns.
-            .chain([
-                "render::table",
-                "render::columns",
-                "render::jsonl::note",
-                "render::jsonl::pdo",
-                "render::jsonl::pdos",
-            ])
+        // A kind of incident is declared with its words, and a record with the documentation of its columns, like a rule.
+        let records =
+            ["render::table", "render::columns", "render::jsonl::note", "render::jsonl::pdo", "render::jsonl::pdos"];
+        let declared = ["rules", "diagnosis::kinds", "diagnosis::sayings", "diagnosis::apart"]
+            .iter()
+            .chain(&records)
             .any(|room| belongs(&module, room));
-        let words = belongs(&module, "text") || declared || is_test(&module) || read;
+        let words = belongs(&module, "text") || belongs(&module, "wire") || declared || is_test(&module) || read;
         assert!(!chinese || words, "{module} holds Chinese words");
     }
 }

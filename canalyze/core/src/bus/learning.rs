@@ -1,6 +1,4 @@
-//! What transfers show of nodes: their configuration, and which identifiers are theirs.
-//!
-//! Must not: read a frame.
+//! Knowledge from transfers: the configuration of nodes, and their identifiers.
 
 use super::Bus;
 use crate::checks::{PdoName, Renewed};
@@ -11,7 +9,7 @@ use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
 impl Bus {
-    /// Takes what an SDO transfer has shown of the server's configuration.
+    /// Takes a transfer's evidence of the server's configuration.
     pub(super) fn learn(&mut self, transfer: &Transfer, cx: &mut Context<'_>) {
         let Some(mux) = transfer.mux else { return };
         if transfer.outcome.status != Status::Ok || transfer.outcome.bad || transfer.data.hole {
@@ -35,20 +33,20 @@ impl Bus {
         }
     }
 
-    /// An object of a node holds another value now, or it is known otherwise.
+    /// Announces a changed value of an object, or a change of its source.
     pub(super) fn learnt(&mut self, node: u8, mux: Mux, cx: &Context<'_>) {
         self.checks.renewed(&renewed(&mut self.nodes));
         self.checks.learnt(node, mux, &self.nodes, cx);
     }
 
-    /// So do many objects.
+    /// Announces changes of many objects.
     pub(super) fn reconfigured(&mut self) {
         self.checks.renewed(&renewed(&mut self.nodes));
         self.checks.reconfigured(&self.nodes);
     }
 
-    /// An object is being written: until that has succeeded or was refused, the old value may hold or the new one. A
-    /// server that acknowledges what nobody is seen to write has taken what is not known.
+    /// Doubts an object that is being written: until success or refusal, the old or the new value may hold. An
+    /// acknowledgement without a visible write leaves the value unknown.
     pub(super) fn doubt_object(&mut self, node: u8, mux: Mux, cx: &mut Context<'_>) {
         if !configuration::concerns(mux.index) {
             return;
@@ -60,7 +58,7 @@ impl Bus {
         }
     }
 
-    /// A transfer has not succeeded. What it should have written is as before only where it was refused.
+    /// Takes a transfer without success; the old value holds only if the write was refused.
     pub(super) fn refused(&mut self, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
         if transfer.direction != Direction::Download {
             return;
@@ -76,7 +74,7 @@ impl Bus {
         }
     }
 
-    /// A concise DCF that a configuration manager was given for a node (CiA 302-3).
+    /// Takes a concise DCF written to a configuration manager for a node (CiA 302-3).
     pub(super) fn learn_concise(&mut self, node: u8, bytes: &[u8]) {
         if !(1..=127).contains(&node) {
             return;
@@ -90,7 +88,7 @@ impl Bus {
         self.reconfigured();
     }
 
-    /// Brings the roles of identifiers up to date with what is known of the nodes.
+    /// Updates the roles of identifiers by the knowledge of the nodes.
     pub(super) fn assign(&mut self) {
         for (_, node) in self.nodes.iter_mut() {
             for index in node.configuration.unassigned() {
@@ -99,7 +97,7 @@ impl Bus {
         }
     }
 
-    /// A node has another node-ID now (LSS): what is known of it goes with it, unless something is known of the new one.
+    /// Moves the knowledge of a node to its new node-ID (LSS), unless that is known already.
     pub(super) fn moved(&mut self, from: u8, to: u8) {
         if self.nodes.get(to).is_some() {
             return;
@@ -124,14 +122,14 @@ impl Bus {
     }
 }
 
-/// What has changed of the nodes since this was last asked.
+/// Returns the changes of the nodes since the last call.
 pub(super) fn renewed(nodes: &mut PerNode<Node>) -> Renewed {
     let mut all = Renewed::default();
     nodes.iter_mut().for_each(|(id, node)| all.add(id, node));
     all
 }
 
-/// A node, made where nothing was known of it.
+/// Returns a node, created if unknown.
 pub(super) fn known(nodes: &mut PerNode<Node>, id: u8) -> &mut Node {
     if nodes.get(id).is_none() {
         nodes.put(id, Box::new(Node::new(id)));
@@ -139,7 +137,7 @@ pub(super) fn known(nodes: &mut PerNode<Node>, id: u8) -> &mut Node {
     nodes.entry(id)
 }
 
-/// Whether an object holds a COB-ID.
+/// Returns true if an object holds a COB-ID.
 fn moves(mux: Mux) -> bool {
     match mux.index {
         0x1005 | 0x1012 | 0x1014 => true,
@@ -150,7 +148,7 @@ fn moves(mux: Mux) -> bool {
     }
 }
 
-/// The entries of a concise DCF: a count, then index, sub-index, size and data of each (CiA 302-3).
+/// Returns the entries of a concise DCF: a count, then index, sub-index, size and data of each (CiA 302-3).
 fn concise(bytes: &[u8]) -> impl Iterator<Item = (Mux, &[u8])> {
     let mut rest = bytes.get(4..).unwrap_or(&[]);
     std::iter::from_fn(move || {

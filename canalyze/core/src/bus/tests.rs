@@ -1,4 +1,4 @@
-//! The object in a multiplex PDO, and from which frame on a write holds.
+//! The object in a multiplex PDO, and the frame from which on a write holds.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 use super::*;
 use crate::dictionary::{Access, Dictionary, Form, Preset};
@@ -18,7 +18,7 @@ fn description(node: u8, objects: Vec<Object>) -> Description {
     Description { bus: None, node, dictionary }
 }
 
-/// What is known of the object in a multiplex PDO of node 4.
+/// Returns the decoded object of a multiplex PDO of node 4.
 fn known(frame: &str) -> String {
     let descriptions = vec![
         description(4, vec![object(0x1A00, "x", 5, Some(255)), object(0x2000, "Own", 5, None)]),
@@ -49,20 +49,20 @@ fn known(frame: &str) -> String {
 #[test]
 fn the_object_in_a_multiplex_pdo() {
     for (frame, expected) in [
-        // The consumer's object, by its own length: what stands behind it does not count.
+        // The consumer's object, by its own length; bytes after it do not count.
         ("850020002AFFEEEE", "Temperature|INTEGER16|-21.4|degC|-21.4 degC"),
         ("857A6000FEFFFFFF", "target position|INTEGER32|-2|null|-2"),
         ("854060000F000000", "Acceleration|UNSIGNED16|15|null|15"),
-        // A type that four bytes do not hold.
+        // A type longer than four bytes.
         ("850120002A000000", "Counter|null|null|null|null"),
-        // The producer's in source address mode.
+        // The producer's object in source address mode.
         ("040020002A000000", "Own|UNSIGNED8|42|null|42"),
         ("050020002A000000", "Temperature|INTEGER16|4.2|degC|4.2 degC"),
-        // To all nodes: described, but not the producer's; where two consumers have different ones, neither.
+        // To all nodes: described, but not by the producer; if two consumers differ, neither.
         ("800020002A000000", "Temperature|INTEGER16|4.2|degC|4.2 degC"),
         ("800220002A000000", "Level|UNSIGNED16|42|null|42"),
         ("800320002A000000", "null|null|null|null|null"),
-        // Not described: the standard's objects only.
+        // Not described: only the standard's objects.
         ("8917100064000000", "producer heartbeat time|UNSIGNED16|100|null|100"),
         ("890020002A000000", "null|null|null|null|null"),
         ("800500002A000000", "null|null|null|null|null"),
@@ -72,7 +72,7 @@ fn the_object_in_a_multiplex_pdo() {
     }
 }
 
-/// Whose PDO each frame of 281h is, in a capture.
+/// Returns the node and number of the PDO in each frame of 281h in a capture.
 fn producers(capture: &str) -> Vec<String> {
     let mut session = Session::new(Options { lang: Lang::En, format: Format::Jsonl, ..Options::default() });
     let mut out = Vec::new();

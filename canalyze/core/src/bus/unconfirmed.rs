@@ -1,8 +1,8 @@
 //! Mappings and COB-IDs of writes without a response in the capture: the server's direction is not recorded, or the
 //! response was lost.
 //!
-//! PDOs are decoded by them where the frames agree; a later response, or a frame that does not agree, ends that. No check
-//! may use them, since they may not hold.
+//! PDOs are decoded by them while the frames agree; a later response, or a frame that disagrees, ends that. Checks
+//! never use them.
 
 use super::Bus;
 use super::learning::known;
@@ -19,7 +19,7 @@ use crate::services::sdo::channel::UNANSWERED_NS;
 use crate::services::sdo::wire::Mux;
 
 impl Bus {
-    /// A PDO on an identifier that only an unanswered write gives it: it is decoded, and no check uses it.
+    /// Takes a PDO whose identifier comes only from an unanswered write: it is decoded and not checked.
     pub(super) fn unconfirmed(&mut self, name: PdoName, content: Signals, frame: &Frame, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync: None };
@@ -37,8 +37,7 @@ impl Bus {
         }
     }
 
-    /// A frame shows that what unanswered writes ask of a PDO does not hold: it is sent where it was before, or has another
-    /// length.
+    /// Drops unanswered writes to a PDO that a frame refutes: it is sent on its old identifier, or has another length.
     pub(super) fn refute(&mut self, name: PdoName, cob: bool, mapping: bool) {
         let index = pdo::communication_parameter(name.transmit, name.number);
         if cob {
@@ -49,7 +48,7 @@ impl Bus {
         }
     }
 
-    /// A write asks for a value. `unanswered`: the server's direction is not in the capture.
+    /// Takes a requested write. `unanswered`: the capture lacks the server's direction.
     pub(super) fn request(&mut self, node: u8, mux: Mux, bytes: &[u8], unanswered: bool, cx: &Context<'_>) {
         if !configuration::concerns(mux.index) {
             return;
@@ -65,7 +64,7 @@ impl Bus {
         }
     }
 
-    /// The capture shows no answer to a write: what it asked for may hold.
+    /// Takes a write without an answer in the capture, whose value may hold.
     pub(super) fn unanswered(&mut self, node: u8, mux: Mux) {
         if self.open_writes.get(&node).is_some_and(|(open, _)| *open == mux) {
             self.open_writes.remove(&node);
@@ -75,14 +74,14 @@ impl Bus {
         }
     }
 
-    /// What unanswered writes asked of an object, or of one sub-index, does not hold.
+    /// Drops the unanswered writes to an object, or to one sub-index.
     pub(super) fn withdraw(&mut self, node: u8, index: u16, sub: Option<u8>) {
         if self.nodes.get_mut(node).is_some_and(|one| one.configuration.withdraw(index, sub)) {
             self.asked_otherwise(node);
         }
     }
 
-    /// Unanswered writes ask for something else now.
+    /// Applies a change of the unanswered writes.
     fn asked_otherwise(&mut self, node: u8) {
         if let Some(one) = self.nodes.get_mut(node) {
             one.compile();
@@ -90,7 +89,7 @@ impl Bus {
         }
     }
 
-    /// The role of a frame when the writes before it that have waited too long for an answer count as unanswered.
+    /// Returns the role of a frame after overdue earlier writes count as unanswered.
     #[cold]
     pub(super) fn role_after_writes(&mut self, frame: &Frame, cx: &Context<'_>) -> Role {
         let recording = &cx.evidence.recording;

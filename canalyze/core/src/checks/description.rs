@@ -1,9 +1,7 @@
-//! Whether a node is what its description says: what SDO transfers show, against the EDS or DCF. Of a node without one,
-//! only the lengths of what CiA 301 gives a data type are judged.
+//! Compares SDO transfers with the node's EDS or DCF. Without one, only the lengths of CiA 301 data types are judged.
 //!
-//! What both sides took as done is judged before the bus takes the value; of what was refused only that there is no such
-//! object. What differs may be the description's
-//! fault as well as the device's: a finding reports that they disagree, not who is right.
+//! Completed transfers are judged before the bus model takes the value; refused ones only for missing objects. The
+//! description may be at fault as well as the device: a finding reports that they disagree, not which one is right.
 
 use std::collections::BTreeSet;
 
@@ -18,34 +16,33 @@ use crate::rules::sdo::{Sdo013, Sdo014};
 use crate::services::sdo::transfer::{Direction, Mode, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
-/// Addresses kept for one node at most (invariant 6).
+/// Maximum number of addresses kept per node (invariant 6).
 const KEPT: usize = 4096;
-/// Below are data types, which descriptions seldom list.
+/// First index after the data types, which descriptions seldom list.
 const OBJECTS: u16 = 0x1000;
-/// The structure of an object, which a server may offer at this sub-index of any.
+/// Sub-index at which a server may offer the structure of any object.
 const STRUCTURE: u8 = 0xFF;
 
-/// Abort codes by which there is no such object, and no such sub-index.
+/// Abort codes for a missing object and for a missing sub-index.
 const NO_INDEX: u32 = 0x0602_0000;
 const NO_SUB: u32 = 0x0609_0011;
 
-/// What is settled of each node: addresses that were written, or reported.
+/// The addresses of each node that were written or reported.
 #[derive(Debug, Default)]
 pub struct Descriptions {
     nodes: PerNode<BTreeSet<(u16, u8)>>,
-    /// Whether downloads to it, and uploads from it, were seen that carry fewer than four bytes in an expedited
-    /// transfer.
+    /// Per node, for downloads and uploads: true if an expedited transfer carried fewer than four bytes.
     short: PerNode<[bool; 2]>,
 }
 
 impl Descriptions {
-    /// A transfer that both sides took as done, before its value is taken.
+    /// Judges a successful transfer before its value is taken.
     pub fn judge(&mut self, node: Option<&Node>, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
         let upload = transfer.direction == Direction::Upload;
         let [downloads, uploads] = self.short.entry(transfer.node);
         let short = if upload { uploads } else { downloads };
         *short |= transfer.mode == Mode::Expedited && transfer.data.size_indicated.is_some_and(|size| size < 4);
-        // Many devices and clients send four bytes whatever the type, which only a description contradicts.
+        // Many devices and clients send four bytes for every type; only a description contradicts that.
         let habit = !*short && transfer.mode == Mode::Expedited && transfer.data.size == 4;
         let described = node.and_then(|node| Some((node, node.configuration.description()?)));
         let Some((node, description)) = described else {
@@ -89,7 +86,7 @@ impl Descriptions {
         }
     }
 
-    /// A transfer that has ended: whether the device refuses it since it has no such object, which is described.
+    /// Reports an object that the description contains and the device refuses as missing.
     pub fn refused(&mut self, node: Option<&Node>, transfer: &Transfer, cx: &mut Context<'_>) {
         let abort = transfer.outcome.abort.filter(|abort| abort.by == Side::Server && !transfer.outcome.bad);
         let what = match abort.map(|abort| abort.code) {
@@ -105,14 +102,14 @@ impl Descriptions {
         }
     }
 
-    /// Whether an address was not settled before; it is now.
+    /// Marks an address as settled; returns true if it was not settled before.
     fn first(&mut self, node: u8, mux: Mux) -> bool {
         let settled = self.nodes.entry(node);
         settled.len() < KEPT && settled.insert((mux.index, mux.sub))
     }
 }
 
-/// What a device starts with and a description presets: COB-ID, transmission type, times and mapping of PDOs.
+/// Returns true for PDO communication and mapping objects that descriptions preset.
 fn presets(mux: Mux) -> bool {
     match mux.index {
         0x1400..=0x15FF | 0x1800..=0x19FF => matches!(mux.sub, 1..=3 | 5 | 6),
@@ -121,7 +118,7 @@ fn presets(mux: Mux) -> bool {
     }
 }
 
-/// Whether a value is a word of fields and not a number: all but counts, times and types.
+/// Returns true if a value is a word of fields, not a number such as a count, a time or a type.
 fn word(mux: Mux) -> bool {
     match mux.index {
         0x1400..=0x15FF | 0x1800..=0x19FF => mux.sub == 1,
@@ -130,12 +127,12 @@ fn word(mux: Mux) -> bool {
     }
 }
 
-/// What shows whether it is the description of this device at all: device type, vendor-ID, product code.
+/// Returns true for the objects that identify the device: device type, vendor-ID, product code.
 fn identity(mux: Mux) -> bool {
     matches!((mux.index, mux.sub), (0x1000, 0) | (0x1018, 1 | 2))
 }
 
-/// The code of the data type that an object of the communication profile has in every device (CiA 301, 7.5.2).
+/// Returns the data type code of a communication profile object that is the same in every device (CiA 301, 7.5.2).
 fn standard_type(mux: Mux) -> Option<u16> {
     let of_every_device = matches!(mux.index, 0x1000..=0x101F | 0x1400..=0x1BFF);
     match od::communication(mux.index, mux.sub).filter(|_| of_every_device)? {
@@ -146,7 +143,7 @@ fn standard_type(mux: Mux) -> Option<u16> {
     }
 }
 
-/// The length of a number. What an expedited transfer without size carries is not known; strings have any length.
+/// Judges the length of a number. An expedited transfer without a size is not judged; strings have any length.
 fn length(data_type: u16, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
     let unsized_value = transfer.mode == Mode::Expedited && transfer.data.size_indicated.is_none();
     let size = DataType::from_code(data_type).and_then(DataType::size);

@@ -1,9 +1,8 @@
-//! Emergencies (CiA 301, 7.2.7): which errors a node has reported and not taken back, and what is wrong in the frame.
+//! Emergencies (CiA 301, 7.2.7): the errors that are active on a node, and mistakes in the frame.
 //!
-//! An emergency error code stands until the node reports that all errors are gone (0000h with error register 0) or
-//! boots. A partial reset (0000h with other bits left) names no code. A stack that puts its own number of the error
-//! into the first manufacturer byte (CANopenNode's error bit) repeats it in the reset: where that fits one error that
-//! stands, it is the one. It must not know what a device profile adds to the codes.
+//! An error is active until the node reports that all errors are gone (0000h with error register 0) or boots. A partial
+//! reset (0000h with other bits left) names no code. A stack that puts its own error number into the first manufacturer
+//! byte (CANopenNode's error bit) repeats it in the reset: if exactly one active error has that number, it is that one.
 
 use std::collections::VecDeque;
 
@@ -17,32 +16,31 @@ use crate::node::{Node, PerNode};
 use crate::profiles::Profile;
 use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009, Emc010};
 
-/// Bit of the error register that is reserved.
+/// The reserved bit of the error register.
 const RESERVED: u8 = 1 << 6;
-/// What an inhibit time may be undercut by, in ns.
+/// Tolerance of the inhibit time, in ns.
 const SLACK_NS: i64 = 1_000_000;
-/// Errors that a node reports within this time of each other, in ns, have one cause.
+/// Errors of one node within this time have one cause, in ns.
 const TOGETHER_NS: i64 = 200_000_000;
-/// An error that comes again within this time after it was taken back is the same trouble, in ns.
+/// An error that returns within this time after its reset is the same trouble, in ns.
 const AGAIN_NS: i64 = 10_000_000_000;
-/// Emergencies of one node within [`FLOOD_NS`] from which on they are a flood: an emergency is sent once for each
-/// error.
+/// Number of emergencies of one node within [`FLOOD_NS`] that make a flood; an emergency is sent once per error.
 const FLOOD: usize = 10;
-/// In ns.
+/// The time in which [`FLOOD`] emergencies make a flood, in ns.
 const FLOOD_NS: i64 = 1_000_000_000;
-/// First manufacturer bytes that are kept of one error.
+/// Number of first manufacturer bytes kept per error.
 const BITS: usize = 4;
 
-/// An error that was reported and not taken back.
+/// An active error.
 #[derive(Clone, Copy, Debug)]
 struct Standing {
     code: u16,
-    /// First manufacturer bytes that came with it; 0: none.
+    /// First manufacturer bytes that came with it; 0 is empty.
     bits: [u8; BITS],
     /// The emergency that reported it first.
     at: FrameRef,
     when: When,
-    /// How often it was sent.
+    /// Number of emergencies that reported it.
     count: u64,
 }
 
@@ -52,20 +50,20 @@ impl Standing {
     }
 }
 
-/// An error that was taken back.
+/// An error that was reset.
 #[derive(Clone, Copy, Debug)]
 struct Gone {
     code: u16,
-    /// The stack's own number of the error, where the reset has repeated it; 0: not known.
+    /// The stack's own error number if the reset repeated it; 0 if unknown.
     bit: u8,
-    /// Where the error was found.
+    /// The frame of the finding about it.
     at: FrameRef,
-    /// When it was taken back, in ns.
+    /// Time of the reset, in ns.
     then_ns: Option<i64>,
 }
 
 impl Gone {
-    /// Whether an error that is raised at `now_ns` is the same one again.
+    /// Returns true if an error reported at `now_ns` is this one again.
     fn is_back(&self, code: u16, bit: u8, now_ns: Option<i64>) -> bool {
         let soon = |(then, now): (i64, i64)| now.saturating_sub(then) < AGAIN_NS;
         let same = self.bit == 0 || bit == 0 || self.bit == bit;
@@ -81,43 +79,43 @@ struct Flood {
     count: u64,
 }
 
-/// What an emergency has changed.
+/// The effect of an emergency.
 #[derive(Clone, Copy, Debug, Default)]
 enum Change {
-    /// Nothing that is known.
+    /// No known effect.
     #[default]
     None,
-    /// This error is new.
+    /// A new error.
     Raised,
-    /// This error stands already.
+    /// An error that is active already.
     Again,
-    /// All errors are gone.
+    /// Reset of all errors.
     AllGone,
-    /// This error is gone, others may be left.
+    /// Reset of this error; others may be active.
     Gone(u16),
 }
 
 #[derive(Debug, Default)]
 struct Reported {
-    /// By which its codes have their meaning.
+    /// The profile that defines its codes.
     profile: Profile,
     standing: Vec<Standing>,
-    /// Errors that were taken back.
+    /// Errors that were reset.
     gone: VecDeque<Gone>,
-    /// Errors that the last reset has taken back.
+    /// Errors removed by the last reset.
     ended: Vec<Standing>,
     change: Change,
     last: Option<When>,
-    /// The first of those that come too soon one after the other.
+    /// The first emergency of a series that violates the inhibit time.
     close: Option<FrameRef>,
-    /// The last emergencies, with stamps.
+    /// The last emergencies that have stamps.
     recent: VecDeque<When>,
     flood: Option<Flood>,
-    /// The last one that was found.
+    /// The frame of the last finding.
     found: Option<FrameRef>,
 }
 
-/// The errors of a bus's nodes.
+/// The active errors of all nodes of a bus.
 #[derive(Debug, Default)]
 pub struct Emergencies {
     nodes: PerNode<Reported>,
@@ -125,12 +123,12 @@ pub struct Emergencies {
 }
 
 impl Emergencies {
-    /// Emergencies whose times are judged with at least this tolerance (`--jitter`).
+    /// Creates an empty state; `jitter_ns` is the minimum tolerance of times (`--jitter`).
     pub fn new(jitter_ns: Option<i64>) -> Self {
         Self { slack_ns: jitter_ns.unwrap_or(0), ..Self::default() }
     }
 
-    /// Which errors stand after an emergency, and which ones it takes back. `bit`: the first manufacturer byte.
+    /// Applies an emergency; returns the active errors and the removed ones. `bit` is the first manufacturer byte.
     pub fn follow(
         &mut self,
         node: u8,
@@ -154,7 +152,7 @@ impl Emergencies {
         (active, cleared)
     }
 
-    /// A boot-up: the node reports its errors again.
+    /// Resets a node that boots up: it reports its errors again.
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(reported) = self.nodes.get_mut(node) {
             reported.end_flood(node, cx);
@@ -162,7 +160,7 @@ impl Emergencies {
         }
     }
 
-    /// What an emergency reports, and what is wrong with it.
+    /// Reports the errors in an emergency and its mistakes.
     pub fn judge(&mut self, (code, register): (u16, u8), node: u8, configured: Option<&Node>, cx: &mut Context<'_>) {
         self.nodes.entry(node).report(node, code, register, cx);
         let named = (code, self.nodes.entry(node).profile);
@@ -189,7 +187,7 @@ impl Emergencies {
         }
     }
 
-    /// The capture is over: the errors that stand.
+    /// Reports the errors that are active at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         for (node, reported) in self.nodes.iter_mut() {
             reported.end_flood(node, cx);
@@ -236,7 +234,7 @@ impl Reported {
             let mut fitting = self.standing.iter().enumerate().filter(|(_, one)| one.holds(bit));
             let (Some((place, _)), None) = (fitting.next(), fitting.next()) else { return };
             let Some(one) = self.standing.get_mut(place) else { return };
-            // Two errors with one code: it stands until both are gone.
+            // Two errors with one code: it is active until both are gone.
             if one.bits.iter().any(|known| ![0, bit].contains(known)) {
                 one.bits.iter_mut().filter(|known| **known == bit).for_each(|known| *known = 0);
                 return;
@@ -268,7 +266,7 @@ impl Reported {
                 let with = with.filter(|one| severity(one.code) >= severity(code));
                 let because_of = again.map(|gone| gone.at).or(with.map(|one| one.at));
                 if let Some(one) = self.standing.iter_mut().find(|one| one.code == code) {
-                    // The trouble goes on: its next time is a consequence of the first one, too.
+                    // The trouble continues: its next occurrence also follows from the first.
                     (one.at, one.when) = (because_of.unwrap_or(one.at), cx.when);
                 }
                 find(reported((code, self.profile), register), node, cx.at, None, because_of, cx);
@@ -287,7 +285,7 @@ impl Reported {
         self.count(node, cx);
     }
 
-    /// A reset that leaves errors: which one is gone, and which ones are left, as far as that is known.
+    /// Reports a partial reset: the removed error and the remaining ones, as far as known.
     fn partial(&self, node: u8, register: u8, cx: &mut Context<'_>) {
         let count = self.standing.len() as u64;
         let named = |code| (code, self.profile);
@@ -302,7 +300,7 @@ impl Reported {
         find(what, node, cx.at, None, None, cx);
     }
 
-    /// Counts an emergency; many in a short time are a finding.
+    /// Counts an emergency; reports a flood.
     fn count(&mut self, node: u8, cx: &mut Context<'_>) {
         if cx.at.t_ns.is_none() {
             return;
@@ -331,7 +329,7 @@ impl Reported {
         }
     }
 
-    /// A flood is over: how many there were, where that was not reported yet.
+    /// Ends a flood; reports its size unless it was reported.
     fn end_flood(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(Flood { first, last, count }) = self.flood.take() else { return };
         if count > FLOOD as u64 {
@@ -341,7 +339,7 @@ impl Reported {
     }
 }
 
-/// The finding of an error: generic, communication and device-specific codes may be harmless to the device.
+/// Returns the finding of an error; generic, communication and device-specific codes may be harmless.
 fn reported(code: (u16, Profile), register: u8) -> Verdict {
     match code.0 {
         ..0x2000 | 0x8000..=0x82FF | 0xF000.. => Emc008::Reported { code, register }.into(),

@@ -1,11 +1,10 @@
-//! Error frames (ISO 11898-1, fault confinement): bus-off, error passive, frames that nobody acknowledges, bus errors.
+//! Error frames (ISO 11898-1, fault confinement): bus-off, error passive, missing acknowledgement, bus errors.
 //!
-//! What happens to a bus comes as a series of error frames: a wire breaks, nobody acknowledges, the counters rise, the
-//! controller becomes error passive and goes off the bus. Error frames that follow each other within [`QUIET_NS`] are
-//! one such disturbance. It is one finding, the worst of what it showed, at the first frame that showed it; what led to
-//! it or went with it are its consequences. It is raised when the event is over, or after [`QUIET_NS`]; how long it has
-//! gone on since is reported when it is over. It must not name a node: an error frame is the view of the controller
-//! that recorded.
+//! A fault of the bus appears as a series of error frames: a wire breaks, acknowledgements are missing, the counters
+//! rise, the controller becomes error passive and goes bus-off. Error frames less than [`QUIET_NS`] apart are one
+//! disturbance and one finding: the worst condition, at its first frame; the other conditions are its consequences. It
+//! is raised at the end of the disturbance or after [`QUIET_NS`]; the total duration is reported at the end. No node is
+//! named: an error frame is the view of the recording controller.
 
 use std::collections::BTreeMap;
 
@@ -13,44 +12,44 @@ use crate::context::Context;
 use crate::finding::{Finding, Verdict};
 use crate::frame::{Frame, FrameRef};
 use crate::rules::bus::{Bus001, Bus002, Bus003, Bus004, Bus005, Bus006, Bus007, Bus008};
-use crate::services::error_frame::{self, Condition, Recovery};
+use crate::wire::error_frame::{self, Condition, Recovery};
 
-/// Time without an error frame after which an event is over, and after which one that goes on is raised, in ns.
+/// Time without error frames that ends a disturbance, and after which an ongoing one is raised, in ns.
 const QUIET_NS: i64 = 1_000_000_000;
-/// The same in frames of the capture, without stamps.
+/// The same in frames of the capture, used without stamps.
 const QUIET_FRAMES: u64 = 256;
 
-/// The error frames of a bus.
+/// The state of a bus's error frames.
 #[derive(Debug, Default)]
 pub struct ErrorFrames {
-    /// What is wrong with the bus, while it goes on.
+    /// The present disturbance of the bus.
     bus: Option<Disturbance>,
-    /// Overflows of the controller, which have nothing to do with the bus.
+    /// The present overflow of the controller, which is independent of the bus.
     overflow: Option<Disturbance>,
-    /// The last state of the controller that was raised and not left: warning level or error passive.
+    /// The last raised state of the controller that it has not left: warning level or error passive.
     state: Option<(Condition, FrameRef)>,
-    /// The last time it went off the bus, until it is back.
+    /// The frame at which it went bus-off, until it has recovered.
     off: Option<FrameRef>,
-    /// A command that switches the bit timing, and until when it explains error frames, in ns.
+    /// A command that switches the bit timing, and the end of the time in which it explains error frames, in ns.
     switched: Option<(FrameRef, i64)>,
 }
 
-/// Error frames that belong together.
+/// A series of error frames.
 #[derive(Debug)]
 struct Disturbance {
-    /// The first frame of each condition, and how many there were.
+    /// The first frame of each condition, and the number of frames.
     seen: BTreeMap<Condition, (FrameRef, u64)>,
     first: FrameRef,
     last: FrameRef,
     frames: u64,
-    /// The condition that was raised for it, the frame at which it stands, and the frames that it counted.
+    /// The raised condition, its frame, and the number of frames counted in it.
     raised: Option<(Condition, FrameRef, u64)>,
-    /// The controller has recovered, and nothing has happened since.
+    /// The recovery of the controller if nothing has happened since.
     recovery: Option<(Recovery, FrameRef)>,
 }
 
 impl ErrorFrames {
-    /// An error frame.
+    /// Takes an error frame.
     pub fn follow(&mut self, frame: &Frame, cx: &mut Context<'_>) {
         if let Some(overflow) = error_frame::overflow(frame) {
             take(&mut self.overflow, overflow, cx);
@@ -62,18 +61,18 @@ impl ErrorFrames {
         }
     }
 
-    /// An error frame of which the capture shows no content.
+    /// Takes an error frame whose content is not in the capture.
     pub fn bare(&mut self, cx: &mut Context<'_>) {
         take(&mut self.bus, Condition::Unspecified, cx);
     }
 
-    /// A command switches the bit timing: twice the delay (in ms) no frame is understood (CiA 305).
+    /// Notes a switch of the bit timing: for twice the delay (in ms) no frame is understood (CiA 305).
     pub fn switch(&mut self, delay: u16, cx: &Context<'_>) {
         let until = cx.at.t_ns.map(|now| now.saturating_add(2_000_000 * i64::from(delay)).saturating_add(QUIET_NS));
         self.switched = until.map(|until| (cx.at, until));
     }
 
-    /// It is `now_ns`, as far as that is known, and frame `no`: what is over by now.
+    /// Ends disturbances that are over at frame `no`, at `now_ns` if known.
     #[inline]
     pub fn advance(&mut self, now_ns: Option<i64>, no: u64, cx: &mut Context<'_>) {
         if self.bus.is_none() && self.overflow.is_none() {
@@ -87,7 +86,7 @@ impl ErrorFrames {
         }
     }
 
-    /// The capture is over.
+    /// Ends all disturbances at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         for event in [self.overflow.take(), self.bus.take()].into_iter().flatten() {
             self.end(event, cx);
@@ -100,7 +99,7 @@ impl ErrorFrames {
         } else {
             let (off, state) = (self.off.take(), self.state.take());
             if recovery == Recovery::Restarted && off.is_none() {
-                // Only bus-off is left by a restart.
+                // A restart leaves only bus-off.
                 return cx.report(cx.verdict(Bus001::Unseen, None, None, None));
             }
             raise_recovery(recovery, cx.at, off.or(state.map(|(_, at)| at)), cx);
@@ -115,7 +114,7 @@ impl ErrorFrames {
         cx: &mut Context<'_>,
     ) -> Option<Disturbance> {
         let since = |from: FrameRef| now_ns.zip(from.t_ns).map(|(now, from)| now.saturating_sub(from));
-        // Stamps that go back by so much were set: the time between is not known.
+        // A clock that jumps back by this much was set: the elapsed time is unknown.
         let over = since(event.last).map(|quiet| quiet.unsigned_abs() >= QUIET_NS.unsigned_abs());
         if over.unwrap_or(no.saturating_sub(event.last.no) >= QUIET_FRAMES) {
             self.end(event, cx);
@@ -127,7 +126,7 @@ impl ErrorFrames {
         Some(event)
     }
 
-    /// Raises the worst of an event, and what else it showed as consequences.
+    /// Raises the worst condition of a disturbance, and the others as consequences.
     fn raise(&mut self, event: &mut Disturbance, cx: &mut Context<'_>) {
         let Some((worst, (at, _))) = event.seen.last_key_value() else { return };
         let (worst, at) = (*worst, *at);
@@ -164,7 +163,7 @@ impl ErrorFrames {
     }
 }
 
-/// Takes a frame that shows a condition.
+/// Adds a frame that shows a condition.
 fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<'_>) {
     let at = cx.at;
     let fresh = || Disturbance { seen: BTreeMap::new(), first: at, last: at, frames: 0, raised: None, recovery: None };
@@ -177,7 +176,7 @@ fn take(event: &mut Option<Disturbance>, condition: Condition, cx: &mut Context<
         return;
     }
     if let Some((raised, root, _)) = event.raised {
-        // It has become worse since.
+        // It has become worse.
         let severity = |condition| finding_of(condition, 1).code.rule().severity;
         let worse = severity(condition) > severity(raised) && condition > raised;
         raise_condition(condition, 1, at, (!worse).then_some(root), cx);
@@ -202,7 +201,7 @@ fn raise_recovery(recovery: Recovery, at: FrameRef, because_of: Option<FrameRef>
     cx.report(Finding { at, because_of, ..cx.verdict(what, None, None, because_of) });
 }
 
-/// The finding of a condition that `count` frames have shown.
+/// Returns the finding of a condition that `count` frames have shown.
 fn finding_of(condition: Condition, count: u64) -> Verdict {
     match (condition, count) {
         (Condition::BusOff, ..=1) => Bus001::BusOff { count }.into(),
@@ -228,7 +227,7 @@ fn finding_of(condition: Condition, count: u64) -> Verdict {
     }
 }
 
-/// How many frames have shown a condition in all, in how many ns.
+/// Returns the finding of a condition's total number of frames and duration in ns.
 fn in_all(condition: Condition, count: u64, duration: Option<i64>) -> Verdict {
     match condition {
         Condition::BusOff => Bus001::InAll { count, duration }.into(),

@@ -1,14 +1,13 @@
-//! Reports once what of a bus is not CANopen.
-//!
-//! [`evidence::services`](crate::evidence::services), SDO channels and LSS show whether it is. It must not judge a frame.
+//! Reports once the traffic of a bus that is not CANopen, by the evidence of SDO channels, LSS and
+//! [`evidence::services`](crate::evidence::services).
 
 use crate::context::Context;
 use crate::evidence::services::{Alien, Other};
 use crate::finding::Finding;
 use crate::rules::bus::Bus009;
 
-/// The capture is over. `sdo`: of each channel whether it is SDO, where that is known, and its frames. `lss`: frames on
-/// the identifiers of LSS that are none; `proven`: others are LSS.
+/// Reports foreign traffic at the end of the capture. `sdo`: for each channel whether it is SDO, if known, and its
+/// frame count. `lss`: number of foreign frames on the identifiers of LSS. `proven`: LSS itself was seen.
 pub fn conclude(sdo: impl Iterator<Item = (Option<bool>, u64)>, lss: u64, proven: bool, cx: &mut Context<'_>) {
     let (mut further, mut canopen) = (lss, proven);
     for (is_sdo, frames) in sdo {

@@ -1,9 +1,9 @@
-//! Node guarding (CiA 301, 7.2.8.3.2.1): the master asks by remote frame, the node answers with its state and a bit
-//! that alternates.
+//! Node guarding (CiA 301, 7.2.8.3.2.1): the master asks by remote frame; the node answers with its state and a toggle
+//! bit.
 //!
-//! An answer whose toggle bit is 0 looks like a heartbeat; that it followed a request tells it apart, or that the node
-//! has answered with the bit set before. The master's requests may be captured just after their answers. A node's
-//! first answer is free, and so is the one after a request without answer. It must not judge states.
+//! An answer with toggle bit 0 looks like a heartbeat. It is an answer if it followed a request, or if the node has
+//! answered with the bit set before. A request may be captured just after its answer. The toggle bit is not judged in a
+//! node's first answer and in the one after an unanswered request.
 
 use super::heartbeat::Heartbeats;
 use super::nmt::Nmt;
@@ -19,49 +19,49 @@ use crate::node::{Node, PerNode};
 use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
 use crate::rules::heartbeat::Hbt003;
 
-/// An answer comes within this time of its request, in ns.
+/// Maximum time from a request to its answer, in ns.
 const ANSWER_NS: i64 = 500_000_000;
-/// A request this old was not answered, in ns.
+/// Time after which a request counts as unanswered, in ns.
 const UNANSWERED_NS: i64 = 1_000_000_000;
-/// A master that guards a node asks again within this time, in ns: nearly always.
+/// Usual maximum time between two requests to a guarded node, in ns.
 const ROUND_NS: i64 = 10_000_000_000;
-/// A request this old before a reset was not answered, in ns.
+/// Time after which a request before a reset counts as unanswered, in ns.
 const SLOW_NS: i64 = 50_000_000;
-/// Frames in a row with the same toggle bit from which on they are no answers.
+/// Number of frames in a row with the same toggle bit that shows them to be no answers.
 const SAME: u8 = 3;
-/// Frames without request from which on a guarded node sends heartbeats as well.
+/// Number of frames without request that shows a guarded node to send heartbeats as well.
 const UNASKED: u8 = 3;
 
-/// The only frame with toggle bit 1, until there is a second.
+/// The only frame with toggle bit 1 so far.
 #[derive(Clone, Copy, Debug)]
 struct Lone {
     at: FrameRef,
     byte: u8,
-    /// Frames without it in a row after that one and the next, and the first of them.
+    /// Number of frames without the bit in a row since then, and the first of them.
     same: Option<(u8, FrameRef)>,
 }
 
 #[derive(Debug, Default)]
 struct Guarded {
-    /// Requests in the capture.
+    /// Number of requests in the capture.
     requests: u64,
     lone: Option<Lone>,
     /// The last request.
     asked: Option<FrameRef>,
-    /// The same, until its answer.
+    /// The last request while it is unanswered.
     request: Option<When>,
-    /// An answer came just before it, which may have been its own.
+    /// An answer, perhaps to this request, came just before it.
     doubtful: bool,
-    /// The toggle bit of the last answer, where the next one follows from it.
+    /// The toggle bit of the last answer if it determines the next one.
     toggle: Option<bool>,
     /// The last answer.
     answer: Option<FrameRef>,
-    /// It has answered with toggle bit 1: these are no heartbeats.
+    /// It has answered with toggle bit 1, so its frames are no heartbeats.
     toggles: bool,
-    /// A frame without request so far, its toggle bit, and whether it counts as an answer already.
+    /// A frame still without request, its toggle bit, and true if it was counted as an answer.
     ahead: Option<(FrameRef, bool, bool)>,
     unasked: u8,
-    /// It was reported that requests stay unanswered, or that the node sends heartbeats as well.
+    /// Reported: requests without answer; heartbeats besides answers.
     silent: bool,
     both: bool,
 }
@@ -70,11 +70,11 @@ struct Guarded {
 #[derive(Debug)]
 pub struct Guarding {
     nodes: PerNode<Guarded>,
-    /// The node life times in ns (100Ch times 100Dh); 0: none, or not known.
+    /// The node life times in ns (100Ch times 100Dh); 0 if disabled or unknown.
     life_ns: PerNode<i64>,
     /// The next request that the master owes a node.
     life: Obligations<u8>,
-    /// When the first open request is too old, or earlier.
+    /// A time no later than the expiry of the first open request, in ns.
     next: i64,
 }
 
@@ -85,31 +85,31 @@ impl Default for Guarding {
 }
 
 impl Guarding {
-    /// Whether a frame on a node's error-control identifier is a guarding answer.
+    /// Returns true if a frame on a node's error-control identifier is a guarding answer.
     pub fn is_answer(&self, node: u8, toggle: bool, heartbeats: &Heartbeats, cx: &Context<'_>) -> bool {
         let Some(guarded) = self.nodes.get(node) else { return toggle };
         let asked = guarded.is_asked(cx) && (guarded.toggles || !heartbeats.is_producer(node));
         toggle || asked || guarded.toggles && guarded.requests == 0
     }
 
-    /// Whether a node has answered with its toggle bit set.
+    /// Returns true if a node has answered with its toggle bit set.
     pub fn toggles(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|guarded| guarded.toggles)
     }
 
-    /// Whether it was reported that a node leaves the master's requests unanswered, and it still does.
+    /// Returns true if missing answers of a node were reported, and it still does not answer.
     pub fn is_unanswered(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|guarded| guarded.silent)
     }
 
-    /// Whether the master asks a node for its state: the request may be captured after this answer to it, so the one
-    /// of the round before counts.
+    /// Returns true if the master guards a node. The request may be captured after its answer, so that of the round
+    /// before counts.
     pub fn is_guarded(&self, node: u8, at: FrameRef) -> bool {
         let asked = self.nodes.get(node).and_then(|guarded| guarded.asked);
         asked.is_some_and(|asked| at.since(asked).is_none_or(|age| age <= ROUND_NS))
     }
 
-    /// What is known of 100Ch and 100Dh of the bus's nodes, after a change.
+    /// Updates the node life times after a change of 100Ch or 100Dh.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         for (id, node) in nodes.iter() {
             let known = |index| node.value(index, 0).filter(|(_, from)| *from > Provenance::Eds);
@@ -122,7 +122,7 @@ impl Guarding {
         }
     }
 
-    /// The master has asked a node: it asks again within the node's life time.
+    /// Expects the master's next request within the node's life time.
     fn await_request(&mut self, node: u8, heartbeats: &Heartbeats, cx: &Context<'_>) {
         let life_ns = self.life_ns.get(node).copied().unwrap_or(0);
         if life_ns > 0 && !heartbeats.is_configured(node) {
@@ -130,8 +130,7 @@ impl Guarding {
         }
     }
 
-    /// Reports which nodes the master has not asked within their life time. A silence of the whole bus is no fault of
-    /// the master.
+    /// Reports nodes that the master has not asked within their life time, unless the whole bus was silent.
     fn overdue(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         let now = cx.clock(now_ns);
         for (node, Owed { since, limit_ns: limit, .. }) in self.life.due(now, &cx.evidence.recording) {
@@ -143,7 +142,7 @@ impl Guarding {
         }
     }
 
-    /// A request of the master.
+    /// Takes a request of the master.
     pub fn request(&mut self, node: u8, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         let pending = self.nodes.get(node).is_some_and(|guarded| guarded.request.is_some());
         if pending && cx.sighting == Sighting::Suspect {
@@ -165,7 +164,7 @@ impl Guarding {
             return;
         }
         if guarded.requests == 1 && guarded.toggle == Some(false) {
-            // What came before the first request in the capture may have been a heartbeat.
+            // Frames before the first request in the capture may have been heartbeats.
             guarded.toggle = None;
         }
         guarded.expire(node, cx);
@@ -186,7 +185,7 @@ impl Guarding {
         }
     }
 
-    /// A node's answer, or a heartbeat of a node that may be guarded.
+    /// Takes a node's answer, or a heartbeat of a node that may be guarded.
     pub fn frame(&mut self, node: u8, (state, toggle): (u8, bool), answer: bool, cx: &mut Context<'_>) {
         let guarded = self.nodes.entry(node);
         if is_duplicate(cx) {
@@ -202,7 +201,7 @@ impl Guarding {
         } else if let Some(lone) =
             guarded.lone.as_mut().filter(|_| guarded.requests == 0 && guarded.toggle == Some(false))
         {
-            // Without requests: after one frame with toggle bit 1 two or more come without: no answers.
+            // No requests, and several frames without the bit follow a single one with it: no answers.
             let (count, first) = lone.same.map_or((1, cx.at), |(count, first)| (count + 1, first));
             lone.same = Some((count, first));
             if count >= SAME {
@@ -227,14 +226,14 @@ impl Guarding {
         }
     }
 
-    /// An answer that cannot be read.
+    /// Takes an unreadable answer.
     pub fn excuse(&mut self, node: u8) {
         if let Some(guarded) = self.nodes.get_mut(node) {
             (guarded.request, guarded.toggle) = (None, None);
         }
     }
 
-    /// The node is reset, or has booted: its toggle bit starts at 0 again.
+    /// Restarts a node that is reset or has booted: its toggle bit begins at 0.
     pub fn restart(&mut self, node: u8, nmt: &Nmt, cx: &mut Context<'_>) {
         self.life.void(|id| node == 0 || node == *id);
         for (id, guarded) in self.nodes.iter_mut() {
@@ -245,25 +244,25 @@ impl Guarding {
                 if let Some(request) = request {
                     guarded.unanswered(id, request.at, nmt, cx);
                 }
-                // A single frame with toggle bit 1 stays undecided: the frames from here on decide.
+                // A single frame with toggle bit 1 stays undecided until later frames decide.
                 (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
                 (guarded.silent, guarded.unasked) = (false, 0);
             }
         }
     }
 
-    /// Frames were lost, requests and answers among them.
+    /// Forgets requests and answers after lost frames.
     pub fn forget(&mut self) {
         self.life.void(|_| true);
         for (_, guarded) in self.nodes.iter_mut() {
             (guarded.request, guarded.toggle, guarded.ahead) = (None, None, None);
-            // By now it may send heartbeats instead.
+            // It may send heartbeats instead by now.
             (guarded.toggles, guarded.requests, guarded.unasked) = (false, 0, 0);
             guarded.lone = None;
         }
     }
 
-    /// It is `now_ns`: which request should have been answered.
+    /// Reports requests that should have been answered by `now_ns`.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, nmt: &Nmt, heartbeats: &Heartbeats, cx: &mut Context<'_>) {
         if self.life.may_be_due(now_ns) {
@@ -292,7 +291,7 @@ impl Guarding {
         }
     }
 
-    /// The capture is over: nodes that were asked and never seen.
+    /// Reports nodes that were asked and never seen, at the end of the capture.
     pub fn finish(&mut self, nmt: &Nmt, cx: &mut Context<'_>) {
         for (node, guarded) in self.nodes.iter() {
             if guarded.requests > 1 && !nmt.is_present(node) {
@@ -303,7 +302,7 @@ impl Guarding {
 }
 
 impl Guarded {
-    /// Whether a frame may be the answer to a request. In a burst of the recorder it is, however late it is.
+    /// Returns true if a frame may be the answer to a request; within a burst of the recorder at any age.
     fn is_asked(&self, cx: &Context<'_>) -> bool {
         let recording = &cx.evidence.recording;
         let late = |asked: When| {
@@ -312,7 +311,7 @@ impl Guarded {
         self.request.is_some_and(|asked| !late(asked))
     }
 
-    /// The frame with bit 7 was a heartbeat after all.
+    /// Reports the frame with bit 7 as a heartbeat.
     fn was_heartbeat(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(Lone { at, byte: found, .. }) = self.lone.take() {
             let finding = cx.verdict(Hbt003::ToggleBit { found }, Some(node), None, None);
@@ -324,7 +323,7 @@ impl Guarded {
     fn answer_at(&mut self, node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
         self.answer = Some(at);
         if self.toggle == Some(toggle) {
-            // The node may go on either way: the next answer is free.
+            // The node may continue either way: the next toggle bit is not judged.
             self.toggle = None;
             return report_toggle(node, toggle, at, cx);
         }
@@ -345,11 +344,11 @@ impl Guarded {
         cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
     }
 
-    /// A frame without request, and no request came just after it.
+    /// Settles a frame that no request has followed.
     fn expire(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some((frame, toggle, counted)) = self.ahead.take() else { return };
         if !counted {
-            // It may still have been an answer, whose request was taken for that of the one before.
+            // It may be an answer whose request was assigned to the frame before.
             self.toggle = None;
         }
         if toggle || self.requests == 0 || !self.toggles {
@@ -363,14 +362,13 @@ impl Guarded {
     }
 }
 
-/// A toggle bit that did not alternate.
+/// Reports a toggle bit that did not alternate.
 fn report_toggle(node: u8, toggle: bool, at: FrameRef, cx: &mut Context<'_>) {
     let finding = cx.verdict(Grd001::Toggle { found: toggle, expected: !toggle }, Some(node), None, None);
     cx.report(Finding { at, ..finding });
 }
 
-/// Whether the frame at hand is likely a duplicate. In a burst of the recorder requests and answers are that close,
-/// too.
+/// Returns true if the current frame is likely a duplicate. In a recorder's burst requests and answers are as close.
 fn is_duplicate(cx: &Context<'_>) -> bool {
     cx.sighting == Sighting::Suspect && cx.evidence.recording.teaches(cx.when)
 }

@@ -1,8 +1,8 @@
-//! What needs more than one frame, or more than one service: states, timing, and verdicts on them.
+//! Checks that need more than one frame or more than one service: states, times, and verdicts on them.
 //!
-//! One file a check, or a family of checks that shares its state. Each owns what it has to remember and raises
-//! findings. [`Checks`] owns them all, and takes every frame from the bus with what it means: the order in
-//! which checks take a frame stands here and nowhere else. None may change a node's configuration.
+//! Each file is a check, or a family of checks that shares its state and raises findings. [`Checks`] owns them all and
+//! passes on every frame from the bus with its meaning; it alone defines the order. Checks never change a node's
+//! configuration.
 
 pub mod description;
 pub mod drive;
@@ -33,10 +33,10 @@ use crate::message::Message;
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::rules::pdo::Mpd001;
-use crate::services::lss::Command;
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
+use crate::wire::lss::Command;
 
 use description::Descriptions;
 use drive::Drives;
@@ -51,7 +51,7 @@ use pdo::timing::PdoTiming;
 use srdo::{Seen, Srdos};
 use sync::Sync;
 
-/// Which PDO of which node.
+/// The identity of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PdoName {
     /// Transmit or receive, seen from the node.
@@ -62,17 +62,17 @@ pub struct PdoName {
     pub node: u8,
 }
 
-/// What has changed of the configurations of a bus's nodes.
+/// Changes in the configurations of a bus's nodes.
 #[derive(Debug, Default)]
 pub struct Renewed {
-    /// PDOs that were made anew.
+    /// PDOs built anew.
     pub pdos: Vec<PdoName>,
-    /// Other objects, with their nodes.
+    /// Other changed objects, with their nodes.
     pub objects: Vec<(u8, u16)>,
 }
 
 impl Renewed {
-    /// Adds what has changed of a node since this was last asked.
+    /// Adds a node's changes since the last call.
     pub fn add(&mut self, id: u8, node: &mut Node) {
         let pdos = node.renewed().into_iter();
         self.pdos.extend(pdos.map(|(transmit, number)| PdoName { transmit, number, node: id }));
@@ -86,21 +86,21 @@ impl PdoName {
     }
 }
 
-/// How the bytes of a PDO's frame stand to its mapping.
+/// The relation of a PDO frame's bytes to its mapping.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit {
-    /// They are not as many as it maps.
+    /// The deviation of their number from the mapping.
     misfit: Option<Misfit>,
-    /// It has a mapping of its own, and they are as many as it maps.
+    /// The PDO has its own mapping, and their number agrees with it.
     fits: bool,
-    /// There is one, or it is known that there is none.
+    /// A mapping is known, or known to be absent.
     read: bool,
-    /// Frames contradict the one that was assumed.
+    /// Frames contradict the assumed mapping.
     contradicted: bool,
 }
 
 impl Fit {
-    /// Of a frame and what its bytes are.
+    /// Compares a frame with its content.
     #[inline]
     fn of(content: &Signals, frame: &Frame) -> Self {
         let misfit = misfit(content, frame);
@@ -132,7 +132,7 @@ pub struct Checks {
     pdo_length: PdoLength,
     pdo_timing: PdoTiming,
     lss: Lss,
-    /// Drives' states and commands.
+    /// States and commands of drives.
     pub drives: Drives,
     srdos: Srdos,
     /// Error frames.
@@ -140,7 +140,7 @@ pub struct Checks {
 }
 
 impl Checks {
-    /// Checks of a bus of which nothing was seen.
+    /// Creates the checks of a bus.
     pub fn new(network: &Arc<Network>, nodes: &PerNode<Node>, renewed: &Renewed) -> Self {
         let mut checks = Self {
             network: Arc::clone(network),
@@ -162,7 +162,7 @@ impl Checks {
         checks
     }
 
-    /// A frame has come, and its own event is there: what became due before it.
+    /// Reports what became due before a frame; called after the frame's own event.
     pub fn due(&mut self, frame: &Frame, cx: &mut Context<'_>) {
         cx.release();
         self.error_frames.advance(frame.t_ns, frame.no, cx);
@@ -178,26 +178,26 @@ impl Checks {
         }
     }
 
-    /// It is `now_ns`: what should have happened by now and has not. Findings stand at the frame at hand.
+    /// Reports what should have happened by `now_ns`, at the current frame.
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         self.error_frames.advance(Some(now_ns), cx.at.no, cx);
         self.pass(now_ns, false, cx);
     }
 
-    /// The same; `heard`: by a frame, not by the clock alone.
+    /// Does the same; `heard`: the time comes from a frame, not from the clock alone.
     fn pass(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.nodes.advance(now_ns, heard, cx);
         self.lss.advance(now_ns, cx);
         self.drives.advance(now_ns, cx);
     }
 
-    /// A write request of SDO whose data are in it: its server may obey before it answers.
+    /// Takes an SDO write request with its data, which the server may obey before it answers.
     pub fn requested(&mut self, node: u8, mux: Mux, bytes: &[u8], cx: &Context<'_>) {
         self.nodes.requested(node, mux.index, bytes, cx);
         self.drives.request(node, mux, bytes, cx.at);
     }
 
-    /// An SDO transfer has ended, however.
+    /// Takes the end of an SDO transfer, successful or not.
     pub fn ended(&mut self, transfer: &Transfer, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = transfer.node;
         if let (Direction::Download, Status::Failed | Status::Incomplete, Some(mux)) =
@@ -209,7 +209,7 @@ impl Checks {
         self.drives.transfer(transfer, nodes.get(node), self.nodes.state(node), cx);
     }
 
-    /// A frame of an SRDO, before its own event is there.
+    /// Takes a frame of an SRDO, before its own event.
     pub fn safety(
         &mut self,
         number: u8,
@@ -222,12 +222,12 @@ impl Checks {
         self.srdos.follow(number, inverted, frame, nodes, cx, |node| states.state(node))
     }
 
-    /// What the same frame has shown.
+    /// Judges the same frame after its own event.
     pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
         self.srdos.judge(seen, cx);
     }
 
-    /// An SDO frame of a default channel, with the object it is about.
+    /// Takes an SDO frame of a default channel and its object.
     pub fn sdo(&mut self, side: Side, node: u8, object: Option<Mux>, cx: &mut Context<'_>) {
         self.nodes.sdo(side, node, object.map(|mux| mux.index), cx);
         self.pdo_length.asked(node);
@@ -236,8 +236,8 @@ impl Checks {
         }
     }
 
-    /// What the bytes of a PDO's frame are, and how they stand to its mapping: one that is only assumed holds as long as
-    /// frames bear it out.
+    /// Returns the content of a PDO's frame and its relation to the mapping. An assumed mapping holds until frames
+    /// contradict it.
     #[inline]
     pub fn content(&mut self, name: PdoName, content: Signals, frame: &Frame) -> (Signals, Fit) {
         let fit = Fit::of(&content, frame);
@@ -248,7 +248,7 @@ impl Checks {
         (content, fit)
     }
 
-    /// A PDO with data; `known` is what is configured of it.
+    /// Takes a PDO with data; `known` is its configuration.
     pub fn process_data(
         &mut self,
         name: PdoName,
@@ -268,7 +268,7 @@ impl Checks {
         } else if fit.fits {
             self.pdo_length.fitted(transmit, number, node);
         } else if !fit.read && !fit.contradicted && self.nodes.state(node).is_some() {
-            // Of a node that has not shown itself the frames may be another protocol's.
+            // The frames of a node not seen otherwise may belong to another protocol.
             self.pdo_length.unmapped((transmit, number, node), frame, cx);
         }
         let states = &self.nodes;
@@ -282,7 +282,7 @@ impl Checks {
         }
     }
 
-    /// A multiplex PDO.
+    /// Takes a multiplex PDO.
     pub fn multiplexed(
         &mut self,
         name: PdoName,
@@ -303,8 +303,8 @@ impl Checks {
         }
     }
 
-    /// A message of another service, before what it resets is reset. Gives the old and the new node-ID of a node
-    /// that LSS has moved.
+    /// Takes a message of another service before its resets are applied; returns the old and the new node-ID of a node
+    /// that LSS has renamed.
     pub fn message(
         &mut self,
         message: &Message,
@@ -341,7 +341,7 @@ impl Checks {
         self.lss.follow(message, frame, nodes, cx)
     }
 
-    /// The same message, after what it resets was reset.
+    /// Takes the same message after its resets.
     pub fn follow(&mut self, message: &Message, nodes: &PerNode<Node>, frame: &Frame, cx: &mut Context<'_>) {
         self.nodes.follow(message, frame, nodes, cx);
         match *message {
@@ -351,13 +351,13 @@ impl Checks {
         }
     }
 
-    /// A server has acknowledged a write, whether or not its request was captured.
+    /// Takes a server's acknowledgement of a write, with or without its request in the capture.
     pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
         self.pdo_configuration.acknowledged(node, mux, frame);
         self.nodes.acknowledged(node, mux.index);
     }
 
-    /// A successful transfer, before what it shows is learnt.
+    /// Takes a successful transfer before its value is learnt.
     pub fn transferred(&mut self, transfer: &Transfer, mux: Mux, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = nodes.get(transfer.node);
         self.descriptions.judge(node, transfer, mux, cx);
@@ -375,7 +375,7 @@ impl Checks {
         }
     }
 
-    /// An object that decoding depends on holds another value now.
+    /// Takes a changed value of an object that decoding depends on.
     pub fn learnt(&mut self, node: u8, mux: Mux, nodes: &PerNode<Node>, cx: &Context<'_>) {
         if matches!(mux.index, 0x100C | 0x100D | 0x1016 | 0x1017) {
             self.nodes.configure(nodes);
@@ -383,7 +383,7 @@ impl Checks {
         self.sync.configured(node, mux, &self.network, nodes, cx.at);
     }
 
-    /// What is another thing now, or not there any more.
+    /// Takes changed or removed objects.
     pub fn renewed(&mut self, renewed: &Renewed) {
         self.drives.renewed(&renewed.pdos);
         self.pdo_identifiers.renewed(&renewed.pdos);
@@ -396,13 +396,13 @@ impl Checks {
         }
     }
 
-    /// Many objects may hold other values now.
+    /// Takes a change of many objects.
     pub fn reconfigured(&mut self, nodes: &PerNode<Node>) {
         self.nodes.configure(nodes);
         self.sync.reconfigure(&self.network, nodes);
     }
 
-    /// One node (or all) was reset.
+    /// Takes a reset of one node, or of all.
     pub fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
         self.pdo_configuration.reset(node);
         self.pdo_length.reset(node, cx);
@@ -411,7 +411,7 @@ impl Checks {
         self.srdos.interrupt(cx.at.no, false);
     }
 
-    /// Frames of the bus were lost: nothing that was open can be judged.
+    /// Drops everything that was open after lost frames.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nodes.lost(cx);
         self.pdo_timing.forget(None);
@@ -423,14 +423,14 @@ impl Checks {
         self.lss.lost();
     }
 
-    /// The capture is over: what of the bus is not CANopen. `sdo`: of each channel whether it is SDO, where that is known,
-    /// and its frames.
+    /// Reports foreign traffic at the end of the capture. `sdo`: for each channel whether it is SDO, if known, and its
+    /// frame count.
     pub fn conclude(&self, sdo: impl Iterator<Item = (Option<bool>, u64)>, cx: &mut Context<'_>) {
         let (frames, is_lss) = self.lss.shown();
         foreign::conclude(sdo, if is_lss { 0 } else { frames }, frames > 0 && is_lss, cx);
     }
 
-    /// The capture is over.
+    /// Reports what is open at the end of the capture.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         self.error_frames.finish(cx);
         self.nodes.finish(cx);

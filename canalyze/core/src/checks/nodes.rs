@@ -1,7 +1,6 @@
-//! The checks of nodes and the order in which they take a frame: states, heartbeats, guarding, emergencies, TIME, and
-//! what is permitted in a state.
+//! The checks of nodes, and their order for a frame: states, heartbeats, guarding, emergencies, TIME, permissions.
 //!
-//! It completes a message by what was known before it, and passes each frame on. It judges nothing itself.
+//! A message is completed with earlier knowledge and passed on; verdicts are left to the checks.
 
 use super::emcy::Emergencies;
 use super::guarding::Guarding;
@@ -20,27 +19,27 @@ use crate::profiles::Profile;
 use crate::rules::emcy::Emc006;
 use crate::rules::heartbeat::Hbt006;
 use crate::rules::time::Tim001;
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::services::lss::Command as Lss;
-use crate::services::nmt::is_reset;
 use crate::services::sdo::wire::Side;
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::lss::Command as Lss;
+use crate::wire::nmt::is_reset;
 
-/// A silence of the bus this long was not recorded, in ns.
+/// Silence of the bus that was not recorded, in ns.
 pub(super) const PAUSE_NS: i64 = 10_000_000_000;
-/// Frames of a wrong length that are kept at most.
+/// Maximum number of kept frames of wrong length.
 const MISSHAPEN: usize = 16;
 
-/// How a node shows that it is there (CiA 301, 7.2.8.2.2).
+/// A node's method of error control (CiA 301, 7.2.8.2.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorControl {
-    /// By heartbeats of its own.
+    /// Heartbeats.
     Heartbeat,
-    /// By answers to the master.
+    /// Answers to the master.
     Guarding,
 }
 
 impl ErrorControl {
-    /// The word in machine output.
+    /// Returns the word in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Heartbeat => "heartbeat",
@@ -58,17 +57,16 @@ pub struct Nodes {
     emergencies: Emergencies,
     times: Times,
     permissions: NmtPermissions,
-    /// How long the bus was silent before the frame at hand, in ns.
+    /// Duration of the bus's silence before the current frame, in ns.
     silence_ns: i64,
-    /// Until when no node sends anything, since the bit rate is switched (CiA 305); a heartbeat during that time begins
-    /// no series of heartbeats.
+    /// End of the silence for a switch of the bit rate (CiA 305), in ns; a heartbeat in it begins no series.
     quiet_until_ns: i64,
-    /// Frames of a wrong length of nodes that have not shown yet that they are nodes.
+    /// Frames of wrong length of nodes not yet known to exist.
     misshapen: Vec<Finding>,
 }
 
 impl Nodes {
-    /// Checks of a bus of which nothing was seen.
+    /// Creates the checks of a bus.
     pub fn new(network: &Network) -> Self {
         Self {
             nmt: Nmt::default(),
@@ -83,18 +81,18 @@ impl Nodes {
         }
     }
 
-    /// The NMT state of a node, as far as known: 04, 05, 7F.
+    /// Returns the NMT state of a node if known: 04, 05, 7F.
     #[inline]
     pub fn state(&self, node: u8) -> Option<u8> {
         self.nmt.state(node)
     }
 
-    /// How often a node sends heartbeats in ns, where it is known.
+    /// Returns the heartbeat period of a node if known, in ns.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.heartbeats.period(node)
     }
 
-    /// By which kind of error control a node should have been heard by `now_ns` and was not.
+    /// Returns the kind of error control by which a node is overdue at `now_ns`.
     pub fn silent(&self, node: u8, now_ns: Option<i64>) -> Option<ErrorControl> {
         if self.guarding.is_unanswered(node) {
             Some(ErrorControl::Guarding)
@@ -105,18 +103,18 @@ impl Nodes {
         }
     }
 
-    /// What a node watches of others (1016h) is another thing now.
+    /// Marks a change of a node's consumer heartbeat times (1016h).
     pub fn watches_others(&mut self, node: u8) {
         self.heartbeats.watches_others(node);
     }
 
-    /// What is known of the times of heartbeats and guarding after a change.
+    /// Updates the times of heartbeats and guarding after a change.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         self.heartbeats.configure(nodes);
         self.guarding.configure(nodes);
     }
 
-    /// A message with what the frames before it add to its meaning.
+    /// Returns a message completed with knowledge from earlier frames.
     pub fn complete(&mut self, message: Message, nodes: &PerNode<Node>, cx: &Context<'_>) -> Message {
         match message {
             Message::Heartbeat { node, state, toggle, .. } => Message::Heartbeat {
@@ -136,7 +134,7 @@ impl Nodes {
         }
     }
 
-    /// With each frame, before it is followed: what nothing has explained by now.
+    /// Reports unexplained events; called for each frame before it is followed.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
         if !self.misshapen.is_empty() {
@@ -145,7 +143,7 @@ impl Nodes {
         self.nmt.settle(cx);
     }
 
-    /// With each frame, before it is followed and after `advance`: the bus is alive.
+    /// Notes that the bus is alive; called for each frame before it is followed and after `advance`.
     #[inline]
     pub fn heard(&mut self, cx: &Context<'_>) {
         let ended = |now: i64| cx.evidence.recording.ended_silence(now);
@@ -155,14 +153,14 @@ impl Nodes {
         }
     }
 
-    /// It is `now_ns`: what should have happened by now. `heard`: by a frame, not by the clock alone.
+    /// Reports what should have happened by `now_ns`. `heard`: the time comes from a frame, not the clock alone.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         self.heartbeats.advance(now_ns, heard, cx);
         self.guarding.advance(now_ns, &self.nmt, &self.heartbeats, cx);
     }
 
-    /// A frame of a service other than SDO and PDO.
+    /// Takes a frame of a service other than SDO and PDO.
     pub fn follow(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         match *message {
             Message::Nmt { command, node } => {
@@ -211,8 +209,8 @@ impl Nodes {
         }
     }
 
-    /// A frame of a service with another length than the service has. Reported once the node or, for TIME, any node
-    /// of the bus has shown that it is one: on other networks these identifiers carry other things.
+    /// Reports a frame of a wrong length, once the node (for TIME, any node) is known to exist: other networks use
+    /// these identifiers for other data.
     fn wrong_length(&mut self, role: Role, frame: &Frame, cx: &mut Context<'_>) {
         let found = frame.len.into();
         let (what, node): (Verdict, _) = match role {
@@ -234,8 +232,8 @@ impl Nodes {
         }
     }
 
-    /// A boot-up, a heartbeat or a guarding answer of another length than one byte still shows that the node is there,
-    /// and by its first byte, if it has one, in which state: that is no second fault.
+    /// Takes an error control frame not one byte long: it still shows that the node is present, and its state if it has
+    /// a first byte. That is no second fault.
     fn misshapen_error_control(&mut self, node: u8, frame: &Frame, cx: &mut Context<'_>) {
         match frame.payload().first() {
             Some(0) => {
@@ -256,13 +254,13 @@ impl Nodes {
         }
     }
 
-    /// Whether a node, or any, has shown that it is one.
+    /// Returns true if a node, or any, is known to exist.
     fn is_present(&self, node: Option<u8>) -> bool {
         let present = |node: u8| self.nmt.is_present(node);
         node.map_or_else(|| (1..=127).any(present), present)
     }
 
-    /// Reports frames of a wrong length whose nodes have shown by now that they are nodes.
+    /// Reports kept frames of wrong length whose nodes are now known to exist.
     fn release_misshapen(&mut self, cx: &mut Context<'_>) {
         let (shown, waiting) =
             std::mem::take(&mut self.misshapen).into_iter().partition(|finding| self.is_present(finding.node));
@@ -278,7 +276,7 @@ impl Nodes {
                 return self.heartbeats.bit_7(state | 0x80, node, cx);
             }
             if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
-                // No guarding answer either.
+                // It is no guarding answer either.
                 self.nmt.unreadable(node);
                 self.heartbeats.known_state(node, state, cx);
                 return self.heartbeats.alive(node, cx);
@@ -295,7 +293,7 @@ impl Nodes {
             self.heartbeats.known_state(node, state, cx);
         } else {
             self.heartbeats.heartbeat(node, state, cx);
-            // It may have been under way when the node was reset.
+            // It may have been on its way when the node was reset.
             let obeying =
                 self.nmt.resetting(node).and_then(|reset| cx.at.since(reset)).is_some_and(|age| age < OBEYED_NS);
             if obeying || cx.at.t_ns.is_some_and(|now| now < self.quiet_until_ns) {
@@ -304,23 +302,23 @@ impl Nodes {
         }
     }
 
-    /// Whether the bus was silent before the frame at hand for so long that it was not recorded.
+    /// Returns true if the bus was silent before the current frame for so long that it was not recorded.
     pub fn paused(&self) -> bool {
         self.silence_ns >= PAUSE_NS
     }
 
-    /// A PDO.
+    /// Takes a PDO.
     #[inline]
     pub fn pdo(&mut self, transmit: bool, number: u16, node: u8, cx: &mut Context<'_>) {
         self.permissions.pdo(&self.nmt, transmit, number, node, cx);
     }
 
-    /// The last SDO request to a node, where it is a fault by itself.
+    /// Returns the last SDO request to a node if it is a fault by itself.
     pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
         self.permissions.asked_in_vain(node)
     }
 
-    /// A write request whose data are in it.
+    /// Takes a write request with its data.
     pub fn requested(&mut self, node: u8, index: u16, bytes: &[u8], cx: &Context<'_>) {
         if let (0x1017, [low, high, ..]) = (index, bytes) {
             let ms = i64::from(u16::from_le_bytes([*low, *high]));
@@ -328,14 +326,14 @@ impl Nodes {
         }
     }
 
-    /// A server has acknowledged a write.
+    /// Takes a server's acknowledgement of a write.
     pub fn acknowledged(&mut self, node: u8, index: u16) {
         if index == 0x1017 {
             self.heartbeats.acknowledged(node);
         }
     }
 
-    /// A frame of a node's default SDO channel, and the object whose transfer it belongs to.
+    /// Takes a frame of a node's default SDO channel, and the object of its transfer.
     pub fn sdo(&mut self, side: Side, node: u8, index: Option<u16>, cx: &mut Context<'_>) {
         self.permissions.sdo(&self.nmt, side, node, cx);
         match side {
@@ -347,7 +345,7 @@ impl Nodes {
         }
     }
 
-    /// Frames of the bus were lost.
+    /// Forgets what was open after lost frames.
     pub fn lost(&mut self, cx: &mut Context<'_>) {
         self.nmt.forget();
         self.permissions.forget();
@@ -355,7 +353,7 @@ impl Nodes {
         self.guarding.forget();
     }
 
-    /// The capture is over.
+    /// Reports what is open at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.release_misshapen(cx);
         self.heartbeats.finish(cx);

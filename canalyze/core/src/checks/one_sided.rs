@@ -1,4 +1,4 @@
-//! Reports once a bus that only one direction of SDO was recorded. It must not judge a transfer.
+//! Reports once per bus that only one direction of SDO was recorded.
 
 use crate::context::Context;
 use crate::finding::{Finding, Verdict};
@@ -6,7 +6,7 @@ use crate::rules::sdo::Sdo032;
 use crate::services::sdo::proof::OneSided;
 use crate::services::sdo::wire::Side;
 
-/// The capture is over: the channels that it shows one side of.
+/// Reports one-sided channels at the end of the capture.
 pub fn conclude(found: &[OneSided], cx: &mut Context<'_>) {
     for side in [Side::Client, Side::Server] {
         let of_side = || found.iter().filter(|one| one.side == side);

@@ -1,9 +1,8 @@
-//! SRDO (CiA 304, EN 50325-5): whether the two frames of a pair fit, in data, order and time.
+//! SRDO (CiA 304, EN 50325-5): the two frames of a pair, in data, order and time.
 //!
-//! A pair is judged once it has shown that it is one: by a record 1301h to 1340h that is known, or by two pairs of
-//! frames that were each other's inverse; on other networks these identifiers carry other things. What a capture
-//! shows wrongly by itself is no fault: its edges cut pairs, and a frame of the capturing host may stand one later.
-//! It must not decode; and no time is judged that is not configured.
+//! A pair is judged once it is proved, by a known record 1301h to 1340h or by two pairs of inverse frames; on other
+//! networks these identifiers carry other data. Artefacts of the capture are no fault: its edges cut pairs, and a frame
+//! of the recording host may be listed one place later. Only configured times are judged.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,12 +14,12 @@ use crate::finding::Verdict;
 use crate::frame::{CanId, Frame};
 use crate::node::{CobId, Node, PerNode};
 use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
-use crate::services::heartbeat::OPERATIONAL;
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Pairs: 101h and 102h to 17Fh and 180h.
 const PAIRS: usize = 64;
-/// Pairs of frames that show that identifiers carry an SRDO, and after which no half is cut off by the capture's edge.
+/// Number of pairs that prove an SRDO, and after which the capture's edge cuts off no half.
 const PROOF: u64 = 2;
 const MS: i64 = 1_000_000;
 
@@ -43,29 +42,29 @@ impl Half {
     }
 }
 
-/// A configured time: whose, in which record, in ms.
+/// A configured time: node, record, and value in ms.
 type Limit = (u8, u16, i64);
 
-/// What is configured for a pair.
+/// The configuration of a pair.
 #[derive(Clone, Copy, Debug, Default)]
 struct Limits {
-    /// Some record names the pair: the identifiers of normal and inverted data.
+    /// The identifiers of normal and inverted data, if a record names the pair.
     identifiers: Option<(CanId, CanId)>,
-    /// The node that is configured to send it, and its record.
+    /// The node configured to send it, and the record.
     producer: Option<(u8, u16)>,
-    /// The frame with which the capture has shown the record.
+    /// The frame in which the capture showed the record.
     shown: Option<u64>,
-    /// Validation time (SRVT, sub-index 3): a receiver's, else the producer's.
+    /// Validation time (SRVT, sub-index 3), of a receiver if known, else of the producer.
     validation: Option<Limit>,
     /// Safeguard cycle time (SCT, sub-index 2), likewise.
     cycle: Option<Limit>,
 }
 
-/// What one record of a node says of a pair.
+/// One record of a node about a pair.
 #[derive(Clone, Copy, Debug)]
 struct Record {
     number: u8,
-    /// The node sends the pair, and does not receive it.
+    /// True if the node sends the pair, false if it receives it.
     sends: bool,
     identifiers: (CanId, CanId),
     shown: Option<u64>,
@@ -73,53 +72,53 @@ struct Record {
     validation: Option<Limit>,
 }
 
-/// Frames of a pair that wait for their other half. In the right order each normal frame is `open` until its inverted
-/// one comes; the others are what a loss, a swap or a late frame leaves.
+/// Frames of a pair that wait for their other half. In the right order each normal frame is `open` until its inverse
+/// comes; the other fields hold the remains of a loss, a swap or a late frame.
 #[derive(Clone, Copy, Debug, Default)]
 struct Halves {
     /// Normal data that wait for their inverse.
     open: Option<Half>,
-    /// Normal data before those, whose inverse has not come: it may still.
+    /// Earlier normal data whose inverse may still come.
     older: Option<Half>,
-    /// Normal data before the open ones that seem to have had their inverse before them.
+    /// Earlier normal data whose inverse seems to have come before them.
     spare: Option<Half>,
-    /// As `older`, when later data have got theirs.
+    /// Former `older` data after later data have got their inverse.
     missing: Option<Half>,
     /// The last inverted data that had no normal data before them.
     early: Option<Half>,
-    /// They came right before the open ones.
+    /// They came directly before the open ones.
     adjacent: bool,
-    /// Inverted data in a pair that was complete before, until the next complete pair proves that half of one is gone.
+    /// Inverted data without partner, until the next complete pair proves that half of one is missing.
     lone: Option<Half>,
 }
 
-/// What was seen of a pair.
+/// The observations of a pair.
 #[derive(Clone, Debug, Default)]
 struct Pair {
     halves: Halves,
-    /// Pairs in a row that came in the wrong order.
+    /// Number of pairs in a row that came in the wrong order.
     swaps: u8,
     /// Its first frame since the capture's edge or a loss of frames.
     first: Option<u64>,
-    /// It has shown that it is an SRDO.
+    /// It is proved to be an SRDO.
     proven: bool,
-    /// Pairs that were not each other's inverse, since the capture's edge or a loss of frames.
+    /// Number of pairs that were not inverse, since the capture's edge or a loss of frames.
     wrong: u64,
-    /// Pairs that were right since then, and the normal data of the last of them.
+    /// Number of correct pairs since then, and the normal data of the last.
     valid: u64,
     last: Option<Half>,
-    /// Where the last pair began, if it was right and nothing has happened since.
+    /// The start of the last pair if it was correct and uninterrupted since.
     began: Option<When>,
-    /// A pair came though the producer is known not to be Operational.
+    /// A pair came while the producer was known not to be Operational.
     idle: bool,
-    /// And the producer has reported since that it is not.
+    /// The producer has since confirmed that state.
     confirmed: bool,
 }
 
-/// What a frame has shown.
+/// A fault shown by a frame.
 #[derive(Clone, Copy, Debug)]
 enum Report {
-    /// And the length of the second frame.
+    /// The normal data, and the length of the second frame.
     NotInverse(Half, u8),
     Swapped(Half),
     InverseMissing(Half),
@@ -129,10 +128,10 @@ enum Report {
     Idle(u8),
 }
 
-/// What a frame has shown, until its event is there.
+/// The result for a frame, until its event exists.
 #[derive(Debug, Default)]
 pub struct Seen {
-    /// Whether these are the inverse of the normal data before them; `None` where that is not known.
+    /// True if the data are the inverse of the normal data before them; `None` if unknown.
     pub valid: Option<bool>,
     number: u8,
     reports: Vec<Report>,
@@ -141,25 +140,25 @@ pub struct Seen {
 /// The SRDOs of a bus.
 #[derive(Debug, Default)]
 pub struct Srdos {
-    /// By number, made with the first frame.
+    /// The pairs by number, created with the first frame.
     pairs: Vec<Pair>,
     limits: Vec<Limits>,
     records: BTreeMap<(u8, u16), Record>,
-    /// Records that are other ones by now.
+    /// Records that have changed.
     stale: BTreeSet<(u8, u16)>,
-    /// Frames were lost before this one.
+    /// The frame before which frames were lost.
     lost: u64,
-    /// A command has changed states with this one, or a node has started.
+    /// The frame of the last command that changed states, or of the last start of a node.
     began: u64,
 }
 
 impl Srdos {
-    /// A node's record is another one now.
+    /// Marks a changed record of a node.
     pub fn renewed(&mut self, node: u8, index: u16) {
         self.stale.insert((node, index));
     }
 
-    /// Finds what is configured, by the number of the pair.
+    /// Updates the configuration, by pair number.
     #[cold]
     fn compile(&mut self, nodes: &PerNode<Node>) {
         for (id, index) in std::mem::take(&mut self.stale) {
@@ -169,7 +168,7 @@ impl Srdos {
             }
         }
         self.limits = vec![Limits::default(); PAIRS + 1];
-        // Producers first: what receivers are configured to overrules.
+        // Producers first, because receivers' values overrule them.
         for sends in [true, false] {
             for (place, record) in self.records.iter().filter(|(_, record)| record.sends == sends) {
                 let Some(limits) = self.limits.get_mut(usize::from(record.number)) else { continue };
@@ -184,7 +183,7 @@ impl Srdos {
         }
     }
 
-    /// Follows a data frame of pair `number`. `state` is the NMT state of a node, where known.
+    /// Takes a data frame of pair `number`. `state` returns a node's NMT state if known.
     pub fn follow(
         &mut self,
         number: u8,
@@ -226,9 +225,9 @@ impl Srdos {
             pair.timing(half, recording, &limits, &mut seen);
         }
         pair.proven |= pair.valid >= PROOF;
-        // What an edge has cut off may make one pair wrong.
+        // A half cut off by an edge may make one pair wrong.
         let first = *pair.first.get_or_insert(frame.no);
-        // One that began after its record was shown and a command was given has lost nothing to an edge.
+        // A pair that began after its record and a command has lost nothing to an edge.
         let whole = limits.shown.is_some_and(|shown| shown > self.lost && first > self.began.max(shown));
         let whole = whole && self.began > self.lost;
         let settled = pair.valid > 0 || pair.wrong > 1 || whole;
@@ -239,7 +238,7 @@ impl Srdos {
         seen
     }
 
-    /// Raises what [`Self::follow`] has found.
+    /// Raises the findings of [`Self::follow`].
     pub fn judge(&self, seen: &Seen, cx: &mut Context<'_>) {
         for report in &seen.reports {
             self.raise(seen.number, *report, cx);
@@ -287,8 +286,8 @@ impl Srdos {
         cx.report_timed(cx.excused(Rules::Srdo, since, finding));
     }
 
-    /// A node shows that it is not Operational. Only what it sends before and after that is its fault: it may have
-    /// changed its state by itself since it reported it last, or have been commanded to while a pair was under way.
+    /// Takes a node's report that it is not Operational. Only pairs before and after it are faults: the node may have
+    /// changed its state since the last report, or been commanded during a pair.
     pub fn not_operational(&mut self, node: u8) {
         for (pair, limits) in self.pairs.iter_mut().zip(&self.limits) {
             if pair.idle && limits.producer.is_some_and(|(producer, _)| producer == node) {
@@ -297,8 +296,8 @@ impl Srdos {
         }
     }
 
-    /// A command has changed states, a node has started, or frames were lost: no gap can be judged, and after a
-    /// loss no half. `at`: the number of the frame at hand.
+    /// Takes a command that changes states, a start of a node, or a loss of frames: no gap is judged, and after a loss
+    /// no half. `at` is the number of the current frame.
     pub fn interrupt(&mut self, at: u64, lost: bool) {
         *if lost { &mut self.lost } else { &mut self.began } = at;
         for pair in &mut self.pairs {
@@ -380,20 +379,20 @@ impl Pair {
         }
     }
 
-    /// Inverted data came before their normal data. Once is what a late frame looks like, if they are close.
+    /// Takes inverted data before their normal data. Once, and close together, it may be a late frame.
     fn swapped(&mut self, normal: Half, recording: &Recording, seen: &mut Seen) {
         let apart = self.halves.early.and_then(|early| recording.between(early.when, normal.when)).unwrap_or(0);
         self.swaps = self.swaps.saturating_add(1);
         self.halves.lone = None;
         self.began = None;
-        // Both are of one sender, and wait in one queue: the host's lag explains it once, and not again and again; and
-        // one is hardly overtaken by more than half of it.
+        // Both are in the queue of one sender: the host's delay explains it once, not repeatedly, and rarely by more
+        // than half.
         if self.swaps >= 2 || apart > recording.lag_ns() / 2 {
             seen.reports.push(Report::Swapped(normal));
         }
     }
 
-    /// The times of a pair that has become complete with `half`.
+    /// Judges the times of a pair completed by `half`.
     fn timing(&mut self, half: Half, recording: &Recording, limits: &Limits, seen: &mut Seen) {
         let Some(normal) = self.last.filter(|normal| normal.when.at.t_ns.is_some()) else { return };
         if let Some(limit) = limits.validation {
@@ -414,13 +413,13 @@ impl Pair {
     }
 }
 
-/// The identifiers of a pair.
+/// Returns the identifiers of a pair.
 fn identifiers(number: u8) -> (CanId, CanId) {
     let normal = 0xFF + 2 * u16::from(number);
     (CanId::standard(normal), CanId::standard(normal + 1))
 }
 
-/// What a record says of a pair; `None` if it names none, or is not used.
+/// Returns a record; `None` if it names no pair or is not used.
 fn record(id: u8, node: &Node, index: u16) -> Option<Record> {
     let (number, identifiers) = pair(id, node, index)?;
     let direction = node.value(index, 1).map(|(value, _)| value).filter(|direction| matches!(direction, 1 | 2))?;
@@ -432,7 +431,7 @@ fn record(id: u8, node: &Node, index: u16) -> Option<Record> {
     Some(Record { number, sends: direction == 1, identifiers, shown, cycle: time(2), validation: time(3) })
 }
 
-/// The frame with which the capture has shown an object.
+/// Returns the frame in which the capture showed an object.
 fn observed(node: &Node, index: u16, sub: u8) -> Option<u64> {
     match node.value(index, sub)?.1 {
         Provenance::Observed(frame) => Some(frame),
@@ -440,7 +439,7 @@ fn observed(node: &Node, index: u16, sub: u8) -> Option<u64> {
     }
 }
 
-/// The number and the identifiers of the pair that a record names; the first record has a default.
+/// Returns the number and the identifiers of a record's pair; the first record has a default.
 fn pair(id: u8, node: &Node, index: u16) -> Option<(u8, (CanId, CanId))> {
     let named = |sub| node.value(index, sub).map(|(value, _)| CobId::from_entry(value).id);
     let normal = match named(5) {

@@ -1,31 +1,30 @@
-//! TIME (CiA 301, 7.2.6): a time of day that cannot be, and one that jumps against the capture's clock.
+//! TIME (CiA 301, 7.2.6): impossible times of day, and jumps against the capture's clock.
 
 use crate::context::Context;
 use crate::evidence::{Recording, When};
 use crate::rules::time::{Tim001, Tim002};
-use crate::services::time::DAY_MS;
+use crate::wire::time::DAY_MS;
 
-/// What two TIMEs may differ by from the time between them: in ns, and as a part of it, by which clocks differ.
+/// Maximum deviation of two TIMEs from the time between them: in ns, and as the fraction by which clocks differ.
 const JUMP_NS: i64 = 1_000_000_000;
 const CLOCK_PART: i64 = 100;
 
 /// The last TIME of a bus.
 #[derive(Debug, Default)]
 pub struct Times {
-    /// The frame, and its time in ns since 1984-01-01.
+    /// The last TIME, in ns since 1984-01-01.
     last: Option<(When, i64)>,
-    /// The one before the last jump: where the next goes on from it, only one was wrong.
+    /// The TIME before the last jump; if the next one continues from it, only one was wrong.
     before_jump: Option<(When, i64)>,
 }
 
 impl Times {
-    /// The bus was silent for so long that it was not recorded, or the capture's clock was set: neither is TIME's
-    /// fault.
+    /// Forgets the last TIME after a silence that was not recorded, or after the capture's clock was set.
     pub fn paused(&mut self) {
         self.last = None;
     }
 
-    /// A TIME.
+    /// Takes a TIME.
     pub fn judge(&mut self, ms: u32, days: u16, reserved: u8, cx: &mut Context<'_>) {
         if reserved != 0 {
             cx.raise(Tim001::ReservedBits { found: reserved }, None, None, None);
@@ -51,7 +50,7 @@ impl Times {
     }
 }
 
-/// Whether two TIMEs certainly differ from the time between them.
+/// Returns true if two TIMEs certainly deviate from the time between them.
 fn jumps(passed: i64, since: When, now: When, recording: &Recording) -> bool {
     let allowance = JUMP_NS + passed.saturating_abs() / CLOCK_PART;
     recording.certainly_later(now, since, passed.saturating_add(allowance))

@@ -1,19 +1,17 @@
-//! What to look at first: from what the capture shows, not from a list for each kind.
-//!
-//! Must not: advise what the capture speaks against.
+//! The first things to check, by the facts of the capture and not by a list for each kind.
 
 use super::incident::{Grade, Incident, Status};
 use super::kinds::Kind;
 use super::sayings::{self as say, Check};
 
-/// What the whole capture shows that matters to advice.
+/// The facts of the whole capture that advice depends on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown {
-    /// There are error frames in it.
+    /// True if it has error frames.
     pub error_frames: bool,
 }
 
-/// What to look at first, the first first.
+/// Returns the things to check, the first one first.
 pub fn of(one: &Incident, shown: Shown) -> Vec<Check> {
     if one.status == Status::Harmless {
         return vec![if one.kind == Kind::CaptureGap { say::RECORDER } else { say::NOTHING }];

@@ -1,7 +1,6 @@
-//! What tells the possible causes of an incident apart: facts of the capture, and what it could not tell.
+//! Facts that distinguish the possible causes of an incident.
 //!
-//! Each line is a fact that holds here, or a question that this capture leaves open with what would answer it. Must not:
-//! open or link incidents.
+//! Each line is a fact of this capture, or a question that it leaves open, with the way to answer it.
 
 use super::advice::Shown;
 use super::causes::within;
@@ -10,19 +9,19 @@ use super::kinds::Kind;
 use super::ledger::Ledger;
 use crate::rules::Words;
 
-/// Nodes that go within this time of each other go together, in ns.
+/// Maximum distance of losses that belong together, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
-/// What came within this time before belongs to it, in ns.
+/// Maximum time before an incident within which an earlier one belongs to it, in ns.
 const BEFORE_NS: i64 = 2_000_000_000;
-/// Error frames within this time of it are around it, in ns.
+/// Maximum distance of error frames around an incident, in ns.
 const AROUND_NS: i64 = 1_000_000_000;
 
 /// One line.
 #[derive(Clone, Copy, Debug)]
 pub struct Tell {
-    /// The capture tells it; else it would have to be found out.
+    /// True for a fact of the capture, false for an open question.
     pub told: bool,
-    /// For people.
+    /// The text for people.
     pub words: Words,
 }
 
@@ -87,7 +86,7 @@ tells! {
         "never written successfully: not supported or wrong state cannot be distinguished; try again in Pre-operational";
 }
 
-/// What tells the causes of an incident apart; nothing for kinds of which there is nothing to say.
+/// Returns the facts for an incident; none for other kinds.
 pub fn of(one: &Incident, ledger: &Ledger, shown: Shown) -> Vec<Tell> {
     use Kind::{
         AxisFault, DeviceError, GuardingUnanswered, HeartbeatConsumerError, HeartbeatStopped, LateAnswer, NoBootUp,
@@ -103,7 +102,7 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: Shown) -> Vec<Tell> {
         AxisFault | QuickStop | StateLeft | DeviceError | SupplyVoltage | Temperature => {
             let mut tells = vec![if one.clue.reported.is_empty() { UNNAMED } else { NAMED }];
             let lost = lost(one, ledger);
-            // What reacts to one loss does so at once, and shares nothing else.
+            // Reactions to one loss come together and need have nothing else in common.
             let reacts = lost.is_some_and(|tell| tell.words.en == COMMUNICATION.words.en);
             if !reacts && (one.subject.axis.is_some() || one.subject.axes != 0) {
                 let many = one.subject.axes.count_ones() > 1 || one.subject.nodes.count_ones() > 1;
@@ -134,7 +133,7 @@ fn back(one: &Incident) -> Tell {
     }
 }
 
-/// Whether the time that a consumer waits is known, and is the one that passed.
+/// Returns the line on the time that a consumer waits, compared with the time that passed.
 fn limit(one: &Incident, cause: &Incident) -> Tell {
     let delay = one.cause.and_then(|link| link.delay_ns);
     match one.limit(cause).zip(delay) {
@@ -144,7 +143,7 @@ fn limit(one: &Incident, cause: &Incident) -> Tell {
     }
 }
 
-/// Whether others went with it.
+/// Returns the line on other nodes lost with it.
 fn others(one: &Incident, ledger: &Ledger) -> Tell {
     let with = |other: &Incident| {
         let silent = matches!(other.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted);
@@ -156,7 +155,7 @@ fn others(one: &Incident, ledger: &Ledger) -> Tell {
     if one.subject.nodes.count_ones() > 1 || ledger.told().any(with) { WITH_OTHERS } else { ALONE }
 }
 
-/// Whether the node had reported an error.
+/// Returns the line on errors reported by the node before.
 fn warned(one: &Incident, ledger: &Ledger) -> Tell {
     let reported = |other: &Incident| {
         let before = one.begin.since(other.begin).is_some_and(|since| (0..=BEFORE_NS).contains(&since));
@@ -184,7 +183,7 @@ fn is_near(one: &Incident, other: &Incident, ns: i64) -> bool {
     one.bus == other.bus && one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= ns)
 }
 
-/// Whether communication was lost before it; nothing where that may be chance.
+/// Returns the line on a loss of communication before it; `None` if that may be chance.
 fn lost(one: &Incident, ledger: &Ledger) -> Option<Tell> {
     let before = |other: &Incident| {
         let since = one.begin.since(other.begin);
@@ -196,7 +195,7 @@ fn lost(one: &Incident, ledger: &Ledger) -> Option<Tell> {
     (!ledger.told().any(before)).then_some(NO_LOSS)
 }
 
-/// Whether the node was there; nothing where it was silent at another time.
+/// Returns the line on the presence of the node; `None` if it was silent at another time.
 fn presence(one: &Incident, ledger: &Ledger) -> Option<Tell> {
     let silent = |other: &Incident| is_loss(other.kind) && other.subject.nodes & one.subject.nodes != 0;
     if cause(one, ledger).is_some_and(silent) {
@@ -205,12 +204,12 @@ fn presence(one: &Incident, ledger: &Ledger) -> Option<Tell> {
     (!ledger.told().any(silent)).then_some(PRESENT)
 }
 
-/// What it has come from, where that is more than possible.
+/// Returns its cause, if that is more than possible.
 fn cause<'a>(one: &Incident, ledger: &'a Ledger) -> Option<&'a Incident> {
     ledger.by_id(one.cause.filter(|link| link.grade >= Grade::Likely)?.cause)
 }
 
-/// Whether communication is lost by a kind.
+/// Returns true if a kind means a loss of communication.
 fn is_loss(kind: Kind) -> bool {
     use Kind::{
         CommandedReset, CommandedStop, CommunicationError, GuardingStopped, HeartbeatConsumerError, HeartbeatStopped,

@@ -1,7 +1,7 @@
-//! What can have caused what: one rule of cause a row, first match first.
+//! The rules of cause, one in each row; the first match applies.
 //!
-//! A rule looks at two incidents of one bus and at what was known at their begin. Its number is the one that `cause` has in
-//! machine output (L1 to L28); L0 is what a finding says of itself. Must not: look at frames, or choose between causes.
+//! A rule compares two incidents of one bus and the facts known at their beginning. Its number appears as `cause` in
+//! machine output (L1 to L28); L0 is a cause that a finding names itself.
 
 use std::ops::RangeInclusive;
 
@@ -10,34 +10,34 @@ use super::kinds::Kind::{self, *};
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
 use crate::finding::{Code, Quantity};
 
-/// A cause may be noticed so long after its consequence, in ns; and a consequence come so long after its cause is over.
+/// Maximum time by which a cause may be noticed after its consequence, and a consequence follow the end of its cause,
+/// in ns.
 pub(super) const WINDOW_NS: i64 = 3_000_000_000;
-/// How late a consumer may report a loss beyond its time, in ns.
+/// Maximum delay of a consumer's report beyond its time, in ns.
 pub(super) const LATE_NS: i64 = 50_000_000;
-/// A reaction follows within this time, in ns.
+/// Maximum time until a reaction, in ns.
 const PROMPT_NS: i64 = 500_000_000;
-/// A supply that dips takes other nodes with it within this time, in ns.
+/// Maximum time in which a supply that dips takes other nodes with it, in ns.
 const SUPPLY_NS: i64 = 200_000_000;
-/// Periods of a heartbeat for which a consumer waits at most, where its time is not known.
+/// Maximum number of heartbeat periods for which a consumer waits, if its time is not known.
 const PERIODS: i64 = 5;
-/// Periods of SYNC within which its consumers report that it is gone.
+/// Number of SYNC periods within which consumers report its loss.
 const SYNCS: i64 = 30;
 
-/// What a rule says: its number, how sure it is, and how far the delay is from the expected one, in ns.
+/// The result of a rule: its number, its certainty, and the deviation of the delay from the expected one, in ns.
 pub(super) type Found = (u8, Grade, i64);
 
 /// Two incidents of one bus.
 struct Pair<'a> {
     cause: &'a Incident,
     effect: &'a Incident,
-    /// From the begin of one to that of the other, in ns; 0 without stamps.
+    /// Time from the beginning of the cause to that of the effect, in ns; 0 without stamps.
     delay: i64,
-    /// The cause concerns the node to which the effect happened.
+    /// True if the cause concerns the node of the effect.
     same_node: bool,
 }
 
-/// A rule: its number, and how sure it is that one of the pair caused the other, with how far the delay is from the
-/// expected one, in ns.
+/// A rule: its number, and a function that returns the certainty and the deviation from the expected delay in ns.
 type Rule = (u8, fn(&Pair<'_>) -> Option<(Grade, i64)>);
 
 /// The rules.
@@ -72,11 +72,11 @@ const RULES: &[Rule] = &[
     (26, recording_stood_still),
 ];
 
-/// Whether one incident caused the other.
+/// Applies the rules to a possible cause and its effect.
 pub(super) fn relate(cause: &Incident, effect: &Incident) -> Option<Found> {
     let delay = effect.begin.since(cause.begin).unwrap_or(0);
     let same_node = effect.subject.node.is_some_and(|node| cause.subject.concerns(node));
-    // Where stamps do not tell, the order does: what began after its effect was seen has not caused it.
+    // Without usable stamps the order decides: an incident that began after the effect was noticed is not its cause.
     if delay == 0 && cause.begin.no > effect.noticed.no {
         return None;
     }
@@ -85,29 +85,29 @@ pub(super) fn relate(cause: &Incident, effect: &Incident) -> Option<Found> {
 }
 
 impl Pair<'_> {
-    /// The node of the effect has reported this error code in it.
+    /// Returns true if the node of the effect has reported this error code in it.
     fn reported(&self, code: u16) -> bool {
         self.effect.clue.reported.contains(&code)
     }
 
-    /// Both happened to one and the same node alone.
+    /// Returns true if both concern the same single node.
     fn alone(&self) -> bool {
         self.cause.subject.node.is_some() && self.cause.subject.node == self.effect.subject.node
     }
 
-    /// The cause was there when what is missing since was there last. What has come again since had another end; but
-    /// that it is not steady at once is no other trouble.
+    /// Returns true if the cause lasted until the last sign before the effect began; an effect that ended in between
+    /// had another cause. A SYNC that is still irregular after its return has the same cause.
     fn lasted(&self) -> bool {
         let unsteady = self.effect.kind == SyncIrregular;
         unsteady || self.cause.end.is_none_or(|end| self.effect.begin.no <= end.no)
     }
 
-    /// The cause is a command, and came first.
+    /// Returns true if the cause is a command and came first.
     fn commanded(&self) -> bool {
         is_commanded(self.cause.kind) && self.delay >= -LATE_NS
     }
 
-    /// The time that the effect's node waits for the heartbeat of the cause's, in ns.
+    /// Returns the time for which the effect's node waits for a heartbeat of the cause's node, in ns.
     fn limit(&self) -> Option<i64> {
         let watched = self.effect.clue.watched.iter().find(|(node, _)| self.cause.subject.concerns(*node));
         watched.map(|(_, limit)| *limit)
@@ -126,7 +126,7 @@ fn is_bus(kind: Kind) -> bool {
     matches!(kind, BusOff | ErrorPassive | BusErrors | TransceiverFault)
 }
 
-/// A node that is busy, or a bus that is full, makes this.
+/// Returns true for kinds that a busy node or a full bus causes.
 fn is_late(kind: Kind) -> bool {
     matches!(
         kind,
@@ -143,7 +143,7 @@ fn is_late(kind: Kind) -> bool {
     )
 }
 
-/// Errors of communication that a lost SYNC may raise: generic ones, and those of the makers beside.
+/// Returns true for communication errors that a lost SYNC may raise: generic and manufacturer-specific ones.
 fn may_be_sync(code: u16) -> bool {
     matches!(code, 0x8100 | 0x8180..=0x81FF | 0x8200 | 0x8700 | 0xFF00..)
 }
@@ -154,18 +154,18 @@ fn said_by_the_finding(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.cause.holds(frame) && other).then_some((Grade::Certain, 0))
 }
 
-/// L1: a heartbeat consumer has reported the loss of a node.
+/// L1: a heartbeat consumer reported the loss of a node.
 fn loss_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let kind = pair.cause.kind;
     (is_gone(kind) || kind == HeartbeatStopped).then(|| loss(pair))?
 }
 
-/// L2: the master has stopped guarding.
+/// L2: the master stopped guarding.
 fn guarding_stopped(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.cause.kind == GuardingStopped).then(|| loss(pair))?
 }
 
-/// L3: the node that is watched was reset by command.
+/// L3: the monitored node was reset by command.
 fn commanded_reset_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     is_commanded(pair.cause.kind).then(|| loss(pair))?
 }
@@ -180,11 +180,11 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         return None;
     }
     let Some(limit) = pair.limit() else {
-        // Who waits for a heartbeat waits for some periods of it.
+        // A heartbeat consumer waits for several periods.
         let period = cause.ns("period").unwrap_or(0);
         let least = if says { 0 } else { period };
         let most = if says { WINDOW_NS.max(period.saturating_mul(PERIODS)) } else { period.saturating_mul(PERIODS) };
-        // Or it was this emergency by which the silence was noticed.
+        // Or the silence was noticed by this emergency.
         let shows = says && cause.noticed.no == effect.begin.no;
         let any = effect.clue.watched.is_empty() && (shows || (least..=most).contains(&delay));
         return any.then_some((Grade::Likely, delay.saturating_sub(period.saturating_mul(2)).saturating_abs()));
@@ -192,7 +192,7 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let within = within(cause, limit);
     // A boot-up tells the consumer at once.
     let booted = matches!(cause.kind, NodeRestarted | RestartLoop) && effect.begin.no >= cause.noticed.no;
-    // Some stacks look at their times now and then only.
+    // Some stacks check their times only now and then.
     let late = within.end().saturating_add(limit.saturating_add(PROMPT_NS));
     let grade = if within.contains(&delay) || is_commanded(cause.kind) || booted && delay <= *within.end() {
         Grade::Certain
@@ -204,8 +204,8 @@ fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     Some((grade, delay.saturating_sub(limit).saturating_abs()))
 }
 
-/// How long after the begin of an incident a consumer that waits for `limit` ns reports it, in ns. A silence begins with the
-/// last frame, the consumer's time with the last heartbeat before it.
+/// Returns the range of delays, in ns, after which a consumer that waits for `limit` ns reports an incident. A silence
+/// begins with the last frame, but the consumer's time with the last heartbeat before it.
 pub(super) fn within(cause: &Incident, limit: i64) -> RangeInclusive<i64> {
     let period = cause.ns("period").unwrap_or(limit / 3);
     let apart = if cause.kind == SegmentLost { period } else { 0 };
@@ -213,7 +213,7 @@ pub(super) fn within(cause: &Incident, limit: i64) -> RangeInclusive<i64> {
         ..=limit.saturating_add(LATE_NS.max(limit / 3)).saturating_add(apart)
 }
 
-/// L5: who should send the PDO that is missing does not.
+/// L5: the producer of the missing PDO does not send.
 fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, delay, .. } = *pair;
     let waits = pair.reported(RPDO_TIMEOUT) || effect.kind == RpdoTimeout;
@@ -228,7 +228,8 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     if source {
         return Some((Grade::Certain, delay.saturating_abs()));
     }
-    // Whose PDOs stopped as long ago as the node waits; and who only controls sends the RPDOs that nobody has as a TPDO.
+    // Either its PDOs stopped as long ago as the node waits, or it is a pure controller, which sends the RPDOs that are
+    // no node's TPDO.
     let suspect = cause.subject.nodes & effect.clue.suspects != 0 || effect.clue.suspects == 0 && cause.clue.controller;
     let gone = is_gone(cause.kind) || is_commanded(cause.kind) || cause.kind == LeftOperational;
     let soon = (0..=WINDOW_NS).contains(&delay) && effect.clue.suspects == 0 && gone;
@@ -236,7 +237,7 @@ fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (suspect || effect.clue.sources == 0 && delay >= 0).then_some((grade, delay.saturating_abs()))
 }
 
-/// L6: SYNC is gone with its producer, and its consumers say so.
+/// L6: SYNC is gone with its producer, and its consumers report that.
 fn sync_gone(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
     let stopped = cause.clue.sync_producer || cause.kind == SyncStopped;
@@ -261,7 +262,7 @@ fn second_node(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     second.then_some((Grade::Likely, pair.delay))
 }
 
-/// L7: who could not be heard could not hear, either.
+/// L7: a node that could not be heard could not hear, either.
 fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let of_bus = pair.effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
     let lost = matches!(pair.cause.kind, NodeSilent | SegmentLost);
@@ -269,17 +270,17 @@ fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.same_node && (of_bus || stops) && lost && pair.delay >= 0).then_some((Grade::Likely, pair.delay))
 }
 
-/// L17: a node stores parameters or a program, and has no time for anything else.
+/// L17: a node stores parameters or a program and has no time for anything else.
 fn busy_storing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let busy = is_late(pair.effect.kind) || pair.effect.kind == NodeRestarted;
     (pair.same_node && pair.cause.kind == Storing && busy).then_some((Grade::Certain, pair.delay))
 }
 
-/// L16: more frames than the bus can carry, or one identifier that comes before all others.
+/// L16: more frames than the bus can carry, or one identifier of higher priority than all others.
 fn bus_full(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     match (pair.cause.kind, pair.effect.kind) {
         (Flood, Overload) => Some((Grade::Certain, pair.delay.saturating_abs())),
-        // The last sign of who cannot be heard is older than what keeps it from being heard.
+        // The last sign of an unheard node is older than the traffic that suppresses it.
         (Flood | Overload, kind) => {
             let began = pair.effect.noticed.since(pair.cause.begin).unwrap_or(0) >= 0;
             let period = pair.effect.ns("period").unwrap_or(0);
@@ -296,19 +297,19 @@ fn contradicted(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.cause.kind == TwoMasters && follows).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
-/// L18: a supply that dips takes others with it.
+/// L18: a supply that dips takes other nodes with it.
 fn supply_dipped(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let falls = matches!(pair.effect.kind, NodeRestarted | NodeSilent) && !pair.same_node;
     let soon = (0..=SUPPLY_NS).contains(&pair.effect.noticed.since(pair.cause.begin).unwrap_or(-1));
     (pair.cause.kind == SupplyVoltage && falls && soon).then_some((Grade::Likely, pair.delay))
 }
 
-/// L11: a node that is gone answers nothing.
+/// L11: a lost node answers nothing.
 fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let gone = is_gone(pair.cause.kind);
     match pair.effect.kind {
         RequestUnanswered | LateAnswer | DamagedTransfer if pair.same_node => {
-            // A node that is Pre-operational answers, one that is Stopped or boots does not.
+            // A Pre-operational node answers; a Stopped or booting one does not.
             let mute = pair.commanded() && pair.cause.get("command") != Some(Quantity::Command(0x80));
             (gone || mute).then_some((Grade::Certain, pair.delay.saturating_abs()))
         }
@@ -317,7 +318,7 @@ fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
 }
 
-/// L11: frames of a transfer that the server has refused were under way.
+/// L11: frames of a transfer that the server refused were still under way.
 fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let soon = (0..=PROMPT_NS).contains(&pair.delay) && pair.alone();
     let left_over = pair.effect.findings.iter().all(|cited| cited.code == Code::Sdo007);
@@ -325,7 +326,7 @@ fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (soon && refused).then_some((Grade::Likely, pair.delay))
 }
 
-/// L12: a node that has booted has lost what it was told before.
+/// L12: a booted node has lost its configuration.
 fn configuration_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     if !pair.same_node {
         return None;
@@ -354,7 +355,7 @@ fn commanded(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
 }
 
-/// L7: a drive stops because it has lost whom it watches, as it says itself, or as the times tell.
+/// L7: a drive stops because it lost a node that it monitors, by its own report or by the times.
 fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let stops = matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft) && is_gone(pair.cause.kind);
     let says = pair.alone() && pair.cause.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
@@ -365,19 +366,19 @@ fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (limit..=limit + limit / 3 + PROMPT_NS).contains(&pair.delay).then_some((Grade::Likely, pair.delay))
 }
 
-/// L5: a node that is gone, or is not Operational, sends no PDO.
+/// L5: a node that is lost or not Operational sends no PDO.
 fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular);
     let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational;
     (pair.same_node && missing && stops && pair.lasted()).then_some((Grade::Certain, pair.delay.saturating_abs()))
 }
 
-/// L13: a PDO that could not be configured is another one than was wanted.
+/// L13: a PDO that could not be configured differs from the intended one.
 fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let other = matches!(pair.effect.kind, PdoLength | PdoNotAllowed | PdoMissing);
-    // A consumer says that a PDO is too long or too short: of those that it takes, one was not configured.
+    // A consumer reports a wrong PDO length; one of the PDOs that it receives was not configured.
     let taken = pair.effect.kind == PdoLength && pair.effect.clue.sources & pair.cause.subject.nodes != 0;
-    // Where it is not known what it takes, it is that of which the mapping was refused.
+    // If the PDOs that it receives are not known, it is the one whose mapping was refused.
     let unknown = pair.effect.clue.sources == 0 && pair.cause.subject.pdo.is_some_and(|(transmit, _)| transmit);
     let taken = taken || pair.effect.kind == PdoLength && unknown && !pair.effect.clue.reported.is_empty();
     if taken && (pair.cause.has("refused") || pair.cause.kind == PdoLength) && !pair.alone() && pair.delay >= 0 {
@@ -407,13 +408,13 @@ fn error_before(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.same_node && errs).then_some((Grade::Likely, delay))
 }
 
-/// L23: a fault reset is an edge.
+/// L23: a fault reset needs a rising edge.
 fn no_edge(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let held = pair.effect.kind == FaultResetWithoutEdge && pair.cause.kind == AxisFault;
     (pair.same_node && held).then_some((Grade::Certain, pair.delay))
 }
 
-/// L8: what a device reports before its axis faults, and what makes an axis lag.
+/// L8: errors that a device reports before its axis faults, and causes of a lagging axis.
 fn announced(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     if !pair.same_node {
         return None;
@@ -425,13 +426,13 @@ fn announced(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
 }
 
-/// L22: what caused the fault is still there.
+/// L22: the cause of the fault persists.
 fn cause_stands(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let stays = matches!(pair.effect.kind, FaultResetWithoutEffect | NotEnabled) && !pair.cause.clue.codes.is_empty();
     (pair.same_node && stays).then_some((Grade::Likely, pair.delay))
 }
 
-/// L27: a node that is not Operational takes no RPDO.
+/// L27: a node that is not Operational processes no RPDO.
 fn not_listening(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let out = is_gone(pair.cause.kind)
         || pair.commanded()
@@ -447,7 +448,7 @@ fn not_listening(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     }
 }
 
-/// L10: errors on the bus around what is lost or late.
+/// L10: bus errors around a loss or delay.
 fn bus_errors(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let lost = matches!(pair.effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | PdoMissing);
     if !lost || !is_bus(pair.cause.kind) {
@@ -457,12 +458,12 @@ fn bus_errors(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     Some((if many { Grade::Likely } else { Grade::Possible }, pair.delay.saturating_abs()))
 }
 
-/// L21: nodes report the errors that are seen on the bus.
+/// L21: nodes report the errors seen on the bus.
 fn bus_errors_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     (pair.effect.kind == BusTrouble && is_bus(pair.cause.kind)).then_some((Grade::Likely, pair.delay.saturating_abs()))
 }
 
-/// L26: what rests on times and began in a gap of the recording.
+/// L26: an incident that rests on times began in a gap of the recording.
 fn recording_stood_still(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let Pair { cause, effect, .. } = *pair;
     let timed = matches!(effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | SyncStopped | PdoMissing);

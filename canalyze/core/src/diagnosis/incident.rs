@@ -1,39 +1,39 @@
-//! An incident: what happened to one subject, from begin to end, and what it came from.
+//! An incident: a problem of one subject from its beginning to its end, with its cause.
 //!
-//! It is made of facts at frames. Must not: hold words of a language, or decide anything.
+//! It consists of facts at frames and holds no words of a language.
 
 use super::kinds::{Impact, Kind};
 use crate::finding::Finding;
 use crate::frame::{BusId, FrameRef};
 use crate::rules::{Code, Measured, Quantity};
 
-/// Most steps of one incident that are kept; further ones are counted.
+/// Maximum number of kept steps of an incident; further ones are counted.
 pub const STEPS: usize = 16;
-/// Most findings of one incident that are kept.
+/// Maximum number of kept findings of an incident.
 const FINDINGS: usize = 32;
-/// Most further causes that are possible, too.
+/// Maximum number of further possible causes.
 const POSSIBLE: usize = 3;
 
-/// What an incident is known by in here: its place in the ledger, from 1. People see [`Incident::number`].
+/// The internal ID of an incident: its place in the ledger, from 1. People see [`Incident::number`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct IncidentId(pub u32);
 
-/// How an incident stands at the end of the capture, in the order in which a person wants to read.
+/// The status of an incident at the end of the capture, in reading order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
-    /// It has not ended, and its subject was watched until the end.
+    /// Not ended, although its subject was observed until the end.
     #[default]
     Stands,
     /// The capture ends before it could have ended, or its subject cannot be heard any more.
     Unknown,
-    /// Something shows that it ended.
+    /// Ended, as shown by a frame.
     Over,
-    /// A command, the recording or the edge of the capture explains it.
+    /// Explained by a command, the recording or the edge of the capture.
     Harmless,
 }
 
 impl Status {
-    /// The word in machine output.
+    /// Returns the word used in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stands => "stands",
@@ -44,12 +44,12 @@ impl Status {
     }
 }
 
-/// How sure a statement is.
+/// The certainty of a statement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Grade {
-    /// Nothing speaks against it.
+    /// Nothing contradicts it.
     Possible,
-    /// What is known of the devices speaks for it.
+    /// Known facts about the devices support it.
     Likely,
     /// The capture shows it.
     #[default]
@@ -57,7 +57,7 @@ pub enum Grade {
 }
 
 impl Grade {
-    /// The word in machine output.
+    /// Returns the word used in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Possible => "possible",
@@ -67,21 +67,21 @@ impl Grade {
     }
 }
 
-/// What a step is to its incident.
+/// The role of a step in its incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// It shows that something is wrong.
+    /// A sign that something is wrong.
     Sign,
-    /// What the subject did because of it.
+    /// A reaction of the subject.
     Reaction,
-    /// Somebody tried to mend it.
+    /// An attempt to recover.
     Attempt,
-    /// It shows that it is over, or nearly.
+    /// A sign of its end, or of nearly so.
     Recovery,
 }
 
 impl Role {
-    /// The word in machine output.
+    /// Returns the word used in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sign => "sign",
@@ -92,49 +92,49 @@ impl Role {
     }
 }
 
-/// To whom it happened. Neither a node nor nodes: to the bus, or to the capture.
+/// The subject of an incident. Without a node or nodes it is the bus or the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Subject {
     /// The node.
     pub node: Option<u8>,
-    /// All nodes concerned, a bit each.
+    /// All nodes concerned, one bit each.
     pub nodes: u128,
-    /// The axis of a drive, from 1, where it is one.
+    /// The axis of a drive, from 1, if it is one.
     pub axis: Option<u8>,
-    /// All axes concerned, a bit each.
+    /// All axes concerned, one bit each.
     pub axes: u8,
-    /// A PDO of the node: whether it is a TPDO, and its number.
+    /// A PDO of the node: true for a TPDO, and its number.
     pub pdo: Option<(bool, u16)>,
 }
 
 impl Subject {
-    /// A node.
+    /// Makes a subject of one node.
     pub fn node(node: u8) -> Self {
         Self { node: Some(node), nodes: bit(node), ..Self::default() }
     }
 
-    /// A node where there is one, else the bus.
+    /// Makes a subject of a node, or else of the bus.
     pub fn of(node: Option<u8>) -> Self {
         node.map_or_else(Self::default, Self::node)
     }
 
-    /// Several nodes.
+    /// Makes a subject of several nodes.
     pub fn nodes(nodes: u128) -> Self {
         Self { nodes, ..Self::default() }
     }
 
-    /// Whether a node is concerned.
+    /// Returns true if a node is concerned.
     pub fn concerns(&self, node: u8) -> bool {
         self.nodes & bit(node) != 0
     }
 }
 
-/// The bit of a node in a set of nodes.
+/// Returns the bit of a node in a set of nodes.
 pub fn bit(node: u8) -> u128 {
     1 << (node & 0x7F)
 }
 
-/// The nodes of a set, ascending.
+/// Iterates over the nodes of a set in ascending order.
 pub fn members(nodes: u128) -> impl Iterator<Item = u8> {
     (1..=127).filter(move |node| nodes & bit(*node) != 0)
 }
@@ -144,51 +144,51 @@ pub fn members(nodes: u128) -> impl Iterator<Item = u8> {
 pub struct Step {
     /// The frame.
     pub at: FrameRef,
-    /// What it is to the incident.
+    /// Its role in the incident.
     pub role: Role,
-    /// What it says.
+    /// Its content.
     pub said: Measured,
-    /// The rule that found it, if one did.
+    /// The rule that found it, if any.
     pub from: Option<Code>,
 }
 
-/// From what an incident comes.
+/// The cause of an incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
-    /// The incident that caused it.
+    /// The causing incident.
     pub cause: IncidentId,
-    /// The rule of cause, by its number in `links`.
+    /// The number of the rule in `causes`.
     pub rule: u8,
-    /// How sure that is.
+    /// Its certainty.
     pub grade: Grade,
-    /// From the begin of the cause to that of the consequence, in ns; `None` without stamps.
+    /// Time from the beginning of the cause to that of the consequence, in ns; `None` without stamps.
     pub delay_ns: Option<i64>,
-    /// How far that is from the time that was to be expected, in ns.
+    /// Deviation from the expected time, in ns.
     pub(super) far_ns: i64,
 }
 
-/// What happened again.
+/// The repetitions of an incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repeats {
-    /// How often, the first time included.
+    /// Number of times, including the first one.
     pub count: u64,
-    /// The longest time it lasted, in ns.
+    /// Longest duration, in ns.
     pub longest_ns: i64,
-    /// All of it, in ns.
+    /// Total duration, in ns.
     pub total_ns: i64,
-    /// When it began last.
+    /// The last beginning.
     pub since: FrameRef,
 }
 
-/// A finding that belongs to an incident.
+/// A finding of an incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cited {
     /// The rule.
     pub code: Code,
-    /// The frame that shows it: where it was noticed.
+    /// The frame at which it was noticed.
     pub frame: u64,
-    /// The frame that it is about. Where something is missing that is the last one before, which is where whoever reads
-    /// the capture looks first; where it was noticed depends on the limit alone. `check` places it there, too.
+    /// The frame that it concerns. For something missing this is the last one before, since the frame at which it was
+    /// noticed depends only on the limit. `check` places it there, too.
     pub about: u64,
 }
 
@@ -199,78 +199,78 @@ impl Cited {
     }
 }
 
-/// What happened to one subject.
+/// A problem of one subject.
 #[derive(Clone, Debug)]
 pub struct Incident {
-    /// What it is known by.
+    /// Its internal ID.
     pub id: IncidentId,
-    /// Its number for people, from 1 and without gaps: in the order of reading, or, where problems are reported while the
-    /// capture is read, in the order in which they are reported. 0 as long as it was not.
+    /// Its number for people, from 1 without gaps: in reading order or, if problems are reported while the capture is
+    /// read, in the order of reports. 0 until it has one.
     pub number: u32,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
     /// The bus.
     pub bus: BusId,
-    /// To whom it happened.
+    /// Its subject.
     pub subject: Subject,
-    /// The first evidence: the last sign of life, the frame that is wrong.
+    /// The first evidence: the last sign of life, or the wrong frame.
     pub begin: FrameRef,
-    /// The frame by which it could be told.
+    /// The frame at which it could be noticed.
     pub noticed: FrameRef,
-    /// The frame by which it is over; `None` while it is not.
+    /// The frame that ended it; `None` while it is open.
     pub end: Option<FrameRef>,
-    /// How it stands; final once the capture is over.
+    /// Its status; final at the end of the capture.
     pub status: Status,
-    /// How sure the statement is.
+    /// The certainty of the statement.
     pub grade: Grade,
     /// Its facts in order, at most [`STEPS`].
     pub steps: Vec<Step>,
     /// Further steps that are not kept.
     pub left_out: u32,
-    /// What was measured.
+    /// Its measured facts by name.
     pub facts: Vec<(&'static str, Quantity)>,
-    /// How often it happened.
+    /// Its repetitions.
     pub repeats: Repeats,
-    /// What caused it, as far as that is known.
+    /// Its cause, if known.
     pub cause: Option<Link>,
-    /// What may have caused it, too.
+    /// Further possible causes.
     pub possible: Vec<Link>,
-    /// The findings that belong to it.
+    /// Its findings.
     pub findings: Vec<Cited>,
-    /// Those that turned out to be one with it.
+    /// The incidents merged into it.
     pub parts: Vec<IncidentId>,
-    /// It is part of another incident, and not told by itself.
+    /// True if it is merged into another incident and not reported by itself.
     pub(super) merged: bool,
-    /// What links ask for.
+    /// Facts for links.
     pub(super) clue: Clue,
 }
 
-/// What is known at the begin of an incident and needed to find its cause.
+/// Facts known at the beginning of an incident that are needed to find its cause.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clue {
-    /// Nodes that the subject watches by 1016h, with its times in ns.
+    /// Nodes that the subject monitors by 1016h, with their times in ns.
     pub(super) watched: Vec<(u8, i64)>,
-    /// Producers of the PDOs that the subject waits for.
+    /// Producers of the PDOs that the subject waits for, one bit each.
     pub(super) sources: u128,
-    /// It was commanded to all nodes.
+    /// True if the command addressed all nodes.
     pub(super) everyone: bool,
-    /// Nodes whose PDOs stopped as long ago as the subject waits for one, a bit each.
+    /// Nodes whose PDOs stopped as long ago as the subject waits for one, one bit each.
     pub(super) suspects: u128,
-    /// Its error register says that communication failed (bit 4).
+    /// True if its error register shows a communication error (bit 4).
     pub(super) communication: bool,
-    /// The subject only controls: it sends no PDO, answers nothing and reports nothing.
+    /// True if the subject is a pure controller: it sends no PDO, no answers and no reports.
     pub(super) controller: bool,
-    /// The subject produces SYNC.
+    /// True if the subject produces SYNC.
     pub(super) sync_producer: bool,
     /// The last SYNC before it, and the period of SYNC in ns.
     pub(super) sync: Option<(FrameRef, i64)>,
-    /// Error codes that stand.
+    /// Active error codes.
     pub(super) codes: Vec<u16>,
-    /// Error codes that were ever reported in it.
+    /// All error codes ever reported in it.
     pub(super) reported: Vec<u16>,
-    /// A finding says that the frame of this number explains it.
+    /// The number of the frame that explains it, as given by a finding.
     pub(super) because_of: Option<u64>,
-    /// It counts only once it has happened so often.
+    /// Minimum number of times from which it counts.
     pub(super) least: u64,
 }
 
@@ -302,7 +302,7 @@ impl Incident {
         }
     }
 
-    /// Adds what was measured; what is known by this name already is replaced. What a rule could not measure is left out.
+    /// Sets a fact, replacing one of the same name. Values that a rule could not measure are left out.
     pub fn fact(&mut self, name: &'static str, value: Quantity) {
         if value == Quantity::Nothing {
             return;
@@ -313,17 +313,17 @@ impl Incident {
         }
     }
 
-    /// What was measured by this name.
+    /// Returns a fact by its name.
     pub fn get(&self, name: &str) -> Option<Quantity> {
         self.facts.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
     }
 
-    /// Whether anything was measured by this name.
+    /// Returns true if there is a fact of this name.
     pub fn has(&self, name: &str) -> bool {
         self.get(name).is_some()
     }
 
-    /// The time that was measured by this name, in ns.
+    /// Returns the time of this name, in ns.
     pub fn ns(&self, name: &str) -> Option<i64> {
         match self.get(name) {
             Some(Quantity::Ns(ns)) => Some(ns),
@@ -331,7 +331,7 @@ impl Incident {
         }
     }
 
-    /// The number that was counted by this name; 0 where none was.
+    /// Returns the count of this name, or 0.
     pub fn count(&self, name: &str) -> u64 {
         match self.get(name) {
             Some(Quantity::Count(count)) => count,
@@ -339,7 +339,7 @@ impl Incident {
         }
     }
 
-    /// It is over, by this frame.
+    /// Ends it with this frame.
     pub fn ends(&mut self, at: FrameRef) {
         if self.end.is_none() {
             self.end = Some(at);
@@ -349,24 +349,24 @@ impl Incident {
         }
     }
 
-    /// The same happens again, since this frame.
+    /// Begins it again with this frame.
     pub fn again(&mut self, since: FrameRef) {
         self.end = None;
         self.repeats.count += 1;
         self.repeats.since = since;
     }
 
-    /// Whether it has begun, or begun again, at most so many ns before a frame.
+    /// Returns true if it began, or began again, at most `ns` before a frame.
     pub fn began_within(&self, at: FrameRef, ns: i64) -> bool {
         at.since(self.repeats.since).is_some_and(|since| (0..=ns).contains(&since))
     }
 
-    /// Whether it ended at most so many ns before a frame.
+    /// Returns true if it ended at most `ns` before a frame.
     pub fn ended_within(&self, at: FrameRef, ns: i64) -> bool {
         self.end.and_then(|end| at.since(end)).is_some_and(|since| (0..=ns).contains(&since))
     }
 
-    /// Whether a frame is one of its facts.
+    /// Returns true if a frame belongs to its facts.
     pub fn holds(&self, frame: u64) -> bool {
         self.begin.no == frame
             || self.noticed.no == frame
@@ -374,7 +374,7 @@ impl Incident {
             || self.findings.iter().any(|cited| cited.frame == frame)
     }
 
-    /// What it means for the machine.
+    /// Returns its effect on the machine.
     pub fn impact(&self) -> Impact {
         match (self.kind, self.status) {
             (Kind::CommandedStop, Status::Stands) => Impact::A,
@@ -382,14 +382,15 @@ impl Incident {
         }
     }
 
-    /// The limit by which it follows from an incident, in ns, and the object that holds it: a consumer heartbeat time.
+    /// Returns the limit by which it follows from its cause, in ns, and the index of the object with the limit: a
+    /// consumer heartbeat time.
     pub fn limit(&self, cause: &Incident) -> Option<(u16, i64)> {
         let rule = self.cause.filter(|link| link.cause == cause.id && matches!(link.rule, 1 | 7))?;
         let watched = self.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node))?;
         (rule.delay_ns >= Some(0)).then_some((0x1016, watched.1))
     }
 
-    /// Whether it is worth telling: it has happened often enough, or has not ended.
+    /// Returns true if it is to be reported: it has happened often enough and is not merged.
     pub fn counts(&self) -> bool {
         !self.merged && self.repeats.count >= self.clue.least
     }

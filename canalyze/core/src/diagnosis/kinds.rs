@@ -1,27 +1,26 @@
-//! The kinds of incident: all that is known of a kind stands in its row.
+//! The kinds of incidents; each row holds everything about its kind.
 //!
-//! A kind has a name for machines, an impact, and the clause or practice it rests on. Must not: judge, or hold a sentence
-//! that is filled (those are in `sayings`).
+//! A kind has a name for machines, an impact, and its words. Sentences with figures are in `sayings`.
 
 use crate::rules::Words;
 
-/// What an incident means for the machine, the worst first.
+/// The effect of an incident on the machine, the worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Impact {
-    /// Something has stopped.
+    /// Something stopped.
     A,
     /// Something does not start.
     B,
     /// Something works worse than it should.
     C,
-    /// Something is wrong on the wire, and nothing else shows it.
+    /// Something is wrong on the wire without a visible effect.
     D,
     /// Worth knowing.
     E,
 }
 
 impl Impact {
-    /// The letter in machine output.
+    /// Returns the letter used in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::A => "A",
@@ -38,17 +37,17 @@ impl Impact {
 pub struct Row {
     /// The kind.
     pub kind: Kind,
-    /// In kebab-case, as machine output has it.
+    /// The name in machine output, in kebab-case.
     pub name: &'static str,
-    /// What it means for the machine.
+    /// The effect on the machine.
     pub impact: Impact,
-    /// What it is, without any figure.
+    /// The description, without figures.
     pub words: Words,
 }
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident $name:literal $impact:ident $zh:literal $en:literal;)*) => {
-        /// What went wrong.
+        /// The kind of an incident.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Kind {
             $(#[doc = $en] $kind,)*
@@ -60,7 +59,7 @@ macro_rules! kinds {
         ];
 
         impl Kind {
-            /// The row of the kind.
+            /// Returns the row of the kind.
             pub fn row(self) -> &'static Row {
                 match self {
                     $(Self::$kind => &const {

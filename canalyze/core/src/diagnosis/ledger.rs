@@ -1,15 +1,15 @@
 //! All incidents of a capture, in the order in which they were opened.
 //!
-//! Memory is bounded: beyond [`KEPT`] incidents further ones are only counted. Must not: know a kind.
+//! Memory is bounded: after [`KEPT`] incidents, further ones are only counted.
 
 use super::incident::Grade;
 use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
 use super::kinds::Kind;
 use crate::frame::{BusId, FrameRef};
 
-/// Incidents kept at most (invariant 6).
+/// Maximum number of kept incidents (invariant 6).
 const KEPT: usize = 1024;
-/// Of the last ones so many are looked at when something of the past is looked for.
+/// Number of latest incidents that are searched.
 const RECENT: usize = 128;
 
 /// The place of an incident in the ledger.
@@ -19,16 +19,16 @@ pub(super) type Place = usize;
 #[derive(Clone, Debug, Default)]
 pub struct Ledger {
     pub(super) all: Vec<Incident>,
-    /// Further ones that are only counted.
+    /// Number of further ones.
     pub(super) beyond: u64,
-    /// Numbers for people that were given.
+    /// Number of numbers assigned for people.
     numbered: u32,
-    /// Those of which more is known since their causes were looked for.
+    /// Incidents with new facts since their causes were last looked up.
     pub(super) grown: Vec<Place>,
 }
 
 impl Ledger {
-    /// Opens an incident; `None` where there are too many.
+    /// Opens an incident; `None` if there are too many.
     pub(super) fn open(
         &mut self,
         kind: Kind,
@@ -74,17 +74,17 @@ impl Ledger {
         self.all.get_mut(place)
     }
 
-    /// The incident that is known by this.
+    /// Returns the incident with this ID.
     pub fn by_id(&self, id: IncidentId) -> Option<&Incident> {
         self.all.get((id.0 as usize).checked_sub(1)?)
     }
 
-    /// The number of an incident for people; 0 where it has none.
+    /// Returns the number of an incident for people; 0 if it has none.
     pub fn number(&self, id: IncidentId) -> u32 {
         self.by_id(id).map_or(0, |one| one.number)
     }
 
-    /// Gives incidents the next numbers; those that have one keep it.
+    /// Assigns the next numbers to incidents that have none.
     pub(super) fn give_numbers(&mut self, ids: impl IntoIterator<Item = IncidentId>) {
         for id in ids {
             let place = (id.0 as usize).wrapping_sub(1);
@@ -95,7 +95,7 @@ impl Ledger {
         }
     }
 
-    /// Takes over the numbers that were given in a copy of this ledger that has gone on.
+    /// Takes the numbers assigned in a copy of this ledger that has advanced further.
     pub(super) fn take_numbers(&mut self, copy: &Self) {
         for (one, other) in self.all.iter_mut().zip(&copy.all) {
             one.number = other.number;
@@ -103,19 +103,19 @@ impl Ledger {
         self.numbered = self.all.iter().map(|one| one.number).max().unwrap_or(0);
     }
 
-    /// The last incident of a bus that fits, among the recent ones.
+    /// Returns the latest incident of a bus that `fits`, among the recent ones.
     pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Incident) -> bool) -> Option<Place> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
         recent.filter(|(_, one)| one.bus == bus).find(|(_, one)| fits(one)).map(|(place, _)| place)
     }
 
-    /// The places of the recent incidents of a bus, the last one first.
+    /// Returns the places of the recent incidents of a bus, the latest first.
     pub(super) fn recent(&self, bus: BusId) -> Vec<Place> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
         recent.filter(|(_, one)| one.bus == bus).map(|(place, _)| place).collect()
     }
 
-    /// Whether an incident is another one, or one that it came from.
+    /// Returns true if `one` is `other` or has it among its direct and indirect causes.
     pub(super) fn comes_from(&self, one: IncidentId, other: IncidentId) -> bool {
         let mut at = Some(one);
         for _ in 0..RECENT {
@@ -128,7 +128,7 @@ impl Ledger {
         true
     }
 
-    /// Puts an incident into another one.
+    /// Merges an incident into another one.
     pub(super) fn merge(&mut self, place: Place, into: Place) {
         let Some(one) = self.all.get_mut(place).filter(|_| place != into) else { return };
         one.merged = true;
@@ -163,19 +163,19 @@ impl Ledger {
         }
     }
 
-    /// How many more there were than are kept.
+    /// Returns the number of incidents that are not kept.
     pub fn beyond(&self) -> u64 {
         self.beyond
     }
 
-    /// All incidents that are worth telling, by their numbers.
+    /// Returns all reported incidents by their numbers.
     pub fn numbered(&self) -> Vec<&Incident> {
         let mut told: Vec<_> = self.told().collect();
         told.sort_by_key(|one| one.number);
         told
     }
 
-    /// All incidents that are worth telling, in the order in which they were opened.
+    /// Iterates over all reported incidents in the order in which they were opened.
     pub fn told(&self) -> impl Iterator<Item = &Incident> {
         self.all.iter().filter(|one| one.counts())
     }

@@ -1,7 +1,7 @@
-//! Which incidents belong together: a consequence and its cause, and what is one trouble of several nodes.
+//! Links between incidents: consequences to causes, and one incident for the same trouble of several nodes.
 //!
-//! Whether one incident can have caused another is asked of `causes`. A consequence has one cause; others are kept as
-//! possible, and there is never a cycle. Must not: look at frames, or know which kinds cause which.
+//! `causes` decides if one incident can have caused another. A consequence has one cause; others are kept as possible.
+//! There is never a cycle.
 
 use super::causes::{Found, LATE_NS, WINDOW_NS, relate};
 use super::incident::{Grade, Incident, Link, Status, bit};
@@ -9,7 +9,7 @@ use super::kinds::Kind;
 use super::ledger::{Ledger, Place};
 use crate::frame::BusId;
 
-/// Links an incident that has just begun with those before it, and those of the last seconds with it.
+/// Links a new incident with earlier ones, and incidents of the last seconds with it.
 pub(super) fn link(ledger: &mut Ledger, place: Place, bus: BusId) {
     let recent = ledger.recent(bus);
     if let Some(link) = best(ledger, place, &recent) {
@@ -34,9 +34,9 @@ fn set(ledger: &mut Ledger, place: Place, link: Link) {
     }
 }
 
-/// The best cause of an incident among others.
+/// Returns the best cause of an incident among others.
 fn best(ledger: &Ledger, place: Place, others: &[Place]) -> Option<Link> {
-    // What began before it was seen has no cause in the capture.
+    // An incident that began before its first evidence has no cause in the capture.
     let effect = ledger.get(place).filter(|effect| !effect.has("seen_in_fault"))?;
     let mut found: Option<(Found, &Incident)> = None;
     for other in others.iter().filter(|other| **other != place) {
@@ -57,7 +57,7 @@ fn best(ledger: &Ledger, place: Place, others: &[Place]) -> Option<Link> {
     Some(Link { cause: cause.id, rule, grade, delay_ns: effect.begin.since(cause.begin), far_ns })
 }
 
-/// Whether one was there, or had just been, when the other began.
+/// Returns true if one incident was open, or had just ended, when the other began.
 fn touches(cause: &Incident, effect: &Incident) -> bool {
     if let Some(frame) = effect.clue.because_of
         && cause.holds(frame)
@@ -69,13 +69,14 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
     before && after
 }
 
-/// Nodes that are asked for in vain one after the other, from which on they are looked for, and the most time between two.
+/// Number of nodes requested in vain in a row from which it is a scan, and maximum time between two of them in ns.
 const SCANNED: usize = 8;
 const SCAN_NS: i64 = 3_000_000_000;
-/// Consequences of one cause that begin within this time of each other, in ns, are one where they are of one kind.
+/// Maximum distance of consequences of one cause and kind that are one incident, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
 
-/// The capture is over: whoever looks for nodes asks for many that are not there, and none of them is missed.
+/// Concludes scans at the end of the capture: a scan requests many nodes that do not exist, and none of them is
+/// missing.
 pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
     let absent: Vec<Place> = (0..ledger.all.len())
         .filter(|place| {
@@ -105,15 +106,15 @@ pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
     }
 }
 
-/// The capture is over: what happened to several nodes alike, by one cause, is one incident; so is a SYNC that stops with
-/// its producer, and the loss of that.
+/// Joins incidents at the end of the capture: the same consequence of one cause for several nodes, and a stopped SYNC
+/// with the loss of its producer.
 pub(super) fn join(ledger: &mut Ledger) {
     for place in 0..ledger.all.len() {
         let Some(one) = ledger.get(place) else { continue };
         let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
         let into = match one.kind {
             Kind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
-            // What a node reports and what its axis does then; a PDO, and the writes that should have made it another one.
+            // A node's report with the reaction of its axis; a PDO with the failed writes to configure it.
             kind if link.rule == 17 && kind != Kind::NodeRestarted && one.status == Status::Harmless => {
                 Some(place_of(link))
             }
@@ -137,7 +138,7 @@ fn place_of(link: Link) -> Place {
     (link.cause.0 as usize).saturating_sub(1)
 }
 
-/// Whether the same happened to another node at the same time, by the same cause.
+/// Returns true if the same happened to another node at the same time by the same cause.
 fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
     let near = one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= TOGETHER_NS);
     let same = other.kind == one.kind && other.bus == one.bus && other.status == one.status && !other.merged;
@@ -148,9 +149,9 @@ fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
         && other.cause.is_some_and(|cause| cause.cause == link.cause)
 }
 
-/// The capture is over: what only follows from what is harmless is harmless, too.
+/// Concludes at the end of the capture: consequences of harmless incidents are harmless, too.
 pub(super) fn settle(ledger: &mut Ledger) {
-    // One node that is stopped by command is not what those want that wait for it.
+    // The stop of a single node is not intended if other nodes are waiting for it.
     for place in 0..ledger.all.len() {
         let Some(one) = ledger.get(place).filter(|one| one.kind == Kind::CommandedStop && !one.clue.everyone) else {
             continue;
@@ -162,7 +163,7 @@ pub(super) fn settle(ledger: &mut Ledger) {
             one.status = Status::Over;
         }
     }
-    // A consequence may stand before its cause: as often as there are links in a row.
+    // A consequence may precede its cause in the list, so this repeats for each link in a chain.
     let mut changed = true;
     while changed {
         changed = false;
@@ -179,7 +180,7 @@ pub(super) fn settle(ledger: &mut Ledger) {
             }
         }
     }
-    // A cause that is not told cannot be named.
+    // A cause that is not reported cannot be named.
     let told: Vec<bool> = ledger.all.iter().map(Incident::counts).collect();
     for one in &mut ledger.all {
         let is_told = |link: &Link| told.get((link.cause.0 as usize).wrapping_sub(1)).copied().unwrap_or(false);
@@ -188,7 +189,7 @@ pub(super) fn settle(ledger: &mut Ledger) {
     }
 }
 
-/// All nodes of a story: of an incident and of all that follows from it.
+/// Returns the number of nodes concerned by an incident and its consequences.
 pub(super) fn spread(ledger: &Ledger, root: &Incident) -> u32 {
     let parts = ledger.told().filter(|one| ledger.comes_from(one.id, root.id));
     parts.fold(0, |nodes, one| nodes | one.subject.nodes | one.subject.node.map_or(0, bit)).count_ones()

@@ -1,6 +1,6 @@
-//! What can be said of incidents while the capture goes on: what is certain by now, and how all of it would stand.
+//! The state of incidents while the capture goes on: certain facts, and the status if the capture ended now.
 //!
-//! It must not decide anything by itself: the end of a capture is judged by `mod` alone, of a copy where it is not over.
+//! Only `mod` judges the end of a capture; for one that goes on it judges a copy.
 
 use super::causes::WINDOW_NS;
 use super::incident::{Grade, Incident, IncidentId};
@@ -9,7 +9,7 @@ use super::{CLOSED, Diagnosis, Phase};
 use crate::bus::Bus;
 
 impl Diagnosis {
-    /// Adds whose cause has changed since it was told. Those that have just begun to show are told with theirs.
+    /// Adds incidents whose cause has changed since it was reported. New ones are reported together with their cause.
     pub(super) fn linked(&mut self, changes: &mut Vec<(Phase, IncidentId)>) {
         let mut linking = std::mem::take(&mut self.linking);
         linking.retain_mut(|(place, told)| {
@@ -36,30 +36,30 @@ impl Diagnosis {
         self.linking = linking;
     }
 
-    /// Whether what is said of the cause of an incident will stay: it is certain, the time is over in which another one
-    /// may be found, or the capture is. `now_ns`: the time; without stamps only the end settles what is not certain.
+    /// Returns true if the cause of an incident is final: it is certain, the time for finding another one is over, or
+    /// the capture is. `now_ns`: the time; without stamps, an uncertain cause becomes final only at the end.
     pub fn is_settled(&self, one: &Incident, now_ns: Option<i64>) -> bool {
         let certain = one.cause.is_some_and(|link| link.grade == Grade::Certain);
         let since = now_ns.zip(one.noticed.t_ns).map(|(now, noticed)| now.saturating_sub(noticed));
         self.over || certain || since.is_some_and(|since| since > WINDOW_NS)
     }
 
-    /// The same by the last frame.
+    /// Returns the same at the time of the last frame.
     pub fn is_settled_by_now(&self, one: &Incident) -> bool {
         self.is_settled(one, self.last.t_ns)
     }
 
-    /// Whether nothing went wrong so far, and no end of the capture could change that.
+    /// Returns true if there are no incidents so far and the end of the capture cannot add any.
     pub fn is_empty(&self) -> bool {
         self.ledger.all.is_empty() && self.buses.iter().all(|one| one.heard.errors.0 == 0)
     }
 
-    /// Whether the capture is over.
+    /// Returns true if the capture is over.
     pub fn is_over(&self) -> bool {
         self.over
     }
 
-    /// How all of it would stand if the capture were over now. Whom that shows keeps its number from then on.
+    /// Returns the diagnosis as if the capture ended now. Numbers assigned in it are kept.
     pub fn by_now(&mut self, state: &[Bus]) -> Self {
         let mut copy = self.clone();
         copy.finish(state);

@@ -1,15 +1,14 @@
-//! What went wrong on a bus, whether it still is, and why: the level above findings.
+//! The diagnosis of a bus: problems, their status and their causes; the level above findings.
 //!
-//! Events go to trackers, which open, extend and end incidents in the ledger; rules of cause link those to stories; the
-//! rank says in which order a person reads them. `signs` says which findings are incidents by themselves. A kind is added
-//! in `kinds`, with a row in `signs` or a tracker that opens it. It must not change a configuration, raise a finding or
-//! put words together: sentences are declared in `sayings` and filled by `text`.
+//! Events go to trackers, which open, extend and end incidents in the ledger; rules of cause link these to stories; the
+//! rank gives the reading order. `signs` lists the findings that are incidents by themselves. A new kind needs a row in
+//! `kinds` and either a row in `signs` or a tracker. Sentences are declared in `sayings` and filled in by `text`.
 //!
-//! Of what is known to go wrong on such a bus these have no kind of their own. A node that flaps is a node that is silent,
-//! with its repeats; one that is forgotten after a restart, a restart that stands; a fault by lost communication, an axis
-//! in fault with that cause. Nobody can tell from the wire: an RPDO that nobody sends or takes (it may be event-driven,
-//! and who receives is not seen), a target that is not reached in time (nothing on the bus says what is in time), and
-//! parameters that are lost by a power cycle unless they are read before and after.
+//! Some known problems have no kind of their own. A flapping node is a silent node with repeats; one forgotten after a
+//! restart is a restart that is still open; a fault by lost communication is an axis in fault with that cause. Others
+//! are not visible on the wire: an RPDO that is not sent or not received (it may be event-driven, and receivers are not
+//! seen), a target not reached in time (the limit is not on the bus), and parameters lost in a power cycle unless they
+//! are read before and after.
 
 pub mod advice;
 pub mod apart;
@@ -41,67 +40,66 @@ use crate::bus::Bus;
 use crate::event::{Event, What};
 use crate::finding::{Code, Finding};
 use crate::frame::{BusId, Frame, FrameRef};
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
-/// Incidents that are over and may begin again.
+/// Maximum number of ended incidents that may begin again.
 const CLOSED: usize = 64;
 
-/// What went wrong in a capture.
+/// The diagnosis of a capture.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnosis {
     ledger: Ledger,
     buses: Vec<OfBus>,
-    /// Of all buses, in bit/s.
+    /// The bit rate of all buses, in bit/s.
     bit_rate: Option<u32>,
-    /// First and last frame, and how many there were.
+    /// The first and the last frame, and the number of frames.
     first: Option<FrameRef>,
     last: FrameRef,
     frames: u64,
-    /// Incidents that were told of and are not over.
+    /// Reported incidents that have not ended.
     open: Vec<Place>,
-    /// Those that were over lately: what happens again is told again.
+    /// Recently ended incidents; if one recurs, it is reported again.
     closed: VecDeque<Place>,
-    /// Incidents before this place were looked at; those that did not count yet are looked at again.
+    /// Incidents before this place have been examined; those that did not count yet are examined again.
     looked: Place,
     unripe: Vec<Place>,
-    /// Those that were told of and whose cause may still be found, with the cause that was told, and whether it was told
-    /// for good.
+    /// Reported incidents whose cause may still be found, with the reported cause, and true if that is final.
     linking: VecDeque<(Place, Option<(IncidentId, bool)>)>,
-    /// The capture is over, and all of it stands as it will.
+    /// True after the end of the capture, when everything is final.
     over: bool,
 }
 
-/// What has become of an incident.
+/// A change of an incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// It has begun to show.
+    /// It has appeared.
     Opened,
-    /// Its cause is another one than was told, or is certain by now.
+    /// Its cause has changed or has become certain.
     Linked,
-    /// It is over.
+    /// It has ended.
     Ended,
 }
 
-/// The rules whose findings are incidents of a kind by themselves.
+/// Iterates over the rules whose findings are incidents of this kind by themselves.
 pub fn shown_by(kind: Kind) -> impl Iterator<Item = Code> {
     signs::SIGNS.iter().filter(move |row| row.1 == kind).map(|row| row.0)
 }
 
-/// What is known of a node at the end of the capture.
+/// The state of a node at the end of the capture.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeView {
     /// The bus.
     pub bus: BusId,
     /// Its node-ID.
     pub node: u8,
-    /// Its NMT state, as it was shown last.
+    /// Its last known NMT state.
     pub state: Option<u8>,
-    /// The first incident, in the order of reading, that concerns it and is not over.
+    /// The first incident in reading order that concerns it and has not ended.
     pub incident: Option<IncidentId>,
 }
 
 impl Diagnosis {
-    /// Takes a frame with what follows from it.
+    /// Processes a frame with its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus) {
         self.frames += 1;
         self.first.get_or_insert(frame.reference());
@@ -116,7 +114,7 @@ impl Diagnosis {
         }
     }
 
-    /// What has become of incidents since this was last asked, the first first. What is harmless by its kind is left out.
+    /// Returns the changes of incidents since the last call, in order. Kinds that are harmless are left out.
     pub fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
         let (fresh, ledger) = (self.looked..self.ledger.all.len(), &self.ledger);
         let idle = self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() && self.linking.is_empty();
@@ -167,7 +165,7 @@ impl Diagnosis {
         changes
     }
 
-    /// What is reported has a number from then on, and so has its cause, where that is named with it.
+    /// Assigns numbers to the reported incidents, and to their causes if named with them.
     fn number(&mut self, changes: &[(Phase, IncidentId)]) {
         for (phase, id) in changes {
             let cause = self.ledger.by_id(*id).filter(|one| *phase != Phase::Ended && !rank::is_root(one));
@@ -176,7 +174,7 @@ impl Diagnosis {
         }
     }
 
-    /// Takes what belongs to no frame at hand.
+    /// Processes events without a frame at hand.
     pub fn asides(&mut self, events: &[Event], state: &[Bus]) {
         for event in events {
             let What::Finding(finding) = &event.what else { continue };
@@ -187,7 +185,7 @@ impl Diagnosis {
         }
     }
 
-    /// Takes a finding about the capture, which belongs to no frame.
+    /// Processes a finding about the capture, which has no frame.
     pub fn finding(&mut self, finding: &Finding, state: &[Bus]) {
         let index = if finding.bus == BusId::NONE { 0 } else { usize::from(finding.bus.0) };
         if let (Some(of_bus), Some(bus)) = (self.buses.get_mut(index), state.get(index)) {
@@ -195,7 +193,7 @@ impl Diagnosis {
         }
     }
 
-    /// The capture is over: how all of it stands.
+    /// Concludes at the end of the capture.
     pub fn finish(&mut self, state: &[Bus]) {
         self.over = true;
         for (index, (of_bus, bus)) in self.buses.iter_mut().zip(state).enumerate() {
@@ -207,29 +205,29 @@ impl Diagnosis {
         self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));
     }
 
-    /// All incidents.
+    /// Returns all incidents.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
     }
 
-    /// Frames so far, and the first and the last of them.
+    /// Returns the number of frames so far, and the first and the last of them.
     pub fn extent(&self) -> (u64, Option<FrameRef>, FrameRef) {
-        // Stamps of no use from somewhere on give no time to count from.
+        // Stamps that become useless later have no usable beginning.
         let timed = |first: FrameRef| FrameRef { t_ns: first.t_ns.filter(|_| self.last.t_ns.is_some()), ..first };
         (self.frames, self.first.map(timed), self.last)
     }
 
-    /// A diagnosis of buses with this bit rate in bit/s, where it is known.
+    /// Creates a diagnosis of buses with this bit rate in bit/s, if known.
     pub fn new(bit_rate: Option<u32>) -> Self {
         Self { bit_rate, ..Self::default() }
     }
 
-    /// What the whole capture shows that matters to advice.
+    /// Returns the facts of the whole capture that advice depends on.
     pub fn shown(&self) -> advice::Shown {
         advice::Shown { error_frames: self.buses.iter().any(|one| one.heard.errors.0 > 0) }
     }
 
-    /// The nodes that were heard, and those that incidents are about.
+    /// Returns the nodes seen, and those that incidents concern.
     pub fn nodes(&self) -> Vec<NodeView> {
         let order = rank::roots(&self.ledger);
         let mut views = Vec::new();

@@ -1,6 +1,7 @@
-//! What is followed on one bus: a frame with its events goes to each tracker that it concerns.
+//! The diagnosis of one bus: passes each frame and its events to the trackers concerned.
 //!
-//! The order matters: who is heard again is known before what that ends. Must not: open an incident but through a tracker.
+//! The order matters: nodes that are heard again are recorded before the incidents that this ends. Only trackers open
+//! incidents.
 
 use super::incident::{self, Role, Status, bit};
 use super::kinds::Kind;
@@ -26,28 +27,28 @@ use crate::event::{Event, Note, ProcessData, Step, What};
 use crate::finding::{Code, Finding, Quantity};
 use crate::frame::{self, BusId, Frame, FrameRef};
 use crate::message::Message;
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::lss::command as lss;
 use crate::services::sdo::transfer::{Direction, Status as Transferred};
 use crate::services::sdo::wire::{Command, Side};
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::lss::command as lss;
 
-/// A node that was stopped by command for so long while others run is left alone, in ns.
+/// Minimum time for which a node stopped by command is left alone while others run, in ns.
 const ALONE_NS: i64 = 2_000_000_000;
-/// Error frames, and nothing else, that show a wrong bit rate.
+/// Minimum number of error frames that show a wrong bit rate if there are no other frames.
 const ERRORS_ONLY: u64 = 10;
-/// Storing parameters or a program keeps a node busy for at most so long, in ns.
+/// Maximum time for which storing parameters or a program keeps a node busy, in ns.
 const STORING_NS: i64 = 10_000_000_000;
 /// Objects by which parameters are stored and restored, and programs written and started (CiA 301, CiA 302-3).
 const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
-/// SYNCs further apart than this show no period, in ns.
+/// Maximum gap between SYNCs from which a period is taken, in ns.
 const LONGEST_SYNC_NS: i64 = 2_000_000_000;
 
-/// Whether a fact is a time.
+/// Returns true if a fact is a time.
 fn is_time(fact: Quantity) -> bool {
     matches!(fact, Quantity::Ns(_))
 }
 
-/// What is open on one bus.
+/// The open incidents of one bus.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OfBus {
     pub(super) heard: Heard,
@@ -60,13 +61,13 @@ pub(super) struct OfBus {
     load: Load,
     motions: Motions,
     found: Found,
-    /// Frames of the bus.
+    /// Number of frames of the bus.
     frames: u64,
-    /// Whether the node that has booted last was Operational before.
+    /// True if the last node that booted was Operational before.
     was: bool,
 }
 
-/// What a tracker is handed, from the fields that it does not own.
+/// Makes the scene for a tracker from the fields that it does not own.
 macro_rules! scene {
     ($self:ident, $ledger:ident, $bus:ident, $id:expr, $at:expr) => {
         &mut Scene { ledger: $ledger, bus: $bus, id: $id, heard: &$self.heard, at: $at }
@@ -74,14 +75,14 @@ macro_rules! scene {
 }
 
 impl OfBus {
-    /// A bus of which nothing was seen; its bit rate in bit/s, where it is known.
+    /// Creates the state of a bus without frames; its bit rate in bit/s, if known.
     pub(super) fn new(bit_rate: Option<u32>) -> Self {
         let mut bus = Self::default();
         bus.heard.bit_rate = bit_rate;
         bus
     }
 
-    /// What stands at the end may have a plainer name than what was seen first.
+    /// Completes an incident that is open at the end; its kind may be plainer than at first.
     fn stands(&self, place: usize, back: Option<FrameRef>, end: FrameRef, ledger: &mut Ledger) {
         let Some(one) = ledger.get_mut(place) else { return };
         let unheard = one.clue.watched.iter().find(|(node, _)| self.heard.known & bit(*node) == 0);
@@ -93,25 +94,25 @@ impl OfBus {
             (kind, _) if one.has("started") && kind != Kind::ProgramFailed => one.kind = Kind::HalfConfigured,
             _ => {}
         }
-        // A node that is back and was not started again.
+        // The node is back and was not started again.
         if let Some(since) = back.and_then(|back| end.since(back)) {
             one.fact("waits_to_be_started", Quantity::Ns(since));
             one.step(end, Role::Reaction, Saying::NotStartedSince { since }, None);
         }
     }
 
-    /// Takes a frame with what follows from it.
+    /// Passes on a frame with its events.
     pub(super) fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus, ledger: &mut Ledger) {
         let (at, id, before) = (frame.reference(), frame.bus, ledger.all.len());
         self.frames += 1;
         let mut dirty = false;
-        // What the capture shows a second time was on the bus once.
+        // A second sighting was on the bus once.
         let again = bus.shows_again();
         if frame.kind == frame::Kind::Data && !again {
             let node = events.first().and_then(|event| event.node);
             self.load.frame(frame, node, scene!(self, ledger, bus, id, at));
         }
-        // A node that is heard too late was silent until then.
+        // A node whose frame is overdue was silent until then.
         for event in events {
             if let What::Finding(finding) = &event.what
                 && let (Code::Hbt002, Some(node)) = (finding.code, finding.node)
@@ -159,7 +160,7 @@ impl OfBus {
         self.conclude(before, dirty, id, at, bus, ledger);
     }
 
-    /// A finding that belongs to no frame at hand.
+    /// Passes on a finding without a frame at hand.
     pub(super) fn aside(&mut self, finding: &Finding, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         let (id, before) = (finding.bus, ledger.all.len());
         if let (Code::Hbt002, Some(node)) = (finding.code, finding.node) {
@@ -169,7 +170,7 @@ impl OfBus {
         self.conclude(before, dirty, id, at, bus, ledger);
     }
 
-    /// What has ended by what the frame has shown, and from where the new incidents come.
+    /// Ends incidents after a frame and links the new ones to their causes.
     #[inline]
     fn conclude(&mut self, before: usize, dirty: bool, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         if dirty {
@@ -186,8 +187,8 @@ impl OfBus {
         }
     }
 
-    /// A node that was told to store something, or to change its program, may be busy for a while: where it is then silent,
-    /// late or boots, that order is told of as what explains it.
+    /// Adds an order to store something, or to change the program, as the explanation if a node then is silent, late or
+    /// boots: it may be busy for a while.
     fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
         use Kind::{
             HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,
@@ -212,7 +213,7 @@ impl OfBus {
         }
     }
 
-    /// Troubles of which nothing is left are over.
+    /// Ends incidents with nothing left open.
     fn end(&mut self, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         for place in ledger.recent(id) {
             let (waits, in_fault) = (self.nodes.waits(place), self.drives.holds(place));
@@ -230,7 +231,7 @@ impl OfBus {
         }
     }
 
-    /// A node has sent a frame that is no boot-up.
+    /// Records a frame of a node that is not a boot-up.
     #[inline]
     fn alive(&mut self, node: u8, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
         let (at, id) = (frame.reference(), frame.bus);
@@ -421,7 +422,7 @@ impl OfBus {
         }
     }
 
-    /// What a rule has found goes to whoever follows it.
+    /// Passes a finding to the tracker of its rule.
     fn finding(&mut self, finding: &Finding, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
         let scene = scene!(self, ledger, bus, id, at);
         match (finding.code, finding.node) {
@@ -434,7 +435,8 @@ impl OfBus {
                     self.found.found(finding, scene!(self, ledger, bus, id, at));
                 }
             }
-            // One node whose task is not even has gaps in turns, too: without another sign that is no second one.
+            // A single node with an uneven task has alternating gaps, too, which is no second node without another
+            // sign.
             (Code::Hbt004, Some(_)) if finding.measured().is_some_and(|all| all.get("one").is_some_and(is_time)) => {}
             (Code::Sdo018, Some(node)) => self.configurations.stays(node, finding, scene),
             (Code::Drv005, Some(node)) => self.drives.fault(node, finding, scene),
@@ -452,7 +454,7 @@ impl OfBus {
         false
     }
 
-    /// The capture is over.
+    /// Concludes at the end of the capture.
     pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         let before = ledger.all.len();
         self.boots.finish(scene!(self, ledger, bus, id, end));
@@ -473,7 +475,7 @@ impl OfBus {
         self.nodes.finish(scene!(self, ledger, bus, id, end));
         self.masters.finish(scene!(self, ledger, bus, id, end));
         self.found.finish(end, scene!(self, ledger, bus, id, end));
-        // A finding that counts error frames names the first of them.
+        // A finding that counts error frames refers to the first of them.
         let errors = ledger.last(id, |one| one.kind == Kind::BusErrors && one.end.is_some());
         if let Some(one) = errors.and_then(|place| ledger.get_mut(place)) {
             one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
@@ -491,7 +493,7 @@ impl OfBus {
             let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
             let idle = others && one.subject.node.is_some_and(|node| !self.heard.is_operational(node));
             one.status = status(one, end, (back, gone, others && long, idle));
-            // A node is stopped to be written to.
+            // The node was stopped in order to be written to.
             let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
             let on_purpose = one.kind == Kind::CommandedStop && incident::members(one.subject.nodes).all(written);
             if on_purpose && one.status == Status::Harmless {

@@ -1,22 +1,18 @@
-//! The order in which a person reads: what stands first, then by what it means for the machine, how far it reaches, how
-//! sure it is, and when it began.
-//!
-//! Must not: leave anything out.
+//! The reading order of incidents: by status, effect on the machine, extent, certainty and beginning.
 
 use super::incident::{Grade, Incident, IncidentId};
 use super::ledger::Ledger;
 use super::links::spread;
 
-/// Whether an incident is a root: nothing is known to have caused it, beyond what is only possible.
+/// Returns true if an incident is a root: without a cause, or with one that is only possible.
 pub fn is_root(one: &Incident) -> bool {
     one.cause.is_none_or(|link| link.grade == Grade::Possible)
 }
 
-/// Causes that stand above an incident at most.
+/// Maximum number of causes above an incident.
 const DEPTH: u64 = 16;
 
-/// All incidents in the order in which they are read, each with how many causes stand above it: a cause comes before
-/// what it has caused.
+/// Returns all incidents in reading order with the number of causes above each; a cause precedes its consequences.
 pub fn stories(ledger: &Ledger) -> Vec<(IncidentId, u64)> {
     let mut order = Vec::new();
     for root in roots(ledger) {
@@ -25,7 +21,7 @@ pub fn stories(ledger: &Ledger) -> Vec<(IncidentId, u64)> {
     order
 }
 
-/// Adds an incident and what it has caused, in the order of their numbers.
+/// Appends an incident and its consequences, in the order of their numbers.
 fn story(order: &mut Vec<(IncidentId, u64)>, ledger: &Ledger, id: IncidentId, depth: u64) {
     order.push((id, depth));
     let caused = |one: &&Incident| !is_root(one) && one.cause.is_some_and(|link| link.cause == id);
@@ -34,7 +30,7 @@ fn story(order: &mut Vec<(IncidentId, u64)>, ledger: &Ledger, id: IncidentId, de
     }
 }
 
-/// The roots, in the order in which they are read.
+/// Returns the roots in reading order.
 pub fn roots(ledger: &Ledger) -> Vec<IncidentId> {
     let mut roots: Vec<_> = ledger.told().filter(|one| is_root(one)).collect();
     roots.sort_by_cached_key(|one| {

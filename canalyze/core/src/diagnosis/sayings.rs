@@ -1,7 +1,7 @@
-//! What an incident and its steps say, and what to look at first, in both languages.
+//! The sentences of incidents and their steps, and the first things to check, in both languages.
 //!
-//! A sentence is declared with its facts as those of rules are: a name in braces that is no fact does not compile. Times
-//! called `at` are counted from the first frame of the capture. Must not: choose a sentence.
+//! A sentence is declared with its facts like those of rules; an unknown name in braces does not compile. Times called
+//! `at` count from the first frame of the capture.
 
 use crate::rules::quantity::{Abort, Command, Count, Emcy, Hex2, Ns, Object, Pdo, State, Statusword};
 use crate::rules::rules;
@@ -9,7 +9,7 @@ use crate::rules::{Measured, Words};
 
 macro_rules! sayings {
     ($($saying:ident $({ $($fact:ident: $kind:ty),+ })? $zh:literal $en:literal;)*) => {
-        /// A sentence with what was measured.
+        /// A sentence with its facts.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Saying {
             $(
@@ -126,12 +126,12 @@ sayings! {
     NoTarget { gap: Ns, period: Ns } "{gap}没有目标值(周期{period})" "no target value for {gap} (period {period})";
 }
 
-/// What to look at first.
+/// One of the first things to check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Check {
     /// The word in machine output.
     pub name: &'static str,
-    /// For people.
+    /// The text for people.
     pub words: Words,
 }
 

@@ -1,46 +1,46 @@
-//! Which findings are incidents by themselves: one row a rule.
+//! The findings that are incidents by themselves, one row for each rule.
 //!
-//! Rules about nodes that are lost or restart, about emergencies and about drives in fault are not here: their trackers
-//! follow them. Rules that are not here say what is worth knowing, and nothing went wrong by it. Must not: know a tracker.
+//! Lost and restarting nodes, emergencies and drives in fault have trackers of their own. Findings of rules without a
+//! row are worth knowing, but nothing went wrong.
 
 use super::kinds::Kind;
 use crate::rules::Code;
 
-/// What shows that it is over.
+/// The sign that ends an incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
-    /// Each time it is over at once; it goes on where it keeps coming.
+    /// Ends at once each time; continues if it recurs.
     Once,
-    /// Nothing that is known.
+    /// No known sign.
     Never,
-    /// The node is heard.
+    /// A frame of the node.
     Heard,
-    /// A server answers.
+    /// An answer of the server.
     Answered,
-    /// A transfer of the node succeeds.
+    /// A successful transfer of the node.
     Transferred,
-    /// The same object is written.
+    /// A write to the same object.
     Written,
-    /// A SYNC comes.
+    /// A SYNC.
     Sync,
-    /// The PDO comes.
+    /// The PDO.
     Pdo,
-    /// The PDO is as long as its mapping.
+    /// The PDO with the length of its mapping.
     Length,
-    /// The controller is active again.
+    /// An active controller.
     Controller,
-    /// The same, or any frame: a controller that is off receives none.
+    /// An active controller or any frame, since a controller that is off receives none.
     Traffic,
-    /// An LSS slave takes what it is told.
+    /// A positive answer of an LSS slave.
     Lss,
-    /// The node boots, or is Operational.
+    /// A boot-up, or the state Operational.
     Guarded,
 }
 
-/// A rule, what it shows, how often it has to before that counts, and what ends it.
+/// A rule, its kind of incident, the number of findings from which it counts, and its end.
 pub(super) type Row = (Code, Kind, u64, Ends);
 
-/// The rows. What one late frame may raise counts from the third time on.
+/// The rows. Incidents that one late frame may cause count from the third time on.
 pub(super) const SIGNS: &[Row] = &[
     (Code::Bus001, Kind::BusOff, 1, Ends::Traffic),
     (Code::Bus002, Kind::ErrorPassive, 1, Ends::Controller),
@@ -139,7 +139,7 @@ pub(super) const SIGNS: &[Row] = &[
     (Code::Tim002, Kind::TimeJump, 1, Ends::Once),
 ];
 
-/// The row of a rule.
+/// Returns the row of a rule.
 pub(super) fn of(code: Code) -> Option<Row> {
     SIGNS.iter().find(|row| row.0 == code).copied()
 }

@@ -1,6 +1,4 @@
-//! How an incident stands at the end of the capture.
-//!
-//! Must not: open or end one.
+//! The status of an incident at the end of the capture.
 
 use super::incident::{Incident, Status};
 use super::kinds::Kind;
@@ -8,23 +6,23 @@ use super::trackers::rules::GOES_ON;
 use crate::finding::Code;
 use crate::frame::FrameRef;
 
-/// A node that is back has this time to be started again, in ns.
+/// Time in which a node that is back has to be started again, in ns.
 const START_NS: i64 = 2_500_000_000;
-/// An error stands once it was not taken back for so long, in ns.
+/// Time after which an error that was not cleared counts as open, in ns.
 const SETTLED_NS: i64 = 500_000_000;
 
-/// Whether a kind is explained by a command or by the recording.
+/// Returns true if a kind is explained by a command or by the recording.
 pub(super) fn is_harmless(kind: Kind) -> bool {
     use Kind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Scan, Storing};
     matches!(kind, Scan | BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
 }
 
-/// Whether an incident is over by now, and will not have to be told again at once.
+/// Returns true if an incident has ended and will probably not recur at once.
 pub(super) fn is_over(one: &Incident, last: FrameRef) -> bool {
     one.end.is_some() && one.kind != Kind::ConsumerTimeTooShort && !goes_on(one, last)
 }
 
-/// Whether what has come again and again, and whose next time is not due yet, goes on.
+/// Returns true if an incident that keeps recurring is still going on, since its next time is not due yet.
 fn goes_on(one: &Incident, end: FrameRef) -> bool {
     use Kind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
     let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
@@ -35,9 +33,9 @@ fn goes_on(one: &Incident, end: FrameRef) -> bool {
     one.repeats.count >= GOES_ON && comes_again && soon
 }
 
-/// How an incident stands at the end. `back`: since when its node has been back without being started; `gone`: its node
-/// cannot be heard any more; `left_alone`: others have been Operational for long while it is not;
-/// `idle`: others are Operational, and it is not.
+/// Returns the status of an incident at the end. `back`: the frame since which its node is back without being started;
+/// `gone`: its node cannot be heard any more; `left_alone`: others have long been Operational while it is not; `idle`:
+/// others are Operational and it is not.
 pub(super) fn status(
     one: &Incident,
     end: FrameRef,
@@ -48,14 +46,14 @@ pub(super) fn status(
         RequestUnanswered, RestartLoop, SegmentLost,
     };
     match one.kind {
-        // One node that stays stopped while others run is not what anybody wants.
+        // A single node that stays stopped while others run is not intended.
         CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Stands,
         kind if is_harmless(kind) => return Status::Harmless,
-        // Nothing on the bus shows that one of two is gone.
+        // No frame shows that one of the two is gone.
         ConsumerTimeTooShort | DuplicateNodeId => return Status::Stands,
-        // Who restarts again and again and was not started since is in the loop still, for all that is known.
+        // A node in a restart loop that was not started since is probably still in it.
         RestartLoop if idle => return Status::Stands,
-        // Who takes back bit 2 of the controlword asks for a quick stop.
+        // Clearing bit 2 of the controlword requests a quick stop.
         QuickStop if one.has("controlword") && one.cause.is_none() => return Status::Harmless,
         _ => {}
     }
@@ -68,15 +66,15 @@ pub(super) fn status(
     if let Some(back) = back {
         return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
     }
-    // An error that was reported at the very end may be taken back at once.
+    // An error reported at the very end may be cleared soon.
     if !one.clue.reported.is_empty() && end.since(one.repeats.since).is_none_or(|since| since < SETTLED_NS) {
         return Status::Unknown;
     }
-    // Not every controller says that it is active again.
+    // Not every controller reports that it is active again.
     if one.kind == Kind::ErrorPassive {
         return Status::Unknown;
     }
-    // A refused write may still be made good where the capture ends too soon for the rule to say.
+    // A refused write may still be made up for if the capture ends too soon for the rule.
     if one.has("refused") {
         let stays = one.findings.iter().any(|cited| cited.code == Code::Sdo018);
         return if stays { Status::Stands } else { Status::Unknown };

@@ -1,6 +1,4 @@
-//! What an incident says in one line, by its kind and what was measured.
-//!
-//! Must not: judge.
+//! The title line of an incident, from its kind and its facts.
 
 use super::incident::{Incident, Role, Status};
 use super::kinds::Kind;
@@ -8,7 +6,7 @@ use super::sayings::Saying;
 use crate::finding::Quantity;
 use crate::rules::Measured;
 
-/// The line; `None`: the words of the kind say it all. `began_ns`: the first stamp of the capture.
+/// Returns the line; `None` if the words of the kind suffice. `began_ns`: the first stamp of the capture.
 pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
     let at = one.begin.t_ns.zip(began_ns).map_or(0, |(at, began)| at.saturating_sub(began));
     let get = |name: &str| one.get(name);
@@ -97,7 +95,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
     })
 }
 
-/// The line of a capture without stamps: what needs no time.
+/// Returns the line in a capture without stamps.
 fn untimed(one: &Incident) -> Option<Measured> {
     let get = |name: &str| one.get(name);
     Some(match (one.kind, get("code"), get("object")) {
@@ -115,7 +113,7 @@ fn untimed(one: &Incident) -> Option<Measured> {
     })
 }
 
-/// Whether the line says by itself what kind it is; else the words of the kind stand before it.
+/// Returns true if the line names the kind by itself; otherwise the words of the kind precede it.
 pub fn is_whole(one: &Incident) -> bool {
     if one.begin.t_ns.is_none() {
         return !matches!(one.kind, Kind::PdoLength | Kind::PdoNotAllowed);

@@ -1,8 +1,8 @@
-//! What happened on the bus that excuses others: the only place that does.
+//! Circumstances on the bus that excuse breaches of rules; the only place that excuses any.
 //!
-//! [`EXCUSES`] is read top down: what happened, whom it concerns, which rules it voids. A breach that is
-//! excused is not dropped: it is reported as a consequence, linked to the frame of what happened. It must not look for
-//! what happened: whoever sees it notes it.
+//! [`EXCUSES`] has a row for each: the circumstance, its scope, and the rules that it suspends. An excused breach is
+//! not dropped: it is reported as a consequence, linked to the frame of the circumstance. Circumstances are noted by
+//! the code that detects them.
 
 use std::collections::VecDeque;
 
@@ -11,33 +11,33 @@ use crate::frame::FrameRef;
 use super::recording::Recording;
 use super::when::When;
 
-/// What happened.
+/// The kinds of circumstances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Frames are missing from the recording, or its clock was set.
     Gap,
-    /// The recorder stood still.
+    /// The recorder stalled.
     Stall,
-    /// The whole bus, or its recorder, paused: frames of this node, or (`None`) of several, had been expected.
+    /// The whole bus, or its recorder, paused while frames of this node, or (`None`) of several, were due.
     Pause,
-    /// A SYNC that was missing or one too many was reported, or that none come any more.
+    /// A missing or surplus SYNC was reported, or no more SYNCs come.
     SyncBroken,
-    /// Two SYNC producers were reported. It holds until SYNCs come as of one.
+    /// Two SYNC producers were reported. Lasts until the SYNCs are those of one.
     TwoSyncProducers,
-    /// A node was reported lost, or that it has not come back from a reset. It holds until the node is heard.
+    /// A node was reported lost, or not back from a reset. Lasts until a frame of the node.
     NodeLost,
     /// Two nodes with one node-ID were reported.
     SharedId,
 }
 
 impl Kind {
-    /// Whether it excuses what was owed since, until it is over.
+    /// Returns true if it excuses everything due since, until it is over.
     fn lasts(self) -> bool {
         matches!(self, Self::TwoSyncProducers | Self::NodeLost | Self::SharedId)
     }
 }
 
-/// What rules are about.
+/// Groups of rules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rules {
     /// The period and the counter of SYNC.
@@ -48,29 +48,28 @@ pub enum Rules {
     EventPdo,
     /// Safety-relevant data objects.
     Srdo,
-    /// How long SDO answers take.
+    /// Response times of SDO.
     SdoTime,
-    /// Whether SDO requests are answered.
+    /// Unanswered SDO requests.
     SdoAnswer,
     /// NMT states.
     Nmt,
 }
 
-/// Whom something that happened concerns.
+/// The scope of a circumstance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scope {
-    /// Everybody on the bus.
+    /// Everything on the bus.
     Bus,
-    /// Everybody but the node: what was missing of itself does not excuse it.
+    /// Everything except the node, which its own missing frames do not excuse.
     Others,
-    /// The node that it happened to.
+    /// The affected node.
     Node,
 }
 
 use Rules::{EventPdo, Nmt, SdoAnswer, SdoTime, Srdo, Sync, SynchronousPdo};
 
-/// What excuses what: what happened, whom it concerns, which rules. A kind or a family stands here once somebody notes
-/// or asks for it.
+/// The excuses: circumstance, scope, rules. A kind or group is listed once it is noted or asked for.
 const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
     (Kind::Gap, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
     (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
@@ -81,26 +80,26 @@ const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
     (Kind::SharedId, Scope::Node, &[Nmt]),
 ];
 
-/// Circumstances remembered.
+/// Maximum number of remembered circumstances.
 const KEPT: usize = 64;
 
-/// Something that happened.
+/// One circumstance.
 #[derive(Clone, Copy, Debug)]
 struct Circumstance {
     kind: Kind,
-    /// The node; `None`: all.
+    /// The node; `None` for all.
     node: Option<u8>,
     when: When,
 }
 
-/// What happened on a bus lately.
+/// The recent circumstances on a bus.
 #[derive(Debug, Default)]
 pub struct Circumstances {
     past: VecDeque<Circumstance>,
 }
 
 impl Circumstances {
-    /// Something has happened, to a node or (`None`) to all.
+    /// Notes a circumstance of a node or (`None`) of all.
     pub fn note(&mut self, kind: Kind, node: Option<u8>, when: When) {
         if self.past.len() == KEPT {
             self.past.pop_front();
@@ -108,19 +107,19 @@ impl Circumstances {
         self.past.push_back(Circumstance { kind, node, when });
     }
 
-    /// It is over: what it would excuse from here on is not excused.
+    /// Ends a circumstance; it excuses nothing from here on.
     pub fn over(&mut self, kind: Kind, node: impl Into<Option<u8>>) {
         let node = node.into();
         self.past.retain(|one| one.kind != kind || one.node != node);
     }
 
-    /// Whether it has happened lately, or holds.
+    /// Returns true if a circumstance is recent or lasts.
     pub fn holds(&self, kind: Kind) -> bool {
         self.past.iter().any(|one| one.kind == kind)
     }
 
-    /// The frame of the latest circumstance that excuses a breach of such rules by a node (`None`: of the bus), by what
-    /// was owed since `since`.
+    /// Returns the frame of the latest circumstance that excuses a breach of such rules by a node (`None`: by the bus)
+    /// of an obligation since `since`.
     pub fn excuse(&self, rules: Rules, node: Option<u8>, since: When, recording: &Recording) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {

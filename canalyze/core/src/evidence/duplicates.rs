@@ -1,57 +1,56 @@
-//! Frames that the capture shows twice, as of two adapters on one bus: which they are, and whether that is proven.
+//! Frames that a capture shows twice, as with two adapters on one bus, and the proof for it.
 //!
-//! Equal frames come by themselves as well (a SYNC without counter, a constant PDO, polled objects), so proof comes from
-//! *isolated* frames only: those that had no equal one for a while. Each of them stands twice in a capture that shows
-//! frames twice, and once in any other; and they tell how far apart the two stand. Once that is known, a frame is a
-//! duplicate that equals one so long before it. Frames that came before the proof are looked through again by it. It
-//! must not know what a frame means.
+//! Equal frames are also sent on purpose (a SYNC without counter, a constant PDO, polled objects), so the proof rests
+//! on *isolated* frames only: those without an equal one for a while. Each of them appears twice in a capture that
+//! shows frames twice, and once in any other; they also show the distance of the two. Once this is known, a frame that
+//! equals another at that distance is a duplicate. Frames before the proof are then examined again.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use crate::frame::{CanId, Frame, Kind};
 
-/// The longest that a duplicate follows its original, in ns.
+/// Maximum time from an original to its duplicate, in ns.
 pub(super) const APART_NS: i64 = 10_000_000;
-/// The same in frames, where there are no stamps.
+/// Maximum number of frames from an original to its duplicate, without stamps.
 const APART_FRAMES: u64 = 8;
-/// Nobody sends a frame again this soon, in ns.
+/// Minimum time in which a sender repeats a frame, in ns.
 const CLOSE_NS: i64 = 300_000;
-/// A frame is isolated where no equal one came within this many ns or, without stamps, frames.
+/// A frame is isolated if no equal one came within this many ns or, without stamps, frames.
 const ISOLATED_NS: i64 = 3 * APART_NS;
 const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
-/// Isolated frames that must have stood twice for a proof, and how many times as many as stood once: a block that is sent
-/// again, or an object that is read again at once, is a row of equal frames as well.
+/// Number of isolated frames seen twice that are a proof, and their minimum ratio to those seen once: a block or an
+/// object that is sent again gives a row of equal frames, too.
 const PROOF: u32 = 8;
 const RATIO: usize = 8;
-/// How many of them must be of other CAN-IDs than one, unless there are very many.
+/// Minimum number of them with other CAN-IDs, unless there are very many.
 const OTHERS: usize = 2;
-/// How many frames behind its original a duplicate stands where one sender is enough.
+/// Maximum number of frames from original to duplicate for which one sender is a sufficient proof.
 const NEAR: u64 = 3;
-/// Isolated frames that stood once by which it is known that the capture shows frames once.
+/// Number of isolated frames seen once that prove that the capture shows frames once.
 const REFUTED: u32 = 4;
-/// Isolated frames that stood once after which nobody looks any more.
+/// Number of isolated frames seen once after which the search ends.
 const SETTLED: u32 = 256;
-/// The most frames by which it must be known whether they stand twice.
+/// Maximum number of frames until the decision.
 const KEPT: u64 = 320;
-/// The most frames that are compared: more than a bus can carry in the time, and those that wait.
+/// Maximum number of compared frames: more than a bus can carry in the time, and those that wait.
 const MOST: usize = 512;
-/// Distances that are kept.
+/// Maximum number of kept distances.
 const AGES: usize = 16;
-/// Live, it must be known after this time, in ns.
+/// Maximum time until the decision on a live bus, in ns.
 pub(super) const PATIENCE_NS: i64 = 250_000_000;
-/// Payloads of which it is kept when they came last, by a part of their key.
+/// Number of slots for the last time of payloads, addressed by a part of their key.
 const PAYLOADS: usize = 4096;
 
-/// Whether a frame stood in the capture before.
+/// The sighting of a frame in the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sighting {
-    /// It is a frame of its own.
+    /// The first or only one.
     #[default]
     Original,
-    /// An equal frame stood shortly before, in a capture that does not show enough to tell whether it shows frames twice.
+    /// A possible duplicate of an equal frame shortly before, in a capture without proof either way.
     Suspect,
-    /// The capture shows it a second time: it was on the bus once.
+    /// A second sighting of a frame that was on the bus once.
     Duplicate,
 }
 
@@ -63,9 +62,9 @@ struct Seen {
     number: u64,
     t_ns: Option<i64>,
     count: u64,
-    /// It had no equal one for a while before it, and it is not known yet whether it stands twice.
+    /// True if no equal one came for a while before it, and it is still open whether it is seen twice.
     isolated: bool,
-    /// An equal one has come.
+    /// True if an equal one has followed.
     again: bool,
 }
 
@@ -75,7 +74,7 @@ impl Seen {
     }
 }
 
-/// When a frame came last.
+/// The last sighting of a payload.
 #[derive(Clone, Copy, Debug, Default)]
 struct Last {
     key: u64,
@@ -83,58 +82,58 @@ struct Last {
     count: u64,
 }
 
-/// What is known of a bus.
+/// The evidence about one bus.
 #[derive(Debug, Default)]
 pub struct Duplicates {
-    /// The last frames, oldest first; once there is proof, those of them that were not seen again.
+    /// The last frames, oldest first; after the proof, only those not seen again.
     recent: VecDeque<Seen>,
-    /// By a part of their key; empty until the first frame.
+    /// Last sightings by a part of their key; empty until the first frame.
     last: Vec<Last>,
     count: u64,
     /// The resolution of the stamps, in ns.
     resolution_ns: i64,
-    /// Frames that stood twice, right behind each other.
+    /// Number of frames immediately followed by an equal one.
     pairs: u64,
-    /// How long isolated frames were before their duplicates, in ns, their CAN-IDs, and when the duplicates came, in ns;
+    /// Distance of isolated frames to their duplicates in ns, their CAN-IDs, and the times of the duplicates in ns;
     /// latest last.
     apart_ns: VecDeque<(i64, CanId, i64)>,
-    /// How many of the latest of them stood near their duplicates.
+    /// Number of the latest of them that were near their duplicates.
     following: usize,
-    /// Isolated frames that stood twice, and once.
+    /// Number of isolated frames seen twice, and once.
     twice: u32,
     once: u32,
-    /// The first frame that may be a duplicate, since nothing was decided.
+    /// The first possible duplicate that is not decided.
     suspect: Option<Seen>,
     proven: bool,
-    /// Nobody waits any more until it is decided.
+    /// True if the decision is no longer awaited.
     given_up: bool,
-    /// The numbers of the duplicates among the frames that had come by the proof.
+    /// The numbers of the duplicates among the frames before the proof.
     found: Vec<u64>,
 }
 
 impl Duplicates {
-    /// Whether the capture is known to show its frames twice.
+    /// Returns true if the capture is known to show its frames twice.
     pub fn are_proven(&self) -> bool {
         self.proven
     }
 
-    /// Whether it is known to show them once.
+    /// Returns true if the capture is known to show its frames once.
     pub fn are_refuted(&self) -> bool {
         self.once >= REFUTED && !self.proven
     }
 
-    /// The number of the first frame of which it is not known yet whether it is a duplicate.
+    /// Returns the number of the first frame that may be a duplicate not decided yet.
     pub fn undecided_since(&self) -> Option<u64> {
         self.suspect.map(|suspect| suspect.number)
     }
 
-    /// What a frame is that was observed as such, once that is decided.
+    /// Returns the final sighting of a frame that was observed as `observed`.
     pub fn decided(&self, number: u64, observed: Sighting) -> Sighting {
         if self.found.binary_search(&number).is_ok() { Sighting::Duplicate } else { observed }
     }
 
-    /// No further frame tells whether the capture shows frames twice. It does where every frame so far, but for the last
-    /// one, was followed by itself at once.
+    /// Decides without further frames. The capture shows frames twice if every frame so far, except the last one, was
+    /// immediately followed by an equal one.
     pub fn settle(&mut self) {
         if self.suspect.is_some() {
             let at_once = self.pairs > 0 && self.count <= 2 * self.pairs + 1;
@@ -143,7 +142,7 @@ impl Duplicates {
         }
     }
 
-    /// It is `now_ns` on a live bus: nobody waits long for what comes.
+    /// Advances a live bus to `now_ns`; the decision is awaited only for a short time.
     pub fn advance(&mut self, now_ns: i64) {
         let since = self.suspect.and_then(|suspect| suspect.t_ns);
         if since.is_some_and(|since| now_ns.saturating_sub(since) > PATIENCE_NS) {
@@ -151,8 +150,8 @@ impl Duplicates {
         }
     }
 
-    /// Takes the next frame. `squeezed`: it stands closer to the one before than it can be on a bus, so its time
-    /// shows nothing. `resolution_ns`: the resolution of the stamps.
+    /// Examines the next frame. `squeezed`: it is closer to the previous one than possible on a bus, so its time is no
+    /// evidence. `resolution_ns`: the resolution of the stamps.
     #[inline]
     pub fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: i64) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
@@ -189,9 +188,9 @@ impl Duplicates {
         if self.suspect.is_some() && again { Sighting::Suspect } else { Sighting::Original }
     }
 
-    /// Whether an equal frame stood shortly before, of which none was seen yet.
+    /// Returns true if an equal frame came shortly before and has no duplicate yet.
     fn resembles(&mut self, now: &Seen) -> bool {
-        // Without stamps the order is all there is: only what follows itself counts.
+        // Without stamps there is only the order: an equal frame must follow immediately.
         let near = |seen: &Seen| match seen.age_ns(now) {
             Some(age) => (0..=APART_NS).contains(&age),
             None => seen.count + 1 == now.count,
@@ -206,14 +205,14 @@ impl Duplicates {
         true
     }
 
-    /// Takes how long after its original a duplicate came.
+    /// Learns the distance of a duplicate to its original.
     fn learn(&mut self, original: &Seen, now: &Seen) {
         if !original.isolated {
             return;
         }
         self.twice = self.twice.saturating_add(1);
         if self.apart_ns.len() == AGES {
-            // Some of other CAN-IDs are kept: one sender may send a long row.
+            // Some of other CAN-IDs are kept, since one sender may send a long row.
             let own = |(_, id, _): &(i64, CanId, i64)| *id == now.id;
             let many = self.apart_ns.iter().filter(|pair| own(pair)).count() + OTHERS >= AGES;
             let oldest = self.apart_ns.iter().position(|pair| !many || own(pair));
@@ -223,7 +222,7 @@ impl Duplicates {
         self.following = if now.count - original.count <= NEAR { self.following + 1 } else { 0 };
     }
 
-    /// A frame that is listed a third time is sent again and again: it does not show that the capture lists frames twice.
+    /// Withdraws the evidence of a frame that is listed a third time: it is sent repeatedly.
     fn unlearn(&mut self, now: &Seen) {
         let near = |seen: &Seen| match seen.age_ns(now) {
             Some(age) => (0..=2 * APART_NS).contains(&age),
@@ -239,8 +238,8 @@ impl Duplicates {
         }
     }
 
-    /// How long after its original a duplicate comes, in ns, with some room: what most of the isolated frames have shown
-    /// alike. Some of them have an equal one for another reason. How many they are.
+    /// Returns the usual time from an original to its duplicate, in ns, with some tolerance, and the number of isolated
+    /// frames that agree. Some isolated frames have an equal one for another reason.
     fn usual_ns(&self) -> (RangeInclusive<i64>, usize) {
         let room = |age: i64| (age / 8).max(CLOSE_NS / 2);
         let around = |age: i64| age - room(age)..=age + room(age);
@@ -249,8 +248,8 @@ impl Duplicates {
         let Some((age, ..)) = most_alike.copied() else { return (0..=APART_NS, 0) };
         let (least, most) = alike(age).fold((age, age), |(least, most), (one, ..)| (least.min(*one), most.max(*one)));
         let count = alike(age).count();
-        // One sender repeats itself for reasons of its own, and is confirmed as often: a sub-block of equal data looks like
-        // the one before. That each of its frames stands near itself has no such reason.
+        // One sender repeats itself for its own reasons, and is confirmed as often: a sub-block of equal data looks
+        // like the previous one. They do not explain that each of its frames is near its equal.
         let following = count == AGES && self.following >= AGES;
         let others = |id: CanId| alike(age).filter(move |(_, other, _)| *other != id).count();
         let several = following || alike(age).all(|(_, id, _)| others(*id) >= OTHERS);
@@ -258,8 +257,8 @@ impl Duplicates {
         ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
     }
 
-    /// Whether a frame is the duplicate of one before, where it is known how far apart they are. Both sightings are in the
-    /// same order: what stood before the original has been seen again, or is overdue and will not be.
+    /// Returns true if a frame is the duplicate of an earlier one at the known distance. Both sightings have the same
+    /// order: frames before the original have been seen again, or are overdue.
     fn pair(&mut self, now: &Seen) -> bool {
         let (usual, _) = self.usual_ns();
         let in_time = |seen: &Seen| match seen.age_ns(now) {
@@ -281,12 +280,12 @@ impl Duplicates {
         true
     }
 
-    /// Whether there is proof by now, or will be none.
+    /// Decides if there is a proof by now, or will be none.
     fn judge(&mut self, now: &Seen) {
-        // Those that should have been seen again count as seen once.
+        // Overdue ones count as seen once.
         let (usual, alike) = self.usual_ns();
         let late = |seen: &&Seen| seen.isolated && !seen.again && seen.age_ns(now).is_none_or(|age| age > *usual.end());
-        // What comes a third time, as sub-blocks of equal data do, shows nothing: that takes as long again.
+        // A frame that comes a third time, like sub-blocks of equal data, is no evidence; that takes as long again.
         let over = |at: i64| now.t_ns.is_none_or(|now| now.saturating_sub(at) > *usual.end());
         let settled = self.apart_ns.iter().filter(|(age, _, at)| usual.contains(age) && over(*at)).count();
         if alike.min(settled) >= PROOF as usize {
@@ -302,8 +301,7 @@ impl Duplicates {
         }
     }
 
-    /// It is decided whether the capture shows its frames twice. Those that came before and were not taken are looked
-    /// through again.
+    /// Decides whether the capture shows its frames twice, and examines earlier frames again that have not been taken.
     fn decide(&mut self, proven: bool) {
         self.suspect = None;
         self.proven = proven;
@@ -320,7 +318,8 @@ impl Duplicates {
         }
     }
 
-    /// Drops what is too old to be seen again, and counts what stood once. While frames wait to be decided they are kept.
+    /// Removes frames too old to be seen again and counts those seen once. They are kept while frames wait for the
+    /// decision.
     fn forget_old(&mut self, now: &Seen) {
         let old = |seen: &Seen| match seen.age_ns(now) {
             Some(age) => !(0..=APART_NS).contains(&age),
@@ -332,7 +331,7 @@ impl Duplicates {
                 self.once = self.once.saturating_add(1);
             }
         }
-        // A third one may come as long behind the second.
+        // A third one may follow the second at the same distance.
         let gone = |seen: &Seen| old(seen) && seen.age_ns(now).is_none_or(|age| !(0..=2 * APART_NS).contains(&age));
         while self.recent.len() > MOST || self.recent.front().is_some_and(|seen| self.suspect.is_none() && gone(seen)) {
             let seen = self.recent.pop_front();
@@ -340,7 +339,7 @@ impl Duplicates {
         }
     }
 
-    /// Whether no equal frame came for a while.
+    /// Returns true if no equal frame came for a while.
     fn is_isolated(&mut self, key: u64, frame: &Frame) -> bool {
         if self.last.is_empty() {
             self.last = vec![Last::default(); PAYLOADS];
@@ -356,7 +355,7 @@ impl Duplicates {
     }
 }
 
-/// A frame's identifier, kind and payload in one number (FNV-1a).
+/// Returns a hash of a frame's identifier, kind and payload (FNV-1a).
 fn key(frame: &Frame) -> u64 {
     let mix = |hash: u64, byte: u64| (hash ^ byte).wrapping_mul(0x0100_0000_01B3);
     let kind = match frame.kind {

@@ -1,10 +1,10 @@
-//! Holes of a recording that nothing announces: frames of some time are not in it, or its clock was put on.
+//! Unannounced holes of a recording: frames of some time are missing, or its clock was set forward.
 //!
-//! The whole bus is silent, and behind the silence several senders that come evenly, and independently of each other, come
-//! as they would have come: each a whole number of its periods after its last frame, so that frames are missing, or all of
-//! them late by the same time, so that the clock was put on. No fault of one node does that. A sender that does not come back,
-//! or that begins anew, fell silent itself; what comes late by different times waited for the recorder
-//! ([`Stalls`](super::stalls::Stalls)). It must not know more of a frame than who sends it.
+//! The whole bus is silent, and then several independent senders with even gaps continue as if nothing had happened:
+//! either each comes a whole number of its periods after its last frame, so that frames are missing, or all are late by
+//! the same time, so that the clock was set forward. No fault of one node does that. A sender that does not come back
+//! or restarts has fallen silent itself; frames late by different times were delayed by the recorder
+//! ([`Stalls`](super::stalls::Stalls)).
 
 use std::collections::BTreeSet;
 
@@ -14,42 +14,42 @@ use super::duplicates::PATIENCE_NS;
 use super::senders::{Even, identifier};
 use super::stalls::{Stalls, Verdict};
 
-/// The least by which a sender that comes evenly is off its time, in ns, and the most, as a part of its period, by which
-/// it may be off to show anything.
+/// Minimum deviation of an even sender from its due time, in ns, and the part of its period up to which it may deviate
+/// and still be evidence.
 const OFF_NS: i64 = 1_000_000;
 const SHOWS_PART: i64 = 8;
-/// How exact the period of a sender is known, as a part of it: several periods add up.
+/// Uncertainty of a sender's period, as a part of it; several periods add up.
 const PERIOD_PART: i64 = 1024;
-/// Most frames that wait until it is known whether a silence is a hole.
+/// Maximum number of frames that wait until a silence is known to be a hole or not.
 const KEPT: u64 = 16_384;
-/// Senders, independent of each other, that show a hole.
+/// Number of independent senders that prove a hole.
 const SENDERS: usize = 2;
-/// Holes remembered.
+/// Maximum number of remembered holes.
 const HOLES: usize = 16;
 
-/// A sender that was expected when the bus fell silent.
+/// A sender with a frame due when the bus fell silent.
 #[derive(Clone, Copy, Debug)]
 struct Sender {
     even: Even,
-    /// By how much it may be off its time, in ns.
+    /// Possible deviation from its due time, in ns.
     room_ns: i64,
-    /// A frame of it was due in the silence.
+    /// True if a frame was due during the silence.
     missed: bool,
-    /// When it came again, in ns.
+    /// Time of its return, in ns.
     back_ns: Option<i64>,
-    /// Whether that was its own time: frames that follow a silence without a pause may have waited for the recorder,
-    /// unless the sender keeps its period from there.
+    /// True if it sent its first frame at that time. Frames right after a silence may have been delayed by the
+    /// recorder, unless the sender keeps its period from there on.
     firm: bool,
-    /// It has come twice: it shows no more.
+    /// True once it has come twice and gives no further evidence.
     over: bool,
 }
 
-/// What may have happened.
+/// One explanation of a silence.
 #[derive(Clone, Debug, Default)]
 struct Guess {
-    /// The senders that show it.
+    /// Nodes that support it.
     shown: BTreeSet<u8>,
-    /// Error control shows otherwise.
+    /// True if error control contradicts it.
     refuted: bool,
 }
 
@@ -69,24 +69,24 @@ impl Guess {
 /// A silence that may be a hole.
 #[derive(Clone, Debug)]
 struct Doubt {
-    /// The number of the first frame behind it.
+    /// The number of the first frame after it.
     first: u64,
     from_ns: i64,
     to_ns: i64,
     senders: Vec<Sender>,
-    /// Frames are missing; or the clock was put on, by a time between these, in ns.
+    /// Frames are missing, or the clock was set forward by a time within `by_ns`, in ns.
     missing: Guess,
     later: Guess,
     by_ns: (i64, i64),
 }
 
 impl Doubt {
-    /// A frame of a sender has come at `now`. `in_row`: without a pause since the silence.
+    /// Follows a frame of a sender at `now`. `in_row`: no pause has come since the silence.
     fn heard(&mut self, place: usize, now: i64, in_row: bool) {
         let Some(slot) = self.senders.get_mut(place).filter(|sender| !sender.over) else { return };
         let before = *slot;
         let Some(back_ns) = before.back_ns else {
-            // Of what waited, all that was due in a longer time would have come at once.
+            // Of delayed frames, all those due in a longer time would have come at once.
             let late_ns = now.saturating_sub(slot.even.last_ns).saturating_sub(slot.even.gap_ns);
             let waited = in_row && late_ns <= slot.even.gap_ns.saturating_add(slot.room_ns);
             (slot.back_ns, slot.firm) = (Some(now), !waited);
@@ -100,11 +100,11 @@ impl Doubt {
         if !before.firm {
             self.missing.take(&sender, goes_on && self.is_as_due(&sender, back_ns), sender.missed);
         }
-        // A clock that was put on stays so; what was only late once is back in its time.
+        // A clock that was set forward stays so; a sender that was late once is back in time.
         self.later.take(&sender, goes_on, true);
     }
 
-    /// A sender has come again then: what its first frame shows.
+    /// Adds the evidence of a sender's first frame after the silence.
     fn back(&mut self, sender: &Sender, back_ns: i64) {
         if sender.firm {
             self.missing.take(sender, self.is_as_due(sender, back_ns), sender.missed);
@@ -119,14 +119,14 @@ impl Doubt {
         self.later.take(sender, fits, false);
     }
 
-    /// Whether a sender has come again when it would have come, had nothing happened.
+    /// Returns true if a sender came back when it was due as if nothing had happened.
     fn is_as_due(&self, sender: &Sender, back_ns: i64) -> bool {
         let Sender { even, room_ns, missed, .. } = *sender;
         let late_ns = back_ns.saturating_sub(even.last_ns).saturating_sub(even.gap_ns);
         if missed { self.in_phase(sender, back_ns) } else { late_ns.saturating_abs() <= room_ns }
     }
 
-    /// Whether a sender of which frames were due in the silence has come in time behind it, and in its phase as far as
+    /// Returns true if a sender with frames due in the silence came back in time after it, and in its phase as far as
     /// that is known.
     fn in_phase(&self, sender: &Sender, back_ns: i64) -> bool {
         let Even { last_ns, gap_ns, off_ns, .. } = sender.even;
@@ -137,7 +137,7 @@ impl Doubt {
         off <= room_ns && back_ns <= self.to_ns.saturating_add(gap_ns).saturating_add(sender.room_ns)
     }
 
-    /// Senders that must have come again by `now`, and have not.
+    /// Counts senders that are overdue at `now` as evidence against missing frames.
     fn overdue(&mut self, now: i64) {
         let silence_ns = self.to_ns.saturating_sub(self.from_ns);
         for sender in self.senders.iter().filter(|sender| sender.back_ns.is_none()) {
@@ -153,7 +153,7 @@ impl Doubt {
         }
     }
 
-    /// Whether no further frame tells more.
+    /// Returns true if further frames give no more evidence.
     fn is_over(&self, frame: &Frame, now: i64) -> bool {
         let waits = |sender: &Sender| {
             let longest_ns = self.to_ns.saturating_sub(self.from_ns).saturating_add(3 * sender.even.gap_ns);
@@ -168,36 +168,37 @@ impl Doubt {
 #[derive(Debug, Default)]
 pub(super) struct Holes {
     doubt: Option<Doubt>,
-    /// The numbers of the frames behind the last ones.
+    /// The numbers of the first frames after the last ones.
     found: Vec<u64>,
-    /// Since when the recording is known to go on, in ns: from a frame before that nothing is known of when the next is due.
+    /// Time since which the recording is known to be continuous, in ns; a frame before it does not show when the next
+    /// one is due.
     since_ns: i64,
-    /// Until when a live bus has said that it gave all that there was, in ns.
+    /// Time until which a live bus has reported all its frames, in ns.
     given_ns: Option<i64>,
 }
 
 impl Holes {
-    /// Whether a frame is the first one behind a hole.
+    /// Returns true if a frame is the first one after a hole.
     pub(super) fn is_behind(&self, number: u64) -> bool {
         !self.found.is_empty() && self.found.contains(&number)
     }
 
-    /// The number of the first frame of which it is not known yet whether it is behind a hole.
+    /// Returns the number of the first frame that may be after a hole not decided yet.
     pub(super) fn undecided_since(&self) -> Option<u64> {
         self.doubt.as_ref().map(|doubt| doubt.first)
     }
 
-    /// The recording begins, goes on where frames were lost, or its clock was set.
+    /// Starts anew: at the beginning of the recording, after lost frames, or after a step of its clock.
     pub(super) fn start(&mut self, now: i64) {
         *self = Self { found: std::mem::take(&mut self.found), since_ns: now, ..Self::default() };
     }
 
-    /// No further frame tells.
+    /// Ends the doubt, since no further frames follow.
     pub(super) fn settle(&mut self) {
         self.doubt = None;
     }
 
-    /// It is `now_ns` on a live bus: nobody waits long for what comes.
+    /// Advances a live bus to `now_ns`; later frames are awaited only for a short time.
     pub(super) fn advance(&mut self, now_ns: i64) {
         self.given_ns = Some(now_ns);
         if self.doubt.as_ref().is_some_and(|doubt| now_ns.saturating_sub(doubt.to_ns) > PATIENCE_NS) {
@@ -205,8 +206,8 @@ impl Holes {
         }
     }
 
-    /// A frame has ended a silence (from, to in ns, and whether it is longer than those of late).
-    /// `even`: the senders that come evenly. `resolution_ns`: the resolution of the stamps.
+    /// Examines a frame that ended a silence (its beginning and end in ns, and true if it is longer than recent ones).
+    /// `even`: the senders with even gaps. `resolution_ns`: the resolution of the stamps.
     pub(super) fn begin(
         &mut self,
         frame: &Frame,
@@ -219,7 +220,7 @@ impl Holes {
             return;
         }
         let expected = |even: Even| {
-            // Where such a silence is usual, a sender shows something by being off its time more than it is now and then.
+            // If such a silence is usual, a sender is evidence only by a deviation that exceeds its usual ones.
             let odd_ns = if unusual { 0 } else { even.most_off_ns };
             let room_ns = even.off_ns.saturating_mul(4).max(OFF_NS).max(resolution_ns.saturating_mul(2)).max(odd_ns);
             let due_ns = even.last_ns.saturating_add(even.gap_ns).saturating_add(room_ns);
@@ -240,7 +241,7 @@ impl Holes {
         }
     }
 
-    /// The next frame, at `now`.
+    /// Follows the next frame, at `now`.
     pub(super) fn follow(&mut self, frame: &Frame, now: i64, stalls: &Stalls) {
         let Some(doubt) = &mut self.doubt else { return };
         let id = identifier(frame);
@@ -262,7 +263,7 @@ impl Holes {
     }
 }
 
-/// Whether a frame shows that nodes begin anew: an NMT command, or a boot-up.
+/// Returns true if a frame shows that nodes restart: an NMT command or a boot-up.
 fn restarts(frame: &Frame) -> bool {
     let id = identifier(frame).unwrap_or(usize::MAX);
     frame.kind == Kind::Data && (id == 0 || super::senders::ERROR_CONTROL.contains(&id) && frame.payload() == [0])

@@ -1,9 +1,9 @@
-//! What the recording did, and what is certain in spite of it: the ground under every verdict.
+//! The behaviour of the recording, and the facts that are certain in spite of it, on which every verdict rests.
 //!
-//! A check compares times, knows what is owed and what excuses a breach only through this room, so that a property of
-//! a capture (late echoes, frames captured twice, a recorder that stood still, coarse stamps, lost frames) is modelled
-//! once. One value of [`Evidence`] belongs to one bus and travels in the [`Context`](crate::context::Context). It must
-//! not know a service's rules, and it raises no finding of its own: it says when, whether and why.
+//! Checks compare times, open obligations and find excuses only through this room, so that each property of a capture
+//! (late echoes, duplicate frames, stalls, coarse stamps, lost frames) is modelled once. One [`Evidence`] belongs to
+//! one bus and travels in the [`Context`](crate::context::Context). It knows no rules of services and raises no
+//! findings of its own.
 
 pub mod circumstance;
 pub mod duplicates;
@@ -32,19 +32,19 @@ pub use when::When;
 /// The evidence of one bus.
 #[derive(Debug, Default)]
 pub struct Evidence {
-    /// What the recording did.
+    /// The behaviour of the recording.
     pub recording: Recording,
-    /// What happened on the bus that excuses others.
+    /// Circumstances on the bus that excuse breaches.
     pub circumstances: Circumstances,
     /// Findings that later evidence may still explain.
     pub pending: Pending,
-    /// What the identifiers of services carry.
+    /// The evidence about the identifiers of services.
     pub services: Services,
 }
 
 impl Evidence {
-    /// Of a bus of which nothing was seen; `jitter_ns`: how exact a person says that its stamps are; `described`: a
-    /// person says that there is CANopen on it.
+    /// Creates the evidence of a bus without frames; `jitter_ns`: the accuracy of its stamps as given by the user;
+    /// `described`: the user says that it is CANopen.
     pub fn new(jitter_ns: Option<i64>, described: bool) -> Self {
         Self { recording: Recording::new(jitter_ns), services: Services::new(described), ..Self::default() }
     }

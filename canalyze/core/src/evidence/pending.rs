@@ -1,8 +1,8 @@
-//! Findings that later evidence may still explain, in one queue.
+//! A queue of findings that later evidence may still explain.
 //!
-//! A finding waits for a time in which a cause may show itself, for a node's next sign of life, or for a command that is
-//! listed late. It then goes out as it is, linked to its cause, or, where that command permits what happened, not at
-//! all. The queue is bounded in time and count; what is too much for it goes out at once. It must not judge.
+//! A finding waits for a time in which a cause may appear, for a node's next sign of life, or for a command that is
+//! listed late. It is then released unchanged, linked to its cause or, if that command permits the observation,
+//! dropped. The queue is bounded in time and count; findings beyond the bounds are released at once.
 
 use crate::finding::{Code, Finding};
 use crate::frame::FrameRef;
@@ -10,21 +10,22 @@ use crate::frame::FrameRef;
 use super::recording::{Recording, Verdict};
 use super::when::When;
 
-/// Findings that wait at most (invariant 6).
+/// Maximum number of waiting findings (invariant 6).
 const KEPT: usize = 256;
 
-/// What a finding waits for.
+/// The end of a finding's wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Until {
-    /// Something that explains it, for so many ns (or, without stamps, frames).
+    /// An explanation within this time in ns (or, without stamps, frames).
     Explained(i64),
-    /// The node's next sign of life: without it, the loss of the node explains it.
+    /// The node's next sign of life; without it, the loss of the node explains the finding.
     Alive,
-    /// An own frame that was on the bus before it and is listed late. Where the recorder had stood still, it is none.
+    /// A frame of the host that was on the bus earlier and is listed late. After a stall of the recorder, the finding
+    /// is dropped.
     Listed,
 }
 
-/// A finding that waits.
+/// A waiting finding.
 #[derive(Debug)]
 struct Waiting {
     finding: Finding,
@@ -32,19 +33,19 @@ struct Waiting {
     since: When,
 }
 
-/// Findings that wait.
+/// The waiting findings of a bus.
 #[derive(Debug, Default)]
 pub struct Pending {
     waiting: Vec<Waiting>,
-    /// Nodes, one bit each, that owe a sign of life.
+    /// Nodes, one bit each, with a sign of life due.
     watched: u128,
 }
 
-/// Frames without stamps for which a finding waits to be explained.
+/// Number of frames for which a finding waits to be explained, without stamps.
 const FRAMES: u64 = 16;
 
 impl Pending {
-    /// Keeps a finding. Gives it back where there is no room.
+    /// Keeps a finding, or returns it if there is no room.
     pub fn keep(&mut self, finding: Finding, until: Until, since: When) -> Option<Finding> {
         if self.waiting.len() >= KEPT {
             return Some(finding);
@@ -53,12 +54,12 @@ impl Pending {
         None
     }
 
-    /// Whether nothing waits.
+    /// Returns true if no finding waits.
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()
     }
 
-    /// Links what waits and fits to what explains it.
+    /// Links the waiting findings that `fits` selects to their cause.
     pub fn explain(&mut self, because_of: FrameRef, mut fits: impl FnMut(&Finding) -> bool) {
         for waiting in &mut self.waiting {
             if waiting.finding.because_of.is_none() && fits(&waiting.finding) {
@@ -67,14 +68,14 @@ impl Pending {
         }
     }
 
-    /// What fits is no finding after all: takes it out, and says whether there was any.
+    /// Drops the waiting findings that `fits` selects; returns true if there were any.
     pub fn withdraw(&mut self, mut fits: impl FnMut(&Finding) -> bool) -> bool {
         let before = self.waiting.len();
         self.waiting.retain(|waiting| !fits(&waiting.finding));
         self.waiting.len() < before
     }
 
-    /// A node has given a sign of life, and owes the next one, or (`watched` is false) none.
+    /// Records a sign of life of a node; if `watched`, the next one is due.
     pub fn alive(&mut self, node: u8, watched: bool) {
         let bit = 1 << (node & 0x7F);
         self.watched = if watched { self.watched | bit } else { self.watched & !bit };
@@ -85,7 +86,8 @@ impl Pending {
         }
     }
 
-    /// A node is lost, as a finding at the frame `at` says: this explains what waits for its next sign of life.
+    /// Records the loss of a node, reported at the frame `at`, as the cause of findings that wait for its next sign of
+    /// life.
     pub fn lost(&mut self, node: u8, at: FrameRef) {
         for waiting in self.waiting.iter_mut().filter(|one| one.finding.node == Some(node)) {
             if waiting.until == Until::Alive {
@@ -95,17 +97,17 @@ impl Pending {
         self.alive(node, false);
     }
 
-    /// Whether a node owes a sign of life.
+    /// Returns true if a sign of life of the node is due.
     pub fn is_watched(&self, node: Option<u8>) -> bool {
         node.is_some_and(|node| self.watched & 1 << (node & 0x7F) != 0)
     }
 
-    /// Whether a finding of a rule waits for a node.
+    /// Returns true if a finding of a rule waits for a node.
     pub fn holds(&self, code: Code, node: Option<u8>) -> bool {
         self.waiting.iter().any(|waiting| waiting.finding.code == code && waiting.finding.node == node)
     }
 
-    /// What has waited long enough at `now`, oldest first.
+    /// Removes and returns the findings that have waited long enough at `now`, oldest first.
     pub fn release(&mut self, now: When, recording: &Recording) -> Vec<Finding> {
         let mut out = Vec::new();
         let mut kept = Vec::new();
@@ -120,8 +122,8 @@ impl Pending {
         out
     }
 
-    /// The capture is over, or frames were lost: everything that waits, but for what a command may permit that the
-    /// capture would have listed late.
+    /// Returns all waiting findings at the end of the capture or before lost frames, except those that a command listed
+    /// later might have permitted.
     pub fn finish(&mut self, recording: &Recording) -> Vec<Finding> {
         let waiting = std::mem::take(&mut self.waiting).into_iter();
         let stands = |one: &Waiting| one.until != Until::Listed || recording.lists_in_order();
@@ -130,7 +132,7 @@ impl Pending {
 }
 
 impl Waiting {
-    /// Whether it goes out (true), is none (false), or still waits.
+    /// Returns true to release the finding, false to drop it, `None` while it waits.
     fn outcome(&self, now: When, recording: &Recording) -> Option<bool> {
         match self.until {
             Until::Alive => None,

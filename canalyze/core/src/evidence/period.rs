@@ -1,26 +1,26 @@
-//! How often something comes, learnt from the gaps between its frames: one way for SYNC, heartbeats, PDOs, guarding.
+//! The period of a message, learnt from the gaps between its frames, for SYNC, heartbeats, PDOs and guarding alike.
 //!
-//! The period is the median of the recent gaps that agree. Gaps of a whole number of periods (something was missing)
-//! and single odd ones teach nothing; several in a row that agree on another length are another period, which is told
-//! ([`Learnt::Changed`]). A configured value is a prior: traffic confirms or contradicts it. It must not judge, and not
-//! decide which gaps count: its user hands it none across a burst or a gap of the recording.
+//! The period is the median of the recent gaps that agree. Gaps of several periods (something was missing) and single
+//! odd gaps do not count; several consecutive gaps that agree on another length are another period, which is reported
+//! ([`Learnt::Changed`]). A configured value is a prior that traffic confirms or contradicts. The user of a period
+//! leaves out gaps across a burst or a hole of the recording.
 
 use crate::frame::FrameRef;
 
-/// Gaps that are kept.
+/// Number of kept gaps.
 const KEPT: usize = 16;
-/// Gaps that must agree before there is a period at all; and before it is certain.
+/// Number of agreeing gaps that make a period, and that make it certain.
 const LIKELY: usize = 2;
 const CERTAIN: usize = 5;
-/// Gaps in a row that agree on another length before the period has changed.
+/// Number of consecutive gaps of another length that change the period.
 const CHANGED: u32 = 6;
-/// Gaps agree that differ by less than this part of the period, or by less than twice the usual deviation.
+/// Gaps agree if they differ by less than this part of the period, or by less than twice the usual deviation.
 const AGREE_PART: i64 = 32;
-/// The mean of as many gaps as are kept has changed if it differs by more than this part of what it was: clocks differ by
-/// less, and single gaps that are farther off make up for each other.
+/// The mean of [`KEPT`] gaps has changed if it differs by more than this part: clocks differ by less, and single gaps
+/// farther off compensate each other.
 const LASTING_PART: i64 = 25;
 
-/// How much is known.
+/// The confidence in a period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Confidence {
     /// It is configured, or was seen before something that may have changed it.
@@ -31,32 +31,31 @@ pub enum Confidence {
     Certain,
 }
 
-/// A period in ns and how much it is worth.
+/// A period with its confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Expected {
     /// The period in ns.
     pub ns: i64,
-    /// How far gaps usually differ from it, in ns.
+    /// Usual deviation of gaps from it, in ns.
     pub deviation_ns: i64,
-    /// How much is known.
+    /// Its confidence.
     pub confidence: Confidence,
-    /// How many gaps that are kept show it.
+    /// Number of kept gaps that show it.
     pub gaps: usize,
 }
 
-/// What a gap has shown.
+/// The result of a gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Learnt {
-    /// Nothing beyond what was known.
+    /// Nothing new.
     Nothing,
-    /// The first period of which there is certainty.
+    /// The first certain period.
     First,
-    /// Another period than before, for several gaps already: the old and the new one in ns, and the frame that ended
-    /// the first gap of the new length.
+    /// Another period, for several gaps already.
     Changed {
-        /// The period before.
+        /// The former period, in ns.
         from_ns: i64,
-        /// The period now.
+        /// The new period, in ns.
         to_ns: i64,
         /// The frame that ended the first of the new gaps.
         since: FrameRef,
@@ -73,7 +72,7 @@ struct Rival {
     since: FrameRef,
 }
 
-/// The mean of as many gaps as are kept, and of those that have come since.
+/// The mean of the former [`KEPT`] gaps, and the sum of those since.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lasting {
     before_ns: Option<i64>,
@@ -86,44 +85,44 @@ struct Lasting {
 #[derive(Clone, Debug, Default)]
 pub struct Period {
     gaps: [i64; KEPT],
-    /// Gaps taken, up to [`KEPT`]; and the place of the next one.
+    /// Number of gaps, up to [`KEPT`]; and the index of the next one.
     count: usize,
     place: usize,
     learnt_ns: Option<i64>,
     deviation_ns: i64,
     configured_ns: Option<i64>,
-    /// What traffic had shown before it was doubted.
+    /// The learnt period before it was doubted, in ns.
     former_ns: Option<i64>,
     rival: Rival,
     lasting: Lasting,
-    /// The first certain period was told.
+    /// True once the first certain period has been reported.
     told: bool,
 }
 
 impl Period {
-    /// What configuration says; `None`: nothing, or that it is off.
+    /// Sets the configured period; `None` if it is unknown or off.
     pub fn configure(&mut self, ns: Option<i64>) {
         self.configured_ns = ns.filter(|ns| *ns > 0);
     }
 
-    /// Whether it is more than what was before something that may have changed it.
+    /// Returns true if it is learnt or configured, and not only remembered from before a doubt.
     pub fn is_known(&self) -> bool {
         self.learnt_ns.or(self.configured_ns).is_some()
     }
 
-    /// Whether it is certain, or no gap has contradicted it yet.
+    /// Returns true if it is certain, or no gap has contradicted it yet.
     pub fn is_even(&self) -> bool {
         let Some(known) = self.learnt_ns else { return true };
         let near = |gap: &i64| gap.abs_diff(known) <= (known / 4).unsigned_abs();
         self.count >= CERTAIN || self.gaps.iter().take(self.count).all(near)
     }
 
-    /// What configuration says, in ns.
+    /// Returns the configured period, in ns.
     pub fn configured_ns(&self) -> Option<i64> {
         self.configured_ns
     }
 
-    /// The period, by traffic where that has shown one, else as configured.
+    /// Returns the learnt period, or else the longer of the configured and the former one.
     pub fn expected(&self) -> Option<Expected> {
         if let Some(ns) = self.learnt_ns {
             let confidence = if self.count >= CERTAIN { Confidence::Certain } else { Confidence::Likely };
@@ -133,28 +132,29 @@ impl Period {
         Some(Expected { ns, deviation_ns: 0, confidence: Confidence::Configured, gaps: 0 })
     }
 
-    /// What traffic has shown, in ns.
+    /// Returns the learnt period, in ns.
     pub fn learnt_ns(&self) -> Option<i64> {
         self.learnt_ns
     }
 
-    /// Whether the last gaps agree on another length: the period may be changing.
+    /// Returns true if the last gaps agree on another length, so that the period may be changing.
     pub fn is_contested(&self) -> bool {
         self.rival.count > 0
     }
 
-    /// A reset, or another configuration: it may be another one. Until gaps show which, it may be as long as before.
+    /// Doubts the period after a reset or new configuration. Until gaps show it, it may be as long as before.
     pub fn doubt(&mut self) {
         let former_ns = self.learnt_ns.or(self.former_ns);
         *self = Self { former_ns, configured_ns: self.configured_ns, ..Self::default() };
     }
 
-    /// Nothing is known any more but what is configured.
+    /// Forgets everything except the configured period.
     pub fn forget(&mut self) {
         *self = Self { configured_ns: self.configured_ns, ..Self::default() };
     }
 
-    /// Takes a gap in ns (above 0) that `at` has ended; `uncertain_ns`: how far the recording may be off.
+    /// Learns from a gap in ns (above 0) that ended with the frame `at`; `uncertain_ns`: the uncertainty of the
+    /// recording.
     pub fn take(&mut self, gap_ns: i64, uncertain_ns: i64, at: FrameRef) -> Learnt {
         if gap_ns <= 0 {
             return Learnt::Nothing;
@@ -175,7 +175,7 @@ impl Period {
         self.contest(gap_ns, known, room, at)
     }
 
-    /// A gap that agrees: the mean of many tells a change that is too small for each of them to tell.
+    /// Adds an agreeing gap: the mean of many shows a change too small to show in each of them.
     fn last(&mut self, gap_ns: i64, uncertain_ns: i64, at: FrameRef) -> Option<Learnt> {
         let lasting = &mut self.lasting;
         if lasting.count == 0 {
@@ -198,7 +198,7 @@ impl Period {
         Some(Learnt::Changed { from_ns, to_ns, since })
     }
 
-    /// Gaps agree that differ by less than this, in ns.
+    /// Returns the maximum difference of agreeing gaps, in ns.
     fn room(&self, known: i64, uncertain_ns: i64) -> i64 {
         (known / AGREE_PART).max(self.deviation_ns.saturating_mul(2)).max(uncertain_ns.saturating_mul(2)).min(known / 2)
     }
@@ -211,7 +211,7 @@ impl Period {
         self.count = (self.count + 1).min(KEPT);
     }
 
-    /// The median of what is kept, once half of it agrees.
+    /// Sets the period to the median of the kept gaps, once half of them agree.
     fn settle(&mut self) -> Learnt {
         let mut sorted = self.gaps;
         let Some(kept) = sorted.get_mut(..self.count) else { return Learnt::Nothing };
@@ -230,7 +230,7 @@ impl Period {
         if self.count < CERTAIN || std::mem::replace(&mut self.told, true) { Learnt::Nothing } else { Learnt::First }
     }
 
-    /// A gap of another length.
+    /// Adds a gap of another length.
     fn contest(&mut self, gap_ns: i64, known: i64, room: i64, at: FrameRef) -> Learnt {
         let rival = &mut self.rival;
         let fits = rival.count > 0
@@ -243,8 +243,8 @@ impl Period {
         rival.sum_ns = rival.sum_ns.saturating_add(gap_ns);
         (rival.least_ns, rival.most_ns) = (rival.least_ns.min(gap_ns), rival.most_ns.max(gap_ns));
         rival.count += 1;
-        // They come one behind the other, or with others between that were set aside. Where their distance is no multiple
-        // of their length, shorter ones make up for them: it is jitter.
+        // They follow each other directly, or with ignored gaps between them. If their distance is no multiple of their
+        // length, shorter gaps compensate them: it is jitter.
         let mean_ns = (rival.sum_ns / i64::from(rival.count)).max(1);
         let apart = i64::from(rival.count - 1);
         let times = |lasts: i64| (lasts.saturating_add(mean_ns / 2) / mean_ns).max(apart);

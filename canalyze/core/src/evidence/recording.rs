@@ -1,15 +1,14 @@
-//! What the recording did with the frames of one bus: how exact its stamps are, where it stood still, where it lost
-//! frames, where its clock was set, and how late it lists the host's own frames.
+//! The behaviour of the recording of one bus: the accuracy of its stamps, its stalls, lost frames, steps of its clock,
+//! and the delay of the host's own frames.
 //!
-//! A tolerance that concerns the recording belongs here, and not beside a verdict. The comparisons of times that verdicts
-//! rest on are made here ([`Recording::certainly_later`], [`Recording::certainly_within`]): they hold for every time at
-//! which the frames may have been on the bus. It must not know what a frame means.
+//! Tolerances of the recording are kept here and not beside a verdict. Here are also the comparisons of times on which
+//! verdicts rest ([`Recording::certainly_later`], [`Recording::certainly_within`]): they hold for every time at which
+//! the frames may have been on the bus.
 //!
 //! # Reading ahead
 //!
-//! What the recording did with a frame may show only by the frames behind it. Each frame is observed first
-//! ([`Recording::observe`]), and verdicts take it once nothing about it is open any more
-//! ([`Recording::undecided_since`]).
+//! Later frames may show how a frame was recorded. Each frame is therefore observed first ([`Recording::observe`]), and
+//! taken for verdicts once nothing about it is open ([`Recording::undecided_since`]).
 
 use crate::frame::{CanId, Direction, Frame, FrameRef, Kind};
 
@@ -21,104 +20,105 @@ use super::when::When;
 
 pub use super::stalls::Verdict;
 
-/// The latest that a host lists its own frames, in ns.
+/// Maximum delay with which a host lists its own frames, in ns.
 const LATEST_ECHO_NS: i64 = 10_000_000;
-/// The same in frames, where there are no stamps.
+/// The same in frames, without stamps.
 const LATEST_ECHO_FRAMES: u64 = 2;
-/// The least that is allowed for late own frames, whatever was seen so far, in ns.
+/// Minimum allowance for late own frames, in ns, whatever has been seen so far.
 const LEAST_ECHO_NS: i64 = 2_500_000;
-/// Where a host lists its own frames late, most are late by no more than this, in ns: what is this close to the answer that
-/// stands before it is its request.
+/// Usual maximum delay of own frames on a host that lists them late, in ns: a request this close after the preceding
+/// answer belongs to it.
 pub const USUAL_ECHO_NS: i64 = 1_000_000;
-/// Exchanges whose order was seen before the lag is taken from them.
+/// Number of exchanges after which the delay is taken from them.
 const EXCHANGES: u32 = 64;
-/// Exchanges, all of them in order, by which an own frame that is missing at the end of the capture is not awaited.
+/// Number of exchanges, all in order, after which a missing own frame is not awaited at the end of the capture.
 const IN_ORDER: u32 = 16;
-/// What [`Silence::paused`] counts.
+/// The limit for [`Silence::paused`], in tenths of a period.
 const TWO_PERIODS_TENTHS: i64 = 20;
-/// A step back of the stamps by at least this much is a clock that was set, in ns. Below, two buses or the host's own
-/// frames are listed out of order.
+/// Minimum backward step of the stamps that is a set clock, in ns. Below, two buses or the host's own frames are listed
+/// out of order.
 const CLOCK_STEP_NS: i64 = LATEST_ECHO_NS;
-/// The part of a time between two frames, and the least in ns, by which the stamp of the first is taken to be late, where
-/// the bus was silent that long before it.
+/// Possible lateness of the first stamp after an equally long silence, as a part of the time to the next frame, and its
+/// minimum in ns.
 const LATE_PART: i64 = 3;
 const LATE_NS: i64 = 2_000_000;
-/// A silence of so many periods of a single sender, while nobody else was expected, is the recording's.
+/// Number of periods of a single sender from which a silence is the recording's, even if no other node was due.
 const LONG: i64 = 10;
 /// A silence of the whole bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Silence {
-    /// When it began, in ns.
+    /// Its beginning, in ns.
     pub from_ns: i64,
-    /// When it ended, or until when it has lasted, in ns.
+    /// Its end, or its latest time so far, in ns.
     pub to_ns: i64,
-    /// Nodes, one bit each, of which a frame was expected in it and did not come, where it was longer than any of late;
-    /// bit 0: of no node.
+    /// Nodes, one bit each, with a missing frame in it, if it was longer than recent ones; bit 0: no node.
     pub missing: u128,
-    /// The same of which a frame had been expected for two periods when it ended.
+    /// The same for frames that were due for two periods when it ended.
     pub paused: u128,
-    /// It exceeded the longest of late several times: what ends it may have waited with the recorder.
+    /// True if it exceeded the longest recent one several times, so that the frames after it may have been delayed by
+    /// the recorder.
     pub odd: bool,
 }
 
 impl Silence {
-    /// How long it was, in ns.
+    /// Returns its length, in ns.
     pub fn ns(self) -> i64 {
         self.to_ns.saturating_sub(self.from_ns)
     }
 
-    /// Whether it is no node's own: others had been expected as well, or it was far longer than the node's period.
+    /// Returns true if it is not caused by the node: others were due as well, or it was far longer than the node's
+    /// period.
     pub fn is_of_all(self, node: u8, period_ns: i64) -> bool {
         self.missing & !(1 << (node & 0x7F)) != 0 || self.ns() / LONG > period_ns
     }
 }
 
-/// What happened to the recording with a frame.
+/// The events of the recording at a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Happened {
-    /// The clock was set by so many ns.
+    /// The step by which the clock was set, in ns.
     pub step_ns: Option<i64>,
-    /// The silence of the whole bus before this frame, where it concerns a verdict.
+    /// The silence of the whole bus before this frame, if it concerns a verdict.
     pub silence: Option<Box<Silence>>,
-    /// The frame is one that stood shortly before already.
+    /// The sighting of the frame, as a possible duplicate.
     pub sighting: Sighting,
 }
 
-/// What is known of the recording of one bus.
+/// The knowledge about the recording of one bus.
 #[derive(Debug, Default)]
 pub struct Recording {
     clock: Clock,
-    /// Counts up where frames were lost.
+    /// Incremented at each loss of frames.
     losses: u32,
     resolution: Resolution,
-    /// The last frame's time.
+    /// Time of the last frame, in ns.
     last_ns: Option<i64>,
-    /// The last silence of the bus after which frames came in a row, in ns.
+    /// The last silence before a run of frames, in ns.
     silence_ns: i64,
-    /// The last silence, and the last frame's time, of the frames that were taken.
+    /// The last silence, and the time of the last frame, among the frames taken.
     silence: Option<Silence>,
     taken_ns: Option<i64>,
-    /// The CAN-ID of the first of them, and whether others have another one.
+    /// The CAN-ID of the first of them, and true if others have another one.
     only: Option<CanId>,
     several: bool,
     stalls: Stalls,
     echo: Echo,
     duplicates: Duplicates,
     holes: Holes,
-    /// By option (`--jitter`), in ns.
+    /// The option `--jitter`, in ns.
     jitter_ns: Option<i64>,
 }
 
 /// The clock of the stamps.
 #[derive(Clone, Copy, Debug, Default)]
 struct Clock {
-    /// Counts up where it was set.
+    /// Incremented at each step.
     steps: u32,
-    /// The latest time since.
+    /// The latest time since, in ns.
     latest_ns: Option<i64>,
 }
 
-/// How late own frames were listed.
+/// The delay of own frames.
 #[derive(Clone, Copy, Debug, Default)]
 struct Echo {
     exchanges: u32,
@@ -126,13 +126,13 @@ struct Echo {
 }
 
 impl Recording {
-    /// A recording of which a person says how exact it is.
+    /// Creates a recording, with its accuracy if the user gives one.
     pub fn new(jitter_ns: Option<i64>) -> Self {
         Self { jitter_ns, ..Self::default() }
     }
 
-    /// Takes the next frame of the bus: its place, and what happened to the recording with it. Where the stamps are of no
-    /// use the place has no time, as if there were none.
+    /// Observes the next frame of the bus; returns its place and the events of the recording. If the stamps are
+    /// useless, the place has no time, as without stamps.
     pub fn observe(&mut self, frame: &Frame) -> (When, Happened) {
         let of_use = self.resolution.is_of_use();
         if let Some(now) = frame.t_ns {
@@ -156,7 +156,7 @@ impl Recording {
         let (resolution_ns, wire_ns) = (self.resolution.ns(), wire_ns(frame));
         let gap = frame.t_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
         let close = gap.is_some_and(|gap| gap < wire_ns);
-        // Stamps that are coarser than duplicates are apart tell their order alone.
+        // Stamps coarser than the distance of duplicates only show the order.
         let unstamped = Frame { t_ns: None, ..*frame };
         let compared = if resolution_ns > super::duplicates::APART_NS { &unstamped } else { frame };
         happened.sighting = self.duplicates.step(compared, close, resolution_ns);
@@ -192,9 +192,8 @@ impl Recording {
         (When { at, epoch, burst, own: false, silent_ns: self.silence_ns }, happened)
     }
 
-    /// Completes the place of a frame that was observed, once it is taken. `commands`: it is of a kind that a master
-    /// sends (an SDO request, NMT, SYNC, TIME, an RPDO, a remote frame, LSS of the master), which may be the recording
-    /// host itself.
+    /// Takes an observed frame and completes its place. `commands`: a master sends such frames (SDO requests, NMT,
+    /// SYNC, TIME, RPDOs, remote frames, LSS requests), and the recording host may be the master.
     pub fn take(&mut self, when: &mut When, happened: &Happened, frame: &Frame, commands: bool) {
         if let Some(silence) = &happened.silence {
             self.silence = Some(**silence);
@@ -208,13 +207,13 @@ impl Recording {
         when.epoch = when.epoch.saturating_add(self.losses);
     }
 
-    /// Whether more than one CAN-ID is in the capture so far: it is not what a filter has left.
+    /// Returns true if the capture has more than one CAN-ID so far, so that no filter has reduced it to one.
     pub fn shows_several(&self) -> bool {
         self.several
     }
 
-    /// Whether a frame that was observed as such is a duplicate, once it is taken. What comes from a buffer is close to
-    /// equal frames because of that.
+    /// Returns the final sighting of a frame when it is taken. Buffered frames are close to equal ones for that reason
+    /// only.
     pub fn sighting(&self, at: FrameRef, observed: Sighting) -> Sighting {
         let near_burst = |at_ns| self.stalls.is_near_confirmed(at_ns, super::duplicates::APART_NS);
         match self.duplicates.decided(at.no, observed) {
@@ -223,7 +222,7 @@ impl Recording {
         }
     }
 
-    /// Whether it is known of every frame so far what the recording did with it.
+    /// Returns true if nothing is open about any frame so far.
     #[inline]
     pub fn is_decided(&self) -> bool {
         let (stalls, duplicates, holes) = (&self.stalls, &self.duplicates, &self.holes);
@@ -232,45 +231,45 @@ impl Recording {
             && holes.undecided_since().is_none()
     }
 
-    /// The number of the first frame of which it is not known yet what the recording did with it.
+    /// Returns the number of the first frame about which something is open.
     pub fn undecided_since(&self) -> Option<u64> {
         let open = [self.stalls.undecided_since(), self.duplicates.undecided_since(), self.holes.undecided_since()];
         open.into_iter().flatten().min()
     }
 
-    /// No further frame tells what the recording did: what is open is decided by what was seen.
+    /// Decides everything that is open by the evidence so far, since no further frames follow.
     pub fn settle(&mut self) {
         self.duplicates.settle();
         self.stalls.settle(&self.duplicates);
         self.holes.settle();
     }
 
-    /// Whether a frame is the first one behind a hole of the recording that nothing announces.
+    /// Returns true if a frame is the first one after an unannounced hole of the recording.
     #[inline]
     pub fn is_behind_hole(&self, number: u64) -> bool {
         self.holes.is_behind(number)
     }
 
-    /// Whether a frame is the first after a time for which the recorder stood still.
+    /// Returns true if a frame is the first one after a stall of the recorder.
     pub fn is_first_of_stall(&self, when: When) -> bool {
         self.stalls.is_first_of_confirmed(when.burst, when.at.no)
     }
 
-    /// The place of what has no frame of its own: the end of the capture, or a time at which no frame came.
+    /// Returns the place of something without a frame: the end of the capture, or a time without a frame.
     pub fn at(&self, at: FrameRef) -> When {
         let burst = self.stalls.running();
         let at = FrameRef { t_ns: at.t_ns.filter(|_| self.resolution.is_of_use()), ..at };
         When { at, epoch: self.clock.steps.saturating_add(self.losses), burst, ..When::default() }
     }
 
-    /// It is `now_ns` and no frame has come. A burst that has ended by now is settled.
+    /// Advances to `now_ns` without a frame and decides a burst that has ended by then.
     pub fn advance(&mut self, now_ns: i64) {
         self.duplicates.advance(now_ns);
         self.stalls.advance(self.last_ns, now_ns, &self.duplicates);
         self.holes.advance(now_ns);
     }
 
-    /// Frames are missing here, before those that were observed but not taken.
+    /// Records a loss of frames before those that were observed but not taken.
     pub fn lost(&mut self) {
         self.losses = self.losses.saturating_add(1);
         if self.taken_ns == self.last_ns {
@@ -280,63 +279,63 @@ impl Recording {
         (self.taken_ns, self.silence) = (None, None);
     }
 
-    /// A request and its answer were seen, the request listed `late_ns` after the answer (0: before it).
+    /// Records an exchange whose request is listed `late_ns` after the answer (0: before it).
     pub fn exchanged(&mut self, late_ns: i64) {
         self.echo.exchanges = self.echo.exchanges.saturating_add(1);
         self.echo.latest_ns = self.echo.latest_ns.max(late_ns.clamp(0, LATEST_ECHO_NS));
     }
 
-    /// The resolution of the stamps in ns; at least 1.
+    /// Returns the resolution of the stamps in ns; at least 1.
     pub fn resolution_ns(&self) -> i64 {
         self.resolution.ns()
     }
 
-    /// How late an own frame may be listed at most, in ns.
+    /// Returns the maximum delay with which own frames are listed, in ns.
     pub fn lag_ns(&self) -> i64 {
         if self.echo.exchanges < EXCHANGES {
             return LATEST_ECHO_NS;
         }
-        // The latest so far is seldom the latest of all.
+        // The largest delay so far is rarely the largest of all.
         self.echo.latest_ns.saturating_mul(2).clamp(LEAST_ECHO_NS, LATEST_ECHO_NS)
     }
 
-    /// Whether the capture lists own frames when they are sent, as far as its exchanges show.
+    /// Returns true if the capture lists own frames when they are sent, as far as its exchanges show.
     pub fn lists_in_order(&self) -> bool {
         self.echo.exchanges >= IN_ORDER && self.echo.latest_ns == 0
     }
 
-    /// Whether a frame's time tells something of its sender: not that of a burst, which is any time.
+    /// Returns true if the time of a frame shows something about its sender; frames of a burst may have any time.
     pub fn teaches(&self, when: When) -> bool {
         when.at.t_ns.is_some() && !matches!(self.verdict(when.burst), Some(Verdict::Open | Verdict::Confirmed))
     }
 
-    /// Whether the capture shows its frames twice.
+    /// Returns true if the capture shows its frames twice.
     pub fn shows_duplicates(&self) -> bool {
         self.duplicates.are_proven()
     }
 
-    /// Whether the capture is known to show each frame once.
+    /// Returns true if the capture is known to show each frame once.
     pub fn shows_once(&self) -> bool {
         self.duplicates.are_refuted()
     }
 
-    /// How exact a person says that the stamps are, in ns.
+    /// Returns the accuracy of the stamps that the user gives, in ns.
     pub fn stated_jitter_ns(&self) -> Option<i64> {
         self.jitter_ns
     }
 
-    /// By how much a frame may have been stamped late, in ns: no longer than the bus was silent before it, as what waits
-    /// is stamped in a row. Nothing, where a person says how exact the stamps are.
+    /// Returns the possible lateness of a frame's stamp in ns: at most the preceding silence of the bus, since delayed
+    /// frames are stamped in a row. 0 if the user gives the accuracy.
     pub fn lateness_ns(&self, when: When) -> i64 {
         if self.jitter_ns.is_some() { 0 } else { when.silent_ns }
     }
 
-    /// The same, as far as it may shorten a time of `apart_ns` to the next frame.
+    /// Returns the same, limited to the part that may shorten a time of `apart_ns` to the next frame.
     pub fn shortens_ns(&self, when: When, apart_ns: i64) -> i64 {
         self.lateness_ns(when).min(LATE_NS.max(apart_ns / LATE_PART))
     }
 
-    /// When a frame was on the bus: the earliest and the latest time, in ns.
+    /// Returns the earliest and the latest time at which a frame was on the bus, in ns.
     pub fn interval(&self, when: When) -> (i64, i64) {
         let Some(stamp) = when.at.t_ns else { return (i64::MIN, i64::MAX) };
         let uncertain = self.jitter_ns.unwrap_or_else(|| self.resolution_ns());
@@ -348,7 +347,7 @@ impl Recording {
         }
     }
 
-    /// Whether an own frame that was on the bus before `since` must have been listed by `now`.
+    /// Returns true if an own frame that was on the bus before `since` must have been listed by `now`.
     pub fn is_settled(&self, since: FrameRef, now: FrameRef) -> bool {
         match since.t_ns.zip(now.t_ns) {
             Some((since_ns, now_ns)) => {
@@ -358,19 +357,19 @@ impl Recording {
         }
     }
 
-    /// Whether more than `limit_ns` lies between two frames, whatever the recording did.
+    /// Returns true if certainly more than `limit_ns` lies between two frames.
     pub fn certainly_later(&self, now: When, since: When, limit_ns: i64) -> bool {
         let ((earliest, _), (_, latest)) = (self.interval(now), self.interval(since));
         now.epoch == since.epoch && earliest.saturating_sub(latest) > limit_ns
     }
 
-    /// Whether less than `limit_ns` lies between two frames, whatever the recording did.
+    /// Returns true if certainly less than `limit_ns` lies between two frames.
     pub fn certainly_within(&self, now: When, since: When, limit_ns: i64) -> bool {
         let ((_, latest), (earliest, _)) = (self.interval(now), self.interval(since));
         now.epoch == since.epoch && latest.saturating_sub(earliest) < limit_ns
     }
 
-    /// Whether a frame may have been on the bus before another one, whichever is listed first.
+    /// Returns true if a frame may have been on the bus before another, whatever their order in the list.
     pub fn may_precede(&self, one: When, other: When) -> bool {
         if one.epoch != other.epoch || one.at.t_ns.is_none() {
             return one.at.no < other.at.no;
@@ -379,12 +378,12 @@ impl Recording {
         earliest <= latest
     }
 
-    /// Whether an equal frame was sent again: it is no duplicate that the capture shows of the one before.
+    /// Returns true if an equal frame was sent again and is not a duplicate of the earlier one.
     pub fn is_sent_again(&self, before: FrameRef, now: FrameRef) -> bool {
         before.t_ns.zip(now.t_ns).is_some_and(|(before, now)| now.saturating_sub(before) > super::duplicates::APART_NS)
     }
 
-    /// The time from one frame to another by their stamps, in ns; `None` without stamps or across a gap.
+    /// Returns the time between two frames by their stamps, in ns; `None` without stamps or across a gap.
     pub fn between(&self, since: When, now: When) -> Option<i64> {
         if since.epoch != now.epoch {
             return None;
@@ -392,13 +391,13 @@ impl Recording {
         Some(now.at.t_ns?.saturating_sub(since.at.t_ns?))
     }
 
-    /// When the recorder stood still last: the end of the silence, as a frame's time, and how long it was, in ns.
+    /// Returns the last stall of the recorder: its end, as a frame's time, and its length, in ns.
     pub fn stalled(&self) -> Option<(i64, i64)> {
         let (from_ns, to_ns) = self.stalls.last_stall()?;
         Some((to_ns, to_ns.saturating_sub(from_ns)))
     }
 
-    /// The last silence of the whole bus that concerns a verdict, which may last at `now_ns`.
+    /// Returns the last silence of the whole bus that concerns a verdict; it may still last at `now_ns`.
     pub fn silence(&self, now_ns: i64) -> Option<Silence> {
         match self.taken_ns {
             Some(from_ns) if now_ns.saturating_sub(from_ns) > SHORTEST_STALL_NS => Some(self.measure(from_ns, now_ns)),
@@ -406,14 +405,14 @@ impl Recording {
         }
     }
 
-    /// Whether what a node owes fell due in a silence of the whole bus that may last at `now_ns` and is not its own fault.
-    /// `period_ns`: how often it is due.
+    /// Returns true if a node's obligation fell due at `fell_ns`, in a silence of the whole bus (perhaps still lasting
+    /// at `now_ns`) that is not the node's own fault. `period_ns`: the period of the obligation.
     pub fn was_silent(&self, node: u8, fell_ns: i64, period_ns: i64, now_ns: i64) -> bool {
         let holds = |one: &Silence| (one.from_ns..=one.to_ns).contains(&fell_ns) && one.is_of_all(node, period_ns);
         self.silence(now_ns).is_some_and(|silence| holds(&silence))
     }
 
-    /// The silence of the whole bus that a frame has ended at `now_ns`, where it concerns a verdict.
+    /// Returns the silence of the whole bus that a frame ended at `now_ns`, if it concerns a verdict.
     #[inline]
     pub fn ended_silence(&self, now_ns: i64) -> Option<&Silence> {
         self.silence.as_ref().filter(|silence| silence.to_ns == now_ns)
@@ -425,7 +424,7 @@ impl Recording {
         Silence { from_ns, to_ns, missing, paused, odd: self.stalls.is_odd(to_ns.saturating_sub(from_ns)) }
     }
 
-    /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
+    /// Returns the verdict on a burst; `None` for none, or for one forgotten after its verdict.
     pub fn verdict(&self, burst: u32) -> Option<Verdict> {
         self.stalls.verdict(burst)
     }
@@ -441,13 +440,13 @@ impl Recording {
         Some(-back)
     }
 
-    /// Whether a frame at this time ends a silence of the bus that is longer than those of late.
+    /// Returns true if a frame at this time ends a silence of the bus longer than recent ones.
     pub fn is_unusual_silence(&self, now_ns: Option<i64>) -> bool {
         let silence_ns = now_ns.zip(self.last_ns).map(|(now, last)| now.saturating_sub(last));
         silence_ns.is_some_and(|silence_ns| self.stalls.is_unusual(silence_ns))
     }
 
-    /// The last frame of the bus.
+    /// Returns the time of the last frame of the bus, in ns.
     pub fn last_ns(&self) -> Option<i64> {
         self.last_ns
     }

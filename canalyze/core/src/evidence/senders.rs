@@ -1,80 +1,81 @@
-//! How often each CAN-ID comes: when its next frame is expected, and what a silence of the bus has left out.
+//! The usual gap of each CAN-ID, from which follow the next due time and the frames missing in a silence of the bus.
 //!
-//! This is what the recording itself is measured by; what a check owes and is owed it learns by itself
-//! ([`Period`](super::period::Period)). It must not know what a frame means, beyond which CAN-IDs come by themselves.
+//! The recording itself is measured by these gaps; checks learn periods of their own
+//! ([`Period`](super::period::Period)).
 
 use crate::frame::{Frame, Kind};
 
-/// CAN-IDs of which the usual gap is kept: all 11-bit ones, and their remote frames behind them.
+/// Number of CAN-IDs with a usual gap: all 11-bit ones, and their remote frames behind them.
 const IDENTIFIERS: usize = 0x1000;
 const REMOTE: usize = 0x800;
-/// Those that tell nothing of a pause: commands, emergencies, SDO and LSS are sent when there is a reason, and the two
-/// frames of an SRDO are one node's.
+/// CAN-IDs that show nothing about a pause: commands, emergencies, SDO and LSS have occasions, and the two frames of an
+/// SRDO come from one node.
 const APERIODIC: [std::ops::RangeInclusive<usize>; 5] =
     [0x000..=0x07F, 0x081..=0x0FF, 0x101..=0x180, 0x580..=0x67F, 0x7E4..=0x7E5];
 
 /// CAN-IDs of error control.
 pub(super) const ERROR_CONTROL: std::ops::RangeInclusive<usize> = 0x701..=0x77F;
 
-/// The two frames of an SRDO are one node's, and so no two senders.
+/// CAN-IDs of SRDOs, whose two frames come from one node and so are not two senders.
 const SRDO: std::ops::RangeInclusive<usize> = 0x101..=0x180;
-/// Gaps after which it is known how often a CAN-ID comes.
+/// Number of gaps after which the usual gap is known.
 const KNOWN: usize = 3;
-/// Where only two gaps are known, they may differ by this part of one at most.
+/// Part by which two gaps may differ at most if no others are known.
 const EXACT: i64 = 64;
-/// What comes this close to its time is on time, in ns, and further off than that it is late.
+/// Maximum deviation of a frame that is on time, in ns; beyond it, the frame is late.
 const ON_TIME_NS: i64 = 1_000_000;
-/// By how much, at least, the gaps of a CAN-ID that comes evenly are longer than those in a burst.
+/// Minimum ratio of the gaps of an even CAN-ID to those in a burst.
 const SQUEEZED: i64 = 3;
 
-/// A CAN-ID of which more than one frame in this many comes again at once comes in pairs.
+/// A CAN-ID comes in pairs if more than one frame in this many repeats at once.
 const PAIRS: usize = 4;
-/// Gaps that are kept of a CAN-ID.
+/// Number of kept gaps of a CAN-ID.
 const KEPT: usize = 5;
 
-/// How often a CAN-ID comes.
+/// The usual gap of a CAN-ID.
 #[derive(Clone, Copy, Debug, Default)]
 struct Usual {
     last_ns: i64,
-    /// The last gaps, and how many were taken.
+    /// The last gaps, and the number of all so far.
     kept: [i64; KEPT],
     gaps: usize,
-    /// Their median, and the median of how far they are off it, in ns.
+    /// Their median, and the median of their deviations from it, in ns.
     gap_ns: i64,
     off_ns: i64,
-    /// The last gap, in ns, whatever it was.
+    /// The last gap of any length, in ns.
     before_ns: i64,
-    /// How often it came again in a small part of that: once for each run of frames, of which the last is kept.
+    /// Number of repetitions after a small part of the usual gap, counted once for each run of frames; and the last
+    /// such run.
     pairs: usize,
     pair_run: u32,
     squeezed: Squeezed,
 }
 
-/// A CAN-ID of which little was known came again in a burst: how often it comes behind it tells whether that was one.
+/// A repetition of a little-known CAN-ID in a burst; the gaps after the burst show if it was one.
 #[derive(Clone, Copy, Debug, Default)]
 struct Squeezed {
-    /// The number of the burst; 0: none.
+    /// The number of the burst, or 0.
     burst: u32,
-    /// In how short a time it came again, and the last gap behind the burst, in ns.
+    /// The time to the repetition, and the last gap after the burst, in ns.
     ns: i64,
     gap_ns: i64,
 }
 
-/// A CAN-ID that comes by itself and evenly.
+/// A CAN-ID that is sent on its own with even gaps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Even {
     pub(super) id: usize,
-    /// Whose heartbeat it is. 0: another CAN-ID; they may depend on each other, as PDOs do on SYNC.
+    /// The node of a heartbeat; 0 for other CAN-IDs, which may depend on each other like PDOs on SYNC.
     pub(super) node: u8,
-    /// Its last frame's time, its usual gap, and how far gaps are off that, in ns.
+    /// Time of the last frame, usual gap, and its usual deviation, in ns.
     pub(super) last_ns: i64,
     pub(super) gap_ns: i64,
     pub(super) off_ns: i64,
-    /// How far the last gaps were off it at most, in ns.
+    /// Largest deviation of the last gaps, in ns.
     pub(super) most_off_ns: i64,
 }
 
-/// By how much a frame came later than it was due, and how exactly that is known, in ns.
+/// Lateness of a frame and its uncertainty, in ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Late {
     pub(super) ns: i64,
@@ -82,48 +83,49 @@ pub(super) struct Late {
 }
 
 impl Late {
-    /// Whether the frame came when it was due.
+    /// Returns true if the frame was on time.
     pub(super) fn is_on_time(self) -> bool {
         self.ns <= ON_TIME_NS && self.room_ns <= 4 * ON_TIME_NS
     }
 }
 
-/// What the time of a frame has shown of its sender.
+/// The evidence of a frame's time about its sender.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Seen {
-    /// It was due since the silence began.
+    /// Its lateness, if it was due since the silence began.
     pub(super) late: Option<Late>,
-    /// Its CAN-ID, that comes by itself and evenly, came again in a small part of its usual gap.
+    /// True if its CAN-ID, sent on its own with even gaps, repeated after a small part of its usual gap.
     pub(super) compressed: bool,
-    /// And it had come later than usual before.
+    /// True if it had also been later than usual before.
     pub(super) caught_up: bool,
-    /// The same of one of which too little is known: frames behind the burst will tell.
+    /// True if a little-known CAN-ID repeated; frames after the burst will show more.
     pub(super) again: bool,
-    /// The number of a burst in which its CAN-ID came closer than it does behind it; 0: none.
+    /// The number of a burst in which the gaps of its CAN-ID were shorter than after it, or 0.
     pub(super) tells_of: u32,
 }
 
-/// A burst that runs: its number, and the silence before it (from, to in ns).
+/// A running burst: its number, and the beginning and end of the preceding silence in ns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub(super) number: u32,
     pub(super) from_ns: i64,
     pub(super) to_ns: i64,
-    /// It is longer than those of late.
+    /// True if the silence is longer than recent ones.
     pub(super) unusual: bool,
 }
 
 impl Usual {
-    /// When the next frame is expected, of a CAN-ID whose gaps are even, in ns.
+    /// Returns the due time of the next frame in ns, if the gaps are even.
     fn due_ns(&self) -> Option<i64> {
         let even = self.gaps >= KNOWN && self.off_ns < self.gap_ns / 8;
         even.then(|| self.last_ns.saturating_add(self.gap_ns))
     }
 
-    /// Its usual gap and how far gaps are off it, in ns, where they are even. The last two tell, where little else is known.
+    /// Returns the usual gap and its deviation in ns, if the gaps are even. The last two gaps suffice if little else is
+    /// known.
     fn even(&self) -> Option<(i64, i64)> {
         if self.due_ns().is_some() {
-            // Gaps that a stall may have lengthened were left out: the last one, whatever it was, has to be like them.
+            // Gaps that a stall may have lengthened were left out; the last gap of any length has to be similar.
             let as_usual = self.before_ns.abs_diff(self.gap_ns) < self.gap_ns.unsigned_abs() / 2;
             return as_usual.then_some((self.gap_ns, self.off_ns));
         }
@@ -133,21 +135,22 @@ impl Usual {
         (off_ns < last / EXACT).then_some((last, off_ns))
     }
 
-    /// How far the gaps that are kept are off a gap at most, in ns.
+    /// Returns the largest deviation of the kept gaps from `gap_ns`.
     fn most_off_ns(&self, gap_ns: i64) -> i64 {
         let kept = self.kept.iter().take(self.gaps);
         kept.map(|gap| gap.saturating_sub(gap_ns).saturating_abs()).max().unwrap_or(0)
     }
 
-    /// How late it is at `now`. Where several were due and one has come, others are missing: it is not late.
+    /// Returns the lateness of a frame at `now`. If several were due and one has come, others are missing and it is not
+    /// late.
     fn late(&self, from: i64, now: i64) -> Option<Late> {
         let ns = now.saturating_sub(self.due_ns().filter(|due| *due > from)?);
         let room_ns = self.off_ns.saturating_mul(4).max(ON_TIME_NS);
         (-room_ns..self.gap_ns / 4 * 3).contains(&ns).then_some(Late { ns, room_ns })
     }
 
-    /// Takes a gap behind a burst in which the CAN-ID came again: the number of that burst, once two gaps agree that it
-    /// comes less often.
+    /// Adds a gap after a burst in which the CAN-ID repeated; returns the number of the burst once two gaps agree on
+    /// being longer.
     fn compare(&mut self, gap: i64, least_ns: i64) -> u32 {
         let Squeezed { burst, ns, gap_ns } = self.squeezed;
         if burst == 0 {
@@ -158,7 +161,8 @@ impl Usual {
         if longer(gap) && longer(gap_ns) && gap.abs_diff(gap_ns) < gap.unsigned_abs() / 4 { burst } else { 0 }
     }
 
-    /// It came again in a small part of its usual gap. Says whether that is unusual: some CAN-IDs come in pairs.
+    /// Records a repetition after a small part of the usual gap; returns true if that is unusual, since some CAN-IDs
+    /// come in pairs.
     fn pair(&mut self, run: Option<Run>) -> bool {
         let number = run.map_or(0, |run| run.number);
         let again = number != 0 && number == self.pair_run;
@@ -168,7 +172,7 @@ impl Usual {
         before * PAIRS < self.gaps + PAIRS
     }
 
-    /// A frame came at `now`, neither too early nor in a burst: gives what [`Self::compare`] does.
+    /// Adds a frame at `now` that is neither early nor in a burst; returns the result of [`Self::compare`].
     #[inline]
     fn take(&mut self, now: i64, drain_ns: i64) -> u32 {
         let gap = now.saturating_sub(self.last_ns);
@@ -178,7 +182,7 @@ impl Usual {
         tells_of
     }
 
-    /// Looks closely at a frame, which came at `now`. Out of line: few frames need it.
+    /// Examines a frame at `now` in detail. Out of line, since few frames need it.
     #[inline(never)]
     fn see(&mut self, id: usize, now: i64, run: Option<Run>, drain_ns: i64) -> Seen {
         let gap = now.saturating_sub(self.last_ns);
@@ -191,17 +195,17 @@ impl Usual {
         if !known || gap < 0 {
             return seen;
         }
-        // The recorder may have lengthened it.
+        // The recorder may have lengthened the gap.
         let across = run.is_some_and(|run| run.unusual && again.is_none() && self.gaps > 0);
         let short = self.gaps > 1 && even && gap < self.gap_ns / 4;
-        // Frames of a slow buffer are compressed less; then it needs an unusual silence to tell.
+        // Frames from a slow buffer are compressed less, which is evidence only after an unusual silence.
         let squeezed = self.gaps > 1 && run.is_some_and(|run| run.unusual) && gap / 2 < self.gap_ns / 5;
         seen.compressed = even && (short || squeezed) && is_timed(id) && self.pair(run);
         seen.caught_up = seen.compressed && self.before_ns > self.gap_ns.saturating_add(self.gap_ns / 4);
         self.before_ns = gap;
-        // A silence can have brought two frames no closer than by its length.
+        // A silence can bring two frames closer by its length at most.
         if let Some(run) = again.filter(|run| gap <= run.to_ns.saturating_sub(run.from_ns) / 2) {
-            // What it shows of its sender is known when the burst is.
+            // The meaning for its sender is known once the burst is decided.
             seen.again = self.gaps < KNOWN && is_timed(id);
             if seen.again {
                 let before = Some(self.squeezed).filter(|one| one.burst == run.number);
@@ -224,7 +228,7 @@ impl Usual {
             *slot = gap;
         }
         self.gaps += 1;
-        // Once the last gaps are known they are looked at together, when all of them are new.
+        // Once there are enough gaps, they are averaged each time all of them are new.
         if self.gaps < KEPT || place + 1 == KEPT {
             self.average();
         }
@@ -245,11 +249,11 @@ impl Usual {
     }
 }
 
-/// The same as [`median`] without sorting: every CAN-ID takes it again and again.
+/// Returns the same as [`median`] without sorting, since every CAN-ID needs it often.
 fn median_of_five([a, b, c, d, e]: [i64; KEPT]) -> i64 {
     let low = a.min(b).max(c.min(d));
     let high = a.max(b).min(c.max(d));
-    // Of these and the fifth, the one in the middle.
+    // The median of these and the fifth.
     e.min(low).max(e.max(low).min(high))
 }
 
@@ -261,15 +265,14 @@ fn median(values: &mut [i64]) -> i64 {
 /// The CAN-IDs of a bus.
 #[derive(Debug, Default)]
 pub(super) struct Senders {
-    /// By CAN-ID; empty until the first stamp.
+    /// Usual gaps by CAN-ID; empty until the first stamp.
     usual: Vec<Usual>,
-    /// CAN-IDs that were seen.
+    /// CAN-IDs seen so far.
     active: Vec<usize>,
 }
 
 impl Senders {
-    /// Takes the time of a frame, which may stand in a run behind a silence. Frames of a buffer follow each other within
-    /// `drain_ns`.
+    /// Follows a frame at `now`, perhaps in a run after a silence. Buffered frames follow each other within `drain_ns`.
     pub(super) fn see(&mut self, frame: &Frame, now: i64, run: Option<Run>, drain_ns: i64) -> Seen {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
@@ -279,13 +282,13 @@ impl Senders {
         if usual.last_ns == 0 {
             self.active.push(id);
         } else if run.is_none() && now.saturating_sub(usual.last_ns) > usual.gap_ns / 4 {
-            // All that it shows is how often it comes.
+            // It only adds to the usual gap.
             return Seen { tells_of: usual.take(now, drain_ns), ..Seen::default() };
         }
         usual.see(id, now, run, drain_ns)
     }
 
-    /// The CAN-IDs that come by themselves and evenly.
+    /// Iterates over the CAN-IDs that are sent on their own with even gaps.
     pub(super) fn even(&self) -> impl Iterator<Item = Even> {
         let known = self.active.iter().filter(|id| comes_by_itself(**id));
         known.filter_map(|id| {
@@ -298,8 +301,8 @@ impl Senders {
         })
     }
 
-    /// How many CAN-IDs came evenly and were overdue by `room_ns` and their jitter when a silence ended, and not when it
-    /// began.
+    /// Returns the number of even CAN-IDs that became overdue during a silence, with a tolerance of `room_ns` and their
+    /// jitter.
     pub(super) fn overdue(&self, from: i64, to: i64, room_ns: i64) -> usize {
         let overdue = |usual: &Usual| {
             let room = (usual.gap_ns / 16).saturating_add(usual.off_ns.saturating_mul(2)).saturating_add(room_ns);
@@ -308,14 +311,14 @@ impl Senders {
         self.active.iter().filter(|id| self.usual.get(**id).is_some_and(overdue)).count()
     }
 
-    /// Whether a CAN-ID came in a burst closer than it does behind it, as far as one gap tells.
+    /// Returns true if a CAN-ID had shorter gaps in a burst than after it, as far as one gap shows.
     pub(super) fn likely_tell_of(&self, burst: u32, least_ns: i64) -> bool {
         let longer = |one: &Squeezed| one.burst == burst && one.gap_ns / SQUEEZED > one.ns.max(least_ns);
         self.active.iter().any(|id| self.usual.get(*id).is_some_and(|usual| longer(&usual.squeezed)))
     }
 
-    /// The nodes, one bit each, of which a frame was expected during a silence, `tenths` of its usual gap after the last.
-    /// A sender that fell silent before does not count.
+    /// Returns the nodes, one bit each, with a frame due in a silence, `tenths` of its usual gap after the previous
+    /// one. Senders that fell silent before do not count.
     pub(super) fn missing(&self, from: i64, now: i64, tenths: i64) -> u128 {
         let due = |usual: &Usual| {
             let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(tenths) / 10);
@@ -329,18 +332,18 @@ impl Senders {
     }
 }
 
-/// Whether the time at which a frame of a CAN-ID comes tells how late it is.
+/// Returns true if the time of a CAN-ID's frame shows its lateness.
 fn is_timed(id: usize) -> bool {
     comes_by_itself(id) || SRDO.contains(&id)
 }
 
-/// The place of a frame's CAN-ID among those that are kept: remote frames have places of their own.
+/// Returns the index of a frame's CAN-ID; remote frames have indexes of their own.
 pub(super) fn identifier(frame: &Frame) -> Option<usize> {
     let id = frame.id.raw() as usize | if frame.kind == Kind::Remote { REMOTE } else { 0 };
     (!frame.id.is_extended()).then_some(id)
 }
 
-/// Whether frames of a CAN-ID come when their time has come.
+/// Returns true if frames of a CAN-ID are sent by time and not on an occasion.
 pub(super) fn comes_by_itself(id: usize) -> bool {
     !APERIODIC.iter().any(|range| range.contains(&(id % REMOTE)))
 }

@@ -1,11 +1,10 @@
-//! Whether the frames on the identifier of a service are messages of that service.
+//! Evidence that the frames on a service's identifier are, or are not, messages of that service.
 //!
-//! A bus may carry other protocols, beside CANopen or instead of it, and they use any identifier. Values and counters of
-//! such traffic are no messages of NMT, SYNC, TIME, EMCY or error control, and nothing may be judged by them. A device
-//! at fault sends the same wrong frame again and again, or right ones too. Several wrong frames that differ, or many
-//! that are the same where the node is not known, are certain to be something else; until then findings wait. A single
-//! frame like an emergency is not judged where nothing else is like CANopen. SDO and LSS have their own proofs, which
-//! rest on requests and responses. It must not raise a finding.
+//! A bus may carry other protocols, beside CANopen or instead of it, on any identifier. Their frames are not messages
+//! of NMT, SYNC, TIME, EMCY or error control, and no verdict may rest on them. A faulty device repeats the same wrong
+//! frame, perhaps among right ones. Several different wrong frames, or many equal ones of an unknown node, are
+//! certainly another protocol; until then findings wait. A single frame like an emergency is not judged if nothing else
+//! looks like CANopen. SDO and LSS have their own proofs, which rest on requests and responses.
 
 use crate::cob_id::Role;
 use crate::finding::Finding;
@@ -15,41 +14,40 @@ use crate::rules::Family;
 use super::recording::Recording;
 use super::when::When;
 
-/// Messages of the service, with hardly a wrong one among them, that prove it.
+/// Number of messages of the service, with hardly a wrong one among them, that prove it.
 const PROOF: u32 = 3;
-/// Findings that wait for a proof at most (invariant 6).
+/// Maximum number of findings that wait for a proof (invariant 6).
 const KEPT: usize = 64;
-/// Fewer frames say nothing of a whole bus.
+/// Minimum number of frames from which a whole bus is judged.
 const FEW: u64 = 20;
-/// Messages of services, from which on a bus may be CANopen.
+/// Minimum number of messages of services from which a bus may be CANopen.
 const HINTS: u64 = 2;
-/// A whole bus is taken for something else where at least one of this number of frames is certain to be no message of
-/// CANopen.
+/// A whole bus is taken for another protocol if at least one of this number of frames is certainly not CANopen.
 const PART: u64 = 4;
-/// How long one waits where the node, or the bus, is known to be CANopen, in ns.
+/// Maximum waiting time of a finding if the node or the bus is known to be CANopen, in ns.
 const WAIT_NS: i64 = 3_000_000_000;
 
-/// What it is certain that an identifier carries.
+/// The certain content of an identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Carries {
     /// The service.
     Service,
-    /// Not known yet.
+    /// Not decided yet.
     Open,
     /// Something else.
     Other,
 }
 
-/// What the frames of one identifier have shown.
+/// The evidence from the frames of one identifier.
 #[derive(Clone, Debug, Default)]
 struct Shown {
-    /// Frames that are messages of the service, and others.
+    /// Number of messages of the service, and of other frames.
     fit: u32,
     misfit: u32,
-    /// Wrong frames with other data than the frame before.
+    /// Number of wrong frames whose data differ from the previous frame.
     different: u32,
     proven: bool,
-    /// The first frame and the last one, with its first bytes.
+    /// The first frame; and the first bytes of the last one.
     first: Option<(CanId, FrameRef)>,
     last: u64,
 }
@@ -68,7 +66,7 @@ impl Shown {
         self.last = bytes;
     }
 
-    /// `ground`: what else is known to be CANopen; `over`: no further frame can tell.
+    /// Decides the content. `ground`: other evidence of CANopen; `over`: no further frames follow.
     fn carries(&self, ground: Ground, over: bool) -> Carries {
         let (different, same) = match ground {
             Ground::Nothing => (4, 3),
@@ -79,7 +77,7 @@ impl Shown {
         if self.proven || self.misfit == 0 {
             Carries::Service
         } else if self.fit.saturating_mul(3) >= self.misfit {
-            // Of random values some fit, too.
+            // Some random values look like messages, too.
             if ground == Ground::Nothing { Carries::Open } else { Carries::Service }
         } else if self.different >= different {
             Carries::Other
@@ -93,54 +91,54 @@ impl Shown {
     }
 }
 
-/// What is known to be CANopen by other frames than those of an identifier.
+/// The evidence of CANopen in frames of other identifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ground {
     /// Nothing.
     Nothing,
     /// The bus.
     Bus,
-    /// The node; for a service of no node, the bus.
+    /// The node; for a service without a node, the bus.
     Node,
 }
 
-/// An identifier whose frames are not those of the service that its number stands for.
+/// An identifier whose frames are not messages of its service.
 #[derive(Clone, Copy, Debug)]
 pub struct Other {
     /// The identifier.
     pub id: CanId,
-    /// Its first frame.
+    /// The first frame.
     pub first: FrameRef,
-    /// Its frames.
+    /// Number of frames.
     pub frames: u64,
 }
 
-/// A bus on which nothing is CANopen.
+/// A bus without any CANopen.
 #[derive(Clone, Copy, Debug)]
 pub struct Alien {
-    /// Its first frame.
+    /// The first frame.
     pub first: FrameRef,
-    /// Its frames.
+    /// Number of frames.
     pub frames: u64,
-    /// All of them have 29-bit identifiers.
+    /// True if all identifiers have 29 bits.
     pub extended: bool,
 }
 
-/// What the capture has shown of a bus, in the order in which one bus decides for several.
+/// The evidence about a whole bus, ordered by precedence among several buses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Nature {
-    /// No frame has come.
+    /// No frames.
     Silent,
-    /// It carries something else than CANopen.
+    /// Another protocol than CANopen.
     Foreign,
-    /// Nothing has shown that it is CANopen, or that it is not.
+    /// Evidence neither for nor against CANopen.
     Unproven,
-    /// It is CANopen.
+    /// CANopen.
     Canopen,
 }
 
 impl Nature {
-    /// The word in machine output.
+    /// Returns the word used in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Silent => "silent",
@@ -151,29 +149,29 @@ impl Nature {
     }
 }
 
-/// What the identifiers of a bus carry.
+/// The evidence about the identifiers of a bus.
 #[derive(Debug)]
 pub struct Services {
     /// NMT, SYNC and TIME, then EMCY and error control by node-ID.
     shown: Vec<Shown>,
-    /// Nodes, one bit each, that an SDO exchange, a boot-up or heartbeats have shown.
+    /// Nodes, one bit each, proven by an SDO exchange, a boot-up or heartbeats.
     nodes: u128,
-    /// A person has described the bus.
+    /// True if the user has described the bus.
     described: bool,
-    /// Frames that are messages of their service.
+    /// Number of frames that are messages of their service.
     fits: u64,
-    /// The capture is over, and exchanges of SDO or LSS have shown that the bus is CANopen.
+    /// True if the capture is over and exchanges of SDO or LSS have proven the bus to be CANopen.
     exchanged: bool,
-    /// The capture is over, and something has shown it.
+    /// True if the capture is over and the bus is proven to be CANopen.
     shown_canopen: bool,
-    /// Frames with data; those with 29-bit identifiers; those on identifiers without a service.
+    /// Number of data frames, of those with 29-bit identifiers, and of those on identifiers without a service.
     frames: u64,
     extended: u64,
     unassigned: u64,
     first: Option<FrameRef>,
-    /// The capture is over.
+    /// True if the capture is over.
     over: bool,
-    /// The bus carries something else: nothing is said of its services.
+    /// True if the bus carries another protocol, so that its services are not judged.
     alien: bool,
     waiting: Vec<(Finding, When)>,
 }
@@ -204,12 +202,12 @@ impl Default for Services {
 }
 
 impl Services {
-    /// Of a bus of which nothing was seen; `described`: a person says that there is CANopen on it.
+    /// Creates the evidence of a bus without frames; `described`: the user says that it is CANopen.
     pub fn new(described: bool) -> Self {
         Self { described, ..Self::default() }
     }
 
-    /// Takes a frame and what its identifier stands for.
+    /// Counts a frame and the role of its identifier.
     #[inline]
     pub fn take(&mut self, role: Role, frame: &Frame) {
         if matches!(frame.kind, Kind::Remote | Kind::Error) {
@@ -231,12 +229,12 @@ impl Services {
         }
     }
 
-    /// A node is CANopen: it has answered a request as SDO does.
+    /// Records a proof that a node is CANopen: it has answered a request by the rules of SDO.
     pub fn prove(&mut self, node: u8) {
         self.nodes |= 1 << (node & 0x7F);
     }
 
-    /// Whether it is certain that the frames of an identifier are not those of its service.
+    /// Returns true if the frames of an identifier are certainly not messages of its service.
     #[inline]
     pub fn is_other(&self, role: Role) -> bool {
         slot(role).is_some_and(|slot| self.is_other_at(slot))
@@ -246,14 +244,14 @@ impl Services {
         self.carries(slot) == Carries::Other
     }
 
-    /// Whether anything has shown that the bus is CANopen.
+    /// Returns true if there is evidence that the bus is CANopen.
     pub fn is_canopen(&self) -> bool {
         self.described || self.nodes != 0 || self.shown.iter().any(|shown| shown.proven)
     }
 
-    /// The capture is over. `further`: frames of SDO and LSS that are certain to be none; `canopen`: others have shown
-    /// that they are. Gives what the whole bus is, where it is not CANopen; then no finding about a service is admitted
-    /// any more.
+    /// Concludes the capture. `further`: number of frames on identifiers of SDO and LSS that certainly belong to
+    /// neither; `canopen`: exchanges of these have been proven. Returns the whole bus if it is not CANopen; its
+    /// services then have no findings.
     pub fn conclude(&mut self, further: u64, canopen: bool) -> Option<Alien> {
         self.over = true;
         self.exchanged = canopen;
@@ -272,7 +270,7 @@ impl Services {
         Some(Alien { first, frames: self.frames, extended: self.extended == self.frames })
     }
 
-    /// What the capture, which is over, has shown of the bus.
+    /// Returns the nature of the bus after the end of the capture.
     pub fn nature(&self) -> Nature {
         match (self.frames, self.alien) {
             (0, _) => Nature::Silent,
@@ -282,8 +280,7 @@ impl Services {
         }
     }
 
-    /// Takes a finding: gives it back where the services that it is about are there, keeps it where that is not known
-    /// yet, and drops it where they are not.
+    /// Returns a finding if its services are proven, keeps it while that is open, and drops it if they are refuted.
     pub fn admit(&mut self, finding: Finding, at: When) -> Option<Finding> {
         match self.of(&finding) {
             Carries::Service => Some(finding),
@@ -295,13 +292,13 @@ impl Services {
         }
     }
 
-    /// Whether findings wait.
+    /// Returns true if findings are waiting.
     #[inline]
     pub fn holds(&self) -> bool {
         !self.waiting.is_empty()
     }
 
-    /// The findings that have waited long enough at `now`, in order.
+    /// Returns the findings that have waited long enough at `now`, in order.
     pub fn release(&mut self, now: When, recording: &Recording) -> Vec<Finding> {
         let mut out = Vec::new();
         for (finding, since) in std::mem::take(&mut self.waiting) {
@@ -316,13 +313,14 @@ impl Services {
         out
     }
 
-    /// The capture is over: what waits and is not about something else.
+    /// Returns the waiting findings that are not about another protocol, after the end of the capture.
     pub fn finish(&mut self) -> Vec<Finding> {
         let waiting = std::mem::take(&mut self.waiting).into_iter();
         waiting.map(|(finding, _)| finding).filter(|finding| self.is_likely(finding)).collect()
     }
 
-    /// Whether a finding is about its service, where no further frame can tell. Any values may look like one emergency.
+    /// Returns true if a finding probably concerns its service, when no further frames follow. Any values may look like
+    /// one emergency.
     fn is_likely(&self, finding: &Finding) -> bool {
         let emergency = finding.code.rule().context.contains(&Family::Emcy);
         let own = finding.node.and_then(|node| self.shown.get(slot(Role::Emcy(node))?)).map_or(0, |shown| shown.fit);
@@ -333,7 +331,7 @@ impl Services {
         }
     }
 
-    /// The identifiers that carry something else.
+    /// Iterates over the identifiers that carry another protocol.
     pub fn others(&self) -> impl Iterator<Item = Other> {
         let others = self.shown.iter().enumerate().filter(|(slot, _)| self.carries(*slot) == Carries::Other);
         others.filter_map(|(_, shown)| {
@@ -355,7 +353,7 @@ impl Services {
         }
         let node = slot.checked_sub(EMCY).map(|place| place as u8);
         let ground = match node {
-            // What a node of CANopen sends wrong on its own identifiers is its fault.
+            // Wrong frames of a CANopen node on its own identifiers are its fault.
             Some(node) if self.is_node(node) => return Carries::Service,
             None if self.is_canopen() => Ground::Node,
             Some(_) if self.is_canopen() => Ground::Bus,
@@ -389,7 +387,7 @@ impl Services {
     }
 }
 
-/// Whether CANopen gives an identifier no service.
+/// Returns true if CANopen assigns no service to an identifier.
 fn is_unassigned(role: Role) -> bool {
     matches!(role, Role::Foreign | Role::Unassigned | Role::Reserved | Role::DynamicSdo)
 }
@@ -405,12 +403,13 @@ fn slot(role: Role) -> Option<usize> {
     })
 }
 
-/// The first bytes of a frame, and its length.
+/// Returns the first bytes of a frame combined with its length.
 fn head(frame: &Frame) -> u64 {
     u64::from_le_bytes(frame.head()) ^ u64::from(frame.len).rotate_right(8)
 }
 
-/// Whether a frame is a message of its service. `last`: [`head`] of the one before; `seen`: one was a message.
+/// Returns true if a frame is a message of its service. `last`: [`head`] of the previous frame; `seen`: there was a
+/// message before.
 fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
     let bytes = frame.payload();
     match (role, bytes) {
@@ -422,7 +421,7 @@ fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
         }
         (Role::Time, &[_, _, _, high, _, _]) => high >> 4 == 0,
         (Role::Emcy(_), &[low, high, register, ..]) if bytes.len() == 8 && frame.kind == Kind::Data => {
-            // Bit 0 is set with any other; bit 6 is reserved (CiA 301, table 48).
+            // Bit 0 is set with any other error; bit 6 is reserved (CiA 301, table 48).
             is_emergency(u16::from_le_bytes([low, high])) && (register == 0 || register & 0x41 == 1)
         }
         (Role::ErrorControl(_), &[state]) => matches!(state & 0x7F, 0x00 | 0x04 | 0x05 | 0x7F),
@@ -430,8 +429,8 @@ fn fits(role: Role, frame: &Frame, last: u64, seen: bool) -> bool {
     }
 }
 
-/// Whether an error code belongs to a class of CiA 301, table 26, or to one of CiA 402, which divides them further (8611h:
-/// following error).
+/// Returns true if an error code belongs to a class of CiA 301, table 26, or of CiA 402, which divides them further
+/// (8611h: following error).
 fn is_emergency(code: u16) -> bool {
     let [high, low] = code.to_be_bytes();
     match high {

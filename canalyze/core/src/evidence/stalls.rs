@@ -1,67 +1,65 @@
-//! Where the recorder stood still: silences of the whole bus behind which it lists what it kept.
+//! Stalls of the recorder: silences of the whole bus after which it stamps the frames that it has buffered.
 //!
-//! A recorder that stands still keeps frames in a buffer and stamps them all when it goes on. What it then lists is a
-//! *burst*: after a silence of the whole bus frames come without a pause until the buffer is empty, and among them what
-//! should have come during the silence. Until that has shown, the burst is open. A burst that is confirmed has no times of
-//! its own: each frame may have been sent at any time since the silence began. One that is refuted was ordinary traffic.
+//! A stalled recorder buffers frames and stamps them all when it resumes. This gives a *burst*: after a silence of the
+//! whole bus, frames follow without a pause until the buffer is empty, among them those due during the silence. A burst
+//! is open until it has been proven or refuted. The frames of a confirmed burst have no times of their own: each may
+//! have been sent at any time since the silence began. A refuted burst was ordinary traffic.
 //!
-//! Four things show a burst ([`Signs::prove`]): senders that are late by different times, as no fault of one node makes
-//! them; a CAN-ID that comes again too soon after a late or unusual one; frames closer to each other than they can be on a
-//! bus; and, after an unusual silence, as many frames as should have come in it. At the beginning of a capture nothing is
-//! known of its CAN-IDs: a burst in which one comes again waits for the frames behind it, which tell how often it comes.
-//!
-//! It must not know what a frame means.
+//! Four signs prove a burst ([`Signs::prove`]): senders that are late by different times, which no fault of one node
+//! explains; a CAN-ID that repeats too soon after a late or unusual frame; frames closer together than a bus can carry
+//! them; and, after an unusual silence, as many frames as were due in it. At the beginning of a capture no CAN-ID is
+//! known: a burst in which one repeats waits for the frames after it, which show the usual gap.
 
 use crate::frame::{Frame, Kind};
 
 use super::duplicates::{Duplicates, PATIENCE_NS};
 use super::senders::{Even, Late, Run, Seen, Senders};
 
-/// A silence shorter than this is no stall, in ns: it moves no verdict.
+/// Minimum length of a stall, in ns; shorter silences change no verdict.
 pub(super) const SHORTEST_STALL_NS: i64 = 10_000_000;
-/// Frames from a buffer follow each other within this time, in ns.
+/// Maximum gap between frames from a buffer, in ns.
 pub(super) const DRAIN_NS: i64 = 1_500_000;
-/// By how much a silence must exceed the longest of late, in tenths, to be unusual.
+/// Minimum ratio of an unusual silence to the longest recent one, in tenths.
 pub(super) const UNUSUAL_TENTHS: i64 = 13;
-/// The bit rate of the fastest bus, in ns a bit: no frame follows another in less than it takes itself.
+/// Duration of a bit on the fastest bus, in ns; no frame follows another in less time than it takes to send.
 const BIT_NS: i64 = 1_000;
-/// The bits of a frame without data, without stuff bits.
+/// Length of a frame without data in bits, without stuff bits.
 const FRAME_BITS: i64 = 44;
-/// Frames that were due at times further apart than this, and come at once, waited for the recorder, in ns.
+/// Minimum distance of the due times of frames that arrive together because the recorder buffered them, in ns.
 const APART_NS: i64 = 3_000_000;
-/// Frames behind a burst by which it has shown that it is one; where it has not, it is ordinary traffic.
+/// Number of frames after a burst within which it has to be proven; otherwise it is ordinary traffic.
 const SHOWN: u32 = 256;
-/// The same of a burst that still runs.
+/// The same limit for a burst that is still running.
 const KEPT: u32 = 4096;
-/// Frames of a burst at the end of a capture, the least by which it is known how fast they come.
+/// Minimum number of frames in a burst at the end of a capture from which its rate is known.
 const DENSE: i64 = 8;
-/// Bursts remembered.
+/// Maximum number of remembered bursts.
 const BURSTS: usize = 16;
-/// A silence that is this many times the longest recent one may be the recorder's, whoever ends it.
+/// Minimum ratio to the longest recent silence from which a silence may be the recorder's, whichever node ends it.
 const ODD: i64 = 4;
 
-/// What became of a burst.
+/// The verdict on a burst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Verdict {
-    /// It still runs.
+    /// Not decided yet.
     #[default]
     Open,
-    /// The recorder had stood still: its frames have no times of their own.
+    /// A stall of the recorder: the frames have no times of their own.
     Confirmed,
     /// Ordinary traffic after a silence.
     Refuted,
 }
 
-/// What the frames of a burst have shown.
+/// The signs that the frames of a burst have given.
 #[derive(Clone, Copy, Debug, Default)]
 struct Signs {
-    /// Frames in it, and those that follow the one before too closely.
+    /// Number of its frames, and of those that follow the previous one too closely.
     frames: u32,
     close: u32,
-    /// Those of its frames that came the least and the most late.
+    /// The least and the most late of its frames.
     late: Option<(Late, Late)>,
-    /// A CAN-ID that comes evenly came again in it, in a small part of its usual gap; one of these had come late before;
-    /// and one came again of which that is not known yet.
+    /// A CAN-ID with even gaps repeated after a small part of its usual gap; such a CAN-ID had come late before; a
+    /// CAN-ID with a gap still unknown repeated.
     compressed: bool,
     caught_up: bool,
     again: bool,
@@ -82,8 +80,8 @@ impl Signs {
         self.again |= seen.again;
     }
 
-    /// Whether they prove that the recorder had stood still. `unusual`: the silence before was; `usual_frames`: as many
-    /// would have come since it began.
+    /// Returns true if the signs prove a stall. `unusual`: the preceding silence was unusual; `usual_frames`: the
+    /// number of frames usually sent since it began.
     fn prove(&self, unusual: bool, usual_frames: i64) -> bool {
         let (frames, close) = (i64::from(self.frames), i64::from(self.close));
         let too_close = if unusual { close > 0 } else { close > 1 && close * 4 > (frames - 1) * 3 };
@@ -95,22 +93,22 @@ impl Signs {
     }
 }
 
-/// Frames without a pause after a silence.
+/// A run of frames without a pause after a silence.
 #[derive(Clone, Copy, Debug, Default)]
 struct Burst {
-    /// Its number, from 1, and that of its first frame.
+    /// Its number, from 1, and the number of its first frame.
     number: u32,
     first: u64,
-    /// When the silence before it began and when it ended, and the time of the last frame, in ns.
+    /// Beginning and end of the preceding silence, and the time of the last frame, in ns.
     from_ns: i64,
     to_ns: i64,
     until_ns: i64,
-    /// The silence was longer than those of late, or several senders were overdue in it.
+    /// True if the silence was longer than recent ones, or several senders were overdue in it.
     unusual: bool,
     signs: Signs,
-    /// It has shown that it is one, unless the capture shows frames twice.
+    /// True if the signs prove a stall, unless the capture turns out to show frames twice.
     shown: bool,
-    /// Frames behind it, while it waits for what they tell.
+    /// Number of frames after it, while it waits for their evidence.
     behind: u32,
     verdict: Verdict,
 }
@@ -120,12 +118,12 @@ impl Burst {
         self.to_ns.saturating_sub(self.from_ns)
     }
 
-    /// Whether the buffer is likely empty by now: it fills no faster than it is emptied.
+    /// Returns true if the buffer is probably empty: it fills no faster than it is emptied.
     fn is_emptied(&self) -> bool {
         self.signs.frames > SHOWN && self.until_ns.saturating_sub(self.to_ns) > self.silence_ns()
     }
 
-    /// Whether its frames come far faster than those before the silence (`mean_ns` apart; 0: nothing is known of them).
+    /// Returns true if its frames come far faster than those before the silence (`mean_ns` apart; 0 if unknown).
     fn is_dense(&self, mean_ns: i64) -> bool {
         let frames = i64::from(self.signs.frames);
         let apart_ns = self.until_ns.saturating_sub(self.to_ns) / frames.max(1);
@@ -133,30 +131,30 @@ impl Burst {
     }
 }
 
-/// The silences of a bus, and what became of the bursts behind them.
+/// The silences of a bus and the bursts after them.
 #[derive(Debug, Default)]
 pub(super) struct Stalls {
     senders: Senders,
     /// Mean gap between frames, in 64ths of ns.
     mean_gap_64: i64,
-    /// The longest gap of late, in ns.
+    /// The longest recent gap, in ns.
     usual_gap_ns: i64,
-    /// Those that are open or confirmed, and the last one; and how many there were.
+    /// Open and confirmed bursts and the last one; and the number of all bursts so far.
     bursts: Vec<Burst>,
     count: u32,
-    /// The last burst still runs: no pause has come since it began.
+    /// True while no pause has come since the last burst began.
     running: bool,
-    /// Gaps, and those that are shorter than they can be on a bus. A burst that is no ordinary traffic counts as one: where
-    /// each silence ends in such a gap, that is how this recording shows frames that come together.
+    /// Number of gaps, and of those shorter than possible on a bus. A burst that is ordinary traffic counts as one gap:
+    /// if each silence ends in such a gap, this recording shows simultaneous frames in that way.
     gaps: u64,
     close: u64,
 }
 
 impl Stalls {
-    /// Takes a frame's time (the last one's, its own, and how long the bus was silent between them, in ns). `original`:
-    /// it is no duplicate; what may be one shows nothing until that is decided. `close`: it follows the frame before in
-    /// less time than it takes on the fastest bus, and stamps are fine enough to tell; and their resolution in ns, within
-    /// which there is no silence.
+    /// Follows a frame by its times: that of the previous frame, its own, and the silence of the bus between them, in
+    /// ns. `original` is false for possible duplicates, which show nothing until they are decided. `close`: it follows
+    /// the previous frame in less time than it takes on the fastest bus; `exact`: the stamps are fine enough to show
+    /// that; the last value is the resolution of the stamps in ns, within which there is no silence.
     pub(super) fn follow(
         &mut self,
         frame: &Frame,
@@ -186,7 +184,7 @@ impl Stalls {
         let too_close = self.is_too_close(close, exact);
         self.compare_later(seen.tells_of);
         if seen.late.is_some_and(Late::is_on_time) && !too_close {
-            // What waited was listed before it.
+            // Waiting frames were listed before it.
             self.end_burst();
         }
         if !self.bursts.last().is_some_and(|burst| self.running && burst.unusual) {
@@ -197,7 +195,7 @@ impl Stalls {
         }
     }
 
-    /// Takes a frame of the burst that runs.
+    /// Adds a frame to the running burst.
     fn take(&mut self, seen: Seen, now: i64, too_close: bool, original: bool) {
         let mean_ns = self.mean_gap_64 / 64;
         let Some(burst) = self.bursts.last_mut() else { return };
@@ -220,7 +218,8 @@ impl Stalls {
         Some(Run { number: burst.number, from_ns: burst.from_ns, to_ns: burst.to_ns, unusual: burst.unusual })
     }
 
-    /// Whether a frame follows the one before too closely, where that is rare: it was kept in a buffer.
+    /// Returns true if a frame follows the previous one too closely in a recording where that is rare, so that it was
+    /// buffered.
     fn is_too_close(&mut self, close: bool, exact: bool) -> bool {
         if !self.running {
             self.gaps += 1;
@@ -229,8 +228,7 @@ impl Stalls {
         close && exact && self.close * 16 <= self.gaps
     }
 
-    /// Bursts that have ended and in which a CAN-ID of which little was known came again are decided by how often that
-    /// one comes behind them.
+    /// Decides finished bursts in which a little-known CAN-ID repeated, by the gaps of that CAN-ID after them.
     fn compare_later(&mut self, tells_of: u32) {
         if self.bursts.is_empty() {
             return;
@@ -256,8 +254,8 @@ impl Stalls {
         self.running = true;
     }
 
-    /// The frames after a silence have come to a pause: they were ordinary traffic unless they have shown otherwise, or
-    /// will be compared with what comes behind them.
+    /// Ends the running burst at a pause. It was ordinary traffic, unless it is proven or waits for comparison with
+    /// later frames.
     pub(super) fn end_burst(&mut self) {
         if !std::mem::take(&mut self.running) {
             return;
@@ -277,7 +275,8 @@ impl Stalls {
         }
     }
 
-    /// Whether the capture shows frames twice is decided: so is what frames have shown that might have been duplicates.
+    /// Decides the bursts whose signs may have come from duplicates, once it is known whether the capture shows frames
+    /// twice.
     pub(super) fn decide_shown(&mut self, duplicates: &Duplicates) {
         if duplicates.undecided_since().is_some() {
             return;
@@ -288,8 +287,8 @@ impl Stalls {
         }
     }
 
-    /// No further frame tells: what is open is decided by what was seen. All that came since the silence may have come
-    /// from the buffer.
+    /// Decides open bursts by the evidence so far, since no further frames follow. All frames since the silence may
+    /// have come from the buffer.
     pub(super) fn settle(&mut self, duplicates: &Duplicates) {
         let mean_ns = self.mean_gap_64 / 64;
         for burst in self.bursts.iter_mut().filter(|burst| burst.verdict == Verdict::Open) {
@@ -301,13 +300,13 @@ impl Stalls {
         self.refute();
     }
 
-    /// It is `now_ns` on a live bus, and the last frame came at `last_ns`.
+    /// Advances a live bus to `now_ns`; its last frame came at `last_ns`.
     pub(super) fn advance(&mut self, last_ns: Option<i64>, now_ns: i64, duplicates: &Duplicates) {
         if last_ns.is_some_and(|last| now_ns.saturating_sub(last) > DRAIN_NS) {
             self.end_burst();
         }
         self.decide_shown(duplicates);
-        // Nobody who watches a live bus waits long for what comes behind a burst.
+        // On a live bus, later frames are awaited only for a short time.
         let open = self.bursts.iter().find(|burst| burst.verdict == Verdict::Open);
         if open.is_some_and(|burst| now_ns.saturating_sub(burst.to_ns) > PATIENCE_NS) {
             self.end_burst();
@@ -315,71 +314,71 @@ impl Stalls {
         }
     }
 
-    /// The number of the first frame of which it is not known yet whether it is in a burst.
+    /// Returns the number of the first frame that may be in a burst not decided yet.
     pub(super) fn undecided_since(&self) -> Option<u64> {
         self.bursts.iter().find(|burst| burst.verdict == Verdict::Open).map(|burst| burst.first)
     }
 
-    /// The number of the burst that runs; 0: none.
+    /// Returns the number of the running burst, or 0.
     pub(super) fn running(&self) -> u32 {
         self.bursts.last().filter(|_| self.running).map_or(0, |burst| burst.number)
     }
 
-    /// What became of a burst; `None` where it is none, or forgotten: then it was settled long ago.
+    /// Returns the verdict on a burst; `None` for none, or for one forgotten after its verdict.
     pub(super) fn verdict(&self, burst: u32) -> Option<Verdict> {
         self.burst(burst).map(|burst| burst.verdict)
     }
 
-    /// Whether a frame is the first of a burst that is confirmed.
+    /// Returns true if a frame is the first of a confirmed burst.
     pub(super) fn is_first_of_confirmed(&self, burst: u32, number: u64) -> bool {
         self.confirmed(burst).is_some_and(|burst| burst.first == number)
     }
 
-    /// Whether a time may be that of a frame which is too close to a burst that is confirmed, by less than `near_ns`: equal
-    /// frames of both are no duplicates.
+    /// Returns true if a frame at this time may be in a confirmed burst, or less than `near_ns` after it: there, equal
+    /// frames are not duplicates.
     pub(super) fn is_near_confirmed(&self, at_ns: i64, near_ns: i64) -> bool {
         let mut confirmed = self.bursts.iter().filter(|burst| burst.verdict == Verdict::Confirmed);
         confirmed.any(|burst| (burst.to_ns..burst.until_ns.saturating_add(near_ns)).contains(&at_ns))
     }
 
-    /// When the silence began before a burst that is confirmed, in ns.
+    /// Returns the beginning of the silence before a confirmed burst, in ns.
     pub(super) fn since_ns(&self, burst: u32) -> Option<i64> {
         self.confirmed(burst).map(|burst| burst.from_ns)
     }
 
-    /// The last silence that was the recorder's: when it began and when it ended, in ns.
+    /// Returns the beginning and the end of the last stall of the recorder, in ns.
     pub(super) fn last_stall(&self) -> Option<(i64, i64)> {
         let burst = self.bursts.iter().rev().find(|burst| burst.verdict == Verdict::Confirmed)?;
         Some((burst.from_ns, burst.to_ns))
     }
 
-    /// Whether frames have come without a pause since the silence that began then.
+    /// Returns true if frames have come without a pause since the silence that began at `from_ns`.
     pub(super) fn runs_since(&self, from_ns: i64) -> bool {
         self.run().is_some_and(|run| run.from_ns == from_ns)
     }
 
-    /// What became of the burst behind the silence that began then; `None` where there is none any more.
+    /// Returns the verdict on the burst after the silence that began at `from_ns`; `None` if there is none any more.
     pub(super) fn verdict_behind(&self, from_ns: i64) -> Option<Verdict> {
         self.bursts.iter().rev().find(|burst| burst.from_ns == from_ns).map(|burst| burst.verdict)
     }
 
-    /// The CAN-IDs that come by themselves and evenly.
+    /// Iterates over the CAN-IDs that are sent on their own with even gaps.
     pub(super) fn even(&self) -> impl Iterator<Item = Even> {
         self.senders.even()
     }
 
-    /// The nodes, one bit each, of which a frame was expected during a silence, `tenths` of its usual gap after the last;
-    /// none where such silences are usual.
+    /// Returns the nodes, one bit each, with a frame due in a silence, `tenths` of its usual gap after the previous
+    /// one; none if such silences are usual.
     pub(super) fn missing(&self, from: i64, to: i64, tenths: i64) -> u128 {
         if self.is_unusual(to.saturating_sub(from)) { self.senders.missing(from, to, tenths) } else { 0 }
     }
 
-    /// Whether a silence exceeds the longest of late several times.
+    /// Returns true if a silence exceeds the longest recent one several times.
     pub(super) fn is_odd(&self, silence_ns: i64) -> bool {
         self.usual_gap_ns > 0 && silence_ns / ODD > self.usual_gap_ns
     }
 
-    /// Whether a silence is longer than those of late.
+    /// Returns true if a silence is longer than recent ones.
     pub(super) fn is_unusual(&self, gap: i64) -> bool {
         gap > SHORTEST_STALL_NS && gap / UNUSUAL_TENTHS > self.usual_gap_ns / 10
     }
@@ -392,14 +391,14 @@ impl Stalls {
         if number == 0 { None } else { self.bursts.iter().rev().find(|burst| burst.number == number) }
     }
 
-    /// Bursts that are still open were ordinary traffic.
+    /// Refutes all bursts that are still open.
     fn refute(&mut self) {
         for burst in self.bursts.iter_mut().filter(|burst| burst.verdict == Verdict::Open) {
             burst.verdict = Verdict::Refuted;
         }
     }
 
-    /// Takes an ordinary gap between frames.
+    /// Learns from an ordinary gap between frames.
     fn know_gap(&mut self, gap: i64) {
         let gap = gap.min(i64::MAX / 128);
         self.usual_gap_ns = (self.usual_gap_ns - self.usual_gap_ns / 256).max(gap);
@@ -407,7 +406,7 @@ impl Stalls {
     }
 }
 
-/// How long a frame takes at least, in ns: on the fastest bus, without stuff bits.
+/// Returns the minimum time that a frame takes in ns: on the fastest bus, without stuff bits.
 pub(super) fn wire_ns(frame: &Frame) -> i64 {
     match frame.kind {
         Kind::Data => (FRAME_BITS + 8 * i64::from(frame.len)) * BIT_NS,

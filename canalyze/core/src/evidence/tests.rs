@@ -9,7 +9,8 @@ fn frame(no: u64, id: u16, payload: &[u8], us: i64) -> Frame {
     Frame { no, t_ns: Some(1_700_000_000_000_000_000 + us * 1000), ..Frame::classic(CanId::standard(id), payload) }
 }
 
-/// Frames of a cyclic bus: (time in µs, CAN-ID), `ms` long: SYNC each 10 ms, two PDOs after it, a heartbeat each 100 ms.
+/// Makes `ms` of frames of a cyclic bus (time in µs, CAN-ID): SYNC each 10 ms, two PDOs after it, a heartbeat each 100
+/// ms.
 fn cyclic(ms: i64) -> Vec<(i64, u16)> {
     let mut out = Vec::new();
     for cycle in 0..ms / 10 {
@@ -22,7 +23,7 @@ fn cyclic(ms: i64) -> Vec<(i64, u16)> {
     out
 }
 
-/// A recorder that stands still from `from` to `to` (µs), and then lists what it kept `apart` µs apart.
+/// Makes a recorder stall between `from` and `to` (µs) and then list its buffered frames `apart` µs apart.
 fn stalled(frames: &[(i64, u16)], from: i64, to: i64, apart: i64) -> Vec<(i64, u16)> {
     let mut next = i64::MIN;
     let listed = frames.iter().map(|(at, id)| {
@@ -35,7 +36,7 @@ fn stalled(frames: &[(i64, u16)], from: i64, to: i64, apart: i64) -> Vec<(i64, u
     listed.collect()
 }
 
-/// A frame that is observed and taken at once.
+/// Observes a frame and takes it at once.
 fn observe(recording: &mut Recording, frame: &Frame, commands: bool) -> (When, Happened) {
     let (mut when, happened) = recording.observe(frame);
     recording.take(&mut when, &happened, frame, commands);
@@ -83,7 +84,7 @@ fn frames_of_a_burst_have_no_times_of_their_own() {
 
 #[test]
 fn a_silence_in_which_frames_are_really_missing_is_no_stall() {
-    // One SYNC cycle fails, and 12 of them.
+    // One missing SYNC cycle, and 12 missing ones.
     for missing in [1, 12] {
         let gap = 1_000_000..1_000_000 + missing * 10_000;
         let frames: Vec<_> = cyclic(2_000).into_iter().filter(|(at, _)| !gap.contains(at)).collect();
@@ -93,7 +94,7 @@ fn a_silence_in_which_frames_are_really_missing_is_no_stall() {
     }
 }
 
-/// Frames of a slow bus: SYNC each 50 ms with one PDO, and two heartbeats each 100 ms.
+/// Makes frames of a slow bus: SYNC each 50 ms with one PDO, and two heartbeats each 100 ms.
 fn slow(ms: i64) -> Vec<(i64, u16)> {
     let cycles = (0..ms / 50).flat_map(|cycle| {
         let at = cycle * 50_000 + 137;
@@ -117,7 +118,7 @@ fn a_stall_shows_by_frames_that_are_late_by_different_times() {
 
 #[test]
 fn a_sender_that_is_late_itself_is_no_stall() {
-    // A heartbeat, and a SYNC whose PDO follows it; the next ones are on time.
+    // A late heartbeat, and a late SYNC with its PDO; the next ones are on time.
     for ids in [&[0x701][..], &[0x80, 0x181]] {
         for late in [12_000, 15_000, 18_000] {
             let frames = slow(4_000).into_iter().map(|(at, id)| {
@@ -149,7 +150,7 @@ fn a_stall_at_the_beginning_shows_by_the_frames_behind_it() {
 
 #[test]
 fn a_pdo_sent_twice_at_the_beginning_is_no_stall() {
-    // After a boot-up and a silence one PDO comes twice; behind it it comes unevenly, and many others do.
+    // After a boot-up and a silence one PDO comes twice; then it and many others come unevenly.
     let mut frames = vec![(0, 0x701), (400_000, 0x605), (400_300, 0x585), (400_700, 0x181), (401_700, 0x181)];
     let mut at = 401_700;
     for (n, gap) in (0..100).zip([12_000, 35_000, 50_000, 20_000, 80_000].into_iter().cycle()) {
@@ -248,7 +249,7 @@ fn a_clock_that_is_set_back_begins_an_epoch() {
     }
 }
 
-/// A network for `ms`: SYNC and a PDO every 10 ms, and the heartbeats of some nodes every 100 ms, none of them exact.
+/// Makes `ms` of inexact frames: SYNC and a PDO every 10 ms, and the heartbeats of some nodes every 100 ms.
 fn beating(nodes: i64, ms: i64) -> Vec<(i64, u16)> {
     let off = |cycle: i64, id: i64| (cycle * 7919 + id * 31) % 5 * 100;
     let mut out: Vec<(i64, u16)> = (0..ms / 10)
@@ -263,7 +264,7 @@ fn beating(nodes: i64, ms: i64) -> Vec<(i64, u16)> {
     out
 }
 
-/// The frames behind which the recording is found to have holes.
+/// Returns the numbers of the frames after holes that the recording is found to have.
 fn holes(frames: &[(i64, u16)]) -> Vec<u64> {
     let mut recording = Recording::default();
     let frames: Vec<Frame> = (1..).zip(frames).map(|(no, (at, id))| frame(no, *id, &[no as u8, 5], *at)).collect();
@@ -275,7 +276,7 @@ fn holes(frames: &[(i64, u16)]) -> Vec<u64> {
     numbers.collect()
 }
 
-/// The number of the first frame from a time on.
+/// Returns the number of the first frame from a time on.
 fn first(frames: &[(i64, u16)], from: i64) -> u64 {
     1 + frames.iter().take_while(|(at, _)| *at < from).count() as u64
 }
@@ -286,7 +287,7 @@ fn lost_frames_and_a_clock_that_was_put_on_are_a_hole() {
         for lasts in [30_000, 100_000, 700_000, 5_000_000, 60_000_000] {
             for from in [500_000, 1_001_000, 1_330_000] {
                 let frames = beating(nodes, 3_000 + lasts / 1000);
-                // Each silence holds back a heartbeat, but for the first one where there is a single node.
+                // Each silence suppresses a heartbeat, except for the first one with a single node.
                 let left: Vec<_> =
                     frames.iter().copied().filter(|(at, _)| !(from..from + lasts).contains(at)).collect();
                 let lost = (1..=nodes).contains(&(from % 100_000 / 10_000 + 1)) || lasts >= 100_000;
@@ -309,11 +310,11 @@ fn what_happened_on_the_bus_is_no_hole() {
     };
     let beats_only = || beating(3, 3_000).into_iter().filter(|(_, id)| *id > 0x700).collect::<Vec<_>>();
     assert_eq!(holes(&beating(3, 3_000)), [] as [u64; 0]);
-    // One node, SYNC with what follows it, or two of three nodes.
+    // One node, SYNC with its PDOs, or two of three nodes.
     assert_eq!(holes(&silent(|id| id == 0x701)(beating(3, 3_000))), [] as [u64; 0]);
     assert_eq!(holes(&silent(|id| id < 0x700)(beating(3, 3_000))), [] as [u64; 0]);
     assert_eq!(holes(&silent(|id| id != 0x703)(beats_only())), [] as [u64; 0]);
-    // A node that never comes back, and nodes that go on in other phases.
+    // A node that never comes back, and nodes that continue in other phases.
     let lost = |(at, id): &(i64, u16)| *id == 0x701 || *id == 0x702 && *at < to;
     let lost: Vec<_> = silent(|_| true)(beats_only()).into_iter().filter(lost).collect();
     assert_eq!(holes(&lost), [] as [u64; 0]);
@@ -321,7 +322,7 @@ fn what_happened_on_the_bus_is_no_hole() {
     let mut other: Vec<_> = silent(|_| true)(beats_only()).into_iter().map(phase).collect();
     other.sort_unstable();
     assert_eq!(holes(&other), [] as [u64; 0]);
-    // A command, or a boot-up, comes first.
+    // A command or a boot-up comes first.
     for (id, payload) in [(0, &[1, 0][..]), (0x701, &[0])] {
         let frames = silent(|_| true)(beating(3, 3_000));
         let mut recording = Recording::default();
@@ -373,7 +374,7 @@ fn a_period_is_learnt_and_its_lasting_change_told() {
         assert_eq!(told, 1, "{percent}");
         assert_eq!(period.learnt_ns(), Some(longer));
     }
-    // A late one and an early one after it, again and again, are no other period.
+    // Pairs of a late and an early frame are not another period.
     let mut period = Period::default();
     for n in 0..200 {
         let gap = match n % 4 {

@@ -1,9 +1,7 @@
-//! When a frame was on the bus, as far as the recording tells.
+//! The time of a frame on the bus, as far as the recording shows it.
 //!
-//! A stamp is not the time on the wire. Which interval it stands for may be known only later (a burst shows itself as
-//! one by the frames after it), so a [`When`] keeps what is needed to tell, and
-//! [`Recording`](super::recording::Recording) turns it into an interval when it is asked. It must not compare: the
-//! recording does.
+//! A stamp is not the time on the wire. Its interval may be known only later (frames after a burst prove it), so a
+//! [`When`] keeps the facts, and [`Recording`](super::recording::Recording) derives the interval and compares.
 
 use crate::frame::FrameRef;
 
@@ -12,13 +10,12 @@ use crate::frame::FrameRef;
 pub struct When {
     /// The frame.
     pub at: FrameRef,
-    /// Counts up where frames may be missing, or where the clock was set: times of two epochs are not comparable.
+    /// Incremented if frames may be missing or the clock was set; times of two epochs are not comparable.
     pub epoch: u32,
-    /// The burst that the frame is in, from 1; 0: none.
+    /// The number of the burst of the frame, from 1, or 0.
     pub burst: u32,
-    /// It may be the recording host's own, and be listed late.
+    /// True if it may be the recording host's own frame and listed late.
     pub own: bool,
-    /// How long the whole bus was silent before the run of frames that it is in, in ns: those that followed without a
-    /// pause.
+    /// Silence of the whole bus before the run of frames without a pause that contains it, in ns.
     pub silent_ns: i64,
 }

@@ -11,7 +11,7 @@ use crate::event::Event;
 use crate::frame::{BusId, FrameRef};
 use crate::message::Message;
 use crate::rules::expectation::{Exp009, Exp015};
-use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 
 /// One expectation as it stands in the file.
 #[derive(Clone, Debug, Deserialize)]

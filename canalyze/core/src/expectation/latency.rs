@@ -13,9 +13,9 @@ use crate::event::{Event, Place as Stands, ProcessData, Step};
 use crate::frame::{BusId, FrameRef};
 use crate::message::Message;
 use crate::rules::expectation::{Exp013, Exp015};
-use crate::services::heartbeat::BOOT_UP;
 use crate::services::sdo::transfer::{Transfer, TransferId};
 use crate::services::sdo::wire::{Command, Mux, Side};
+use crate::wire::error_control::BOOT_UP;
 
 /// SDO requests that await their response at a time, at most.
 const PENDING: usize = 1024;

@@ -14,12 +14,12 @@ use crate::drive::{self, State};
 use crate::event::{Event, Signals as Content, What};
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
-use crate::services::heartbeat::BOOT_UP;
-use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::services::pdo::mapping::{Mapped, Mapping};
 use crate::services::sdo::transfer::Transfer;
 use crate::summary::spread::Spread;
 use crate::text::signal;
+use crate::wire::error_control::BOOT_UP;
+use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 
 /// Most signals, PDOs, states and so on that are told apart.
 pub const KEPT: usize = 4096;

@@ -14,10 +14,10 @@ use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
 use crate::select::Select;
-use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::{Mapped, Mapping};
 use crate::services::sdo::wire::Mux;
 use crate::text::signal;
+use crate::wire::error_control::OPERATIONAL;
 
 /// Mappings whose selection is remembered at most.
 const REMEMBERED: usize = 4096;

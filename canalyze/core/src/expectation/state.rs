@@ -12,9 +12,9 @@ use crate::finding::Quantity;
 use crate::frame::{BusId, Frame, FrameRef};
 use crate::message::Message;
 use crate::rules::expectation::{Exp005, Exp006, Exp015};
-use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::services::pdo::mapping::Mapping;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// Statusword of the first axis.
 const STATUSWORD: u16 = 0x6041;
@@ -478,7 +478,7 @@ impl States {
 
 /// The state that an NMT command leads to, by error control's number.
 pub(super) fn commanded(command: u8) -> Option<u8> {
-    use crate::services::nmt::{RESET_COMMUNICATION, RESET_NODE};
+    use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
     match command {
         0x01 => Some(OPERATIONAL),
         0x02 => Some(STOPPED),

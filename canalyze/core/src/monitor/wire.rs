@@ -9,7 +9,7 @@ use crate::frame::{Frame, Kind};
 use crate::message::Message;
 use crate::node::PerNode;
 use crate::profiles::Profile;
-use crate::services::error_frame;
+use crate::wire::error_frame;
 
 /// Time in ns that the load looks back.
 const LOAD_NS: i64 = 1_000_000_000;

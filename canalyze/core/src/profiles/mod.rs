@@ -1,28 +1,36 @@
-//! Device profiles (CiA 4xx): which objects stand in 6000h-9FFFh of a device, their types and names, and what its
-//! emergency error codes mean. One file a profile, each a sorted table.
+//! Device profiles (CiA 4xx): the objects in 6000h-9FFFh of a device, their types and names, and the meanings of its
+//! emergency error codes. Each profile is a table in `words/`.
 //!
-//! Only what is certain stands here; everything else keeps its number. A name of the device's own description wins:
-//! that is the caller's part. Which profile a node has comes from its device type (1000h). Must not: look at a frame.
+//! The tables hold only what is certain; everything else keeps its number. A name of the device's own description wins:
+//! that is the caller's part. The profile of a node comes from its device type (1000h). Frames are not looked at here.
 
-mod cia401;
-mod cia402;
-mod cia402_emcy;
-mod cia404;
-mod cia406;
-mod cia410;
-mod cia418;
-mod cia419;
+use Shape::{Array, Own, Record, Var};
 
+use crate::od::DataType::{
+    Boolean, Integer8, Integer16, Integer24, Integer32, Real32, TimeOfDay, Unsigned8, Unsigned16, Unsigned32,
+    Unsigned64, VisibleString,
+};
 use crate::od::{self, DataType};
 
-/// An object: its index, what it consists of, its name in Chinese and English.
-type Object = (u16, Shape, &'static str, &'static str);
+/// An object: its index, its shape, its name in Chinese and English, the parts of a record.
+type Object = (u16, Shape, &'static str, &'static str, &'static [Part]);
 /// A sub-index with a name of its own.
 type Part = (u8, DataType, &'static str, &'static str);
-/// First and last object of a kind of quantity.
-type Kind = (u16, u16, &'static str);
+/// A kind of quantity: the profile, its first and last object.
+type Kind = (u16, u16, u16, &'static str);
 /// An emergency error code. A row whose low byte is 00 stands for the whole high byte, as in CiA 301.
 type Emergency = (u16, &'static str, &'static str);
+
+static CIA401: &[Object] = words!("cia401");
+static CIA402: &[Object] = words!("cia402");
+static CIA404: &[Object] = words!("cia404");
+static CIA406: &[Object] = words!("cia406");
+static CIA410: &[Object] = words!("cia410");
+static CIA418: &[Object] = words!("cia418");
+static CIA419: &[Object] = words!("cia419");
+static CIA401_EMCY: &[Emergency] = words!("cia401_emcy");
+static CIA402_EMCY: &[Emergency] = words!("cia402_emcy");
+static KINDS: &[Kind] = words!("quantities");
 
 /// What an object consists of.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +40,7 @@ enum Shape {
     /// Sub-index 0 counts alike ones.
     Array(DataType),
     /// Sub-index 0 counts parts of their own.
-    Record(&'static [Part]),
+    Record,
     /// Known by name only: its types are those of the maker.
     Own,
 }
@@ -83,13 +91,13 @@ impl Profile {
         let index = self.home(index);
         let table = match self.0 {
             0 if AMBIGUOUS.iter().any(|range| range.contains(&index)) => return None,
-            0 | 402 => cia402::OBJECTS,
-            401 => cia401::OBJECTS,
-            404 => cia404::OBJECTS,
-            406 => cia406::OBJECTS,
-            410 => cia410::OBJECTS,
-            418 => cia418::OBJECTS,
-            419 => cia419::OBJECTS,
+            0 | 402 => CIA402,
+            401 => CIA401,
+            404 => CIA404,
+            406 => CIA406,
+            410 => CIA410,
+            418 => CIA418,
+            419 => CIA419,
             _ => return None,
         };
         table.binary_search_by_key(&index, |row| row.0).ok().and_then(|place| table.get(place))
@@ -100,36 +108,33 @@ impl Profile {
         if !(0x6000..=0x9FFF).contains(&index) {
             return od::communication(index, sub);
         }
-        match (self.object(index)?.1, sub) {
-            (Shape::Var(data_type), 0) | (Shape::Array(data_type), 1..=0xFE) => Some(data_type),
-            (Shape::Array(_) | Shape::Record(_), 0) => Some(DataType::Unsigned8),
-            (Shape::Record(parts), _) => parts.iter().find(|part| part.0 == sub).map(|part| part.1),
-            _ => None,
+        let (_, shape, .., parts) = self.object(index)?;
+        match (*shape, sub) {
+            (Var(data_type), 0) | (Array(data_type), 1..=0xFE) => Some(data_type),
+            (Array(_) | Record, 0) => Some(Unsigned8),
+            _ => parts.iter().find(|part| part.0 == sub).map(|part| part.1),
         }
     }
 
     /// The name of an object of 6000h-9FFFh or of one of its sub-indices, in Chinese and English. Where the sub-index
     /// has no name of its own, the object's.
     pub fn name(self, index: u16, sub: u8) -> Option<(&'static str, &'static str)> {
-        let (_, shape, zh, en) = self.object(index)?;
-        let part = match shape {
-            Shape::Record(parts) => parts.iter().find(|part| part.0 == sub),
-            _ => None,
-        };
+        let (_, _, zh, en, parts) = self.object(index)?;
+        let part = parts.iter().find(|part| part.0 == sub);
         Some(part.map_or((zh, en), |part| (part.2, part.3)))
     }
 
     /// What kind of quantity an object holds, in machine words: signals of one kind share a plot. `None` where it is not
     /// known.
     pub fn kind(self, index: u16) -> Option<&'static str> {
-        let (_, _, _, name) = self.object(index)?;
-        let table = match self.0 {
-            0 | 402 => cia402::KINDS,
-            401 => cia401::KINDS,
+        let (_, _, _, name, _) = self.object(index)?;
+        let profile = match self.0 {
+            0 | 402 => 402,
+            401 => 401,
             _ => return Some(name),
         };
         let index = self.home(index);
-        table.iter().find(|row| (row.0..=row.1).contains(&index)).map(|row| row.2)
+        KINDS.iter().find(|row| row.0 == profile && (row.1..=row.2).contains(&index)).map(|row| row.3)
     }
 
     /// Whether a number is rather read as bits than as a quantity: control and status words, error codes, the inputs and
@@ -140,7 +145,7 @@ impl Profile {
         }
         match self.0 {
             0 | 402 => matches!(od::first_axis(index), 0x603F | 0x6040 | 0x6041 | 0x6502),
-            401 => sub > 0 && matches!(index, 0x6000..=0x63FF) && self.data_type(index, sub) != Some(DataType::Boolean),
+            401 => sub > 0 && matches!(index, 0x6000..=0x63FF) && self.data_type(index, sub) != Some(Boolean),
             406 => matches!(index, 0x6000 | 0x6500 | 0x6503..=0x6506),
             _ => false,
         }
@@ -155,8 +160,8 @@ impl Profile {
 
     const fn emergencies(self) -> &'static [Emergency] {
         match self.0 {
-            401 => cia401::EMERGENCIES,
-            402 => cia402_emcy::EMERGENCIES,
+            401 => CIA401_EMCY,
+            402 => CIA402_EMCY,
             _ => &[],
         }
     }

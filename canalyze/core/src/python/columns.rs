@@ -1,7 +1,7 @@
-//! Tables of columns, handed over as Arrow's C data interface says: without a copy, to whatever reads that.
+//! Tables of columns, exported without a copy by Arrow's C data interface.
 //!
-//! A capsule owns what it points at and shares the columns with its batch, which may go first; a capsule that nobody
-//! takes gives its share back by itself. Must not: know what a table means.
+//! A capsule owns its structures and shares the columns with its batch, which may be dropped first; an unused capsule
+//! releases its share by itself.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -98,7 +98,7 @@ impl Batch {
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyCapsule>, Bound<'py, PyCapsule>)> {
-        // The interface lets a producer give its own types where it has no others.
+        // The interface allows a producer to use its own types if it has no others.
         drop(requested_schema);
         let rows = StructArray::from(self.rows.clone());
         let array = PyCapsule::new_with_value(py, FFI_ArrowArray::new(&rows.into_data()), c"arrow_array")?;
@@ -214,7 +214,7 @@ fn extend(py: Python<'_>, list: &Bound<'_, PyList>, column: &dyn Array) -> PyRes
         DataType::Binary => append!(column.as_binary::<i32>().iter().map(|one| one.map(|one| PyBytes::new(py, one)))),
         DataType::Dictionary(..) => {
             let column = column.as_dictionary::<Int32Type>();
-            // Each word becomes one object of Python, however often it stands there.
+            // Each distinct word becomes a single Python object.
             let words = PyList::empty(py);
             extend(py, &words, column.values())?;
             for key in column.keys() {

@@ -1,6 +1,4 @@
-//! Two captures held against each other, as Python has it.
-//!
-//! It must not compare, or put a word: `diff` and `render::diff` do.
+//! The comparison of two captures for Python; `diff` and `render::diff` do the work.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -59,7 +57,7 @@ impl Comparison {
         Ok(Self { lang, digests: [a, b], names: names.into(), compared })
     }
 
-    /// The names of the buses of A and of B.
+    /// Returns the names of the buses of A and of B.
     #[getter]
     fn buses(&self) -> (Vec<String>, Vec<String>) {
         let [a, b] = &self.digests;

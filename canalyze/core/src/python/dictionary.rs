@@ -1,6 +1,5 @@
-//! A device description as a table, and what the standards say of its PDOs, objects and data types.
-//!
-//! Rows of Python become the core's own values, and PDOs rows of Python. Must not: know what they mean.
+//! Device descriptions as tables, and the standards' PDOs, objects and data types, converted between rows of Python and
+//! values of the core.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,10 +16,10 @@ use crate::services::pdo::{communication_parameter, mapping_parameter, predefine
 use crate::services::sdo::wire::Mux;
 use crate::text::{terms, value};
 
-/// A row of a description, as Python hands it over: index, sub-index, name, type, access, value, relative to the
-/// node-ID, configured by a DCF, mappable, unit, factor.
+/// A row of a description: index, sub-index, name, type, access, value, relative to the node-ID, configured by a DCF,
+/// mappable, unit, factor.
 type Row = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
-/// Code of a defect, index, sub-index or none, and the facts of its sentence.
+/// Code of a defect, index, optional sub-index, and the facts of its sentence.
 type Defect = (&'static str, u16, Option<u8>, Vec<(&'static str, Fact)>);
 
 #[derive(IntoPyObject)]
@@ -62,7 +61,7 @@ impl Dictionary {
 fn object(row: Row) -> PyResult<Object> {
     let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
     let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
-    // Two's complement of the type: what an object holds is at most 64 bits.
+    // Two's complement of the type's width, at most 64 bits.
     let bits = DataType::from_code(data_type).and_then(DataType::bits).unwrap_or(64);
     let mask = u64::MAX >> (64 - u32::from(bits.clamp(1, 64)));
     let preset = value.map(|value| Preset { value: value as u64 & mask, relative, configured });
@@ -150,7 +149,7 @@ impl Pdo {
     }
 }
 
-/// What is in doubt of a PDO, as Python says it.
+/// Returns a doubt about a PDO in the form for Python.
 fn defect(pdo: &Pdo, doubt: &Doubt) -> Defect {
     let number = |number| Fact::Number(number);
     let object = |index: u16| ("object", Fact::Text(format!("{index:04X}h")));
@@ -199,7 +198,7 @@ fn object_text(index: u16, sub: u8, data: &[u8], kind: u16, profile: u16, lang: 
     Ok(String::from_utf8_lossy(&out).into_owned())
 }
 
-/// Code, name, and bits of a fixed size, of each data type.
+/// Returns code, name, and bits (if fixed) of each data type.
 fn data_types() -> BTreeMap<u16, (&'static str, Option<u8>)> {
     let known = (0..=0x1B).filter_map(|code| Some((code, DataType::from_code(code)?)));
     known.map(|(code, data_type)| (code, (data_type.name(), data_type.bits()))).collect()

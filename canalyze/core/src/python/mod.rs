@@ -1,7 +1,7 @@
-//! The binding: bytes in, bytes out. The only folder that knows Python.
+//! The binding: bytes in, bytes out. The only folder that uses Python.
 //!
-//! Every call that works on a capture releases the GIL. Nothing here raises on the content of a capture. The
-//! signatures are documented in `canalyze/_core.pyi`.
+//! Every call that works on a capture releases the GIL. No content of a capture raises an exception. The signatures are
+//! documented in `canalyze/_core.pyi`.
 
 mod columns;
 mod comparison;
@@ -106,10 +106,10 @@ fn explain(line: &str, lang: &str, network: Option<&Network>) -> PyResult<Option
     Ok(known.then(|| String::from_utf8_lossy(&out).into_owned()))
 }
 
-/// Explains one frame as a capture of its own, in a network of which something is known.
+/// Explains one frame as a capture of its own, in a partly known network.
 fn within(out: &mut Vec<u8>, lang: Lang, line: &str, known: &Known) {
     let mut known = known.clone();
-    // Of node 0 are descriptions whose node nobody knows.
+    // Node 0 holds descriptions whose node is unknown.
     known.descriptions.retain(|one| one.node > 0);
     let options = Options { lang, depth: Depth::Explain, network: Arc::new(known), ..Options::default() };
     let mut session = Core::new(options);

@@ -1,6 +1,5 @@
-//! What is known of a network before its capture is read: who carries a device description, COB-IDs, SDO channels, times.
-//!
-//! Rows and tuples of Python become the core's own values. Must not: know what they mean.
+//! The known facts about a network before its capture is read (device descriptions, COB-IDs, SDO channels, times),
+//! converted from rows of Python.
 
 use std::sync::Arc;
 

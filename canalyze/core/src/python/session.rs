@@ -1,6 +1,4 @@
-//! One capture, from the bytes of its files to what comes out.
-//!
-//! Options of Python become the core's own. Must not: look at what passes through.
+//! A capture, from the bytes of its files to the output, with the options of Python converted to those of the core.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -35,7 +33,7 @@ pub(super) struct Session {
     lang: Lang,
 }
 
-/// What a session is to do, by the names and in the words of `canalyze/running/options.py`.
+/// The options of a session, by the names and words of `canalyze/running/options.py`.
 #[derive(FromPyObject)]
 struct SessionOptions {
     lang: String,
@@ -65,13 +63,14 @@ struct SessionOptions {
     numbered: bool,
 }
 
-/// File name, more bytes, status once the transfer has ended, and then its holes (offset and length) and its JSON line.
+/// File name, further bytes, status after the end of the transfer, then its holes (offset and length) and its JSON
+/// line.
 type Piece<'py> = (String, Bound<'py, PyBytes>, &'static str, Vec<(u64, Option<u64>)>, String);
 /// Frame, severity, time in ns, bus, identifier, data, words.
 type TraceLine = (u64, &'static str, Option<i64>, String, String, String, String);
 
 impl Session {
-    /// Runs on the core without the GIL. A lock poisoned by a panic elsewhere is taken all the same.
+    /// Runs on the core without the GIL. A lock poisoned by a panic elsewhere is still used.
     pub(super) fn run<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Core) -> T + Send) -> T {
         py.detach(|| act(&mut self.lock().0))
     }
@@ -80,7 +79,7 @@ impl Session {
         self.core.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The same for calls that yield output: its buffer is kept, since fresh memory costs more than the copy.
+    /// Runs a call with output. Its buffer is kept, since fresh memory costs more than the copy.
     fn output<'py>(&self, py: Python<'py>, act: impl FnOnce(&mut Core, &mut Vec<u8>) + Send) -> Bound<'py, PyBytes> {
         let out = py.detach(|| {
             let (core, kept) = &mut *self.lock();
@@ -101,7 +100,7 @@ impl Session {
     fn new(given: SessionOptions) -> PyResult<Self> {
         let SessionOptions { network, expectations, extract, limit, incidents, coloured, numbered, .. } = given;
         let lang = language(&given.lang)?;
-        // What no user can ask for: records for another program's writer.
+        // Not available to users: records for another program's writer.
         let to = match given.to.as_str() {
             "packed" => Written::Packed,
             to => choose("to", to, Written::NAMES)?,
@@ -178,7 +177,7 @@ impl Session {
     #[pyo3(signature = (name, regular, format = "candump", input = 0))]
     fn begin(&self, py: Python<'_>, name: &str, regular: bool, format: &str, input: usize) -> PyResult<()> {
         let format = match format {
-            // What no user can ask for: records of another program's reader, live buses.
+            // Not available to users: records of another program's reader, live buses.
             "packed" => Input::Packed,
             "live" => Input::Live,
             _ => choose("format", format, Input::NAMES)?,

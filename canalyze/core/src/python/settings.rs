@@ -1,7 +1,6 @@
-//! What users write for the program: `canalyze.toml`, files of expectations, and the values that options share with them.
+//! The files of users, `canalyze.toml` and expectations, and the values that options share with them.
 //!
-//! What is wrong with a file is a `SettingsError` of the key of its sentence and what fills it. Must not: know what a key
-//! means.
+//! An error in a file raises a `SettingsError` with the key of its sentence and the facts that fill it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,13 +15,13 @@ use crate::settings::{self, Mistake};
 
 create_exception!(canalyze._core, SettingsError, PyException);
 
-/// An identifier, and whether it has 29 bits.
+/// An identifier; true for 29 bits.
 type Id = (u32, bool);
 /// Bus, identifier, node-ID, direction and number of a PDO.
 type Cob = (Option<String>, Id, u8, &'static str, u16);
-/// Bus, identifiers client to server and server to client, node-ID of an SDO server.
+/// Bus, identifiers (client to server, server to client), and node-ID of an SDO server.
 type Channel = (Option<String>, Id, Id, u8);
-/// Of each key the sentence about it, and what it allows; by tables.
+/// The sentence and the allowed values of each key, by table.
 type Keys = BTreeMap<&'static str, BTreeMap<&'static str, (&'static str, String)>>;
 /// Codes, severity, reason, globs of files, nodes, bus, FILE:LINE.
 type Override = (Vec<String>, String, String, Vec<String>, Vec<u16>, Option<String>, String);
@@ -76,7 +75,7 @@ struct Settings {
     check: Option<Py<Check>>,
 }
 
-/// Numbers that Python does not take for bytes.
+/// Converts to numbers that Python does not take for bytes.
 fn numbers(nodes: Vec<u8>) -> Vec<u16> {
     nodes.into_iter().map(u16::from).collect()
 }
@@ -112,7 +111,7 @@ fn read(py: Python<'_>, content: &[u8], file: &str) -> PyResult<Settings> {
     })
 }
 
-/// A text that is none in UTF-8 reads as nothing.
+/// Parses a text; `None` if it is not valid UTF-8.
 fn spelled<T>(text: &Bound<'_, PyString>, read: impl Fn(&str) -> Option<T>) -> Option<T> {
     text.to_cow().ok().and_then(|text| read(&text))
 }
@@ -157,7 +156,7 @@ fn codes<'py>(text: &Bound<'py, PyString>) -> PyResult<Option<Bound<'py, PyTuple
     spelled(text, settings::codes).map(|codes| PyTuple::new(text.py(), codes)).transpose()
 }
 
-/// Every key, by the kind of file.
+/// Returns all keys by the kind of file.
 fn schemas() -> BTreeMap<&'static str, Keys> {
     let keys = |keys: Vec<(&'static str, &'static str, String)>| {
         keys.into_iter().map(|(key, sentence, allowed)| (key, (sentence, allowed))).collect()
@@ -166,7 +165,7 @@ fn schemas() -> BTreeMap<&'static str, Keys> {
     settings::schemas().into_iter().map(|(kind, schema)| (kind, tables(schema))).collect()
 }
 
-/// Adds all of this to the module.
+/// Adds these classes and functions to the module.
 pub(super) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Expectations>()?;
     module.add_class::<Settings>()?;

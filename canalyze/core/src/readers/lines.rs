@@ -1,22 +1,21 @@
-//! The bytes of a text, in any pieces, cut into its lines.
-//!
-//! Must not: read what a line says. Memory is bounded: of a line that is too long nothing is kept.
+//! Text in pieces, cut into lines. Memory is bounded: nothing is kept of a line that is too long.
 
 use memchr::memchr;
 
-/// The longest line, in bytes; a longer one is none of a capture: a CAN XL frame of 2048 bytes takes a tenth of it.
+/// Maximum length of a line in bytes, ten times that of a CAN XL frame with 2048 bytes.
 pub(super) const MAX_LINE: usize = 64 * 1024;
 
-/// What of a text has no end of a line yet.
+/// The unfinished line of a text.
 #[derive(Debug, Default)]
 pub(super) struct Begun {
     line: Vec<u8>,
-    /// Whether the rest of the line is thrown away: it was too long.
+    /// True while the rest of a line that is too long is skipped.
     skipping: bool,
 }
 
 impl Begun {
-    /// Hands on each line that these bytes complete, without its newline; `None`, once, for one that is too long.
+    /// Calls `take` with each line that these bytes complete, without its newline, and once with `None` for a line that
+    /// is too long.
     #[inline(always)]
     pub(super) fn cut(&mut self, mut bytes: &[u8], take: &mut impl FnMut(Option<&[u8]>)) {
         if self.skipping || !self.line.is_empty() {
@@ -37,7 +36,7 @@ impl Begun {
         self.keep(bytes, take);
     }
 
-    /// Keeps a piece of a line. An empty one is none: it must not depend on the pieces whether a line was begun.
+    /// Keeps a piece of a line. An empty one does not begin a line, so that the result does not depend on the pieces.
     fn keep(&mut self, piece: &[u8], take: &mut impl FnMut(Option<&[u8]>)) {
         if self.skipping || piece.is_empty() {
             return;
@@ -51,13 +50,13 @@ impl Begun {
         }
     }
 
-    /// The text is over: gives the last line, which had no newline; empty for none.
+    /// Ends the text and returns the last line without a newline; empty for none.
     pub(super) fn end(&mut self) -> Vec<u8> {
         self.skipping = false;
         std::mem::take(&mut self.line)
     }
 
-    /// Bytes that are held at most, as it stands.
+    /// Returns the current capacity of the buffer in bytes.
     #[cfg(test)]
     pub(super) fn capacity(&self) -> usize {
         self.line.capacity()

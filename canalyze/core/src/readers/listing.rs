@@ -1,25 +1,24 @@
-//! What people and programs put around the rows of a listing: quote marks, row numbers, and words that rows were left
-//! out.
+//! Text around the rows of a listing: quotation marks, row numbers, and marks for omitted rows.
 //!
-//! Both readers of text need it, and so does the one in Python. A mark of omission is a line of its own: an ellipsis, a
-//! word for cutting, or a count of rows with such a word. A line that holds any other word is a comment, because a
-//! false gap takes judgement away where nothing is missing. Must not: know what a row is.
+//! Both text readers need it, and so does the one in Python. A mark of omission is a separate line: an ellipsis, a word
+//! for cutting, or a number of rows with such a word. A line with any other word is a comment, since a false gap
+//! suspends verdicts although nothing is missing.
 
 use super::candump::lex::{is_blank, is_hex, skip_blanks};
 use super::{Item, Marker, Place};
 use crate::frame::Buses;
 
-/// A line that stands for rows that were left out.
+/// A line that marks omitted rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Omission {
-    /// How many, where it says so.
+    /// The number of rows, if given.
     pub count: Option<u64>,
 }
 
-/// Longest line that is looked at: no such mark is longer.
+/// Maximum length of a mark, in bytes.
 const LONGEST: usize = 80;
 
-/// The text without the marks of a quotation, `> ` or `> > `.
+/// Returns the text without quotation marks, `> ` or `> > `.
 pub fn unquoted(mut text: &[u8]) -> &[u8] {
     while let [b'>', rest @ ..] = text {
         if !rest.first().is_none_or(|&byte| is_blank(byte) || byte == b'>') {
@@ -30,7 +29,7 @@ pub fn unquoted(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// The text without mark-up around it: back-ticks, bars of a table, tags.
+/// Returns the text without surrounding mark-up: back-ticks, bars of a table, tags.
 pub fn unmarked(mut text: &[u8]) -> &[u8] {
     loop {
         text = skip_blanks(text).trim_ascii_end();
@@ -48,7 +47,7 @@ pub fn unmarked(mut text: &[u8]) -> &[u8] {
     }
 }
 
-/// Where the tag ends that begins in front of this text: `pre>`, `/code>`, `br/>`, `span class="x">`.
+/// Returns the end of the tag that begins before this text: `pre>`, `/code>`, `br/>`, `span class="x">`.
 fn tag(text: &[u8]) -> Option<usize> {
     let name = text.strip_prefix(b"/").unwrap_or(text);
     let end = text.iter().position(|&byte| matches!(byte, b'<' | b'>'))?;
@@ -56,7 +55,7 @@ fn tag(text: &[u8]) -> Option<usize> {
     is_tag.then_some(end)
 }
 
-/// Whether the line begins as comments do, an arrow among them: what stands in it was said, not recorded.
+/// Returns true if the line begins like a comment, including an arrow, so that its content is not recorded.
 pub fn is_comment(text: &[u8]) -> bool {
     matches!(
         text,
@@ -64,32 +63,32 @@ pub fn is_comment(text: &[u8]) -> bool {
     )
 }
 
-/// Whether a line has bytes that no text has: a block of zeros, a piece of another file. Tabs, carriage returns and the
-/// escapes of colours are text.
+/// Returns true if a line has bytes that no text has: a block of zeros, a piece of another file. Tabs, carriage returns
+/// and escapes of colours are text.
 pub fn is_damaged(line: &[u8]) -> bool {
     let odd = |byte: u8| byte < b' ' && !matches!(byte, b'\t' | b'\r' | 0x1B) || byte == 0x7F;
     line.iter().fold(false, |found, &byte| found | odd(byte))
 }
 
-/// The part of a line before the first such byte, where it has one.
+/// Returns the part of a line before the first such byte; `None` without one.
 pub fn undamaged(line: &[u8]) -> Option<&[u8]> {
     let damaged = is_damaged(line);
     let end = line.iter().position(|byte| damaged && is_damaged(std::slice::from_ref(byte)))?;
     line.get(..end)
 }
 
-/// How the bytes of a row are written, where that tells itself.
+/// The form of a row's bytes, if visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Digits {
-    /// With two digits, as hexadecimal ones always are, and a letter or a zero in front.
+    /// Two digits, as hexadecimal bytes always have, with a letter or a leading zero.
     Hexadecimal,
-    /// One has three digits, and none is as above.
+    /// A byte of three digits, and none as above.
     Decimal,
-    /// One has a single digit, and none is as above: decimal, or damaged.
+    /// A byte of a single digit, and none as above: decimal, or damaged.
     Single,
 }
 
-/// What the words for bytes tell of all of them.
+/// Returns the form that the words for bytes show together.
 pub fn digits<'a>(bytes: impl Iterator<Item = &'a [u8]>) -> Option<Digits> {
     let mut found = None;
     for byte in bytes {
@@ -105,14 +104,14 @@ pub fn digits<'a>(bytes: impl Iterator<Item = &'a [u8]>) -> Option<Digits> {
     found
 }
 
-/// Whether the rows of a file are decimal, from one row after another.
+/// The decision on decimal rows in a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Base {
     single: u8,
 }
 
 impl Base {
-    /// Takes a row; tells as soon as it is known.
+    /// Adds a row; returns true for decimal, false for hexadecimal, `None` while unknown.
     pub fn take(&mut self, row: Digits) -> Option<bool> {
         const SURE: u8 = 3;
         self.single += u8::from(row == Digits::Single);
@@ -124,7 +123,7 @@ impl Base {
     }
 }
 
-/// What stands behind the bullet of a list, `- ` or `* `.
+/// Returns the text after the bullet of a list, `- ` or `* `.
 pub fn item(text: &[u8]) -> Option<&[u8]> {
     match text {
         [b'-' | b'*' | b'+', rest @ ..] => Some(skip_blanks(rest)).filter(|after| after.len() < rest.len()),
@@ -132,7 +131,8 @@ pub fn item(text: &[u8]) -> Option<&[u8]> {
     }
 }
 
-/// A row's number and what follows it: `14)`, `14.`, `14:`, `[14]` before a blank; without any mark, `bare`.
+/// Parses a row number `14)`, `14.`, `14:` or `[14]` before a blank; returns it with the text after it, and true if it
+/// has no mark.
 pub fn numbered(text: &[u8]) -> Option<(u64, &[u8], bool)> {
     let (inner, bracket) = match text {
         [b'[', rest @ ..] => (rest, true),
@@ -151,7 +151,7 @@ pub fn numbered(text: &[u8]) -> Option<(u64, &[u8], bool)> {
     (after.len() < rest.len() && !after.is_empty()).then_some((number, after, bare))
 }
 
-/// Reads a line of text as a mark of omission.
+/// Parses a line of text as a mark of omission.
 pub fn omission(line: &[u8]) -> Option<Omission> {
     let line = unquoted(line.trim_ascii());
     if line.is_empty() || line.len() > LONGEST {
@@ -159,7 +159,7 @@ pub fn omission(line: &[u8]) -> Option<Omission> {
     }
     let text = std::str::from_utf8(line).ok()?;
     if matches!(text, "." | "\u{22EE}" | "\u{FE19}") {
-        return Some(Omission { count: None }); // an ellipsis that runs downwards
+        return Some(Omission { count: None }); // a vertical ellipsis
     }
     let scissors = ["8<", ">8", "%<", ">%"].iter().any(|mark| text.contains(mark));
     if scissors && text.chars().all(|char| matches!(char, '-' | ' ' | '8' | '%' | '<' | '>')) {
@@ -181,8 +181,8 @@ fn is_decoration(char: char) -> bool {
     ) || matches!(char, ';' | ' ' | '\t' | '\u{FF08}' | '\u{FF09}' | '\u{3010}' | '\u{3011}' | '\u{3002}' | '\u{2014}')
 }
 
-/// `25 frames omitted`, `snip`, `... 25 more lines ...`: every word is one of few, or it is prose. `whole`: with what
-/// stands around it; `dots`: it has an ellipsis.
+/// Parses `25 frames omitted`, `snip`, `... 25 more lines ...`: every word has to be in the lists. `whole`: the text
+/// with its decoration; `dots`: it has an ellipsis.
 fn in_english(text: &str, whole: &str, dots: bool) -> Option<Omission> {
     const CUTS: &[&str] = &[
         "dropped",
@@ -214,7 +214,7 @@ fn in_english(text: &str, whole: &str, dots: bool) -> Option<Omission> {
         "can", "other", "some", "many", "several", "are", "were", "was", "is", "of", "the", "here", "not", "out", "a",
         "few", "and", "so", "these", "such", "similar", "same", "times", "log", "output", "trace", "listing",
     ];
-    // What goes on, and is not shown.
+    // Words for continuing without being shown.
     const ON: &[&str] =
         &["more", "on", "etc", "until", "till", "continues", "continued", "repeat", "repeats", "repeated", "repeating"];
     let (mut count, mut cuts, mut rows, mut on, mut words) = (None, 0, 0, false, 0);
@@ -241,11 +241,11 @@ fn in_english(text: &str, whole: &str, dots: bool) -> Option<Omission> {
         (0, 1..) => on && (enclosed || count.is_some()) || dots && count.is_some(),
         _ => on && enclosed,
     };
-    // Without a word for rows it counts something else.
+    // Without a word for rows the number counts something else.
     (said && words <= 8).then_some(Omission { count: count.filter(|_| cuts + rows > 0) })
 }
 
-/// `省略25帧`, `中间略`: made of few pieces, one of them a word for leaving out.
+/// Parses `省略25帧`, `中间略`: composed of listed pieces, one of them a word for omitting.
 fn in_chinese(text: &str) -> Option<Omission> {
     const CUTS: &[&str] = &["省略", "略去", "略", "丢失", "丢弃", "丢", "删节", "删去", "删除", "跳过"];
     const OTHER: &[&str] = &[
@@ -276,19 +276,19 @@ fn in_chinese(text: &str) -> Option<Omission> {
     (cuts > 0).then_some(Omission { count: count.filter(|count| *count > 0) })
 }
 
-/// Places where a file shows by itself that rows are left out.
+/// Places where a file itself shows omitted rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LeftOut {
-    /// How many places.
+    /// Number of places.
     pub places: u64,
-    /// Those of them that do not tell how many rows.
+    /// Number of places without a number of rows.
     pub uncounted: u64,
-    /// Rows that the others tell.
+    /// Number of rows at the other places.
     pub rows: u64,
 }
 
 impl LeftOut {
-    /// One place more, and how many rows it tells.
+    /// Adds a place and its number of rows, if known.
     pub fn add(&mut self, rows: Option<u64>) {
         self.places += 1;
         self.uncounted += u64::from(rows.is_none());
@@ -296,23 +296,23 @@ impl LeftOut {
     }
 }
 
-/// What a listing has shown of rows that are missing, until the next row tells all of it.
+/// The signs of missing rows in a listing, until the next row completes them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Gaps {
-    /// The number of the last row that had one.
+    /// The last row number.
     last: Option<u64>,
-    /// A mark of omission since the last row: what it counts, and where it is.
+    /// A mark of omission since the last row, and its place.
     marked: Option<(Omission, Place)>,
 }
 
 impl Gaps {
-    /// A mark of omission; several of them in a row are one.
+    /// Adds a mark of omission; several in a row are one.
     pub(super) fn mark(&mut self, omission: Omission, place: Place) {
         let (known, _) = self.marked.get_or_insert((omission, place));
         known.count = known.count.or(omission.count);
     }
 
-    /// A row without a number: what was left out before it.
+    /// Processes a row without a number, reporting an omission before it.
     #[inline(always)]
     pub(super) fn row(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if self.marked.is_some() {
@@ -320,7 +320,7 @@ impl Gaps {
         }
     }
 
-    /// A row with this number. A number that is not greater than the last one begins anew.
+    /// Processes a row with this number. A number that is not greater than the last one starts anew.
     pub(super) fn numbered(&mut self, number: u64, place: Place, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let last = self.last.replace(number);
         match last.and_then(|last| Some((last, number.checked_sub(last)?.checked_sub(1)?))) {
@@ -333,7 +333,7 @@ impl Gaps {
         }
     }
 
-    /// Nothing comes after the mark but the end.
+    /// Reports a mark that no row follows.
     pub(super) fn settle(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if let Some((Omission { count }, place)) = self.marked.take() {
             sink(Item::Marker(Marker::LeftOut { count, rows: None, place }), buses);

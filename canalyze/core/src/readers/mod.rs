@@ -1,8 +1,8 @@
-//! Capture formats: one file (or folder) a format, each a push parser that takes bytes in any chunking.
+//! The readers of capture formats, one file or folder for each: push parsers that accept bytes in any chunking.
 //!
-//! A reader sees only `frame`: it knows no CANopen, does no I/O, and never fails. What it cannot read it says. Which
-//! format an input has is told by its first bytes, in `sniff`. A new format is a file here, a row of [`Format`], an
-//! arm of [`Reader`], and its sign in `sniff`.
+//! A reader sees only `frame`: it knows no CANopen, does no I/O, and never fails, but reports what it cannot read.
+//! `sniff` detects the format by the first bytes. A new format needs a file, a row of [`Format`], an arm of [`Reader`],
+//! and its signature in `sniff`.
 
 pub mod asc;
 pub mod candump;
@@ -22,26 +22,26 @@ use self::packed::Packed;
 use self::pcap::Pcap;
 use crate::frame::{BusId, Buses, Frame, Stamp};
 
-/// Formats that this crate reads. Their names are those of `--input-format`.
+/// The formats that this crate reads. Their names are those of `--input-format`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
-    /// can-utils' text, log and console form.
+    /// Text of can-utils, in log and console form.
     #[default]
     Candump,
-    /// Records of another program's reader; no format of files, so not among the names.
+    /// Records of another program's reader; not a file format, and so without a name.
     Packed,
-    /// What comes from live buses; no format of files, so not among the names.
+    /// Live buses; not a file format, and so without a name.
     Live,
-    /// Vector's text.
+    /// Vector's ASC log.
     Asc,
-    /// MCAP, as ROS records it.
+    /// MCAP, as recorded by ROS.
     Mcap,
-    /// pcap and pcapng: one reader, which tells them apart itself.
+    /// pcap and pcapng, which the reader distinguishes.
     Pcap,
 }
 
 impl Format {
-    /// All of them, with their names.
+    /// All file formats by their names.
     pub const NAMES: &[(&str, Format)] = &[
         ("candump", Format::Candump),
         ("asc", Format::Asc),
@@ -51,14 +51,14 @@ impl Format {
     ];
 }
 
-/// How a file is read.
+/// Options for reading a file.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
-    /// What small stamps of candump's console form mean.
+    /// The meaning of small stamps of candump's console form.
     pub stamps: Stamps,
-    /// It is a whole file, not a pipe: dialects may be decided on its beginning, so output may lag.
+    /// True for a complete file and not a pipe: its beginning may decide the dialect, so output may lag.
     pub regular: bool,
-    /// What of an MCAP file is read, and how.
+    /// The choice of topics of an MCAP file.
     pub mcap: mcap::Choice,
 }
 
@@ -66,13 +66,13 @@ pub struct Settings {
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one for each file")]
 pub enum Reader {
-    /// can-utils' text.
+    /// Text of can-utils.
     Candump(Candump),
     /// Records of another program's reader.
     Packed(Packed),
-    /// What comes from live buses.
+    /// Live buses.
     Live(Live),
-    /// Vector's text.
+    /// Vector's ASC log.
     Asc(Asc),
     /// MCAP.
     Mcap(Mcap),
@@ -81,7 +81,7 @@ pub enum Reader {
 }
 
 impl Reader {
-    /// A reader at the beginning of a file.
+    /// Creates a reader at the beginning of a file.
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
@@ -93,19 +93,19 @@ impl Reader {
         }
     }
 
-    /// Whether it reads live buses: what they give is handed on at once.
+    /// Returns true if it reads live buses, whose items are passed on at once.
     pub fn is_live(&self) -> bool {
         matches!(self, Self::Live(_))
     }
 
-    /// Takes the end of the file before anything else of it, from where the format has its summary on.
+    /// Passes the end of the file ahead of everything else, from the format's summary on.
     pub fn foresee(&mut self, end: &[u8]) {
         if let Self::Mcap(reader) = self {
             reader.foresee(end);
         }
     }
 
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
         match self {
@@ -118,7 +118,7 @@ impl Reader {
         }
     }
 
-    /// Takes the end of the file.
+    /// Ends the file.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
         match self {
@@ -131,8 +131,7 @@ impl Reader {
         }
     }
 
-    /// Takes the end of what was read so far, where the reading was broken off: what is incomplete is no fault of the
-    /// file.
+    /// Ends an interrupted file, whose incomplete end is not a fault of the file.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
         match self {
@@ -145,7 +144,7 @@ impl Reader {
         }
     }
 
-    /// What it knows of the file beyond frames, for `info`.
+    /// Returns the facts about the file beyond its frames, for `info`.
     pub fn contents(&self) -> Contents {
         match self {
             Self::Candump(_) | Self::Live(_) => Contents::default(),
@@ -157,30 +156,30 @@ impl Reader {
     }
 }
 
-/// What a reader finds in a capture, in order.
+/// An item of a capture, in order.
 #[derive(Clone, Copy, Debug)]
 pub enum Item {
-    /// A frame; its `no` is 0 and is given by the session.
+    /// A frame; its `no` is 0 until the session sets it.
     Frame(Frame),
-    /// Something that is no frame but says something of the capture.
+    /// A statement about the capture itself.
     Marker(Marker),
-    /// Something that should have been a frame and cannot be read.
+    /// Something that should be a frame but is unreadable.
     Unreadable {
-        /// Where.
+        /// Its place.
         place: Place,
-        /// Why not.
+        /// The reason.
         reason: Unreadable,
     },
-    /// A part of the file that is lost.
+    /// A lost part of the file.
     Damaged(Damage),
-    /// A live bus cannot be listened to from here on: frames may be missing, and nothing is said to be wrong.
+    /// A live bus cannot be received from here on: frames may be missing, without a finding.
     Gap {
         /// The bus.
         bus: BusId,
-        /// It is away, and may be for long: not only a few frames are missing.
+        /// True if the bus may be away for long, so that more than a few frames are missing.
         away: bool,
     },
-    /// Every frame of the live buses whose stamp is this or earlier has come: so late it is, on the frames' clock.
+    /// All frames of live buses with this stamp or an earlier one have come: the time on their clock.
     Until {
         /// In ns.
         now_ns: i64,
@@ -188,7 +187,7 @@ pub enum Item {
 }
 
 impl Item {
-    /// The item; if it is of a bus beyond those that are kept apart, that it cannot be read.
+    /// Returns the item, or an unreadable one if its bus is beyond the maximum number.
     #[inline]
     pub fn on_known_bus(self) -> Self {
         let (bus, line) = match &self {
@@ -211,12 +210,12 @@ pub enum Place {
     Line(u64),
     /// An offset in bytes, from 0, in a file without lines.
     Byte(u64),
-    /// No place: frames of live buses, of which there is no file, or of a record whose place is not known any more.
+    /// None: a frame of a live bus, or a record whose place is no longer known.
     Live,
 }
 
 impl Place {
-    /// The line; `None` in a file without lines.
+    /// Returns the line; `None` in a file without lines.
     pub fn line(self) -> Option<u64> {
         match self {
             Self::Line(line) => Some(line),
@@ -225,140 +224,141 @@ impl Place {
     }
 }
 
-/// A part of a file that cannot be read because the file is damaged.
+/// An unreadable part of a damaged file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Where it begins.
+    /// Its beginning.
     pub place: Place,
-    /// What is wrong.
+    /// Its kind.
     pub kind: DamageKind,
-    /// Bytes of the file that were passed over; `None` where that is not known.
+    /// Number of skipped bytes of the file, if known.
     pub bytes: Option<u64>,
-    /// Frames that were lost, or that may be wrong where the kind says so; `None` where that is not known.
+    /// Number of frames lost, or possibly wrong if the kind says so; `None` if unknown.
     pub frames: Option<u64>,
 }
 
-/// What is wrong with a part of a file.
+/// The kind of a damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DamageKind {
-    /// The file ends in the middle of a record: the recording program was ended. Everything before it is whole.
+    /// The file ends within a record, since the recording program was ended. Everything before is complete.
     Cut,
-    /// A check sum does not match; what it covers was passed over.
+    /// A check sum does not match; the covered part was skipped.
     Checksum,
-    /// A length or a type that cannot be; what it covers was passed over.
+    /// An impossible length or type; the affected part was skipped.
     Structure,
-    /// Data that do not decompress; what they hold was passed over.
+    /// Data that cannot be decompressed; they were skipped.
     Compression,
     /// The rest of the file cannot be read.
     Rest,
-    /// Messages of a topic that the file does not name any more, or of a type that it does not define.
+    /// Messages of a topic without a name or of a type without a definition in the file.
     Undefined,
-    /// What was unpacked from here on may be wrong: the check sum that covers it fails, or cannot be reached.
+    /// Decompressed data from here on may be wrong: their check sum fails or cannot be reached.
     Doubtful,
-    /// What a damaged part defined had to be used, so what was read by it may be wrong.
+    /// A definition from a damaged part had to be used, so messages read by it may be wrong.
     Definition,
-    /// The file says that it has more messages than could be found.
+    /// The file states more messages than were found.
     Missing,
-    /// The check sum over all data of the file does not match, and nothing shows where: what was read may be wrong.
+    /// The check sum over all data of the file does not match, at an unknown place; any data may be wrong.
     Unlocated,
 }
 
-/// What a reader knows of its file beyond frames.
+/// The facts about a file beyond its frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Contents {
-    /// Properties of the dialect: a word of the format's own (`base`, `profile`), and its value.
+    /// Properties of the dialect: a word of the format (`base`, `profile`) and its value.
     pub dialect: Vec<(&'static str, Vec<u8>)>,
-    /// What was passed over because it is no frame, by kind in the format's own words, with counts. At most 64 kinds,
-    /// the last one being `...` for all others.
+    /// Counts of content other than frames, by kind in the words of the format. At most 64 kinds, the last one being
+    /// `...` for all others.
     pub passed_over: Vec<(Vec<u8>, u64)>,
     /// Topics or channels.
     pub topics: Vec<Topic>,
 }
 
-/// A topic or channel of a capture that has such.
+/// A topic or channel of a capture.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topic {
     /// Its name.
     pub name: Vec<u8>,
-    /// The name of its messages' type.
+    /// The type of its messages.
     pub schema: Vec<u8>,
-    /// How schema and messages are encoded: `ros2msg/cdr`.
+    /// The encoding of schema and messages: `ros2msg/cdr`.
     pub encoding: Vec<u8>,
-    /// Its messages.
+    /// Number of messages.
     pub messages: u64,
-    /// How its messages are read as frames: by which fields; empty where they are not.
+    /// The fields by which its messages are read as frames; empty if they are not.
     pub read_as: Vec<u8>,
-    /// The bus that its frames are on; empty where none is.
+    /// The bus of its frames; empty if there is none.
     pub bus: Vec<u8>,
 }
 
-/// A line or record of a capture that speaks of the capture itself.
+/// A line or record about the capture itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
-    /// The stamps from here on count from this date. Without one they are what they are: of a clock, or from zero.
+    /// The date from which stamps count from here on. Without one they are absolute or count from zero.
     Start {
-        /// ns since 1970-01-01: UTC where the format has it so, else local civil time counted as if it were UTC.
+        /// ns since 1970-01-01: UTC if the format says so, otherwise local civil time as if it were UTC.
         date_ns: i64,
     },
-    /// The capturing program lost frames: a gap.
+    /// A gap: the capturing program lost frames.
     Dropped {
-        /// The bus they were lost on.
+        /// The bus.
         bus: BusId,
-        /// How many, as said there.
+        /// Number of lost frames, as reported.
         count: u64,
-        /// How many in total so far, as said there.
+        /// Total number so far, as reported.
         total: u64,
-        /// Where it is said.
+        /// The place of the report.
         place: Place,
     },
-    /// The file itself shows that frames are missing here, on whatever bus: its row numbers jump, or a line says so.
+    /// The file itself shows that frames are missing here, on an unknown bus: by a jump of its row numbers or by a
+    /// line.
     LeftOut {
-        /// How many rows, where it is told. Rows that are no frames count as well.
+        /// Number of rows, if known, including rows that are not frames.
         count: Option<u64>,
-        /// The numbers of the rows before and behind the gap, where they show it.
+        /// The numbers of the rows before and after the gap, if known.
         rows: Option<(u64, u64)>,
-        /// Where.
+        /// The place.
         place: Place,
     },
-    /// The identifiers of the file stand in the wrong byte order, and are read in that order.
+    /// The identifiers of the file are in the wrong byte order and are read accordingly.
     Swapped,
     /// An error marker without any content (`can0  ERROR`).
     Error {
-        /// The bus it was seen on.
+        /// The bus.
         bus: BusId,
         /// Its stamp, if any.
         stamp: Option<Stamp>,
-        /// Where it stands.
+        /// The place.
         place: Place,
     },
-    /// Stamps of a pipe were taken as counted from zero, and went backwards: they may be differences (`-t d`).
+    /// Stamps of a pipe, assumed to count from zero, went backward: they may be differences (`-t d`).
     Backward {
-        /// Where.
+        /// The place.
         place: Place,
     },
 }
 
-/// Why a line or record could not be read.
+/// The reason why a line or record is unreadable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unreadable {
-    /// The line is no frame of any known dialect, nor a comment.
+    /// The line is neither a frame of any known dialect nor a comment.
     NoFrame,
-    /// The identifier is out of range for its number of digits, or has flag bits that no frame has.
+    /// The identifier is out of range for its number of digits, or has impossible flag bits.
     Identifier,
-    /// The length is out of range, or not a length of a CAN FD frame.
+    /// The length is out of range, or not one of a CAN FD frame.
     Length,
-    /// Fewer data bytes than the length says, or a byte that is no number.
+    /// Fewer data bytes than the length says, or a byte that is not a number.
     Data,
-    /// The line ends in the middle of a frame: the capture was cut.
+    /// The line ends within a frame: the capture was cut.
     Cut,
     /// A CAN XL frame.
     CanXl,
-    /// It is on one bus more than are kept apart.
+    /// Its bus is beyond the maximum number.
     Bus,
 }
 
-/// Hands on bytes that come in any chunking: `take` gets what is left over (`rest`) with `bytes` behind it, and says how
-/// much of it was whole. Gives what is left over then; nothing is copied while nothing is.
+/// Processes bytes in any chunking: `take` gets the leftover `rest` followed by `bytes` and returns the number of bytes
+/// consumed. Returns the new leftover; bytes are copied only if there is one.
 fn in_pieces(mut rest: Vec<u8>, bytes: &[u8], mut take: impl FnMut(&[u8]) -> usize) -> Vec<u8> {
     if rest.is_empty() {
         let used = take(bytes);

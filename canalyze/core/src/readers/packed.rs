@@ -1,20 +1,20 @@
-//! The records in which frames come from, and go to, programs of another language: those of python-can's bridge.
+//! Records that exchange frames with programs in another language: python-can's bridge.
 //!
-//! Not a file format: nothing is told by its first bytes, and users are never offered it. A record is a head of 24
-//! bytes, little-endian, and what its kind says follows it.
+//! This is not a file format: it is not recognized by its first bytes, and users cannot select it. A record is a head
+//! of 24 bytes, little-endian, followed by data that depend on its kind.
 //!
 //! | offset | frame (kind 1) | every other kind |
 //! |---|---|---|
 //! | 0 | `u8` 1 | `u8` kind |
 //! | 1 | `u8` flags: 1 has a stamp, 2 FD, 4 BRS, 8 ESI, 16 received, 32 sent | `u8` which |
-//! | 2 | `u8` bus | `u16` bytes of text behind the head |
-//! | 3 | `u8` length, of data or asked for | |
+//! | 2 | `u8` bus | `u16` bytes of text after the head |
+//! | 3 | `u8` length, of data or requested | |
 //! | 4 | `u8` raw DLC 9 to 15 of a classic frame, else 0 | `u32` 0 |
-//! | 5 | `u8` digits behind the point of the stamp, 0 to 9 | |
-//! | 6 | `u8` bytes of data behind the head, 0 to 64 | |
+//! | 5 | `u8` digits after the point of the stamp, 0 to 9 | |
+//! | 6 | `u8` bytes of data after the head, 0 to 64 | |
 //! | 7 | `u8` 0 | |
 //! | 8 | `u32` identifier with the flag bits of SocketCAN: EFF, RTR, ERR | `i64` number |
-//! | 12 | `u32` line in the file, 0 where it has none | |
+//! | 12 | `u32` line in the file, 0 for none | |
 //! | 16 | `i64` stamp in ns | `i64` further number, -1 for none |
 //!
 //! | kind | which | number | further | text |
@@ -23,22 +23,22 @@
 //! | 3 start | 0 | date in ns since 1970-01-01 | 0 | |
 //! | 4 damage | 0 cut, 1 checksum, 2 structure, 3 compression, 4 rest | offset in bytes | bytes lost | |
 //! | 5 unreadable | 0 no frame, 1 identifier, 2 length, 3 data, 4 cut, 5 CAN XL | line | 0 | |
-//! | 6 passed over | 0 | how many | 0 | of which kind |
+//! | 6 passed over | 0 | count | 0 | their kind |
 //! | 7 dialect | a row of [`PROPERTIES`] | 0 | 0 | its value |
 //! | 8 dropped | index of the bus | frames lost on it | 0 | |
-//! | 9 left out | 0 | rows, -1 where that is not told | number of the row before, -1 for none | decimal number of the line |
+//! | 9 left out | 0 | rows, -1 if unknown | number of the row before, -1 for none | decimal number of the line |
 //!
-//! Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
+//! The stream is not trusted: anything else ends it with one damage.
 
 use super::{Contents, Damage, DamageKind, Item, Marker, Place, Unreadable, in_pieces};
 use crate::frame::{BusId, Buses, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
 
-/// Bytes of a head.
+/// Size of a head in bytes.
 pub const HEAD: usize = 24;
-/// Names of dialect properties, by the index that records have.
+/// Names of dialect properties by the index used in records.
 pub const PROPERTIES: &[&str] = &["reader", "version", "application", "channels"];
 
-/// Kinds of records.
+/// The kinds of records.
 pub mod kind {
     /// A frame.
     pub const FRAME: u8 = 1;
@@ -46,23 +46,23 @@ pub mod kind {
     pub const BUS: u8 = 2;
     /// The date from which stamps count.
     pub const START: u8 = 3;
-    /// A part of the file that is lost.
+    /// A lost part of the file.
     pub const DAMAGE: u8 = 4;
-    /// A line that cannot be read.
+    /// An unreadable line.
     pub const UNREADABLE: u8 = 5;
-    /// What is no frame, counted.
+    /// A count of something that is not a frame.
     pub const PASSED_OVER: u8 = 6;
     /// A property of the dialect.
     pub const DIALECT: u8 = 7;
-    /// Frames that the capturing program lost.
+    /// Frames lost by the capturing program.
     pub const DROPPED: u8 = 8;
     /// Rows that the file itself shows to be missing.
     pub const LEFT_OUT: u8 = 9;
 }
 
-/// Bits of a frame's flags.
+/// The bits of a frame's flags.
 pub mod flag {
-    /// It has a stamp.
+    /// The frame has a stamp.
     pub const STAMP: u8 = 1;
     /// CAN FD.
     pub const FD: u8 = 2;
@@ -76,35 +76,35 @@ pub mod flag {
     pub const TX: u8 = 32;
 }
 
-/// Extended frame format, in an identifier.
+/// Extended frame format, a flag of the identifier.
 pub const EFF: u32 = 0x8000_0000;
-/// Remote frame, in an identifier.
+/// Remote frame, a flag of the identifier.
 pub const RTR: u32 = 0x4000_0000;
-/// Error frame, in an identifier.
+/// Error frame, a flag of the identifier.
 pub const ERR: u32 = 0x2000_0000;
 
-/// Kinds kept apart of what was passed over.
+/// Maximum number of separately counted kinds of other content.
 const KINDS: usize = 64;
-/// Longest text of a record that is kept.
+/// Maximum length of a record's text, in bytes; the rest is cut off.
 const TEXT: usize = 256;
 
 /// The reader of a stream of records.
 #[derive(Debug, Default)]
 pub struct Packed {
-    /// The beginning of a record whose end has not come yet.
+    /// The beginning of an incomplete record.
     rest: Vec<u8>,
-    /// Bytes of the stream before `rest`.
+    /// Number of bytes of the stream before `rest`.
     taken: u64,
-    /// Ids of the stream's buses, by its own index.
+    /// The stream's buses by its own index.
     buses: Vec<Option<BusId>>,
     contents: Contents,
-    /// Frames that are said to be lost.
+    /// Number of frames reported as lost.
     lost: u64,
     broken: bool,
 }
 
 impl Packed {
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if self.broken {
             return;
@@ -113,7 +113,7 @@ impl Packed {
         self.rest = in_pieces(rest, bytes, |bytes| self.records(bytes, buses, sink));
     }
 
-    /// Takes the end of the stream.
+    /// Ends the stream.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if !self.rest.is_empty() && !self.broken {
             let bytes = Some(self.rest.len() as u64);
@@ -123,17 +123,17 @@ impl Packed {
         self.interrupt(buses, sink);
     }
 
-    /// Takes the end of what was read so far.
+    /// Ends an interrupted stream, ignoring an incomplete record.
     pub fn interrupt(&mut self, _: &mut Buses, _: &mut impl FnMut(Item, &Buses)) {
         self.rest.clear();
     }
 
-    /// What is known of the file beyond frames.
+    /// Returns the facts about the file beyond its frames.
     pub fn contents(&self) -> Contents {
         self.contents.clone()
     }
 
-    /// Reads whole records; gives the bytes that they took.
+    /// Reads complete records and returns the number of bytes consumed.
     fn records(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> usize {
         let mut used = 0;
         while let Some((head, behind)) = bytes.get(used..).and_then(<[u8]>::split_first_chunk::<HEAD>) {
@@ -191,7 +191,7 @@ impl Packed {
             t_ns: stamped.then_some(ns),
             stamp: stamped.then_some(Stamp { form: StampForm::Seconds, ns, width: 1, decimals }),
             bus: known.unwrap_or_else(|| buses.intern(b"")),
-            // The class of an error is a number of 29 bits whatever its flag says.
+            // An error class is a number of 29 bits regardless of the flag.
             id: match u16::try_from(raw) {
                 Ok(short) if id & EFF == 0 && short <= 0x7FF => CanId::standard(short),
                 _ => CanId::extended(raw),
@@ -204,7 +204,7 @@ impl Packed {
         })
     }
 
-    /// A record of another kind; `None` if it is of no kind.
+    /// Reads a record of another kind; `None` if the kind is unknown.
     fn other(&mut self, head: &[u8; HEAD], body: &[u8], buses: &mut Buses) -> Option<Option<Item>> {
         let [record, which, ..] = *head;
         let (number, further) = (i64_at(head, 8), i64_at(head, 16));
@@ -269,10 +269,10 @@ impl Packed {
     }
 }
 
-/// By `which`.
+/// Kinds of damage by `which`.
 const DAMAGES: &[DamageKind] =
     &[DamageKind::Cut, DamageKind::Checksum, DamageKind::Structure, DamageKind::Compression, DamageKind::Rest];
-/// By `which`.
+/// Reasons by `which`.
 const REASONS: &[Unreadable] = &[
     Unreadable::NoFrame,
     Unreadable::Identifier,
@@ -282,7 +282,7 @@ const REASONS: &[Unreadable] = &[
     Unreadable::CanXl,
 ];
 
-/// Bytes behind the head.
+/// Returns the number of bytes after the head.
 fn size(head: &[u8; HEAD]) -> usize {
     let [record, _, low, high, _, _, data, ..] = *head;
     if record == kind::FRAME { usize::from(data) } else { usize::from(u16::from_le_bytes([low, high])) }

@@ -1,17 +1,17 @@
-//! Which format an input has, told by its first bytes: never by its name.
+//! Detection of the format of an input by its first bytes, never by its name.
 //!
-//! Binary formats have a sign of their own. Text is decided by its first line that belongs to one format: what people
-//! write above the rows that they paste tells nothing. Everything that is nothing else is candump's text, whose reader
-//! says line by line what it cannot read. Must not: look further than [`HEAD`].
+//! Binary formats have signatures. Text is decided by its first line that belongs to one format, since lines that
+//! people write above pasted rows show nothing. Everything else is candump's text, whose reader reports unreadable
+//! lines. At most [`HEAD`] bytes are examined.
 
 use super::candump;
 use super::listing::{numbered, unmarked, unquoted};
 use crate::frame::Buses;
 
-/// Most that is ever looked at.
+/// Maximum number of examined bytes.
 pub const HEAD: usize = 64 * 1024;
 
-/// Signs at the very beginning: offset, bytes, name.
+/// Signatures at fixed offsets: offset, bytes, name.
 const SIGNS: &[(usize, &[u8], &str)] = &[
     (0, b"\x89MCAP0\r\n", "mcap"),
     (0, b"\xA1\xB2\xC3\xD4", "pcap"),
@@ -25,20 +25,20 @@ const SIGNS: &[(usize, &[u8], &str)] = &[
     (0, b"\x1F\x8B", "gzip"),
     (0, b"\xFD7zXZ\0", "xz"),
     (0, b"\x28\xB5\x2F\xFD", "zstd"),
-    (1, b"\x2A\x4D\x18", "zstd"), // a frame of it that is skipped
+    (1, b"\x2A\x4D\x18", "zstd"), // a skippable frame
     (0, b"BZh", "bzip2"),
     (0, b"\xFF\xFE", "utf-16"),
     (0, b"\xFE\xFF", "utf-16"),
 ];
 
-/// The beginning of a section header of pcapng. Text may begin so too, so the mark of its byte order has to follow.
+/// The beginning of a section header of pcapng. Text may begin with it, too, so the byte-order mark is also required.
 const BLOCK: &[u8] = b"\n\r\r\n";
 
-/// The name of the format that begins with `head`; `None` while more bytes are needed to tell. `complete`: there are
-/// no more.
+/// Returns the name of the format that begins with `head`; `None` if more bytes are needed. `complete`: there are no
+/// more.
 ///
-/// Beside the names of [`super::Format`]: what other programs are needed for (`blf`, `mf4`, `sqlite`, `trc`, `csv`),
-/// what has to be unpacked first (`gzip`, `xz`, `zstd`, `bzip2`), and text of another encoding (`utf-16`, `utf-16le`,
+/// Besides the names of [`super::Format`], returns formats that need other programs (`blf`, `mf4`, `sqlite`, `trc`,
+/// `csv`), compressed files (`gzip`, `xz`, `zstd`, `bzip2`), and text in another encoding (`utf-16`, `utf-16le`,
 /// `utf-16be`).
 pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
     let complete = complete || head.len() >= HEAD;
@@ -52,7 +52,7 @@ pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
         }
     }
     if let Some(rest) = head.strip_prefix(BLOCK) {
-        // Between them is the length of the header.
+        // The length of the header is in between.
         match rest.get(4..8) {
             Some(b"\x1A\x2B\x3C\x4D" | b"\x4D\x3C\x2B\x1A") => return Some("pcapng"),
             None if !complete => return None,
@@ -62,7 +62,7 @@ pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
         return None;
     }
     if let [first, second, third, fourth, ..] = head {
-        // Text in UTF-16 without its mark: every other byte of the first two letters is zero.
+        // Text in UTF-16 without a byte-order mark: every other byte of the first two letters is zero.
         let zeros = [first, second, third, fourth].map(|byte| *byte == 0);
         match zeros {
             [false, true, false, true] => return Some("utf-16le"),
@@ -96,7 +96,7 @@ fn text(head: &[u8], complete: bool) -> Option<&'static str> {
     }
 }
 
-/// What a line of text gives away; `None` for one that could stand in any file.
+/// Returns the format that a line of text shows; `None` if it could be in any file.
 fn line_of(line: &[u8]) -> Option<&'static str> {
     let lower = line.to_ascii_lowercase();
     match line.first() {
@@ -113,7 +113,7 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
     let (first, second) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
     let third = words.next().unwrap_or_default();
     let header = match first {
-        // A date has a time of the day: `date of the recording` is prose.
+        // A date includes a time of day: `date of the recording` is prose.
         b"date" => line.contains(&b':'),
         b"base" => matches!(second, b"hex" | b"dec"),
         b"begin" => second == b"triggerblock",
@@ -121,7 +121,7 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
         b"no" => second == b"internal" && third == b"events",
         _ => false,
     };
-    // A line of Vector's without its header: time, then channel and more, or the kind of an event.
+    // A line of Vector's without a header: time, then channel and more, or the kind of an event.
     let event = second.iter().all(u8::is_ascii_digit) && !second.is_empty() && !third.is_empty();
     let event = event || matches!(second, b"canfd" | b"canxl" | b"start" | b"can" | b"log" | b"sv:" | b"comment:");
     let stamp = first.iter().filter(|byte| **byte == b'.').count() == 1
@@ -134,7 +134,8 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
     candump::line(line, &mut Buses::default()).ok().map(|_| "candump")
 }
 
-/// A row of PEAK's in any version, its header being left out: number, offset in ms, then type, bus or identifier.
+/// Returns true for a row of PEAK's format in any version, without the header: number, offset in ms, then type, bus or
+/// identifier.
 fn is_trc_row(line: &[u8]) -> bool {
     let Some((_, rest, bare)) = numbered(line) else { return false };
     let mut words = rest.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty());
@@ -210,7 +211,7 @@ mod tests {
         ];
         for (head, name) in rows {
             assert_eq!(sniff(head, true), Some(*name), "{:?}", String::from_utf8_lossy(head));
-            // What is said early is what is said late.
+            // An early answer equals the final one.
             for cut in 0..head.len() {
                 let early = sniff(head.get(..cut).unwrap_or_default(), false);
                 assert!(early.is_none() || early == Some(*name), "{name} at {cut}: {early:?}");

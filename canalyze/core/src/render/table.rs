@@ -525,9 +525,10 @@ macro_rules! table {
             }
         }
 
-        impl $table {
-            /// Appends a record, and returns the bytes of its text and data.
-            pub(in crate::render) fn append(
+        impl $crate::render::columns::column::Append<$crate::render::table::table!(@context $($context)?), $record>
+            for $table
+        {
+            fn append(
                 &mut self,
                 $cx: $crate::render::table::table!(@context $($context)?),
                 $one: $record,
@@ -543,19 +544,6 @@ macro_rules! table {
 
         impl $crate::render::columns::column::Named for $table {
             const NAME: &'static str = $name;
-        }
-
-        impl $crate::render::columns::column::Table<$table> {
-            /// Appends a record.
-            pub(in crate::render) fn row(
-                &mut self,
-                done: &mut Vec<$crate::render::columns::column::Batch>,
-                cx: $crate::render::table::table!(@context $($context)?),
-                one: $record,
-            ) {
-                let bytes = self.columns.append(cx, one);
-                self.end_row(bytes, done);
-            }
         }
     };
     (@builder (json) $kind:ident) => { () };

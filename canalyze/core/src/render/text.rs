@@ -12,10 +12,10 @@ use crate::event::{Event, Step, What};
 use crate::finding::{Code, Severity};
 use crate::frame::{Buses, Frame, Kind, Stamp, StampForm};
 use crate::readers::Marker;
-use crate::services;
 use crate::services::sdo::wire::Side;
 use crate::text::digits::{filled, hex_digits, put};
 use crate::text::{Depth, Lang, explain, findings, notes, services as words};
+use crate::wire;
 use crate::writers::console::{Columns, dropped, left_out, length};
 
 /// How time is shown (option `-t`, as candump's).
@@ -335,7 +335,7 @@ pub fn explain(out: &mut Vec<u8>, lang: Lang, frame: &Frame, buses: &Buses) {
         Role::SdoResponse(node) if frame.kind == Kind::Data => {
             (Some(node), What::Sdo(Step::alone(Side::Server, frame)))
         }
-        role => (None, What::Message(services::decode(role, frame))),
+        role => (None, What::Message(wire::decode(role, frame))),
     };
     let (node, what) = what;
     let event = Event { at: frame.reference(), about: None, bus: frame.bus, node, transfer: None, what };

@@ -1,4 +1,4 @@
-//! What is brought up to date object by object is what it would be if everything were made anew.
+//! Updates object by object give the same roles as compiling anew.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 use proptest::prelude::*;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::services::sdo::transfer::Direction;
 use crate::services::sdo::wire::Mux;
 
-/// One thing that happens to a node's configuration.
+/// A change of a node's configuration.
 #[derive(Clone, Debug)]
 enum Change {
     Learn(bool, Mux, u32),

@@ -172,8 +172,10 @@ impl Load {
     }
 
     /// Most bits, and most frames, in each of [`WINDOWS`].
-    pub fn peaks(&self) -> impl Iterator<Item = (i64, Peak, Peak)> {
-        WINDOWS.into_iter().zip(&self.windows).map(|(length, window)| (length, window.bits, window.frames))
+    pub fn peaks(&self) -> [(i64, Peak, Peak); WINDOWS.len()] {
+        let [second, tenth] = &self.windows;
+        let [of_second, of_tenth] = WINDOWS;
+        [(of_second, second.bits, second.frames), (of_tenth, tenth.bits, tenth.frames)]
     }
 
     /// The longest burst of two frames or more, where the bit rate is known and there are stamps.
@@ -199,7 +201,7 @@ mod tests {
             load.add(100, Some(960_000_000 + no * 1_600_000), None, at(no as u64 + 1));
         }
         load.add(100, Some(7_000_000_000), None, at(51));
-        let peaks: Vec<_> = load.peaks().map(|(length, bits, frames)| (length, bits.amount, frames.amount)).collect();
+        let peaks = load.peaks().map(|(length, bits, frames)| (length, bits.amount, frames.amount));
         assert_eq!(peaks, [(1_000_000_000, 5_000, 50), (100_000_000, 5_000, 50)]);
         assert_eq!((load.bits, load.timed_bits, load.timed_frames), (5_100, 5_100, 51));
     }
@@ -210,7 +212,7 @@ mod tests {
         for no in 0..1_000 {
             load.add(10, Some(no * 10_000_000), None, at(no as u64 + 1));
         }
-        let peaks: Vec<_> = load.peaks().map(|(_, bits, frames)| (bits.amount, frames.amount, frames.at.no)).collect();
+        let peaks = load.peaks().map(|(_, bits, frames)| (bits.amount, frames.amount, frames.at.no));
         assert_eq!(peaks, [(1_000, 100, 100), (100, 10, 10)]);
     }
 

@@ -3,7 +3,7 @@
 use super::digits::{Hex, put};
 use super::{Lang, say, sentence, terms};
 use crate::event::{Note, Scanned};
-use crate::services::lss::Part;
+use crate::wire::lss::Part;
 
 /// Appends a note; `about` is the number of the earlier frame.
 pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {

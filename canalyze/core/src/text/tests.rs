@@ -7,8 +7,9 @@ use crate::cob_id::{Role, predefined};
 use crate::frame::{CanId, Frame, Kind};
 use crate::message::Message;
 use crate::render::jsonl;
-use crate::services::{decode, pdo};
+use crate::services::pdo;
 use crate::text::escape::unsafe_on_a_terminal;
+use crate::wire::decode;
 use proptest::prelude::*;
 
 fn data(id: u16, payload: &[u8]) -> Frame {

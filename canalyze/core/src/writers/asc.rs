@@ -1,8 +1,8 @@
-//! Vector's ASC log, as Vector's programs, python-can and asc2log read it.
+//! Vector's ASC log, as read by Vector's programs, python-can and asc2log.
 //!
-//! Stamps count from a date in whole milliseconds, which is all that the header can say. A frame before that date
-//! begins a block with an earlier one. What the format has no column for stands in comment lines that this program's
-//! reader takes (`readers::asc::notes`). Must not: write a line that another reader would take for a different frame.
+//! Stamps count from a date in whole milliseconds, as the header requires. A frame before that date begins a block with
+//! an earlier one. Content without a column is written in comment lines that this program's reader understands
+//! (`readers::asc::notes`). No line may read as a different frame in another program.
 
 use super::{Loss, Losses, Setting};
 use crate::calendar::date_of;
@@ -14,22 +14,22 @@ use crate::text::digits::{Hex, Padded, Spaced, filled, fraction, hex, put};
 
 const SECOND: i64 = 1_000_000_000;
 const MILLISECOND: i64 = 1_000_000;
-/// Moments below this are no dates (1973 on) but count from a capture's start, unless that says its date.
+/// Lower limit of times that are dates, in ns (1973); others count from the start of the capture, unless it has a date.
 const UNDATED: i64 = 100_000_000 * SECOND;
 
 /// A writer of ASC logs.
 #[derive(Debug)]
 pub struct Asc {
-    /// What could not be written.
+    /// The losses.
     pub losses: Losses,
-    /// The moment that the stamps count from; `None` before the header.
+    /// The time from which the stamps count; `None` before the header.
     origin: Option<i64>,
-    /// The dates are none.
+    /// True if the dates are not real.
     undated: bool,
-    /// The last moment written.
+    /// The last written time.
     last: i64,
     frames: i64,
-    /// The channel of each bus.
+    /// The channels of buses.
     channels: Vec<(BusId, Channel)>,
     directions: bool,
     stamps: bool,
@@ -54,7 +54,7 @@ impl Default for Asc {
 }
 
 impl Asc {
-    /// Appends a frame's line, and what has to stand before it.
+    /// Appends a frame's line, and the lines that have to precede it.
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         let known = setting.moment(frame);
         let moment = known.unwrap_or_else(|| {
@@ -85,7 +85,7 @@ impl Asc {
         out.push(b'\n');
     }
 
-    /// What an error frame says, which its line cannot.
+    /// Appends a comment with the content of an error frame that its line cannot hold.
     fn error(&mut self, out: &mut Vec<u8>, frame: &Frame) {
         if frame.dir.is_some() {
             self.losses.count(Loss::Direction);
@@ -108,7 +108,7 @@ impl Asc {
         }
     }
 
-    /// Only a gap has a line of its own, a comment.
+    /// Appends a gap as a comment line; other markers have none.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => {
@@ -126,7 +126,7 @@ impl Asc {
         }
     }
 
-    /// Appends the end of the block; the header too where there was no frame.
+    /// Appends the end of the block, and the header if there was no frame.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         if self.origin.is_none() {
             self.begin(out, setting, setting.date_ns.unwrap_or(0));
@@ -134,8 +134,8 @@ impl Asc {
         out.extend_from_slice(b"End TriggerBlock\n");
     }
 
-    /// The header before the first frame, a block before a frame that is earlier than all before it. Gives back what
-    /// the stamps count from.
+    /// Appends the header before the first frame, or a block before a frame earlier than all previous ones. Returns the
+    /// time from which the stamps count.
     fn begin(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, moment: i64) -> i64 {
         match self.origin {
             Some(origin) if moment >= origin => return origin,
@@ -168,8 +168,8 @@ impl Asc {
         origin
     }
 
-    /// The channel of a bus: n + 1 for `can{n}` where that is free, else the first free one. Appends the comment with
-    /// the bus's name where the number does not tell it.
+    /// Returns the channel of a bus: n + 1 for `can{n}` if that is free, otherwise the first free one. Appends a
+    /// comment with the name of the bus if the number does not show it.
     fn channel(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, bus: BusId) -> Channel {
         if let Some((_, channel)) = self.channels.iter().find(|(known, _)| *known == bus) {
             return *channel;
@@ -186,7 +186,7 @@ impl Asc {
     }
 }
 
-/// The channel that other programs show as this bus.
+/// Returns the channel that other programs show as this bus.
 fn numbered(name: &[u8]) -> Option<Channel> {
     let digits = name.strip_prefix(b"can")?;
     let number: Channel = std::str::from_utf8(digits).ok()?.parse().ok().filter(|number| *number < 255)?;
@@ -194,7 +194,7 @@ fn numbered(name: &[u8]) -> Option<Channel> {
     (digits.len() == number.to_string().len()).then_some(number + 1)
 }
 
-/// `1  601             Rx   d 8 40 08 10 00 00 00 00 00`
+/// Appends `1  601             Rx   d 8 40 08 10 00 00 00 00 00`.
 fn classic(out: &mut Vec<u8>, channel: Channel, frame: &Frame) {
     put!(out; channel, "  ");
     let start = out.len();
@@ -208,13 +208,13 @@ fn classic(out: &mut Vec<u8>, channel: Channel, frame: &Frame) {
     bytes(out, frame.payload());
 }
 
-/// `CANFD   1 Rx        601                                    1 0 9 12 00 .. 00        0    0     3000 ..`: the columns
-/// behind the data are unknown but for the flags.
+/// Appends `CANFD   1 Rx        601                                    1 0 9 12 00 .. 00        0    0     3000 ..`;
+/// except for the flags, the columns after the data are unknown.
 fn fd(out: &mut Vec<u8>, channel: Channel, frame: &Frame, brs: bool, esi: bool) {
     out.extend_from_slice(b"CANFD ");
     filled(out, u64::from(channel), 3, b' ');
     out.extend_from_slice(if frame.dir == Some(Direction::Tx) { b" Tx   " } else { b" Rx   " });
-    // Right-aligned in nine columns, the last being the `x`; then the room of a symbolic name.
+    // Right-aligned in nine columns, including the `x`; then the width of a symbolic name.
     let width = digits_of(frame.id);
     out.extend(std::iter::repeat_n(b' ', 8 - width.min(8)));
     identifier(out, frame.id);
@@ -245,16 +245,16 @@ fn bytes(out: &mut Vec<u8>, payload: &[u8]) {
     }
 }
 
-/// `   0.000000 `: seconds in four columns, six or nine decimals.
+/// Appends `   0.000000 `: seconds in four columns, six or nine decimals.
 fn stamp(out: &mut Vec<u8>, ns: i64, decimals: u8) {
     filled(out, ns.div_euclid(SECOND).unsigned_abs(), 4, b' ');
     let rest = ns.rem_euclid(SECOND) as u32;
-    // Moments of several files joined may be finer than their stamps.
+    // Times of joined files may be finer than their stamps.
     fraction(out, rest, if decimals > 6 || !rest.is_multiple_of(1000) { 9 } else { 6 });
     out.push(b' ');
 }
 
-/// `Thu Apr 28 10:44:52.480 am 2022`
+/// Appends `Thu Apr 28 10:44:52.480 am 2022`.
 fn date(out: &mut Vec<u8>, ns: i64) {
     const WEEKDAYS: [&str; 7] = ["Thu", "Fri", "Sat", "Sun", "Mon", "Tue", "Wed"];
     const MONTHS: [&str; 12] = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"];
@@ -375,7 +375,7 @@ End TriggerBlock
         assert!(text.starts_with("date Wed Feb 6 12:18:44.265 pm 2019\n") && text.ends_with("End TriggerBlock\n"));
     }
 
-    /// What a frame is beyond how it was written.
+    /// The content of a frame, regardless of the form in which it was written.
     type Essence = (Option<i64>, Vec<u8>, CanId, Kind, Option<Direction>, u8, u8, [u8; 64]);
 
     fn essence(frame: &Frame, buses: &Buses, date_ns: Option<i64>) -> Essence {
@@ -429,7 +429,7 @@ End TriggerBlock
     }
 
     proptest! {
-        // Nothing is lost between this writer and this reader, not even what the format has no column for.
+        // Nothing is lost between this writer and this reader, including content without a column.
         #[test]
         fn what_is_written_is_read(
             frames in prop::collection::vec((any_frame(), prop::option::weighted(0.95, -3_000_000_000i64..9_000_000_000), 0..=9u8), 0..20),

@@ -1,7 +1,8 @@
-//! candump's console form: ` (1549455524.265601)  can0  60A   [8]  40 08 10 00 00 00 00 00`, as `candump -ta` prints it.
+//! candump's console form: ` (1549455524.265601)  can0  60A   [8]  40 08 10 00 00 00 00 00`, as `candump -ta` prints
+//! it.
 //!
-//! The line of a frame without anything said about it; `render::text` puts its words behind the same columns.
-//! Formatting is by hand: it costs more than decoding. Must not: lose a digit of a stamp.
+//! This is the line of the frame alone; `render::text` appends words to the same columns. Numbers are formatted by
+//! hand, since formatting costs more than decoding. Stamps keep all their digits.
 
 use super::{Loss, Losses, Setting, name_of};
 use crate::calendar::date_of;
@@ -11,16 +12,16 @@ use crate::text::digits::{Hex, Padded, filled, fraction, hex_digits, put};
 use crate::text::escape;
 
 const SECOND: i64 = 1_000_000_000;
-/// Longest bus name for which columns are aligned.
+/// Maximum width of a bus name to which columns are aligned.
 const NAME_WIDTH: usize = 16;
 
 /// A writer of candump's console form.
 ///
-/// Stamps keep their form and digits, but never are differences: those of a part of a capture would add up to other
-/// times.
+/// Stamps keep their form and digits but are never differences, since those of a part of a capture would add up to
+/// other times.
 #[derive(Debug, Default)]
 pub struct Console {
-    /// What could not be written.
+    /// The losses.
     pub losses: Losses,
     columns: Columns,
 }
@@ -47,7 +48,7 @@ impl Console {
         put!(out; if frame.kind == Kind::Error { "   ERRORFRAME\n" } else { "\n" });
     }
 
-    /// Appends a gap, or an error marker.
+    /// Appends the line of a gap or an error marker.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => {
@@ -65,24 +66,24 @@ impl Console {
     }
 }
 
-/// The columns before the data: what the lines so far decide of the next ones.
+/// The columns before the data, whose layout depends on the lines so far.
 #[derive(Debug, Default)]
 pub struct Columns {
-    /// Widest bus name so far; candump aligns them to the right.
+    /// Width of the widest bus name so far; candump aligns names to the right.
     width: usize,
-    /// A 29-bit identifier was seen: 11-bit ones are indented from then on, as candump does.
+    /// True after a 29-bit identifier, from which on candump indents 11-bit ones.
     indent: bool,
 }
 
 impl Columns {
-    /// Stamp, bus, direction, identifier and length of a frame, to the blank behind the length.
+    /// Appends stamp, bus, direction, identifier and length of a frame, up to the blank after the length.
     pub fn head(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
         self.source(out, stamp, name, frame);
         self.identifier(out, frame);
         length(out, frame);
     }
 
-    /// Of these the columns before the identifier.
+    /// Appends the columns before the identifier.
     pub fn source(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
         if let Some(stamp) = stamp {
             written(out, stamp);
@@ -91,7 +92,7 @@ impl Columns {
         direction(out, frame);
     }
 
-    /// The line of an error marker without content.
+    /// Appends the line of an error marker without content.
     pub fn error(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8]) {
         if let Some(stamp) = stamp {
             written(out, stamp);
@@ -116,7 +117,7 @@ impl Columns {
         put!(out; "  ");
     }
 
-    /// The identifier.
+    /// Appends the identifier.
     pub fn identifier(&mut self, out: &mut Vec<u8>, frame: &Frame) {
         let raw = u64::from(frame.id.raw());
         if frame.kind == Kind::Error {
@@ -133,14 +134,14 @@ impl Columns {
     }
 }
 
-/// The line of a gap, in both of candump's forms.
+/// Appends the line of a gap, for both forms of candump.
 pub fn dropped(out: &mut Vec<u8>, name: &[u8], count: u64, total: u64) {
     put!(out; "DROPCOUNT: dropped ", count, if count == 1 { " CAN frame on '" } else { " CAN frames on '" });
     escape::terminal(out, name);
     put!(out; "' socket (total drops ", total, ")\n");
 }
 
-/// The line of rows that are left out, as people write it and readers take it.
+/// Appends the line of rows left out, as people write it and readers accept it.
 pub fn left_out(out: &mut Vec<u8>, count: Option<u64>) {
     match count {
         Some(count) => put!(out; "... ", count, if count == 1 { " row" } else { " rows" }, " left out ...\n"),
@@ -148,14 +149,14 @@ pub fn left_out(out: &mut Vec<u8>, count: Option<u64>) {
     }
 }
 
-/// A stamp with its digits as they were written.
+/// Appends a stamp in parentheses with its digits as written.
 fn written(out: &mut Vec<u8>, stamp: &Stamp) {
     put!(out; "(");
     digits(out, stamp);
     put!(out; ")  ");
 }
 
-/// The same without its parentheses.
+/// Appends a stamp with its digits as written.
 pub fn digits(out: &mut Vec<u8>, stamp: &Stamp) {
     let (seconds, ns) = (stamp.ns.div_euclid(SECOND), stamp.ns.rem_euclid(SECOND) as u32);
     match stamp.form {
@@ -165,7 +166,7 @@ pub fn digits(out: &mut Vec<u8>, stamp: &Stamp) {
     fraction(out, ns, stamp.decimals);
 }
 
-/// `2026-09-15 18:44:56` of seconds since 1970-01-01.
+/// Appends `2026-09-15 18:44:56` for seconds since 1970-01-01.
 fn calendar(out: &mut Vec<u8>, seconds: i64) {
     let (year, month, day) = date_of(seconds.div_euclid(86_400));
     let second = seconds.rem_euclid(86_400).unsigned_abs();
@@ -174,20 +175,20 @@ fn calendar(out: &mut Vec<u8>, seconds: i64) {
     put!(out; Padded::<2>(second / 60 % 60), ":", Padded::<2>(second % 60));
 }
 
-/// `TX - -  `, where the capture tells; B and E are the flags of an FD frame.
+/// Appends `TX - -  ` if the direction is known; B and E are the flags of an FD frame.
 fn direction(out: &mut Vec<u8>, frame: &Frame) {
     let Some(dir) = frame.dir else { return };
     let (brs, esi) = match frame.kind {
         Kind::Fd { brs, esi } => (brs, esi),
         _ => (false, false),
     };
-    // In one piece: every line has it where one has.
+    // Written at once, since every line has it if one has.
     let [b, e] = [if brs { b'B' } else { b'-' }, if esi { b'E' } else { b'-' }];
     let first = if dir == Direction::Rx { b'R' } else { b'T' };
     out.extend_from_slice(&[first, b'X', b' ', b, b' ', e, b' ', b' ']);
 }
 
-/// Length or raw DLC, and a blank behind it: candump prints one before each byte, too.
+/// Appends the length or raw DLC and a blank; candump prints another one before each byte.
 pub fn length(out: &mut Vec<u8>, frame: &Frame) {
     let form = frame.length_form;
     if matches!(frame.kind, Kind::Fd { .. }) || form.two_digits {

@@ -1,6 +1,6 @@
 //! candump's log form: `(1549455524.265601) can0 60A#4008100000000000`, as `candump -l` writes it.
 //!
-//! Direction stands at the line's end as `candump -l -x` has it. Must not: lose a digit of a stamp.
+//! The direction is at the end of the line as with `candump -l -x`. Stamps keep all their digits.
 
 use super::{Loss, Losses, Setting, console, name_of};
 use crate::frame::{Direction, Frame, Kind};
@@ -8,15 +8,15 @@ use crate::readers::Marker;
 use crate::text::digits::{Hex, Joined, Padded, fraction, put};
 
 const SECOND: u64 = 1_000_000_000;
-/// Between the stamps that are invented for frames without any.
+/// Distance of the stamps invented for frames without any, in ns.
 const SPACING_NS: i64 = 1_000_000;
 
-/// A writer of candump logs. Its stamps are never negative, which its readers do not know.
+/// A writer of candump logs. Stamps are never negative, since readers of this form do not know such.
 #[derive(Debug, Default)]
 pub struct Log {
-    /// What could not be written.
+    /// The losses.
     pub losses: Losses,
-    /// The last stamp that was written.
+    /// The last written stamp, in ns.
     last_ns: Option<i64>,
 }
 
@@ -29,7 +29,7 @@ impl Log {
         });
         self.last_ns = Some(moment);
         let ns = moment.unsigned_abs();
-        // At least ten digits before the point, as candump writes them, and six behind it.
+        // At least ten digits before the point and six after it, like candump.
         put!(out; "(", Padded::<10>(ns / SECOND));
         fraction(out, (ns % SECOND) as u32, frame.stamp.map_or(6, |stamp| stamp.decimals.max(6)));
         put!(out; ") ");
@@ -58,7 +58,7 @@ impl Log {
         });
     }
 
-    /// Only a gap has a line in this form.
+    /// Appends the line of a gap; other markers have none.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => {

@@ -1,46 +1,46 @@
-//! What is lost on the way into another format, counted by kind. Words for it stand in `text`.
+//! Losses in the conversion to another format, counted by kind. Their words are in `text`.
 
 use std::collections::BTreeMap;
 
-/// What a format cannot hold.
+/// Content that a format cannot hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Loss {
     /// The direction of a frame.
     Direction,
-    /// A direction that is not known had to be written as received.
+    /// An unknown direction, written as received.
     UnknownDirection,
-    /// The name of a bus; its number remains.
+    /// The name of a bus; its number is kept.
     BusName,
     /// Digits of a stamp.
     StampDigits,
-    /// The format demands stamps, and the capture has none: frames got invented ones, evenly spaced.
+    /// Missing stamps that the format requires; evenly spaced ones were invented.
     NoStamp,
-    /// A stamp that steps back; the format wants them in order.
+    /// A stamp that steps backward, while the format requires order.
     Order,
-    /// The format demands a date, and the capture's stamps count from zero: they were written as they are.
+    /// A missing date that the format requires; stamps count from zero as in the capture.
     NoDate,
     /// Bit rate switch or error state indicator of an FD frame.
     FdFlags,
-    /// That a frame was an FD frame; it is written as a classic one.
+    /// The FD format of a frame, which is written as a classic one.
     FdFormat,
-    /// An FD frame as a whole.
+    /// A whole FD frame.
     FdFrame,
     /// The raw DLC 9 to 15 of a classic frame.
     RawDlc,
-    /// The length that a remote frame asks for.
+    /// The length that a remote frame requests.
     RemoteLength,
-    /// The class and details of an error frame; that there was one remains.
+    /// The class and details of an error frame, which itself is kept.
     ErrorDetails,
-    /// An error frame as a whole.
+    /// A whole error frame.
     ErrorFrame,
-    /// That the capturing program lost frames.
+    /// A report of lost frames by the capturing program.
     Gap,
-    /// The signals of a frame: there is no room for yet another topic.
+    /// The signals of a frame, since no further topic is possible.
     Topics,
 }
 
 impl Loss {
-    /// All of them, with the names by which writers outside of this crate count them.
+    /// All losses with the names by which writers outside this crate count them.
     pub const NAMES: &[(&str, Loss)] = &[
         ("direction", Loss::Direction),
         ("unknown_direction", Loss::UnknownDirection),
@@ -61,22 +61,22 @@ impl Loss {
     ];
 }
 
-/// How often what was lost.
+/// The number of losses of each kind.
 #[derive(Clone, Debug, Default)]
 pub struct Losses(BTreeMap<Loss, u64>);
 
 impl Losses {
-    /// Counts one.
+    /// Counts one loss.
     pub fn count(&mut self, loss: Loss) {
         self.add(loss, 1);
     }
 
-    /// Counts several.
+    /// Counts several losses.
     pub fn add(&mut self, loss: Loss, count: u64) {
         *self.0.entry(loss).or_default() += count;
     }
 
-    /// What was lost, and how often.
+    /// Iterates over the losses and their numbers.
     pub fn iter(&self) -> impl Iterator<Item = (Loss, u64)> {
         self.0.iter().map(|(loss, count)| (*loss, *count))
     }

@@ -1,8 +1,8 @@
-//! Capture formats to be written: one file (or folder) a format; frames in, bytes out.
+//! The writers of capture formats, one file or folder for each: frames in, bytes out.
 //!
-//! A writer sees only `frame`, what readers say of a capture and, where it writes down what frames mean, events. It
-//! does no I/O and never fails: what its format cannot hold it counts as a loss. A new format is a file here, a row of
-//! [`Format`], and an arm of [`Writer`].
+//! A writer sees frames, the markers of readers and, if it writes decoded content, events. It does no I/O and never
+//! fails: it counts as a loss whatever its format cannot hold. A new format needs a file, a row of [`Format`], and an
+//! arm of [`Writer`].
 
 pub mod asc;
 pub mod console;
@@ -27,13 +27,13 @@ use crate::readers::Marker;
 
 pub use self::loss::{Loss, Losses};
 
-/// Formats that this crate writes.
+/// The formats that this crate writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Format {
     /// candump's log form (`candump -l`).
     #[default]
     Log,
-    /// Records for another program's writer; no format of files, so not among the names.
+    /// Records for another program's writer; not a file format, and so without a name.
     Packed,
     /// Vector's ASC log.
     Asc,
@@ -46,7 +46,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them, with their names.
+    /// All file formats by their names.
     pub const NAMES: &[(&str, Format)] = &[
         ("candump", Format::Log),
         ("console", Format::Console),
@@ -56,24 +56,24 @@ impl Format {
     ];
 }
 
-/// How formats are written that can be written in several ways.
+/// Options of formats that can be written in several ways.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     /// MCAP.
     pub mcap: mcap::Settings,
 }
 
-/// What is known of the capture as a whole when a frame is written.
+/// The facts about the whole capture when a frame is written.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
     /// The names of the buses so far.
     pub buses: &'a Buses,
-    /// The date from which the stamps count, in ns since 1970-01-01, where the capture says one.
+    /// The date from which the stamps count, in ns since 1970-01-01, if the capture has one.
     pub date_ns: Option<i64>,
 }
 
 impl Setting<'_> {
-    /// When a frame was seen, in ns since 1970-01-01 (since the capture's start where no date is known); `None`
+    /// Returns the time of a frame in ns since 1970-01-01 (since the start of the capture if no date is known); `None`
     /// without stamps.
     pub fn moment(&self, frame: &Frame) -> Option<i64> {
         frame.t_ns.map(|t_ns| t_ns.saturating_add(self.date_ns.unwrap_or(0)))
@@ -98,7 +98,7 @@ pub enum Writer {
 }
 
 impl Writer {
-    /// A writer at the beginning of a file.
+    /// Creates a writer at the beginning of a file.
     pub fn new(format: Format, settings: &Settings) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
@@ -110,14 +110,14 @@ impl Writer {
         }
     }
 
-    /// A file begins whose frames are written, in this format.
+    /// Records that the next frames come from `file` in this format.
     pub fn source(&mut self, file: &[u8], format: &str) {
         if let Self::Mcap(writer) = self {
             writer.source(file, format);
         }
     }
 
-    /// Whether it writes down what frames mean.
+    /// Returns true if it writes decoded content.
     pub fn wants_events(&self) -> bool {
         matches!(self, Self::Mcap(writer) if writer.wants_events())
     }
@@ -134,7 +134,7 @@ impl Writer {
         }
     }
 
-    /// Appends what the capture says of itself, where the format can.
+    /// Appends a marker if the format has a form for it.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
@@ -146,30 +146,30 @@ impl Writer {
         }
     }
 
-    /// Appends what the frame that was just written means, where the format has room for that and it is wanted. Without
-    /// a frame: what is known only later.
+    /// Appends the events of the frame just written, if the format holds them and they are wanted. Without a frame:
+    /// later knowledge.
     pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
         if let Self::Mcap(writer) = self {
             writer.events(out, setting, frame, events);
         }
     }
 
-    /// The same for a finding about the capture, which belongs to no frame.
+    /// Appends a finding about the capture, which has no frame.
     pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
         if let Self::Mcap(writer) = self {
             writer.finding(out, setting, finding);
         }
     }
 
-    /// It is `now_ns` on the clock of live frames: appends what the writer has held back for long, so that a file that
-    /// is still being written can be read.
+    /// Appends buffered content that is old at `now_ns` on the clock of live frames, so that a growing file can be
+    /// read.
     pub fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
         if let Self::Mcap(writer) = self {
             writer.until(out, now_ns);
         }
     }
 
-    /// Appends what belongs at the end of the file.
+    /// Appends the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
         match self {
             Self::Log(_) | Self::Console(_) | Self::Packed(_) => {}
@@ -179,7 +179,7 @@ impl Writer {
         }
     }
 
-    /// What could not be written.
+    /// Returns the losses.
     pub fn losses(&self) -> &Losses {
         match self {
             Self::Log(writer) => &writer.losses,
@@ -192,8 +192,8 @@ impl Writer {
     }
 }
 
-/// The name of a bus as candump's text can hold it: no blanks nor control characters, a letter or digit first. Empty
-/// where the capture names none.
+/// Returns the name of a bus as candump's text can hold it: without blanks or control characters, beginning with a
+/// letter or digit. Empty if the capture names none.
 fn name_of<'a>(buses: &'a Buses, bus: BusId, losses: &mut Losses) -> Cow<'a, [u8]> {
     let name = buses.name(bus);
     let fits = |byte: &u8| byte.is_ascii_graphic() && *byte != b'#';

@@ -1,7 +1,7 @@
-//! The records that hand frames to programs of another language; `readers::packed` says how they look.
+//! The records that hand frames to programs in another language; `readers::packed` describes them.
 //!
-//! Stamps are moments: where the capture names a date they count from 1970-01-01. Must not: judge what a format at the
-//! other end can hold; who writes that format counts its losses.
+//! Stamps are absolute: if the capture has a date, they count from 1970-01-01. The writer of the final format counts
+//! the losses of that format.
 
 use super::{Loss, Losses, Setting};
 use crate::frame::{BusId, Direction, Frame, Kind};
@@ -11,14 +11,14 @@ use crate::readers::packed::{EFF, ERR, HEAD, RTR, flag, kind};
 /// A writer of records.
 #[derive(Debug, Default)]
 pub struct Packed {
-    /// What could not be written.
+    /// The losses.
     pub losses: Losses,
-    /// Buses that have been named, a bit each.
+    /// Buses whose name has been written, one bit each.
     named: u64,
 }
 
 impl Packed {
-    /// Appends a frame, and before it the name of its bus if that is new.
+    /// Appends a frame, preceded by the name of its bus if that is new.
     pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
         self.name(out, setting, frame.bus);
         let mut flags = match frame.dir {
@@ -53,8 +53,8 @@ impl Packed {
         out.extend_from_slice(payload);
     }
 
-    /// An error marker becomes an error frame of no class. A gap gets a record, for who takes frames as they come, and
-    /// is counted all the same: no file format behind these records holds it.
+    /// Appends a marker. An error marker becomes an error frame without a class. A gap gets a record for live
+    /// consumers, and is still counted as a loss, since no file format behind these records holds it.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, .. } => {
@@ -100,7 +100,7 @@ impl Packed {
     }
 }
 
-/// The record of rows that are left out; it has no line, because the rows have none here.
+/// Appends the record of rows left out; they have no line here.
 fn left_out(out: &mut Vec<u8>, count: Option<u64>, rows: Option<(u64, u64)>) {
     let signed = |number: Option<u64>| number.and_then(|number| i64::try_from(number).ok()).unwrap_or(-1);
     out.extend_from_slice(&[kind::LEFT_OUT, 0, 0, 0, 0, 0, 0, 0]);

@@ -1,7 +1,7 @@
-//! pcapng: one section, an interface a bus (LINKTYPE_CAN_SOCKETCAN, stamps in ns), a block a frame.
+//! pcapng: one section, an interface for each bus (LINKTYPE_CAN_SOCKETCAN, stamps in ns), a block for each frame.
 //!
-//! An interface is described when its bus first has something to say. Frames have SocketCAN's structure in full, classic
-//! or FD, with the flag that says which. Must not: state a direction that is not known.
+//! An interface is described before the first block of its bus. Frames have the full structure of SocketCAN, classic or
+//! FD, with the flag for FD. An unknown direction is left out.
 
 use super::{Loss, Losses, Setting};
 use crate::frame::{BusId, Direction, Frame, Kind};
@@ -16,11 +16,11 @@ const FDF: u8 = 4;
 /// A writer of pcapng files.
 #[derive(Debug, Default)]
 pub struct Pcapng {
-    /// What could not be written.
+    /// The losses.
     pub losses: Losses,
     begun: bool,
     frames: u64,
-    /// Buses that have an interface, in the interfaces' order.
+    /// The buses with an interface, in the order of interfaces.
     interfaces: Vec<Interface>,
 }
 
@@ -29,9 +29,9 @@ struct Interface {
     bus: BusId,
     /// Frames lost since its last frame.
     lost: u64,
-    /// Frames lost so far.
+    /// Frames lost in total.
     lost_in_all: u64,
-    /// Its last stamp.
+    /// Its last stamp, in ns.
     last_ns: u64,
 }
 
@@ -78,7 +78,7 @@ impl Pcapng {
         });
     }
 
-    /// A gap is said with the next frame of its bus.
+    /// Counts a gap, which is written with the next frame of its bus.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, .. } => {
@@ -94,7 +94,7 @@ impl Pcapng {
         }
     }
 
-    /// Appends what was lost behind the last frames; a file without frames gets its header.
+    /// Appends the losses after the last frames; a file without frames gets its header.
     pub fn finish(&mut self, out: &mut Vec<u8>) {
         self.begin(out);
         for (index, interface) in self.interfaces.iter().enumerate() {
@@ -117,14 +117,14 @@ impl Pcapng {
             out.extend_from_slice(&0x1A2B_3C4D_u32.to_le_bytes());
             out.extend_from_slice(&1u16.to_le_bytes());
             out.extend_from_slice(&0u16.to_le_bytes());
-            // The section's length is not known yet.
+            // The length of the section is not known yet.
             out.extend_from_slice(&u64::MAX.to_le_bytes());
             option(out, 4, concat!("canalyze ", env!("CARGO_PKG_VERSION")).as_bytes());
             option(out, 0, &[]);
         });
     }
 
-    /// The number of a bus's interface, which is described when it is new.
+    /// Returns the index of a bus's interface, describing it if it is new.
     fn interface(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, bus: BusId) -> usize {
         if let Some(index) = self.interfaces.iter().position(|interface| interface.bus == bus) {
             return index;
@@ -133,7 +133,7 @@ impl Pcapng {
         let name = setting.buses.name(bus);
         block(out, 1, |out| {
             out.extend_from_slice(&LINKTYPE_CAN_SOCKETCAN.to_le_bytes());
-            // Reserved, and no length that packets were cut to.
+            // Reserved, and no limit on the length of packets.
             out.extend_from_slice(&[0; 6]);
             option(out, 2, if name.is_empty() { b"can0" } else { name });
             option(out, 9, &[9]);
@@ -144,7 +144,7 @@ impl Pcapng {
     }
 }
 
-/// A frame in SocketCAN's structure, its identifier big-endian.
+/// Appends a frame in the structure of SocketCAN, with a big-endian identifier.
 fn socketcan(out: &mut Vec<u8>, frame: &Frame) {
     let raw = frame.id.raw();
     let id = match frame.kind {
@@ -166,7 +166,7 @@ fn socketcan(out: &mut Vec<u8>, frame: &Frame) {
     out.resize(out.len() + room - payload.len(), 0);
 }
 
-/// A block with its length at both ends.
+/// Appends a block with its length at both ends.
 fn block(out: &mut Vec<u8>, kind: u32, body: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     out.extend_from_slice(&kind.to_le_bytes());
@@ -179,13 +179,13 @@ fn block(out: &mut Vec<u8>, kind: u32, body: impl FnOnce(&mut Vec<u8>)) {
     }
 }
 
-/// A stamp in two halves, the upper one first.
+/// Appends a stamp in two halves, the upper one first.
 fn stamp(out: &mut Vec<u8>, units: u64) {
     out.extend_from_slice(&((units >> 32) as u32).to_le_bytes());
     out.extend_from_slice(&(units as u32).to_le_bytes());
 }
 
-/// An option, filled up to 32 bits.
+/// Appends an option, padded to 32 bits.
 fn option(out: &mut Vec<u8>, code: u16, value: &[u8]) {
     out.extend_from_slice(&code.to_le_bytes());
     out.extend_from_slice(&(value.len() as u16).to_le_bytes());

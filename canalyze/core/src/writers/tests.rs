@@ -1,4 +1,4 @@
-//! candump's two forms: what is written of frames that have everything, and of captures that lack something.
+//! Tests of candump's two forms, for complete frames and for captures without some columns.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
@@ -75,7 +75,7 @@ fn stamps_count_from_the_date() {
     assert_eq!(text, "(1700000001.500000) can0 123#11\n");
     let (text, _) = written(Format::Console, b"can0", Some(date), &[stamped(1_500_000_000, 3)]);
     assert_eq!(text, " (1700000001.500)  can0  123   [1]  11\n");
-    // A difference: its moment is written.
+    // A difference is written as an absolute time.
     let (text, _) =
         written(Format::Console, b"can0", None, &[Frame { t_ns: Some(7_000_000), ..stamped(2_000_000, 3) }]);
     assert_eq!(text, " (0.007)  can0  123   [1]  11\n");

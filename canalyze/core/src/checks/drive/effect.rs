@@ -1,6 +1,4 @@
-//! Commands of a drive (CiA 402) that should lead out of a state, and whether they did.
-//!
-//! It must not decode a state, or judge how a state came about.
+//! Reports drive commands (CiA 402) that should lead out of a state and do not.
 
 use super::{Axis, PROMPT, Place, Sample, controlword, elapsed};
 use crate::context::Context;
@@ -8,11 +6,11 @@ use crate::drive::{self, Command, State};
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::drive::Drv002;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
-/// Time for a command that leads nearer to operation enabled: capacitors are charged, phases found, brakes released.
+/// Time for a command that leads towards operation enabled, in ns: capacitors charge, brakes release.
 const UPWARD: i64 = 5_000_000_000;
-/// The same for switching on: only the power stage is charged.
+/// The same for switching on, in ns: only the power stage is charged.
 const SWITCH_ON: i64 = 1_500_000_000;
 
 /// A command that should lead out of a state.
@@ -22,19 +20,19 @@ pub(super) struct Order {
     pub(super) command: Command,
     pub(super) from: State,
     pub(super) at: FrameRef,
-    /// Reports of that state since then.
+    /// Number of reports of that state since then.
     pub(super) reports: u8,
 }
 
 impl Axis {
-    /// What a command has led to by now.
+    /// Judges the effect of the last command.
     pub(super) fn effect(&mut self, place: Place<'_>, sample: Sample, cx: &mut Context<'_>) {
         let Some(order) = &mut self.order else { return };
         order.reports = order.reports.saturating_add(1);
         let order = *order;
         let upward = matches!(order.command, Command::SwitchOn | Command::EnableOperation)
             || (order.command == Command::Shutdown && order.from == State::SwitchOnDisabled);
-        // Operated locally; the supply is not there; PDOs are not listened to.
+        // Operated locally, no supply, or PDOs not received.
         let excused = !drive::remote(sample.word)
             || (upward && !voltage_enabled(sample.word))
             || place.state.is_some_and(|state| state != OPERATIONAL);
@@ -57,7 +55,7 @@ impl Axis {
         }
         let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
         let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
-        // What causes the fault is still there: resets that are tried again follow from that.
+        // The cause of the fault remains, so failed resets after the first follow from it.
         let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
         if order.command == Command::FaultReset {
             self.vain = because_of.or(Some(order.at));
@@ -66,14 +64,14 @@ impl Axis {
     }
 }
 
-/// Bit 4 of the statusword.
+/// Returns bit 4 of the statusword.
 const fn voltage_enabled(statusword: u16) -> bool {
     statusword & 1 << 4 != 0
 }
 
-/// Whether a drive without a fault must leave a state by a command. A fault whose cause lasts must not be left, and is
-/// worth knowing. Not here: what brakes first (shutdown and disable operation by 605Bh and 605Ch), what not every drive
-/// does (enable operation out of quick stop or ready to switch on, quick stop where nothing moves).
+/// Returns true if a drive without a fault must leave a state by a command. A fault reset without effect counts, too.
+/// Excluded are commands that brake first (shutdown and disable operation by 605Bh and 605Ch) and those that not every
+/// drive obeys (enable operation out of quick stop or ready to switch on, quick stop at standstill).
 pub(super) const fn leads_out(state: State, command: Command) -> bool {
     matches!(
         (state, command),

@@ -1,6 +1,5 @@
-//! Faults of a drive (CiA 402, transitions 13 and 14): each is found once, and the EMCY that announces it explains it.
-//!
-//! The fault and its EMCY come in either order. It must not decode a state, or follow commands.
+//! Faults of a drive (CiA 402, transitions 13 and 14): each is reported once and explained by the EMCY that announces
+//! it, which may come before or after it.
 
 use super::{Place, Sample, statusword};
 use crate::context::Context;
@@ -9,22 +8,22 @@ use crate::evidence::obligation::Owed;
 use crate::finding::{Code, Finding};
 use crate::frame::FrameRef;
 use crate::rules::drive::{Drv003, Drv005};
-use crate::services::heartbeat::STOPPED;
+use crate::wire::error_control::STOPPED;
 
-/// How far an EMCY may be from the fault it announces, in ns.
+/// Maximum time between a fault and its EMCY, in ns.
 const EMCY: i64 = 500_000_000;
-/// Axes of one device that fail within this time of each other have one cause, in ns.
+/// Faults of one device's axes within this time have one cause, in ns.
 const TOGETHER: i64 = 100_000_000;
 
-/// EMCYs that faults still await: node, axis, statusword.
+/// Faults that still wait for an EMCY: node, axis, statusword.
 #[derive(Debug, Default)]
 pub(super) struct EmcyDue {
     owed: Obligations<(u8, u8, u16)>,
 }
 
 impl EmcyDue {
-    /// A statusword shows a fault that the one before did not. `emcy`: the node's last one with an error; `first`: the
-    /// last fault of the device's axes that nothing explained.
+    /// Reports a new fault in a statusword. `emcy` is the node's last EMCY with an error, `first` the last unexplained
+    /// fault of the device's axes.
     pub(super) fn entered(
         &mut self,
         place: Place<'_>,
@@ -58,13 +57,13 @@ impl EmcyDue {
         }
     }
 
-    /// A node sends an EMCY with an error: it announces what its axes have shown just before.
+    /// Takes an EMCY with an error as the announcement of the faults that the node's axes have just shown.
     pub(super) fn announced(&mut self, node: u8, cx: &mut Context<'_>) {
         self.forget(Some(node));
         cx.evidence.pending.explain(cx.at, |finding| finding.code == Code::Drv005 && finding.node == Some(node));
     }
 
-    /// It is `now_ns`: reports faults that no EMCY has announced by now.
+    /// Reports faults that no EMCY has announced by `now_ns`.
     #[inline]
     pub(super) fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         if self.owed.may_be_due(now_ns) {
@@ -81,7 +80,7 @@ impl EmcyDue {
         }
     }
 
-    /// A node (or all) owes no EMCY any more.
+    /// Drops the EMCYs expected of a node, or of all.
     pub(super) fn forget(&mut self, node: Option<u8>) {
         self.owed.void(|(owing, ..)| node.is_none_or(|node| node == *owing));
     }

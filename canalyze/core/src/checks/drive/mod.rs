@@ -1,11 +1,9 @@
-//! Drives (CiA 402): whether states follow from commands, commands are obeyed, faults announced and modes taken.
+//! Drives (CiA 402): commands, the states that follow, announced faults, and modes of operation.
 //!
-//! For every axis of every node the controlwords it is given and the statuswords it reports are followed, whether
-//! PDOs or SDO carry them. 6040h and 6041h are something else on an encoder or a valve: judged are nodes whose device
-//! type is known to be a drive's, and those of unknown type that have climbed by CiA 402's steps and never showed
-//! another coding. A controlword that may have come unseen excuses everything.
-//!
-//! It must not read a configuration but the mappings of PDOs, and must not decode a state (`drive` does).
+//! For every axis the controlwords sent and the statuswords reported are followed, in PDOs and SDO. 6040h and 6041h
+//! have another meaning on an encoder or a valve, so only these nodes are judged: those with the device type of a
+//! drive, and those of unknown type that have climbed the steps of CiA 402 and never showed another coding. A
+//! controlword that may have come unseen excuses everything. States are decoded in `drive`.
 
 mod controlwords;
 mod effect;
@@ -24,17 +22,17 @@ use crate::frame::{Frame, FrameRef};
 use crate::node::{Node, PerNode};
 use crate::profiles::Profile;
 use crate::rules::drive::{Drv001, Drv004};
-use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
 
-/// Time for a command that takes away, and for a mode.
+/// Time for a command that removes power, and for a change of mode, in ns.
 const PROMPT: i64 = 1_000_000_000;
-/// Steps upward that show a node of unknown type to be a drive.
+/// Number of upward steps that show a node of unknown type to be a drive.
 const PROOF: u8 = 2;
 
-/// A statusword as it was reported.
+/// A reported statusword.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     word: u16,
@@ -42,7 +40,7 @@ struct Sample {
     at: FrameRef,
 }
 
-/// A change of state that no controlword explains so far.
+/// A change of state that no controlword has explained so far.
 #[derive(Clone, Copy, Debug)]
 struct Jump {
     axis: u8,
@@ -50,53 +48,53 @@ struct Jump {
     to: Sample,
 }
 
-/// A mode of operation that was requested.
+/// A requested mode of operation.
 #[derive(Clone, Copy, Debug)]
 struct Request {
     mode: i8,
     at: FrameRef,
-    /// Since when it may be expected in the display.
+    /// Time from which on the display should show it, in ns.
     since_ns: Option<i64>,
-    /// Reports of another one since then.
+    /// Number of reports of another mode since then.
     reports: u8,
     raised: bool,
 }
 
-/// What is known of one axis.
+/// The state of one axis.
 #[derive(Clone, Debug, Default)]
 struct Axis {
     controlwords: Controlwords,
     sample: Option<Sample>,
-    /// The first report, where it shows a fault and no other state has followed.
+    /// The first report if it showed a fault and no other state has followed.
     found: Option<Sample>,
     jump: Option<Jump>,
-    /// The finding about it, of a node that is not yet known to be a drive.
+    /// The finding about `jump` while the node is not yet known to be a drive.
     suspect: Option<Box<Finding>>,
     order: Option<Order>,
-    /// The first fault reset without effect since it is in fault.
+    /// The first fault reset without effect in the present fault.
     vain: Option<FrameRef>,
     request: Option<Request>,
     likeness: Likeness,
 }
 
-/// Whether an axis behaves as one of a drive.
+/// Evidence that an axis is one of a drive.
 #[derive(Clone, Copy, Debug, Default)]
 struct Likeness {
-    /// Steps upward that controlwords explain.
+    /// Number of upward steps that controlwords explain.
     climbed: u8,
-    /// It showed a statusword that CiA 402 does not know.
+    /// It showed a statusword that CiA 402 does not define.
     strange: bool,
 }
 
-/// What is known of one node.
+/// The state of one node.
 #[derive(Debug, Default)]
 struct Drive {
     axes: [Option<Box<Axis>>; drive::AXES as usize],
     /// Its last EMCY with an error.
     emcy: Option<FrameRef>,
-    /// The last fault of any axis that nothing explained.
+    /// The last unexplained fault of any axis.
     fault: Option<FrameRef>,
-    /// It has booted up in the capture.
+    /// It has booted in the capture.
     fresh: bool,
 }
 
@@ -108,7 +106,7 @@ pub struct Drives {
     emcy_due: EmcyDue,
 }
 
-/// Where a value was seen, and what the bus knows of the node it belongs to.
+/// The origin of a value, and the node it belongs to.
 #[derive(Clone, Copy, Debug)]
 struct Place<'a> {
     node: &'a Node,
@@ -119,18 +117,18 @@ struct Place<'a> {
 }
 
 impl Drives {
-    /// PDOs that are other ones now.
+    /// Marks PDOs whose configuration has changed.
     pub fn renewed(&mut self, pdos: &[PdoName]) {
         self.watch.renewed(pdos);
     }
 
-    /// The states that a node's axes have reported last, by their number from 0.
+    /// Returns the last reported state of each of a node's axes, with the axis number from 0.
     pub fn states(&self, node: u8) -> impl Iterator<Item = (usize, State)> {
         self.reports(node).map(|(number, state, _)| (number, state))
     }
 
-    /// The axes that were in fault when they were first seen, and have shown no other state: their number from 0, their
-    /// statusword, and the frame that reported it first.
+    /// Returns the axes that were in fault when first seen and have shown no other state: number from 0, statusword,
+    /// and the first frame that reported it.
     pub fn found_in_fault(&self, node: u8) -> impl Iterator<Item = (usize, u16, FrameRef)> {
         let axes = self.nodes.get(node).into_iter().flat_map(|drive| drive.axes.iter().enumerate());
         axes.filter_map(|(number, axis)| {
@@ -139,7 +137,7 @@ impl Drives {
         })
     }
 
-    /// The same with the frames that reported them.
+    /// Returns the same as [`Self::states`] with the frames that reported the states.
     pub fn reports(&self, node: u8) -> impl Iterator<Item = (usize, State, FrameRef)> {
         let axes = self.nodes.get(node).into_iter().flat_map(|drive| drive.axes.iter().enumerate());
         axes.filter_map(|(number, axis)| {
@@ -148,7 +146,7 @@ impl Drives {
         })
     }
 
-    /// Follows a PDO; `read`: it is known what it carries. `state` is the NMT state of a node, where known.
+    /// Follows a PDO. `read` is true if its content is known; `state` returns a node's NMT state if known.
     pub fn process_data(
         &mut self,
         pdo: PdoName,
@@ -166,7 +164,7 @@ impl Drives {
         }
         let Self { nodes: drives, watch, emcy_due } = self;
         for Watched { node, transmit, number, objects } in watch.of(frame.id) {
-            // An identifier has one sender; whose it is, is known to the bus.
+            // An identifier has one sender, which the bus model knows.
             if *transmit && !(pdo.transmit && (pdo.node, pdo.number) == (*node, *number)) {
                 continue;
             }
@@ -196,14 +194,14 @@ impl Drives {
         }
     }
 
-    /// A controlword may have come that nobody can read.
+    /// Takes into account that an unreadable controlword may have come.
     pub fn blind(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(drive) = self.nodes.get_mut(node) {
             drive.blind(cx);
         }
     }
 
-    /// Follows a write request of SDO, which a drive may obey before it answers.
+    /// Follows an SDO write request, which a drive may obey before it answers.
     pub fn request(&mut self, node: u8, mux: Mux, bytes: &[u8], at: FrameRef) {
         if let (Some((axis, Object::Controlword)), &[low, high]) = (object(mux), bytes)
             && let Some(axis) = self.nodes.entry(node).axis(axis)
@@ -212,7 +210,7 @@ impl Drives {
         }
     }
 
-    /// Follows an SDO transfer that has ended.
+    /// Follows a finished SDO transfer.
     pub fn transfer(&mut self, transfer: &Transfer, known: Option<&Node>, state: Option<u8>, cx: &mut Context<'_>) {
         let Some((mux, (axis, object))) = transfer.mux.and_then(|mux| Some((mux, object(mux)?))) else { return };
         let nobody = Node::new(transfer.node);
@@ -240,7 +238,7 @@ impl Drives {
         }
     }
 
-    /// Follows an EMCY, which announces what the node's axes have shown just before.
+    /// Follows an EMCY, which announces the faults that the node's axes have just shown.
     pub fn emcy(&mut self, node: u8, code: u16, cx: &mut Context<'_>) {
         if code > 0xFF
             && let Some(drive) = self.nodes.get_mut(node)
@@ -250,13 +248,13 @@ impl Drives {
         }
     }
 
-    /// It is `now_ns`: faults that no EMCY has announced by now.
+    /// Reports faults that no EMCY has announced by `now_ns`.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         self.emcy_due.advance(now_ns, cx);
     }
 
-    /// A node boots up: it has got no controlword yet.
+    /// Resets a node that boots up: it has got no controlword yet.
     pub fn booted(&mut self, node: u8) {
         self.forget(Some(node));
         let drive = self.nodes.entry(node);
@@ -266,7 +264,7 @@ impl Drives {
         }
     }
 
-    /// A node (or all) was reset, or frames were lost: what was seen before explains nothing.
+    /// Forgets what was seen of a node (or of all) after a reset or lost frames.
     pub fn forget(&mut self, node: Option<u8>) {
         self.emcy_due.forget(node);
         for (id, drive) in self.nodes.iter_mut() {
@@ -299,7 +297,7 @@ impl Drive {
         }
     }
 
-    /// A controlword was sent: the drive may have taken it.
+    /// Adds a controlword that the drive may have taken.
     fn sent(&mut self, place: Place<'_>, word: u16, cx: &mut Context<'_>) {
         if let Some(axis) = self.axis(place.axis) {
             axis.controlwords.by_pdo |= place.by_pdo;
@@ -308,7 +306,7 @@ impl Drive {
         }
     }
 
-    /// A controlword was sent that the drive must have taken.
+    /// Adds a controlword that the drive must have taken.
     fn taken(&mut self, place: Place<'_>, word: u16) {
         let Some(axis) = self.axis(place.axis) else { return };
         let asked = word & 0x8F;
@@ -318,7 +316,7 @@ impl Drive {
         let command = axis.controlwords.given.and_then(|given| drive::command(word, Some(given)));
         axis.controlwords.given = Some(asked);
         let state = axis.sample.map(|sample| sample.state);
-        // Only a fault reset leads out of a fault: the edge counts, whatever comes after it.
+        // Only a fault reset leads out of a fault; its edge counts, whatever follows.
         if axis.order.is_some_and(|order| order.command == Command::FaultReset && state == Some(order.from)) {
             return;
         }
@@ -332,7 +330,7 @@ impl Drive {
         }
     }
 
-    /// A mode of operation was requested.
+    /// Takes a requested mode of operation.
     fn requested(&mut self, place: Place<'_>, mode: u8) {
         let mode = mode.cast_signed();
         let Some(axis) = self.axis(place.axis).filter(|_| place.heard()) else { return };
@@ -343,7 +341,7 @@ impl Drive {
         }
     }
 
-    /// A mode of operation is displayed.
+    /// Compares the displayed mode of operation with the requested one.
     fn displayed(&mut self, place: Place<'_>, mode: u8, cx: &mut Context<'_>) {
         let mode = mode.cast_signed();
         let Some(axis) = self.axis(place.axis) else { return };
@@ -361,7 +359,7 @@ impl Drive {
         cx.raise(what, Some(place.node.id()), Some(display(place.axis)), Some(request.at));
     }
 
-    /// A statusword is reported.
+    /// Takes a reported statusword.
     fn reported(&mut self, place: Place<'_>, word: u16, emcy_due: &mut EmcyDue, cx: &mut Context<'_>) {
         let (emcy, mut fault) = (self.emcy, self.fault);
         let Some(axis) = self.axis(place.axis) else { return };
@@ -393,7 +391,7 @@ impl Drive {
 }
 
 impl Axis {
-    /// A controlword has come, or may have, that explains the last change of state.
+    /// Withdraws the finding about the last change of state if a controlword listed late explains it.
     fn reconsider(&mut self, cx: &mut Context<'_>) {
         let recording = &cx.evidence.recording;
         let listed_late = |jump: &mut Jump| {
@@ -406,7 +404,7 @@ impl Axis {
         }
     }
 
-    /// Whether the node is a drive.
+    /// Returns true if the node is a drive.
     fn is_drive(&self, place: Place<'_>) -> bool {
         match place.device() {
             None => self.likeness.climbed >= PROOF && !self.likeness.strange,
@@ -414,7 +412,7 @@ impl Axis {
         }
     }
 
-    /// A state has followed another one.
+    /// Judges a change of state.
     fn follow(&mut self, place: Place<'_>, before: Sample, sample: Sample, judged: bool, cx: &mut Context<'_>) {
         match self.controlwords.explain(&before, &sample) {
             Some(true) if matches!(drive::reach(before.state, sample.state), Reach::Directly(2..=4)) => {
@@ -443,20 +441,19 @@ impl Axis {
 }
 
 impl Place<'_> {
-    /// The profile that the node's device type names (1000h). `None` where it is not known, and where it names none or
-    /// several: those of the axes stand elsewhere.
+    /// Returns the profile in the node's device type (1000h); `None` if unknown, or if it names no profile or several.
     fn device(&self) -> Option<u64> {
         let profile = self.node.value(0x1000, 0).map(|(device, _)| device & 0xFFFF);
         profile.filter(|profile| !matches!(profile, 0 | 0xFFFF))
     }
 
-    /// Whether the node takes what was sent this way.
+    /// Returns true if the node accepts data sent this way.
     fn heard(&self) -> bool {
         !self.by_pdo || self.state.is_none_or(|state| state == OPERATIONAL)
     }
 }
 
-/// The axis and the meaning of an object.
+/// Returns the axis and the meaning of an object.
 fn object(mux: Mux) -> Option<(u8, Object)> {
     Some((drive::axis(mux.index)?, Object::at(mux.index).filter(|_| mux.sub == 0)?))
 }

@@ -1,7 +1,7 @@
-//! Which identifiers carry a drive's objects: one test of a bit for every PDO that carries none.
+//! The identifiers that carry a drive's objects: testing one bit skips all other PDOs.
 //!
-//! An identifier is looked at for every node whose PDO it is: several may receive the same one. What has changed of a
-//! configuration is taken with the first PDO after it. It must not look at data.
+//! Several nodes may receive one identifier, so it is listed for each of them. Changes of the configuration are applied
+//! with the next PDO.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +18,7 @@ use crate::services::pdo::mapping::Mapping;
 pub(super) struct Part {
     /// The logical device.
     pub(super) axis: u8,
-    /// What it is.
+    /// The object.
     pub(super) object: Object,
     /// Its first bit.
     pub(super) offset: u16,
@@ -31,18 +31,18 @@ pub(super) struct Part {
 pub(super) struct Watched {
     /// The drive.
     pub(super) node: u8,
-    /// Its TPDO, else its RPDO.
+    /// True for its TPDO, false for its RPDO.
     pub(super) transmit: bool,
     /// PDO number.
     pub(super) number: u16,
-    /// What of the drive it carries. Nothing: an RPDO of which not known what it carries.
+    /// The drive's objects in it; empty for an RPDO of unknown content.
     pub(super) objects: Vec<Part>,
 }
 
-/// PDOs of one identifier that are looked at, at most (invariant 6): many times what nodes share.
+/// Maximum number of PDOs evaluated per identifier (invariant 6), far above what nodes share.
 const SHARED: usize = 1024;
 
-/// A PDO, in the order of nodes: node, transmit or receive, number.
+/// The key of a PDO, sorted by node: node, transmit or receive, number.
 type Name = (u8, bool, u16);
 
 /// The identifiers of a bus.
@@ -50,9 +50,9 @@ type Name = (u8, bool, u16);
 pub(super) struct Watch {
     standard: [u64; 32],
     pdos: BTreeMap<CanId, Vec<Watched>>,
-    /// The identifiers of the PDOs.
+    /// The identifier of each PDO.
     ids: BTreeMap<Name, CanId>,
-    /// PDOs that are other ones by now.
+    /// PDOs whose configuration has changed.
     stale: BTreeSet<Name>,
 }
 
@@ -63,12 +63,12 @@ impl Watched {
 }
 
 impl Watch {
-    /// PDOs that are other ones now.
+    /// Marks PDOs whose configuration has changed.
     pub(super) fn renewed(&mut self, pdos: &[PdoName]) {
         self.stale.extend(pdos.iter().map(|pdo| (pdo.node, pdo.transmit, pdo.number)));
     }
 
-    /// Whether an identifier carries anything of a drive.
+    /// Returns true if an identifier carries an object of a drive.
     #[inline]
     pub(super) fn holds(&mut self, id: CanId, nodes: &PerNode<Node>) -> bool {
         if !self.stale.is_empty() {
@@ -81,7 +81,7 @@ impl Watch {
         self.standard.get(raw / 64).is_some_and(|bits| bits >> (raw % 64) & 1 != 0)
     }
 
-    /// The PDOs of an identifier.
+    /// Returns the PDOs of an identifier.
     pub(super) fn of(&self, id: CanId) -> &[Watched] {
         let all = self.pdos.get(&id).map_or(&[][..], Vec::as_slice);
         all.get(..SHARED).unwrap_or(all)
@@ -132,21 +132,21 @@ impl Watch {
     }
 }
 
-/// The objects of a drive that a PDO carries; `None` if it is not looked at.
+/// Returns the drive's objects in a PDO; `None` if it is not evaluated.
 fn carried(pdo: &Pdo) -> Option<Vec<Part>> {
     let objects = match &pdo.content {
         Content::Mapped(mapping, from) if !from.is_doubted() => {
             Some(parts(mapping)).filter(|parts| !parts.is_empty())?
         }
         Content::Disabled(_) => return None,
-        // A remapping under way or missed, or a multiplex PDO.
+        // A remapping in progress or missed, or a multiplex PDO.
         _ if pdo.transmit => return None,
         _ => Vec::new(),
     };
     pdo.cob.0.valid.then_some(objects)
 }
 
-/// The objects of a drive in a mapping that have their type's size.
+/// Returns the drive's objects in a mapping that have the size of their type.
 fn parts(mapping: &Mapping) -> Vec<Part> {
     let entries = mapping.entries.iter().filter_map(|entry| {
         let (axis, object) = (drive::axis(entry.index)?, Object::at(entry.index).filter(|_| entry.sub == 0)?);

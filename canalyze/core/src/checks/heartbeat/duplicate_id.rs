@@ -1,8 +1,7 @@
-//! Two nodes with one node-ID, by their heartbeats: states in turns, or two series of them.
+//! Two nodes with one node-ID, found by alternating states or by two series of heartbeats.
 //!
-//! A second series shows itself where the heartbeats of a known period go on in turn and others come between them,
-//! evenly by themselves; or, where no period is known yet, by gaps that alternate. Single additional heartbeats are
-//! legal. It must not judge whether heartbeats are late.
+//! A second series shows if the heartbeats of a known period go on in turn and others come evenly between them, or,
+//! with no known period, if gaps alternate. Single additional heartbeats are legal.
 
 use crate::context::Context;
 use crate::evidence::Period;
@@ -12,25 +11,25 @@ use crate::finding::Code;
 use crate::frame::FrameRef;
 use crate::rules::heartbeat::Hbt004;
 
-/// Gaps between heartbeats that are kept.
+/// Number of gaps between heartbeats that are kept.
 const GAPS: usize = 8;
-/// Additional heartbeats that come evenly before they are a second series.
+/// Number of evenly spaced additional heartbeats that make a second series.
 const ADDITIONAL: usize = 5;
-/// Changes of state in a row, each back to the state before, that show two nodes.
+/// Number of consecutive changes, each back to the state before, that show two nodes.
 const ALTERNATIONS: u8 = 4;
-/// Gaps that alternate differ by more than this, in ns: below, a loaded host's stamps do the same.
+/// Minimum difference of alternating gaps, in ns; the stamps of a loaded host vary by less.
 const APART_NS: i64 = 10_000_000;
 
-/// Where a heartbeat stands in its series.
+/// The place of a heartbeat in its series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// It is in turn; the time since the one before it in the series, in ns.
+    /// In turn, with the time since the one before in the series, in ns.
     InTurn(i64),
-    /// It comes between two of the series.
+    /// Between two heartbeats of the series.
     Additional,
 }
 
-/// What a node's heartbeats show of a second node.
+/// The evidence of a second node in a node's heartbeats.
 #[derive(Debug, Default)]
 pub(super) struct DuplicateId {
     found: bool,
@@ -46,17 +45,17 @@ pub(super) struct DuplicateId {
 }
 
 impl DuplicateId {
-    /// Whether it was reported.
+    /// Returns true if two nodes were reported.
     pub(super) fn is_found(&self) -> bool {
         self.found
     }
 
-    /// A command: a change of state is no sign of a second node.
+    /// Takes a command, after which a change of state is no evidence.
     pub(super) fn commanded(&mut self) {
         self.alternations = 0;
     }
 
-    /// A heartbeat with a state: two nodes that share a node-ID show theirs in turns.
+    /// Takes the state of a heartbeat: two nodes with one node-ID show theirs in turns.
     pub(super) fn state(
         &mut self,
         node: u8,
@@ -75,14 +74,14 @@ impl DuplicateId {
         }
     }
 
-    /// A gap that shows nothing: both series are learnt anew.
+    /// Restarts both series after a gap that shows nothing.
     pub(super) fn interrupt(&mut self) {
         (self.since_turn, self.since_additional) = (0, 0);
         self.gaps.clear();
         self.additional.clear();
     }
 
-    /// A gap between two heartbeats in the same state. `uncertain`: how far stamps may be off, in ns.
+    /// Takes a gap between two heartbeats in the same state. `uncertain`: maximum error of stamps, in ns.
     pub(super) fn gap(
         &mut self,
         node: u8,
@@ -126,12 +125,12 @@ impl DuplicateId {
         Place::Additional
     }
 
-    /// Heartbeats come twice as often as before, and nothing has changed their period.
+    /// Reports heartbeats that come twice as often as before without a change of their period.
     pub(super) fn halved(&mut self, node: u8, period: i64, last: FrameRef, cx: &mut Context<'_>) {
         self.find(node, Hbt004::Series { one: period, other: period }, last, cx);
     }
 
-    /// Reports additional heartbeats that are a series. The time to the first of them is no gap of theirs.
+    /// Reports additional heartbeats that form a series. The time to the first of them does not count.
     fn series(&mut self, node: u8, period: i64, last: FrameRef, cx: &mut Context<'_>) {
         if self.additional.len() < ADDITIONAL {
             return;
@@ -145,7 +144,7 @@ impl DuplicateId {
         self.find(node, Hbt004::Series { one: period, other }, last, cx);
     }
 
-    /// Reports gaps that alternate.
+    /// Reports alternating gaps.
     fn alternating(&mut self, node: u8, last: FrameRef, cx: &mut Context<'_>) {
         if self.gaps.len() < GAPS {
             return;
@@ -172,13 +171,13 @@ impl DuplicateId {
     }
 }
 
-/// Whether gaps differ by no more than an eighth, or 4 ms.
+/// Returns true if gaps differ by no more than an eighth, or 4 ms.
 fn even<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> bool {
     let most = gaps.clone().max().copied().unwrap_or(0);
     spread(gaps) <= (most / 8).max(4_000_000)
 }
 
-/// By how much gaps differ.
+/// Returns the difference between the longest and the shortest gap.
 fn spread<'a>(gaps: impl Iterator<Item = &'a i64> + Clone) -> i64 {
     let least = gaps.clone().min().copied().unwrap_or(0);
     gaps.max().copied().unwrap_or(0) - least

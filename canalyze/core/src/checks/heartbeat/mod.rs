@@ -1,10 +1,10 @@
-//! Heartbeats (CiA 301, 7.2.8.3.2): late, lost, in an unknown state, or with another period than before.
+//! Heartbeats (CiA 301, 7.2.8.3.2): late, lost, in an unknown state, or with a changed period.
 //!
-//! A producer is watched from its first heartbeat on, as consumers do. How often it sends is what its heartbeats show,
-//! and until they do, what the capture or a DCF shows of 1017h. It owes the next one, and counts as lost when a
-//! consumer's time (1016h) is over, or after three periods. Additional heartbeats are legal. A silence of the whole bus
-//! is nobody's fault: the time of a heartbeat that was expected in it starts again. Verdicts need stamps, but for
-//! states. Two nodes with one node-ID are found in `duplicate_id`.
+//! A producer is monitored from its first heartbeat on, as consumers do. Its period is learnt from its heartbeats, and
+//! until then taken from 1017h in the capture or a DCF. A node counts as lost after the consumer time (1016h), or after
+//! three periods. Additional heartbeats are legal. A silence of the whole bus is blamed on no node: heartbeats expected
+//! in it are due again after it. Verdicts need stamps, except those on states. Two nodes with one node-ID are found in
+//! `duplicate_id`.
 
 mod duplicate_id;
 
@@ -23,59 +23,58 @@ use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::node::{Node, PerNode};
 use crate::rules::heartbeat::{Hbt001, Hbt002, Hbt003, Hbt005, Hbt007};
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
-/// How late a producer may always be, in ns: what hosts and small controllers are by now and then.
+/// Minimum tolerance for a late heartbeat, in ns: hosts and small controllers are late by this now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;
-/// Nodes that are switched on together are back within this time, in ns.
+/// Nodes switched on together have booted within this time, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
-/// The shortest period, in ns: 1017h counts in ms. What comes sooner was kept in a buffer, and shows no period.
+/// The shortest period, in ns (1017h counts in ms). Shorter gaps come from a buffer and show no period.
 const SHORTEST_NS: i64 = 1_000_000;
-/// Gaps between heartbeats that show what the period was before it changed, where they differ from it by no more than this
-/// part of it.
+/// Number of gaps that show the period before a change, if they deviate from it by at most 1/`EVEN_PART`.
 const SHOWN: usize = 3;
 const EVEN_PART: i64 = 16;
 /// Sub-indices of 1016h.
 const CONSUMED: std::ops::RangeInclusive<u8> = 1..=127;
 
-/// One producer.
+/// The state of one producer.
 #[derive(Debug, Default)]
 struct Producer {
-    /// The last heartbeat; `None` while the node is not watched.
+    /// The last heartbeat; `None` while the node is not monitored.
     last: Option<When>,
     state: Option<u8>,
-    /// The last state, where CiA 301 does not know it.
+    /// The last state if CiA 301 does not define it.
     unknown: Option<u8>,
     period: Period,
-    /// The resolution of the stamps that it was learnt from, in ns.
+    /// The resolution of the stamps that the period was learnt from, in ns.
     resolution_ns: i64,
     /// 1017h holds 0.
     off: bool,
-    /// The time of the consumer that waits shortest, in ns.
+    /// The shortest consumer time, in ns.
     consumer: Option<i64>,
     start: Start,
-    /// The last gap that was late, in ns, the heartbeat that ended the first like it, and gaps in time since.
+    /// The last late gap in ns, the heartbeat that ended the first like it, and the number of punctual gaps since.
     late: Option<(i64, FrameRef, u8)>,
-    /// The frame that showed that it is lost, and how many heartbeats have come since. Two in time, and it is back.
+    /// The frame at which it counted as lost, and the number of heartbeats since; two punctual ones end the loss.
     lost: Option<(FrameRef, u8)>,
-    /// For how long the whole bus was silent since the last heartbeat while the next was expected, in ns.
+    /// Duration of silences of the whole bus while the next heartbeat was due, in ns.
     paused_ns: i64,
     /// The last heartbeat may be a duplicate.
     suspect: bool,
     duplicate: DuplicateId,
 }
 
-/// The beginning of a producer: a boot-up, after which the period may be another one. The second heartbeat shows which.
+/// The phase after a boot-up, which may change the period; the second heartbeat shows it.
 #[derive(Clone, Copy, Debug, Default)]
 enum Start {
     #[default]
     Over,
     Booted(When),
-    /// The gap from the boot-up to the first heartbeat, in ns, and that.
+    /// The time from the boot-up to the first heartbeat in ns, and that heartbeat.
     First(i64, When),
 }
 
-/// The nodes that a node watches, with its times in ns, as far as more than an EDS says so.
+/// Returns the nodes that a node monitors, with times in ns, as far as a better source than an EDS shows.
 fn consumed(node: &Node) -> Vec<(usize, i64)> {
     let known = CONSUMED.filter_map(|sub| node.value(0x1016, sub)).filter(|(_, from)| *from > Provenance::Eds);
     let watched = known.map(|(value, _)| ((value >> 16) as usize & 0x7F, (value & 0xFFFF) as i64 * 1_000_000));
@@ -87,32 +86,31 @@ fn consumed(node: &Node) -> Vec<(usize, i64)> {
 pub struct Heartbeats {
     producers: PerNode<Producer>,
     owed: Obligations<u8>,
-    /// When the last silence of the whole bus that was looked at ended, and when the last one that was reported began,
-    /// in ns.
+    /// End of the last examined silence of the whole bus, and start of the last reported one, in ns.
     looked_ns: i64,
     reported_ns: Option<i64>,
-    /// What each node watches by 1016h: which nodes, and their times in ns.
+    /// The nodes that each node monitors by 1016h, and the times in ns.
     consumed: BTreeMap<u8, Vec<(usize, i64)>>,
-    /// Nodes of which that is another thing by now.
+    /// Nodes whose entry in `consumed` is outdated.
     stale: BTreeSet<u8>,
 }
 
 impl Heartbeats {
-    /// What a node watches is another thing now.
+    /// Marks a change of 1016h of a node.
     pub fn watches_others(&mut self, node: u8) {
         self.stale.insert(node);
     }
 
-    /// How often a node sends heartbeats, in ns.
+    /// Returns the heartbeat period of a node, in ns.
     pub fn period(&self, node: u8) -> Option<i64> {
         let producer = self.producers.get(node)?;
-        // Coarse stamps show a unit of theirs, whatever the period.
+        // Coarse stamps show multiples of their unit, whatever the period.
         let learnt = producer.expected().filter(|ns| *ns > producer.resolution_ns);
         learnt.or(producer.period.configured_ns())
     }
 
-    /// Whether no heartbeat of a node has come within its time, at `now_ns`: it counts as lost, or would if it were not
-    /// the whole bus that is silent. Not of a node that was reset, or is not watched for another reason.
+    /// Returns true if a node's heartbeat is overdue at `now_ns`: it counts as lost, or would if the whole bus were not
+    /// silent. False for a node that was reset or is not monitored for another reason.
     pub fn is_overdue(&self, node: u8, now_ns: i64) -> bool {
         let Some(producer) = self.producers.get(node) else { return false };
         let last = producer.last.and_then(|last| last.at.t_ns);
@@ -120,17 +118,17 @@ impl Heartbeats {
         producer.is_lost() || producer.limit().is_some_and(late)
     }
 
-    /// Whether a node's heartbeats are even: it is a producer, not one that answers guarding.
+    /// Returns true if a node's heartbeats are even: it is a producer and does not answer guarding.
     pub fn is_producer(&self, node: u8) -> bool {
         self.producers.get(node).is_some_and(|producer| producer.period.learnt_ns().is_some())
     }
 
-    /// Whether 1017h is known to be other than 0: the node sends heartbeats.
+    /// Returns true if 1017h is known to be other than 0.
     pub fn is_configured(&self, node: u8) -> bool {
         self.producers.get(node).is_some_and(|producer| producer.period.configured_ns().is_some())
     }
 
-    /// What is known of 1016h and 1017h of the bus's nodes, after a change.
+    /// Updates the times after a change of 1016h or 1017h.
     pub fn configure(&mut self, nodes: &PerNode<Node>) {
         for id in std::mem::take(&mut self.stale) {
             match nodes.get(id).map(consumed) {
@@ -160,13 +158,13 @@ impl Heartbeats {
         }
     }
 
-    /// 1017h of a node is being written; `ns`: the new period.
+    /// Takes a write request to 1017h; `ns` is the new period.
     pub fn written(&mut self, node: u8, ns: i64, cx: &Context<'_>) {
         let Some(producer) = self.producers.get_mut(node) else { return };
         let before = producer.expected().unwrap_or(0);
         producer.period.doubt();
         (producer.last, producer.start, producer.late) = (None, Start::Over, None);
-        // The write restarts the period. Where the server refuses it, the old one goes on.
+        // The write restarts the period. If the server refuses it, the old one continues.
         if self.owed.met(node).is_some() && ns > 0 {
             let period = before.max(ns);
             let limit_ns = period.saturating_mul(3).saturating_add(slack(period, Confidence::Configured));
@@ -174,7 +172,7 @@ impl Heartbeats {
         }
     }
 
-    /// A write of 1017h was acknowledged. Where its request was not seen the period may be any.
+    /// Takes an acknowledged write of 1017h; without its request in the capture the new period is unknown.
     pub fn acknowledged(&mut self, node: u8) {
         let Some(producer) = self.producers.get_mut(node) else { return };
         if self.owed.get(node).is_some_and(|owed| owed.why.is_none()) {
@@ -184,7 +182,7 @@ impl Heartbeats {
         }
     }
 
-    /// A node (or all, 0) is reset or goes silent by command: it is watched again from its next heartbeat on.
+    /// Stops monitoring a node (or all, 0) that is reset or silenced by command, until its next heartbeat.
     pub fn pause(&mut self, node: u8, cx: &mut Context<'_>) {
         for (id, producer) in self.producers.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
             producer.pause();
@@ -193,7 +191,7 @@ impl Heartbeats {
         self.owed.void(|id| node == 0 || node == *id);
     }
 
-    /// A node has booted.
+    /// Takes a boot-up.
     pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
         self.pause(node, cx);
         cx.evidence.circumstances.over(Kind::NodeLost, node);
@@ -202,21 +200,21 @@ impl Heartbeats {
         }
     }
 
-    /// A frame with bit 7 from a node that sends heartbeats: no guarding answer where nobody asks.
-    /// It is still a heartbeat, but its state does not count.
+    /// Takes a frame with bit 7 from a node that sends heartbeats and is not guarded: a heartbeat whose state does not
+    /// count.
     pub fn bit_7(&mut self, found: u8, node: u8, cx: &mut Context<'_>) {
         cx.raise(Hbt003::ToggleBit { found }, Some(node), None, None);
         self.alive(node, cx);
     }
 
-    /// A heartbeat whose state does not count.
+    /// Takes a heartbeat whose state does not count.
     pub fn alive(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(state) = self.producers.get(node).and_then(|producer| producer.state) {
             self.heartbeat(node, state, cx);
         }
     }
 
-    /// The network was switched on: all nodes have their time to boot.
+    /// Gives all nodes time to boot after the network was switched on.
     pub fn power_up(&mut self, cx: &Context<'_>) {
         for (id, _) in self.producers.iter() {
             if let Some(owed) = self.owed.get(id).copied() {
@@ -225,13 +223,13 @@ impl Heartbeats {
         }
     }
 
-    /// A command: a change of state is no sign of a second node.
+    /// Takes a command, after which a change of state is no sign of a second node.
     pub fn commanded(&mut self, node: u8) {
         let meant = |(id, _): &(u8, &mut Producer)| node == 0 || node == *id;
         self.producers.iter_mut().filter(meant).for_each(|(_, producer)| producer.duplicate.commanded());
     }
 
-    /// Says whether a state is one that CiA 301 knows; the first of several of another one is a finding.
+    /// Returns true if CiA 301 defines a state; reports the first of a series of the same undefined state.
     pub fn known_state(&mut self, node: u8, state: u8, cx: &mut Context<'_>) -> bool {
         let known = matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL);
         let producer = self.producers.entry(node);
@@ -245,7 +243,7 @@ impl Heartbeats {
         known
     }
 
-    /// A heartbeat of a node. One that may be a duplicate teaches nothing.
+    /// Takes a heartbeat. A possible duplicate teaches nothing.
     pub fn heartbeat(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         let known = self.known_state(node, state, cx);
         let producer = self.producers.entry(node);
@@ -270,7 +268,7 @@ impl Heartbeats {
         }
     }
 
-    /// It is `now_ns`: who should have been heard and was not. `heard`: by a frame, not by the clock alone.
+    /// Reports heartbeats missing at `now_ns`. `heard`: the time comes from a frame, not from the clock alone.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, heard: bool, cx: &mut Context<'_>) {
         let ended = cx.evidence.recording.ended_silence(now_ns).is_some();
@@ -296,7 +294,7 @@ impl Heartbeats {
         }
     }
 
-    /// A silence, with the producers of which a heartbeat was expected in it, as far as is known here.
+    /// Adds the producers whose heartbeat was due in a silence.
     fn with_producers(&self, silence: Silence) -> Silence {
         let due =
             |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()?.saturating_add(LEAST_SLACK_NS)));
@@ -305,7 +303,7 @@ impl Heartbeats {
         missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
     }
 
-    /// The bus is heard again: the time of a heartbeat that was expected in its silence starts again.
+    /// Restarts the time of heartbeats that were due in a silence of the bus that has ended.
     fn resume(&mut self, silence: Silence, cx: &mut Context<'_>) {
         let (mut missing, mut overdue) = (0, false);
         for (node, producer) in self.producers.iter_mut() {
@@ -323,14 +321,14 @@ impl Heartbeats {
         }
     }
 
-    /// Reports that the whole bus is silent, once for each silence.
+    /// Reports a silence of the whole bus, once.
     fn report_silence(&mut self, silence: Silence, nodes: u64, cx: &mut Context<'_>) {
         if self.reported_ns.replace(silence.from_ns) != Some(silence.from_ns) {
             cx.report_timed(cx.verdict(Hbt005::Silent { silence: silence.ns(), nodes }, None, None, None));
         }
     }
 
-    /// Whether a heartbeat that is overdue while no frame comes may turn out to be missing as all others are.
+    /// Returns true if an overdue heartbeat may be missing only because the whole bus is silent.
     fn waits(&mut self, node: u8, silence: Option<Silence>, cx: &mut Context<'_>) -> bool {
         let others = self.producers.iter().any(|(id, _)| id != node && self.owed.get(id).is_some());
         let Some(silence) = silence else { return others };
@@ -344,7 +342,7 @@ impl Heartbeats {
 
     fn lose(&mut self, node: u8, now: When, owed: Owed, cx: &mut Context<'_>) {
         let Some(producer) = self.producers.get_mut(node) else { return };
-        // One that comes back for a single heartbeat is lost still.
+        // A node that returns for a single heartbeat is still lost.
         let because_of = producer.lost.map(|(at, _)| at);
         producer.lost = Some((because_of.unwrap_or(cx.at), 0));
         let last = producer.last.unwrap_or(owed.since);
@@ -359,12 +357,12 @@ impl Heartbeats {
         cx.evidence.pending.lost(node, cx.at);
     }
 
-    /// Frames were lost: heartbeats may be among them.
+    /// Stops monitoring after lost frames, until the next heartbeats.
     pub fn forget(&mut self, cx: &mut Context<'_>) {
         self.pause(0, cx);
     }
 
-    /// The capture is over: who should have been heard by its last frame.
+    /// Reports heartbeats missing at the last frame of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         if let Some(now_ns) = cx.at.t_ns {
             self.advance(now_ns, true, cx);
@@ -386,7 +384,7 @@ impl Producer {
         }
     }
 
-    /// It is not watched until its next heartbeat.
+    /// Stops monitoring until the next heartbeat.
     fn pause(&mut self) {
         self.period.doubt();
         (self.last, self.state, self.late, self.lost) = (None, None, None, None);
@@ -402,14 +400,14 @@ impl Producer {
         Some(self.period.expected()?.ns)
     }
 
-    /// By how much a heartbeat may be late, in ns.
+    /// Returns the tolerance for a late heartbeat, in ns.
     fn slack(&self) -> i64 {
         self.period
             .expected()
             .map_or(LEAST_SLACK_NS, |known| slack(known.ns, known.confidence).saturating_add(known.deviation_ns))
     }
 
-    /// How long it may be silent, in ns; `None`: without limit.
+    /// Returns the maximum time of silence, in ns; `None` if unlimited.
     fn limit(&self) -> Option<i64> {
         if self.off && self.period.learnt_ns().is_none() {
             return None;
@@ -421,7 +419,7 @@ impl Producer {
         }
     }
 
-    /// Whether a heartbeat was expected in a silence, and it is not the node's own fault that it did not come.
+    /// Returns true if a heartbeat was due in a silence, and the node is not to blame for its absence.
     fn misses(&self, node: u8, silence: Silence) -> bool {
         let booted = if let Start::Booted(boot) = self.start { Some(boot) } else { None };
         let Some(last) = self.last.or(booted).and_then(|last| last.at.t_ns) else { return false };
@@ -445,7 +443,7 @@ impl Producer {
         let held_back = cx.at.t_ns.and_then(|now| recording.ended_silence(now)).is_some_and(|silence| silence.odd);
         let mut verdict = None;
         if let Some(period) = self.expected().filter(|_| !self.is_lost() && self.period.is_known()) {
-            // After a pause it may come a whole period later: its clock went on meanwhile.
+            // After a pause it may be a whole period late, because its clock went on meanwhile.
             let paused_ns = if self.paused_ns > 0 { self.paused_ns.saturating_add(period) } else { 0 };
             let limit = period.saturating_add(self.slack()).saturating_add(paused_ns);
             let late = recording.certainly_later(cx.when, last, limit) && !held_back;
@@ -475,7 +473,7 @@ impl Producer {
         cx.report_timed(cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None));
     }
 
-    /// Takes the gap between two heartbeats in the same state.
+    /// Learns from the gap between two heartbeats in the same state.
     fn learn(&mut self, node: u8, gap: i64, last: When, cx: &mut Context<'_>) {
         let uncertain = cx.evidence.recording.resolution_ns();
         self.resolution_ns = uncertain;
@@ -488,8 +486,8 @@ impl Producer {
             return;
         };
         let halved = alike(from, to.saturating_mul(2));
-        // Few heartbeats do not show what the period was: the change may be older than what is recorded. That another node
-        // sends in half phase, fewer show if they are even.
+        // A few heartbeats do not show the period: the change may be older than the recording. Fewer suffice, if even,
+        // to show that another node sends in half phase.
         let configured = self.period.configured_ns().is_some_and(|ns| alike(ns, from));
         let even = |known: &Expected| known.gaps >= SHOWN && known.deviation_ns <= known.ns / EVEN_PART;
         let certain = |known: &Expected| known.confidence == Confidence::Certain;
@@ -506,8 +504,8 @@ impl Producer {
         cx.report_timed(Finding { at: since, because_of, ..finding });
     }
 
-    /// The first heartbeats after a boot-up. Where the second shows that the period is the one before, the first was
-    /// due after that.
+    /// Judges the first heartbeats after a boot-up. If the second shows the previous period, the first was due after
+    /// that.
     fn begin(&mut self, node: u8, cx: &mut Context<'_>) {
         let recording = &cx.evidence.recording;
         match std::mem::take(&mut self.start) {
@@ -529,13 +527,13 @@ impl Producer {
     }
 }
 
-/// What a gap may exceed its period by, in ns.
+/// Returns the tolerance of a period, in ns.
 fn slack(period: i64, confidence: Confidence) -> i64 {
     let percent = if confidence == Confidence::Certain { 30 } else { 45 };
     (period.saturating_mul(percent) / 100).max(LEAST_SLACK_NS)
 }
 
-/// Whether two times differ by no more than an eighth.
+/// Returns true if two times differ by no more than an eighth.
 fn alike(one: i64, other: i64) -> bool {
     one.abs_diff(other) <= (one.max(other) / 8).unsigned_abs()
 }

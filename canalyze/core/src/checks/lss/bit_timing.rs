@@ -1,4 +1,4 @@
-//! A bit timing that LSS has configured (CiA 305): activated in time, and the silence that follows.
+//! A bit timing configured by LSS (CiA 305): its activation in time, and the silence that follows.
 
 use super::withheld::Withheld;
 use crate::context::Context;
@@ -7,22 +7,22 @@ use crate::finding::Code;
 use crate::frame::FrameRef;
 use crate::message::Message;
 use crate::rules::lss::Lss008;
-use crate::services::lss::bit_rate;
+use crate::wire::lss::bit_rate;
 
-/// How long after the return to waiting a bit timing may still be activated, in ns: masters do it at once.
+/// Maximum time from the return to waiting to the activation of a bit timing, in ns; masters do it at once.
 const ACTIVATION_NS: i64 = 500_000_000;
 
-/// A bit timing that a slave has accepted.
+/// A bit timing accepted by a slave.
 #[derive(Debug)]
 struct Accepted {
     at: FrameRef,
     rate: Option<u16>,
     stored: bool,
-    /// The slaves have returned to waiting: when it should be activated at the latest.
+    /// The latest time for its activation, in ns, after the slaves have returned to waiting.
     until_ns: Option<i64>,
 }
 
-/// The time during which the bus is silent for the change of the bit rate.
+/// The silence of the bus during the change of the bit rate.
 #[derive(Debug)]
 struct Silence {
     at: FrameRef,
@@ -31,62 +31,62 @@ struct Silence {
     delay_ns: i64,
 }
 
-/// The bit timing of a bus.
+/// The state of a bus's bit timing.
 #[derive(Debug, Default)]
 pub struct BitTiming {
-    /// The bit rate that the master has requested last.
+    /// The last bit rate requested by the master, in kbit/s.
     requested: Option<u16>,
     accepted: Option<Accepted>,
     silence: Option<Silence>,
 }
 
 impl BitTiming {
-    /// The master configures a bit timing.
+    /// Takes the master's configuration of a bit timing.
     pub fn configure(&mut self, selector: u8, index: u8) {
         self.requested = if selector == 0 { bit_rate(index) } else { None };
     }
 
-    /// A slave has accepted it.
+    /// Takes a slave's acceptance.
     pub fn accept(&mut self, at: FrameRef) {
         self.accepted = Some(Accepted { at, rate: self.requested, stored: false, until_ns: None });
     }
 
-    /// A slave has stored its configuration.
+    /// Takes a slave's confirmation that it has stored its configuration.
     pub fn store(&mut self) {
         self.accepted.iter_mut().for_each(|accepted| accepted.stored = true);
     }
 
-    /// The slaves return to waiting.
+    /// Takes the slaves' return to waiting.
     pub fn waiting(&mut self, at: FrameRef) {
         if let Some(accepted) = &mut self.accepted {
             accepted.until_ns = at.t_ns.map(|now| now.saturating_add(ACTIVATION_NS));
         }
     }
 
-    /// A node was reset or has booted up.
+    /// Takes a reset or boot-up of a node.
     pub fn restarted(&mut self) {
         self.accepted = None;
     }
 
-    /// Frames were lost.
+    /// Forgets everything after lost frames.
     pub fn lost(&mut self) {
         (self.accepted, self.silence) = (None, None);
     }
 
-    /// The master activates the bit timing. Whether one was accepted.
+    /// Takes the activation of the bit timing; returns true if one was accepted.
     pub fn activate(&mut self, delay: u16, cx: &mut Context<'_>) -> bool {
         let Some(Accepted { at, rate, .. }) = self.accepted.take() else { return false };
         cx.push(Some(at), None, What::Note(Note::BitTimingActivated { delay, rate }));
         let Some(now) = cx.at.t_ns else { return true };
         let delay_ns = i64::from(delay) * 1_000_000;
-        // Frames that were under way, and clocks that differ, at either end.
+        // Tolerance at either end for frames on their way and differing clocks.
         let grace = cx.evidence.recording.lag_ns().max(delay_ns / 10);
         let (from_ns, to_ns) = (now.saturating_add(grace), now.saturating_add(2 * delay_ns - grace));
         self.silence = (from_ns < to_ns).then_some(Silence { at: cx.at, from_ns, to_ns, delay_ns });
         true
     }
 
-    /// A frame during the silence. Error frames are what a change of the bit rate looks like.
+    /// Judges a frame during the silence. Error frames belong to a change of the bit rate.
     pub fn heard(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
         let Some(silence) = self.silence.take_if(|silence| silence.from_ns <= now_ns) else { return };
         if now_ns >= silence.to_ns {
@@ -103,7 +103,7 @@ impl BitTiming {
         }
     }
 
-    /// It is `now_ns`: whether it should be activated, or at least stored, by now.
+    /// Reports a bit timing that should be activated, or at least stored, by `now_ns`.
     pub fn advance(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
         let overdue = |accepted: &mut Accepted| accepted.until_ns.is_some_and(|until| until <= now_ns);
         if let Some(Accepted { at, stored: false, .. }) = self.accepted.take_if(overdue) {
@@ -111,7 +111,7 @@ impl BitTiming {
         }
     }
 
-    /// When something becomes due, in ns.
+    /// Returns the time of the next deadline, in ns.
     pub fn due(&self) -> Option<i64> {
         let silence = self.silence.as_ref().map(|silence| silence.from_ns);
         self.accepted.as_ref().and_then(|accepted| accepted.until_ns).into_iter().chain(silence).min()

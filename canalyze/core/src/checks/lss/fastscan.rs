@@ -1,16 +1,16 @@
-//! LSS Fastscan as one action (CiA 305): which identity a scan has found, by its confirmations.
+//! LSS Fastscan as one action (CiA 305): the identity found by a scan, by its confirmations.
 //!
-//! A slave is found bit by bit; which bits are known at last stands in four confirmations (BitCheck 0, LSSNext other
-//! than LSSSub), so that the unanswered steps between them, the normal way to find a bit that is 1, need no timing. A
-//! confirmation held if the next step works on the part it names, the last one if it was answered. It must not judge:
-//! whether a step is allowed is `checks::lss`'s question.
+//! A slave is found bit by bit; the final bits are in four confirmations (BitCheck 0, LSSNext other than LSSSub).
+//! Unanswered steps between them, the normal way to find a bit that is 1, need no timing. A confirmation succeeded if
+//! the next step uses the part that it names, the last one if it was answered. Permission for a step is judged in
+//! `checks::lss`.
 
 use super::exchange::close;
 use crate::event::Scanned;
 use crate::frame::FrameRef;
-use crate::services::lss::BIT_CHECK_ANY;
+use crate::wire::lss::BIT_CHECK_ANY;
 
-/// One step of the master.
+/// A step of the master.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
     /// The bits known so far.
@@ -23,10 +23,10 @@ pub struct Step {
     pub next: u8,
 }
 
-/// A scan that is over, and its first frame.
+/// A finished scan, and its first frame.
 pub type Over = (FrameRef, Scanned);
 
-/// The scan that is under way, if any.
+/// The scan in progress.
 #[derive(Debug, Default)]
 pub struct Fastscan {
     scan: Option<Scan>,
@@ -45,7 +45,7 @@ struct Scan {
 }
 
 impl Fastscan {
-    /// The master's frame, which may be listed `lag_ns` late. Says which scan was given up for it.
+    /// Takes a step of the master, which may be listed `lag_ns` late; returns a scan abandoned for it.
     pub fn step(&mut self, step: Step, at: FrameRef, lag_ns: i64) -> Option<Over> {
         let over = if step.bit_check == BIT_CHECK_ANY { self.give_up() } else { None };
         let scan = self.scan.get_or_insert(Scan {
@@ -72,7 +72,7 @@ impl Fastscan {
         over
     }
 
-    /// A slave's answer. Says what was found, where it is the one to the last confirmation.
+    /// Takes a slave's answer; returns the finished scan if it answers the last confirmation.
     pub fn answer(&mut self, at: FrameRef) -> Option<Over> {
         let scan = self.scan.as_mut()?;
         scan.answer = Some(at);
@@ -80,12 +80,12 @@ impl Fastscan {
         self.found(at)
     }
 
-    /// Whether the scan stands at its last confirmation, and an answer right before it may be the one to it.
+    /// Returns true if the last confirmation is open and the answer right before it may be its own.
     pub fn may_have_found(&self) -> bool {
         self.scan.as_ref().is_some_and(|scan| scan.early)
     }
 
-    /// A slave shows that it is in the configuration state: the early answer was the one to the last confirmation.
+    /// Finishes the scan when a slave proves to be configured, so that the early answer was to the last confirmation.
     pub fn proven(&mut self, at: FrameRef) -> Option<Over> {
         if self.may_have_found() { self.found(at) } else { None }
     }
@@ -99,7 +99,7 @@ impl Fastscan {
         Some(scan.over(true, end))
     }
 
-    /// The master does something else. Nothing is reported of a question that no slave answered.
+    /// Abandons the scan for another command; a question that no slave answered is not reported.
     pub fn give_up(&mut self) -> Option<Over> {
         let scan = self.scan.take()?;
         let end = scan.last;
@@ -107,12 +107,12 @@ impl Fastscan {
         (begun && !scan.early).then(|| scan.over(false, end))
     }
 
-    /// The last step, while a scan is under way.
+    /// Returns the last step of the scan in progress.
     pub fn last(&self) -> Option<FrameRef> {
         self.scan.as_ref().map(|scan| scan.last)
     }
 
-    /// Frames were lost: what was under way is not known any more.
+    /// Forgets the scan after lost frames.
     pub fn lost(&mut self) {
         self.scan = None;
     }

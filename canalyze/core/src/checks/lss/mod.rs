@@ -1,9 +1,9 @@
-//! LSS (CiA 305): which slaves are in the configuration state, what the master has asked, and who answers.
+//! LSS (CiA 305): the slaves in the configuration state, the master's requests, and the slaves' answers.
 //!
-//! An answer is explained by any earlier request of its kind, and by one that follows within the lag of the recording's
-//! own frames (`evidence::recording`). What happened before the capture, or in a gap, is unknown, and nothing rests on
-//! it. Whether a slave answers nothing because it is not there is no fault: only a slave that was selected owes an
-//! answer. It must not follow Fastscan's bits (`fastscan`) or the fate of node-IDs (`node_id`).
+//! An answer is explained by any earlier request of its kind, and by one that follows within the delay of the
+//! recording's own frames (`evidence::recording`). Events before the capture or in a gap are unknown, and no verdict
+//! rests on them. An absent slave is no fault: only a selected slave owes an answer. Fastscan's bits are followed in
+//! `fastscan`, node-IDs in `node_id`.
 
 pub mod bit_timing;
 pub mod exchange;
@@ -29,13 +29,13 @@ use crate::frame::{Frame, FrameRef};
 use crate::message::{Flaw, Message};
 use crate::node::{Node, PerNode};
 use crate::rules::lss::{Lss001, Lss002, Lss003, Lss004, Lss007, Lss009, Lss010, Lss011, Lss012};
-use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, is_plain};
-use crate::services::nmt;
+use crate::wire::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, is_plain};
+use crate::wire::nmt;
 
-/// How long after its last step a Fastscan is under way, in ns.
+/// Time after its last step for which a Fastscan counts as in progress, in ns.
 const PATIENCE_NS: i64 = 5_000_000_000;
 
-/// LSS on one bus.
+/// The state of LSS on one bus.
 #[derive(Debug, Default)]
 pub struct Lss {
     findings: Withheld,
@@ -44,12 +44,12 @@ pub struct Lss {
     scan: Fastscan,
     node_ids: NodeIds,
     bit_timing: BitTiming,
-    /// When something becomes due, in ns.
+    /// The time of the next deadline, in ns.
     due_ns: Option<i64>,
 }
 
 impl Lss {
-    /// Takes one frame that is neither SDO nor PDO. Says which node has another node-ID now: the old and the new one.
+    /// Takes one frame that is neither SDO nor PDO; returns the old and the new node-ID of a node that LSS has renamed.
     pub fn follow(
         &mut self,
         message: &Message,
@@ -85,7 +85,7 @@ impl Lss {
                 }
             }
             Message::Heartbeat { node, .. } => {
-                // What is due too early only costs a look.
+                // The deadline may be earlier than needed, which costs one check.
                 self.node_ids.alive(node);
                 return None;
             }
@@ -95,7 +95,7 @@ impl Lss {
         moved
     }
 
-    /// It is `now_ns`: what is overdue, and whether the frame at hand, if any, breaks the silence.
+    /// Reports what is overdue at `now_ns`, and a frame that breaks the silence.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         if self.due_ns.is_some_and(|due_ns| now_ns >= due_ns) {
@@ -104,7 +104,7 @@ impl Lss {
     }
 
     fn judge_due(&mut self, now_ns: i64, cx: &mut Context<'_>) {
-        // In a burst an answer may stand behind frames that came after it was due.
+        // In a burst, an answer may follow frames that came after it was due.
         if cx.evidence.recording.verdict(cx.when.burst) == Some(Verdict::Confirmed) {
             return;
         }
@@ -124,7 +124,7 @@ impl Lss {
         self.schedule();
     }
 
-    /// Frames of the bus were lost: slaves may have been switched, and answers missed.
+    /// Forgets selections and requests after lost frames.
     pub fn lost(&mut self) {
         self.selection.lost();
         self.exchanges.lost();
@@ -134,12 +134,12 @@ impl Lss {
         self.schedule();
     }
 
-    /// Its frames, and whether they have shown that they are LSS.
+    /// Returns the number of its frames, and true if they are known to be LSS.
     pub fn shown(&self) -> (u64, bool) {
         self.findings.shown()
     }
 
-    /// The capture is over.
+    /// Reports what is open at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let left = self.exchanges.left();
         self.all_unexplained(left, cx);
@@ -177,7 +177,7 @@ impl Lss {
         }
     }
 
-    /// What a command of the master changes at once.
+    /// Applies the immediate effect of a master's command.
     fn take(&mut self, command: Command, cx: &mut Context<'_>) {
         match command {
             Command::Unknown(found) => {
@@ -214,7 +214,7 @@ impl Lss {
         if part.number() == 0
             && let Some(asked) = self.exchanges.give_up(Exchange::Selective)
         {
-            // The master goes on to the next slave: the one before was not there.
+            // The master goes on to the next slave: the one before was absent.
             self.unanswered(Exchange::Selective, asked, cx);
         }
         if let Some(expected) = self.selection.part(part, value) {
@@ -247,7 +247,7 @@ impl Lss {
         let repeats = cx.sighting == Sighting::Suspect;
         let Some(exchange) = Exchange::answered_by(command) else { return };
         if let Some(early) = self.exchanges.take_early(exchange) {
-            // The request has an answer of its own: the one captured before it was the one before, twice.
+            // The request has its own answer: the one captured before it is a duplicate.
             self.unexplained(early, cx);
         }
         if self.exchanges.explains(exchange) {
@@ -257,14 +257,14 @@ impl Lss {
         }
     }
 
-    /// The master goes on, and its request has no other answer than one captured before it.
+    /// Assigns early answers to their requests, because the master goes on and no other answers have come.
     fn settle_early(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         while let Some(early) = self.exchanges.take_any_early() {
             self.answered(early.exchange, early.command, early.plain, early.at, nodes, cx);
         }
     }
 
-    /// A slave's answer to a request. `at` is its frame; the request may have been captured after it.
+    /// Takes a slave's answer to a request. `at` is its frame, which may precede the request.
     fn answered(
         &mut self,
         exchange: Exchange,
@@ -315,7 +315,7 @@ impl Lss {
         }
     }
 
-    /// A slave does what only those in the configuration state do.
+    /// Takes evidence that a slave is in the configuration state.
     fn show_selected(&mut self, asked: Asked, cx: &mut Context<'_>) {
         while let Some((other, request)) = self.exchanges.passed_over(asked.at) {
             self.silent(other, request, cx);
@@ -327,7 +327,7 @@ impl Lss {
             self.selection.selected = Selected::Unknown;
             let asked = self.exchanges.give_up(Exchange::Selective);
             if let Some(asked) = asked.filter(|asked| unknown && !asked.answered) {
-                // It was selected, and did not answer.
+                // It was selected and did not answer.
                 self.silent(Exchange::Selective, asked, cx);
             }
         }
@@ -352,7 +352,7 @@ impl Lss {
         }
     }
 
-    /// A node was reset or has booted up.
+    /// Takes a reset or boot-up of a node.
     fn restarted(&mut self, cx: &mut Context<'_>) {
         while let Some((exchange, asked)) = self.exchanges.overtaken(cx.at) {
             self.silent(exchange, asked, cx);
@@ -362,14 +362,13 @@ impl Lss {
         self.exchanges.forgive();
     }
 
-    /// A frame that cannot be read stands for the request, or the answer, that it should have been: with a wrong bit
-    /// in its identifier, for one of the other side.
+    /// Takes an unreadable frame, which may be any request or answer; a wrong bit in its identifier swaps the sides.
     fn unreadable(&mut self, request: bool, at: FrameRef) {
         self.selection.unreadable();
         self.exchanges.unreadable(request, at);
     }
 
-    /// Answers that no request explains: those of one kind together lack the same one.
+    /// Reports answers without request: those of one kind lack the same one.
     fn all_unexplained(&mut self, mut early: Vec<Early>, cx: &mut Context<'_>) {
         early.dedup_by_key(|early| early.exchange);
         for early in early {
@@ -377,7 +376,7 @@ impl Lss {
         }
     }
 
-    /// An answer that no request explains.
+    /// Reports an answer without request.
     fn unexplained(&mut self, early: Early, cx: &mut Context<'_>) {
         if self.exchanges.may_be_requested(early.at) {
             return;
@@ -386,7 +385,7 @@ impl Lss {
         let command = early.exchange.answer();
         if !self.exchanges.is_recent(early.exchange, early.at) {
             self.selection.selected = Selected::Unknown;
-            // It stands for the answer that is owed, or its request for the one that is.
+            // It takes the place of the outstanding answer, or its request that of the open one.
             self.exchanges.excuse();
             self.findings.raise(Lss002::Unrequested { command }, None, cause, cx);
             return;
@@ -401,7 +400,7 @@ impl Lss {
         self.findings.raise(what, None, cause, cx);
     }
 
-    /// A request without answer.
+    /// Reports a request without answer.
     fn unanswered(&mut self, exchange: Exchange, asked: Asked, cx: &mut Context<'_>) {
         let cause = (asked.at.no != cx.at.no).then_some(asked.at);
         if exchange == Exchange::Selective {
@@ -419,7 +418,7 @@ impl Lss {
         }
     }
 
-    /// A selected slave has not answered before the master went on.
+    /// Reports that a selected slave has not answered before the master went on.
     fn silent(&mut self, exchange: Exchange, asked: Asked, cx: &mut Context<'_>) {
         self.findings.raise(Lss009::NoResponse { command: exchange.specifier() }, None, Some(asked.at), cx);
     }
@@ -431,7 +430,7 @@ impl Lss {
     }
 }
 
-/// The node that holds an LSS address by its identity object, where exactly one is known to.
+/// Returns the only node known to have an LSS address in its identity object.
 fn holder(nodes: &PerNode<Node>, address: [u32; 4]) -> Option<u8> {
     let holds = |node: &Node| {
         (1..).zip(address).all(|(sub, part)| {

@@ -1,62 +1,62 @@
-//! Node-IDs given by LSS, from the slave's confirmation until a node boots up with them (CiA 305, CiA 301 7.2.8.2).
+//! Node-IDs assigned by LSS, from the slave's confirmation to the boot-up with it (CiA 305, CiA 301 7.2.8.2).
 //!
-//! A slave without node-ID takes the new one as it returns to the waiting state; one that has a node-ID takes it with
-//! the next reset of its communication, or as it restarts if it was stored. It must not guess which node a slave was:
-//! where that is not certain a new node-ID is only a new node.
+//! A slave without node-ID adopts the new one when it returns to the waiting state; one with a node-ID adopts it at the
+//! next reset of its communication, or at a restart if it was stored. The slave's former node is not guessed: without
+//! certainty a new node-ID is simply a new node.
 
 use super::withheld::Withheld;
 use crate::context::Context;
 use crate::frame::FrameRef;
 use crate::rules::lss::Lss005;
-use crate::services::nmt::RESET_COMMUNICATION;
+use crate::wire::nmt::RESET_COMMUNICATION;
 
-/// How long a node may take to boot up: 3 s. CiA 305 and CiA 301 give no limit; real nodes take well below 2 s.
+/// Maximum time of a boot-up: 3 s. CiA 305 and CiA 301 set no limit; real nodes take well below 2 s.
 const BOOT_NS: i64 = 3_000_000_000;
 
-/// What a slave was called before.
+/// A slave's previous node-ID.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Before {
-    /// Not known.
+    /// Unknown.
     #[default]
     Unknown,
-    /// It had no node-ID.
+    /// None.
     Unconfigured,
     /// Its node-ID.
     Node(u8),
 }
 
-/// A node-ID that a slave has accepted.
+/// A node-ID accepted by a slave.
 #[derive(Debug)]
 struct Change {
     /// The slave's confirmation.
     at: FrameRef,
-    /// The selection during which it was given: a later one to the same slave replaces it.
+    /// The selection in which it was assigned; a later one to the same slave replaces it.
     selection: u64,
     before: Before,
     to: u8,
     stored: bool,
-    /// It may be in effect: the slave has left the configuration state, or nodes were reset.
+    /// It may be in effect because the slave has left the configuration state or nodes were reset.
     active: bool,
-    /// The frame from which on a boot-up is expected, and until when.
+    /// The frame from which on a boot-up is expected, and the deadline in ns.
     expected: Option<(FrameRef, i64)>,
 }
 
-/// The node-IDs that were given on a bus.
+/// The node-IDs assigned on a bus.
 #[derive(Debug, Default)]
 pub struct NodeIds {
-    /// At most one for each node-ID.
+    /// At most one change per node-ID.
     changes: Vec<Change>,
-    /// The node-ID that the master has requested last.
+    /// The node-ID last requested by the master.
     requested: Option<u8>,
 }
 
 impl NodeIds {
-    /// The master asks for a node-ID.
+    /// Takes the master's request for a node-ID.
     pub fn request(&mut self, node: u8) {
         self.requested = Some(node);
     }
 
-    /// A slave has accepted the node-ID.
+    /// Takes a slave's acceptance of the node-ID.
     pub fn accept(&mut self, before: Before, selection: u64, at: FrameRef) {
         let Some(to) = self.requested else { return };
         self.changes.retain(|change| change.to != to && change.selection != selection);
@@ -66,14 +66,14 @@ impl NodeIds {
         }
     }
 
-    /// The slave of a selection has stored its configuration.
+    /// Notes that the slave of a selection has stored its configuration.
     pub fn stored(&mut self, selection: u64) {
         for change in self.changes.iter_mut().filter(|change| change.selection == selection) {
             change.stored = true;
         }
     }
 
-    /// All slaves return to the waiting state.
+    /// Takes the return of all slaves to the waiting state.
     pub fn waiting(&mut self, at: FrameRef) {
         for change in &mut self.changes {
             let new = !std::mem::replace(&mut change.active, true);
@@ -83,7 +83,7 @@ impl NodeIds {
         }
     }
 
-    /// An NMT reset of a node, or of all (0).
+    /// Takes an NMT reset of a node, or of all (0).
     pub fn reset(&mut self, command: u8, node: u8, at: FrameRef) {
         for change in &mut self.changes {
             let certain = node == 0 || change.before == Before::Node(node);
@@ -100,8 +100,7 @@ impl NodeIds {
         }
     }
 
-    /// A node boots up. Says which node it was before, where that is certain, and where the
-    /// slave has accepted its new node-ID.
+    /// Takes a boot-up; returns the node's previous node-ID if it is certain and the slave has accepted the new one.
     pub fn booted(
         &mut self,
         node: u8,
@@ -127,14 +126,14 @@ impl NodeIds {
         None
     }
 
-    /// A node shows a sign of life: it needs no boot-up any more.
+    /// Takes a sign of life of a node, which needs no boot-up any more.
     pub fn alive(&mut self, node: u8) {
         for change in self.changes.iter_mut().filter(|change| change.to == node) {
             change.expected = None;
         }
     }
 
-    /// It is `now_ns`: who should have booted up by now.
+    /// Reports nodes that should have booted by `now_ns`.
     pub fn advance(&mut self, now_ns: i64, findings: &mut Withheld, cx: &mut Context<'_>) {
         for change in &mut self.changes {
             if let Some((since, until)) = change.expected
@@ -147,12 +146,12 @@ impl NodeIds {
         }
     }
 
-    /// When something becomes due, in ns.
+    /// Returns the time of the next deadline, in ns.
     pub fn due(&self) -> Option<i64> {
         self.changes.iter().filter_map(|change| Some(change.expected?.1)).min()
     }
 
-    /// Frames were lost: a boot-up may have been among them.
+    /// Drops expected boot-ups after lost frames.
     pub fn lost(&mut self) {
         for change in &mut self.changes {
             change.active = true;

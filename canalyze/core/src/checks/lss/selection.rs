@@ -1,44 +1,44 @@
-//! Which LSS slaves are in the configuration state, and the address by which the master is switching one there.
+//! The LSS slaves in the configuration state, and the address by which the master is selecting one.
 //!
-//! What happened before the capture, or in a gap, is unknown. It must not judge.
+//! Events before the capture or in a gap are unknown.
 
 use super::node_id::Before;
-use crate::services::lss::Part;
+use crate::wire::lss::Part;
 
-/// Which slaves are in the configuration state.
+/// The set of slaves in the configuration state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Selected {
-    /// Not known.
+    /// Unknown.
     #[default]
     Unknown,
     /// None: all were switched to waiting.
     Nobody,
-    /// As many as have answered a selective switch or a Fastscan.
+    /// The number of slaves that have answered a selective switch or a Fastscan.
     Slaves(u32),
-    /// Every slave on the bus, if there is any.
+    /// All slaves on the bus.
     All,
 }
 
-/// What is known of the slaves in the configuration state.
+/// The state of the selection.
 #[derive(Debug, Default)]
 pub struct Selection {
-    /// Which they are.
+    /// The slaves in the configuration state.
     pub selected: Selected,
-    /// Selections so far.
+    /// Number of selections so far.
     pub number: u64,
-    /// The node-ID of the selected slave, as it has reported or as follows from how it was found.
+    /// The node-ID of the selected slave, as reported or derived from the way it was found.
     pub before: Before,
-    /// Its address, by which it was selected.
+    /// The address by which it was selected.
     slave: Option<[u32; 4]>,
-    /// The address that the master is sending, and the part that comes next; `None` where that is not known.
+    /// The address that the master is sending, and the next part; `None` if unknown.
     address: [Option<u32>; 4],
     next_part: Option<u8>,
-    /// It was reported that the parts of this address come out of order.
+    /// A wrong order of the parts of this address was reported.
     misordered: bool,
 }
 
 impl Selection {
-    /// All slaves were switched to waiting (0) or to configuration (1).
+    /// Switches all slaves to waiting (0) or to configuration (1).
     pub fn switch(&mut self, mode: u8) {
         self.selected = match mode {
             0 => Selected::Nobody,
@@ -49,8 +49,8 @@ impl Selection {
         (self.next_part, self.misordered) = (Some(0), false);
     }
 
-    /// A part of the address of the slave that is to be selected. Gives the number of the expected part where this is
-    /// another one, once for each address.
+    /// Takes a part of the address of the slave to be selected; returns the number of the expected part if this is
+    /// another one, once per address.
     pub fn part(&mut self, part: Part, value: u32) -> Option<u8> {
         let number = part.number();
         if number == 0 {
@@ -58,7 +58,7 @@ impl Selection {
         }
         let expected = self.next_part.filter(|expected| *expected != number && number != 0);
         if expected.is_some() {
-            // Which one is wrong, this one or the one before, shows with the next address.
+            // The next address shows if this part is wrong or the one before.
             self.next_part = None;
         }
         let news = expected.filter(|_| !std::mem::replace(&mut self.misordered, true));
@@ -72,13 +72,13 @@ impl Selection {
         news
     }
 
-    /// The address that the master has sent, where all of it was seen.
+    /// Returns the address that the master has sent if all of it was seen.
     pub fn address(&self) -> Option<[u32; 4]> {
         let [vendor, product, revision, serial] = self.address;
         Some([vendor?, product?, revision?, serial?])
     }
 
-    /// One more slave is in the configuration state, unless it is the same one again.
+    /// Adds a slave in the configuration state, unless it is the same one again.
     pub fn join(&mut self, address: Option<[u32; 4]>, before: Before) {
         if address.is_some() && address == self.slave && matches!(self.selected, Selected::Slaves(_)) {
             return;
@@ -91,13 +91,13 @@ impl Selection {
         self.select(address, before);
     }
 
-    /// The node-ID that the only selected slave had.
+    /// Returns the previous node-ID of the only selected slave.
     pub fn single(&self) -> Before {
         let single = matches!(self.selected, Selected::Slaves(1) | Selected::All | Selected::Unknown);
         if single { self.before } else { Before::Unknown }
     }
 
-    /// A frame could not be read: it may have switched slaves.
+    /// Takes an unreadable frame, which may have switched slaves.
     pub fn unreadable(&mut self) {
         self.next_part = None;
         if self.selected == Selected::Nobody {
@@ -105,14 +105,14 @@ impl Selection {
         }
     }
 
-    /// A node was reset or has booted up: it is in the waiting state, and whether others are not is not known.
+    /// Takes a reset or boot-up: the node is waiting, the others are unknown.
     pub fn restarted(&mut self) {
         if self.selected != Selected::Nobody {
             self.selected = Selected::Unknown;
         }
     }
 
-    /// Frames were lost: slaves may have been switched.
+    /// Forgets the selection after lost frames.
     pub fn lost(&mut self) {
         *self = Self { number: self.number + 1, ..Self::default() };
     }

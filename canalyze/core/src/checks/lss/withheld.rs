@@ -1,33 +1,33 @@
-//! Findings that wait until the traffic on LSS's identifiers has shown that it is LSS.
+//! Findings withheld until the traffic on the LSS identifiers has proved to be LSS.
 //!
-//! A network that is no CANopen may use any identifier for something else, and a verdict on it would be wrong. An
-//! answer to a request shows it; at the end of the capture, enough valid frames do. It must not judge.
+//! A network other than CANopen may use any identifier for something else. An answer to a request is proof; at the end
+//! of the capture, a sufficient number of valid frames is.
 
 use crate::context::Context;
 use crate::finding::{Code, Finding, Verdict};
 use crate::frame::FrameRef;
 
-/// Findings kept while they wait.
+/// Maximum number of withheld findings.
 const KEPT: usize = 16;
-/// Valid LSS frames for each finding, before the traffic counts as LSS.
+/// Number of valid LSS frames per finding that make the traffic LSS.
 const VALID: usize = 3;
 
-/// The findings of LSS on a bus.
+/// The LSS findings of a bus.
 #[derive(Debug, Default)]
 pub struct Withheld {
-    /// It is LSS: nothing is withheld any more.
+    /// The traffic is LSS, and findings are no longer withheld.
     shown: bool,
     waiting: Vec<Finding>,
     /// The first LSS frame.
     first: Option<FrameRef>,
-    /// Frames with a known command and unused bytes 0; and whether one of a slave is among them.
+    /// Number of frames with a known command and unused bytes 0; true if a slave's is among them.
     valid: usize,
     answered: bool,
     frames: u64,
 }
 
 impl Withheld {
-    /// A frame on LSS's identifiers; `valid`: with a known command and unused bytes 0.
+    /// Takes a frame on an LSS identifier; `valid`: it has a known command and unused bytes 0.
     pub fn follow(&mut self, at: FrameRef, from_master: bool, valid: bool) {
         self.first.get_or_insert(at);
         self.frames += 1;
@@ -35,7 +35,7 @@ impl Withheld {
         self.answered |= valid && !from_master;
     }
 
-    /// Reports a finding at the frame at hand, or keeps it.
+    /// Reports a finding at the current frame, or withholds it.
     pub fn raise(&mut self, what: impl Into<Verdict>, node: Option<u8>, cause: Option<FrameRef>, cx: &mut Context<'_>) {
         let finding = cx.verdict(what, node, None, cause);
         if self.shown {
@@ -45,7 +45,7 @@ impl Withheld {
         }
     }
 
-    /// The same of what rests on a deadline (see [`Context::report_timed`]).
+    /// Does the same for a finding that rests on a deadline (see [`Context::report_timed`]).
     pub fn raise_timed(
         &mut self,
         what: impl Into<Verdict>,
@@ -67,12 +67,12 @@ impl Withheld {
         }
     }
 
-    /// The frames, and whether they have shown that they are LSS: by an answer, or since most can be LSS.
+    /// Returns the number of frames, and true if an answer or the majority of frames shows them to be LSS.
     pub fn shown(&self) -> (u64, bool) {
         (self.frames, self.shown || self.valid as u64 > self.frames / 2)
     }
 
-    /// The traffic is LSS.
+    /// Reports the withheld findings and all later ones, because the traffic is LSS.
     pub fn show(&mut self, cx: &mut Context<'_>) {
         self.shown = true;
         for finding in std::mem::take(&mut self.waiting) {
@@ -80,8 +80,8 @@ impl Withheld {
         }
     }
 
-    /// The capture is over. Where nothing has shown that it is LSS, only that a slave did not answer is reported, or
-    /// once, at the first frame, that it does not look like LSS.
+    /// Reports the withheld findings at the end of the capture. Without proof of LSS, reports only missing answers, or
+    /// once, at the first frame, that the traffic does not look like LSS.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         let Some(first) = self.first else { return };
         let waiting = std::mem::take(&mut self.waiting);

@@ -1,43 +1,43 @@
-//! What no NMT command explains, while no command was seen at all: 000h may have been filtered out of the capture.
+//! Findings that no NMT command explains while no command was seen at all: 000h may have been filtered out.
 //!
-//! Such findings wait for the first command, which shows that commands are captured, or until they are old. Where
-//! states change as only a master makes them change, and no command was seen, commands are missing, and nothing is
-//! reported. It must not decide what is spontaneous: that is `nmt`.
+//! Such findings wait for the first command, which shows that commands are captured, or until they are old. If states
+//! change as only a master changes them, commands are missing and nothing is reported. Spontaneous changes are found in
+//! `nmt`.
 
 use crate::context::Context;
 use crate::evidence::Rules;
 use crate::finding::{Code, Finding};
-use crate::services::heartbeat::PRE_OPERATIONAL;
+use crate::wire::error_control::PRE_OPERATIONAL;
 
-/// How long findings are kept while no command was seen, in ns, and how many.
+/// Maximum time that findings wait without a command, in ns, and their maximum number.
 const WAIT_NS: i64 = 10_000_000_000;
 const KEPT: usize = 64;
-/// Nodes change their states together within this time, in ns: their heartbeats show it one after the other.
+/// Time within which changes of state count as simultaneous, in ns: heartbeats show them one after the other.
 const TOGETHER_NS: i64 = 1_000_000_000;
 
-/// The findings of a bus that wait.
+/// The waiting findings of a bus.
 #[derive(Debug, Default)]
 pub struct Commandless {
     /// A command was seen.
     commanded: bool,
-    /// States have changed as only commands can explain: the capture lacks them.
+    /// States have changed as only commands explain: the capture lacks them.
     filtered: bool,
     waiting: Vec<Finding>,
 }
 
 impl Commandless {
-    /// A command.
+    /// Takes a command.
     pub fn command(&mut self, cx: &mut Context<'_>) {
         self.commanded = true;
         self.report(cx);
     }
 
-    /// Whether any command was seen.
+    /// Returns true if a command was seen.
     pub fn commanded(&self) -> bool {
         self.commanded
     }
 
-    /// With each frame, before it is followed.
+    /// Reports old findings; called for each frame before it is followed.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
         let old = |first: &Finding| cx.at.since(first.at).is_some_and(|age| age > WAIT_NS);
@@ -46,19 +46,19 @@ impl Commandless {
         }
     }
 
-    /// The capture is over.
+    /// Reports the waiting findings at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         if !self.filtered {
             self.report(cx);
         }
     }
 
-    /// Frames were lost: commands may be among them.
+    /// Drops the waiting findings after lost frames, which may include commands.
     pub fn forget(&mut self) {
         self.waiting.clear();
     }
 
-    /// A node has gone to the state `to` without command. What nodes do by themselves is to leave Operational for
+    /// Takes a change to the state `to` without command. By themselves, nodes only leave Operational for
     /// Pre-operational, each for its own reasons.
     pub fn changed(&mut self, node: u8, to: u8, finding: &Finding) {
         let alike = |other: &Finding| {
@@ -70,7 +70,7 @@ impl Commandless {
         self.filtered |= !self.commanded && (to != PRE_OPERATIONAL || self.waiting.iter().any(alike));
     }
 
-    /// A node's frame that no command explains. `wait_ns`: how long something else may explain it.
+    /// Takes a finding that no command explains. `wait_ns`: time in which something else may explain it.
     pub fn find(&mut self, finding: Finding, wait_ns: i64, cx: &mut Context<'_>) {
         if self.commanded && wait_ns > 0 && finding.because_of.is_none() {
             cx.report_later(finding, wait_ns);
@@ -83,7 +83,7 @@ impl Commandless {
 
     fn report(&mut self, cx: &mut Context<'_>) {
         for finding in std::mem::take(&mut self.waiting) {
-            // What has become known since: two nodes with one node-ID.
+            // Two nodes with one node-ID may have been found since.
             cx.report(cx.excused(Rules::Nmt, cx.when, finding));
         }
     }

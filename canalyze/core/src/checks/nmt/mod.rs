@@ -1,9 +1,9 @@
-//! NMT states (CiA 301, 7.3.2): what state each node is in, from where that is known, and what moved it.
+//! NMT states (CiA 301, 7.3.2): the state of each node, its evidence, and its cause.
 //!
-//! A state is unknown until the node shows it: by a heartbeat or a guarding answer. A boot-up shows that the node
-//! is there, not where it went from Initialisation (1F80h lets it start itself). A command shows what is expected; it
-//! proves nothing, since it is not confirmed. Changes that no command explains are held back, since
-//! the master's own frames may be captured late. It must not judge other services: those are `permissions`'.
+//! A state is unknown until the node reports it by a heartbeat or a guarding answer. A boot-up shows that the node is
+//! there, not where it went from Initialisation (1F80h may start it). A command is not confirmed: it shows the expected
+//! state and proves nothing. Changes that no command explains are withheld, since the master's own frames may be
+//! captured late. Other services are judged in `permissions`.
 
 pub mod commandless;
 mod node_state;
@@ -22,74 +22,73 @@ use crate::frame::FrameRef;
 use crate::node::PerNode;
 use crate::rules::heartbeat::Hbt004;
 use crate::rules::nmt::{Nmt001, Nmt003, Nmt004, Nmt005, Nmt006};
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::services::lss::Command as Lss;
-use crate::services::nmt;
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::lss::Command as Lss;
+use crate::wire::nmt;
 
-/// After a bus was silent for this long, boot-ups are those of a network that was switched on, in ns.
+/// Silence of the bus, in ns, after which boot-ups belong to a network that was switched on.
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;
-/// Nodes that are switched on together boot within this time, in ns.
+/// Maximum time between the boot-ups of nodes switched on together, in ns.
 const POWER_UP_NS: i64 = 5_000_000_000;
-/// The same in frames, without stamps.
+/// The same in frames, used without stamps.
 const TOGETHER: u64 = 10;
-/// Several resets in a row may yield as many boot-ups within this time, in ns.
+/// Time in which several resets in a row may cause as many boot-ups, in ns.
 pub(super) const RESETS_NS: i64 = 1_000_000_000;
-/// How long after LSS sends its slaves back to waiting a boot-up is due to that, in ns.
+/// Time in which a boot-up is explained by LSS returning its slaves to waiting, in ns.
 const ACTIVATED_NS: i64 = 5_000_000_000;
-/// Two boot-ups of one node-ID closer than this come from two nodes, in ns.
+/// Boot-ups of one node-ID closer than this come from two nodes, in ns.
 const TWO_BOOT_UPS_NS: i64 = 20_000_000;
-/// A node whose boot-up follows its last heartbeat within this time did not lose its power, in ns.
+/// A node that boots within this time after its last heartbeat did not lose its power, in ns.
 const RESTART_NS: i64 = 1_000_000_000;
-/// How long a node may take to boot after a reset, in ns: CiA 301 gives no limit, real nodes take well below 2 s.
+/// Maximum time of a boot-up after a reset, in ns: CiA 301 sets no limit, real nodes take well below 2 s.
 const BOOT_NS: i64 = 3_000_000_000;
-/// The same at a capture's end, of a node that has sent nothing since.
+/// The same at the end of a capture, for a node that has sent nothing since.
 const LEAST_BOOT_NS: i64 = 1_000_000_000;
-/// A node may show its old state for so long after a command that it was not seen before, in ns.
+/// Time for which a node seen first after a command may show its old state, in ns.
 const FIRST_SEEN_NS: i64 = 1_000_000_000;
-/// Heartbeat periods for which a change of state waits: two nodes with one node-ID change it in turns.
+/// Number of heartbeat periods for which a change of state waits: two nodes with one node-ID alternate.
 const ALTERNATES: i64 = 3;
-/// What else a node does before it obeys a command, and what others send it meanwhile, in ns.
+/// Time in which a node may act, and others address it, as before a command, in ns.
 pub(super) const OBEYED_NS: i64 = 50_000_000;
-/// The same in frames, where there are no stamps.
+/// The same in frames, used without stamps.
 const OBEYED_FRAMES: u64 = 8;
-/// Shown states after which a node was running, and not just about to obey a reset before the capture.
+/// Number of reported states that show a running node, not one about to obey a reset before the capture.
 const RUNNING: u8 = 3;
-/// A node boots within this time after a frame that it has taken for a reset, in ns.
+/// Maximum time from a frame taken for a reset to the boot-up, in ns.
 const GARBLED_NS: i64 = 5_000_000_000;
-/// Extended commands that are not CiA 301's but known: sleep and standby.
+/// Known commands beyond CiA 301: sleep and standby.
 const EXTENSIONS: [u8; 2] = [0x50, 0x60];
 
-/// Whether the network was switched off and on again.
+/// Evidence that the network was switched off and on.
 #[derive(Clone, Copy, Debug)]
 struct Power {
-    /// All nodes, if several, have just booted without command.
+    /// Several nodes, and all of them, have just booted without command.
     all: bool,
-    /// The nodes that have not, and the number of the last frame of any of them.
+    /// The number of nodes that have not, and the number of the last frame of any of them.
     others: u32,
     heard: u64,
 }
 
 impl Power {
-    /// Whether it is still to be seen what became of the nodes other than the one that booted at `boot`: none of them
-    /// has been heard since.
+    /// Returns true if the other nodes are undecided, because none was heard since the boot-up at `boot`.
     fn is_open(self, boot: FrameRef, at: FrameRef) -> bool {
         let soon = at.since(boot).map_or(boot.no + TOGETHER >= at.no, |age| age <= SWITCHED_ON_NS);
         self.others > 0 && self.heard < boot.no && soon
     }
 }
 
-/// A state that is known, for verdicts on other services.
+/// A known state, for verdicts on other services.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownState {
     /// 04, 05, 7F.
     pub state: u8,
-    /// The frame with which the node was first shown or commanded to be in it.
+    /// The frame that first reported or commanded the state.
     pub at: FrameRef,
-    /// The node has shown it; else it was commanded.
+    /// True if the node reported it, false if it was commanded.
     pub shown: bool,
     /// The node may still be a master that starts itself.
     pub may_start_itself: bool,
-    /// It was shown once, and no command explains it.
+    /// It was reported once, and no command explains it.
     pub doubtful: bool,
 }
 
@@ -99,28 +98,28 @@ pub struct Nmt {
     nodes: PerNode<NodeState>,
     suspects: u32,
     commandless: Commandless,
-    /// Boot-ups that are due after a reset.
+    /// Boot-ups due after a reset.
     boot_ups: Obligations<u8>,
-    /// Some node has booted or shown its state: the capture was not filtered of these.
+    /// Some node has booted or reported its state: the capture contains such frames.
     shows_states: bool,
-    /// The last command to all, as it concerns a node that was not seen by then.
+    /// The last command to all, for nodes not seen before it.
     broadcast: Option<Command>,
     activated: Option<i64>,
-    /// The first frame of the capture, or after a gap.
+    /// The first frame of the capture or after a gap.
     began: Option<FrameRef>,
-    /// The last boot-up with a node-ID that was given.
+    /// The last boot-up with an assigned node-ID.
     moved: Option<FrameRef>,
-    /// The first boot-up after a silence: the network was switched on.
+    /// The time of the first boot-up after a silence, when the network was switched on, in ns.
     switched_on: Option<i64>,
-    /// The last frame on NMT's identifier that is no command: what it was meant as, nodes may have obeyed.
+    /// The last invalid frame on the NMT identifier; nodes may have obeyed its intended command.
     garbled: Option<FrameRef>,
-    /// Commands came before their effects, and never after: the capture is in causal order.
+    /// Commands always preceded their effects: the capture is in causal order.
     causal: bool,
     late: bool,
 }
 
 impl Nmt {
-    /// The NMT state of a node, as far as known: 04, 05, 7F. A command counts where the node is known to be there.
+    /// Returns the NMT state of a node if known: 04, 05, 7F. A command counts for nodes known to be present.
     pub fn state(&self, node: u8) -> Option<u8> {
         let node_state = self.nodes.get(node)?;
         match node_state.command {
@@ -132,12 +131,12 @@ impl Nmt {
         }
     }
 
-    /// The same with its evidence, for verdicts.
+    /// Returns the state with its evidence, for verdicts.
     pub fn known(&self, node: u8) -> Option<KnownState> {
         let node_state = self.nodes.get(node)?;
         let state = self.state(node)?;
         let may_start_itself = state == PRE_OPERATIONAL && !node_state.managed && node_state.command.is_none();
-        // What could not be read since may have been a command to this node.
+        // An unreadable frame since then may have been a command to this node.
         let commanded = |last: FrameRef| self.garbled.is_some_and(|garbled| garbled.no > last.no);
         match node_state.command {
             Some(command) if !command.judged => {
@@ -159,48 +158,48 @@ impl Nmt {
         }
     }
 
-    /// The state that a node has shown last since its boot-up.
+    /// Returns the last state reported by a node since its boot-up.
     pub fn shown_last(&self, node: u8) -> Option<u8> {
         self.nodes.get(node)?.reports.first.map(|(state, _)| state)
     }
 
-    /// The last frame in which a node has shown its state since it booted.
+    /// Returns the last frame in which a node has reported its state since its boot-up.
     pub fn last_report(&self, node: u8) -> Option<FrameRef> {
         self.nodes.get(node)?.reports.last
     }
 
-    /// Whether a node has shown states since it booted.
+    /// Returns true if a node has reported states since its boot-up.
     pub fn shows(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|node_state| node_state.reports.count > 0)
     }
 
-    /// The reset command after which a node that has been seen has not booted yet.
+    /// Returns the reset command after which a known node has not booted yet.
     pub fn resetting(&self, node: u8) -> Option<FrameRef> {
         self.nodes.get(node).filter(|node_state| node_state.reset.awaited && node_state.present)?.reset.at
     }
 
-    /// The same, where the node has shown no state since, and nothing that cannot be read.
+    /// Returns the same if the node has since sent neither a state nor an unreadable frame.
     pub fn silent_since_reset(&self, node: u8) -> Option<FrameRef> {
         let node_state = self.nodes.get(node)?;
         self.resetting(node).filter(|_| !node_state.reset.heard)
     }
 
-    /// Whether the capture shows any command.
+    /// Returns true if the capture contains a command.
     pub fn commanded(&self) -> bool {
         self.commandless.commanded()
     }
 
-    /// Whether anything was seen of a node.
+    /// Returns true if a frame of a node was seen.
     pub fn is_present(&self, node: u8) -> bool {
         self.nodes.get(node).is_some_and(|node_state| node_state.present)
     }
 
-    /// A node has sent something.
+    /// Takes a frame of a node.
     pub fn present(&mut self, node: u8, at: FrameRef) {
         Self::meet(&mut self.nodes, self.broadcast, node, at);
     }
 
-    /// The node that has sent a frame. One that is seen for the first time may be obeying a command to all.
+    /// Returns the sender of a frame. A node seen for the first time may be obeying a command to all.
     fn meet(nodes: &mut PerNode<NodeState>, broadcast: Option<Command>, node: u8, at: FrameRef) -> &mut NodeState {
         let broadcast = broadcast.filter(|command| at.since(command.at).is_none_or(|age| age < FIRST_SEEN_NS));
         let node_state = nodes.entry(node);
@@ -212,12 +211,12 @@ impl Nmt {
         node_state
     }
 
-    /// An SDO request was sent to a node.
+    /// Takes an SDO request to a node.
     pub fn managed(&mut self, node: u8) {
         self.nodes.entry(node).managed = true;
     }
 
-    /// Node control: the master commands `node`, or all (0).
+    /// Takes a node control command to `node`, or to all (0).
     pub fn command(&mut self, specifier: u8, node: u8, cx: &mut Context<'_>) {
         let Some(state) = commanded_state(specifier) else {
             if EXTENSIONS.contains(&specifier) {
@@ -237,7 +236,7 @@ impl Nmt {
         }
         let explicit = node != 0;
         let crossed = self.moved.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
-        // Of all, those are meant that are there.
+        // A command to all concerns the nodes that are present.
         let meant = |(id, node_state): &(u8, &mut NodeState)| if explicit { *id == node } else { node_state.present };
         for (id, node_state) in self.nodes.iter_mut().filter(meant) {
             let explained = node_state.commanded(id, (state, specifier, explicit), cx);
@@ -252,13 +251,13 @@ impl Nmt {
         }
     }
 
-    /// A frame on NMT's identifier that is not two bytes long.
+    /// Takes a frame on the NMT identifier that is not two bytes long.
     pub fn malformed(&mut self, len: u8, cx: &mut Context<'_>) {
         self.garbled = Some(cx.at);
         cx.raise(Nmt001::Length { found: len.into() }, None, None, None);
     }
 
-    /// A boot-up. `silence_ns`: the bus was silent for that long before it.
+    /// Takes a boot-up. `silence_ns`: duration of the bus's silence before it.
     pub fn boot_up(&mut self, node: u8, silence_ns: i64, cx: &mut Context<'_>) {
         self.boot_ups.met(node);
         self.shows_states = true;
@@ -267,7 +266,7 @@ impl Nmt {
         }
         let node_state = self.nodes.entry(node);
         if node_state.given {
-            // A slave has another node-ID: which it had before is not certain.
+            // A slave has another node-ID; its previous one is uncertain.
             self.boot_ups.void(|_| true);
             self.moved = Some(cx.at);
         }
@@ -290,7 +289,7 @@ impl Nmt {
         let duplicate = cx.sighting == Sighting::Suspect;
         let Some(what) = spontaneous_boot(before, cx) else { return };
         if matches!(what, Spontaneous::TwoBootUps { .. }) && duplicate && node_state.suspect.is_some() {
-            // What is suspected already may stand here a second time.
+            // A suspect may be in the capture a second time.
             return;
         }
         self.suspects += u32::from(node_state.suspect.is_none());
@@ -298,7 +297,7 @@ impl Nmt {
         node_state.suspect = Some(Suspect { at: cx.at, what, duplicate });
     }
 
-    /// A node shows its state. `period_ns`: how often it does so, where that is known.
+    /// Takes a reported state. `period_ns`: the period of the node's reports if known.
     pub fn shown(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
         if !matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
             return self.unreadable(node);
@@ -318,7 +317,7 @@ impl Nmt {
         if before == Some(state) && node_state.command.is_none() {
             node_state.allowed = 0;
         } else if before.is_none() && self.began.is_some_and(soon) {
-            // It may be about to obey a command that came just before the capture.
+            // It may be about to obey a command from just before the capture.
             node_state.allowed = bits_of(0);
         }
         let starts_itself = before.is_some_and(|before| node_state.starts_itself(before, state, cx.at));
@@ -349,7 +348,7 @@ impl Nmt {
         node_state.suspect = Some(Suspect { at: cx.at, what, duplicate: false });
     }
 
-    /// A node's error control frame that cannot be read: it may be the boot-up that is due after a reset.
+    /// Takes an unreadable error control frame, which may be the boot-up due after a reset.
     pub fn unreadable(&mut self, node: u8) {
         if let Some(node_state) = self.nodes.get_mut(node) {
             node_state.command = node_state.command.filter(|command| command.state != 0);
@@ -358,7 +357,7 @@ impl Nmt {
         self.boot_ups.met(node);
     }
 
-    /// A node has sent an emergency; `code` 0: an error is over.
+    /// Takes an emergency; `code` 0 ends an error.
     pub fn emergency(&mut self, node: u8, code: u16, at: FrameRef) {
         let node_state = Self::meet(&mut self.nodes, self.broadcast, node, at);
         if code != 0 {
@@ -366,7 +365,7 @@ impl Nmt {
         }
     }
 
-    /// LSS gives a node-ID, or sends its slaves back to waiting, where a new node-ID takes effect.
+    /// Takes an LSS command that assigns a node-ID, or returns slaves to waiting, where it takes effect.
     pub fn lss(&mut self, command: Lss, at: FrameRef) {
         match command {
             Lss::ConfigureNodeId { node } if (1..=127).contains(&node) => self.nodes.entry(node).given = true,
@@ -375,12 +374,12 @@ impl Nmt {
         }
     }
 
-    /// A program control command (1F51h) was written: the node may boot.
+    /// Takes a program control command (1F51h), after which the node may boot.
     pub fn program_controlled(&mut self, node: u8) {
         self.nodes.entry(node).given = true;
     }
 
-    /// Reports what stayed unexplained, and which boot-ups are missing. Called with each frame before it is followed.
+    /// Reports unexplained changes and missing boot-ups; called for each frame before it is followed.
     #[inline]
     pub fn settle(&mut self, cx: &mut Context<'_>) {
         if self.suspects > 0 {
@@ -393,7 +392,7 @@ impl Nmt {
         self.commandless.settle(cx);
     }
 
-    /// The capture is over: no command can follow any more, where commands have come before their effects.
+    /// Reports unexplained changes at the end of the capture, if commands always preceded their effects.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         if self.suspects > 0 && self.causal && !self.late {
             self.resolve(true, cx);
@@ -405,10 +404,10 @@ impl Nmt {
     /// Reports nodes that have not booted after a reset.
     fn missing_boot_ups(&mut self, over: bool, cx: &mut Context<'_>) {
         if cx.when.silent_ns > LEAST_BOOT_NS {
-            // The network, or its recorder, paused.
+            // The network or its recorder paused.
             self.boot_ups.renew(cx.when);
         }
-        // Who still sends by then is not booting.
+        // A node that still sends by then is not booting.
         let running = |node: u8, reset: FrameRef| {
             let heard = self.nodes.get(node).and_then(|node_state| node_state.heard);
             heard.and_then(|heard| heard.since(reset)).is_some_and(|age| age > LEAST_BOOT_NS)
@@ -420,7 +419,7 @@ impl Nmt {
         for (node, owed) in self.boot_ups.overdue(cx.when, &cx.evidence.recording, limit_ns) {
             let Some(node_state) = self.nodes.get_mut(node) else { continue };
             let heard = node_state.heard.is_some_and(|heard| heard.no > owed.since.at.no);
-            // The master does not reset itself; and where no node shows its state, boot-ups are not recorded.
+            // The master does not reset itself; and if no node reports its state, boot-ups are not recorded.
             if heard && (node_state.may_be_master() || !self.shows_states) {
                 continue;
             }
@@ -450,7 +449,7 @@ impl Nmt {
             }
             node_state.suspect = None;
             self.suspects = self.suspects.saturating_sub(1);
-            // Where the capture shows one CAN-ID only, it would not show the command.
+            // A capture of a single CAN-ID would not contain the command.
             if twice && suspect.duplicate || booted && power.all || !cx.evidence.recording.shows_several() {
                 continue;
             }
@@ -465,7 +464,7 @@ impl Nmt {
             };
             node_state.reports.unsettled = true;
             let finding = of(Nmt004::Changed { from, to }.into());
-            // An error makes a node leave Operational, or stop (1029h); nothing else.
+            // An error makes a node leave Operational or stop (1029h), nothing else.
             if (from == OPERATIONAL || to == STOPPED) && node_state.has_emergency(suspect.at) {
                 let excused = of(Nmt005::Changed { from, to }.into());
                 node_state.excused = Some((from, finding));
@@ -478,8 +477,8 @@ impl Nmt {
         }
     }
 
-    /// Which nodes have booted without command lately, and which have not. A master without commands keeps its own
-    /// power.
+    /// Returns the nodes that have recently booted without command, and the others. A master without commands keeps its
+    /// own power.
     fn power(&self, at: FrameRef) -> Power {
         let (mut count, mut power) = (0, Power { all: false, others: 0, heard: 0 });
         for (_, node_state) in self.nodes.iter().filter(|(_, node_state)| node_state.present) {
@@ -497,7 +496,7 @@ impl Nmt {
         Power { all: count > 1 && power.others == 0, ..power }
     }
 
-    /// Frames were lost: commands and boot-ups may be among them.
+    /// Forgets states and commands after lost frames.
     pub fn forget(&mut self) {
         for (_, node_state) in self.nodes.iter_mut() {
             let NodeState { present, managed, given, .. } = *node_state;
@@ -510,7 +509,7 @@ impl Nmt {
     }
 }
 
-/// The state that a command asks for, 0 for a reset.
+/// Returns the state requested by a command, 0 for a reset.
 pub fn commanded_state(specifier: u8) -> Option<u8> {
     match specifier {
         nmt::START => Some(OPERATIONAL),
@@ -521,11 +520,11 @@ pub fn commanded_state(specifier: u8) -> Option<u8> {
     }
 }
 
-/// What an unexplained boot-up is, after the boot-up before it and the states that the node has shown.
+/// Classifies an unexplained boot-up by the one before it and the states reported by the node.
 fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), cx: &Context<'_>) -> Option<Spontaneous> {
     let (at, recording) = (cx.at, &cx.evidence.recording);
     let within = |then: FrameRef, limit_ns: i64| at.since(then).is_some_and(|gap| gap < limit_ns);
-    // What waited in the recorder, or has coarse stamps, may have been far apart.
+    // Frames that waited in the recorder, or have coarse stamps, may have been far apart.
     let together = |last: FrameRef| {
         let gap = at.since(last).filter(|gap| *gap >= 0 && recording.teaches(cx.when));
         gap.is_some_and(|gap| gap.saturating_add(recording.resolution_ns()) < TWO_BOOT_UPS_NS)
@@ -538,7 +537,7 @@ fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), cx: &Context<'
     }
 }
 
-/// What is reported of a boot-up.
+/// Returns the verdict on a boot-up.
 fn boot_verdict(suspect: Suspect) -> Verdict {
     let after = |last: FrameRef| suspect.at.since(last);
     match suspect.what {

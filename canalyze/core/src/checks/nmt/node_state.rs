@@ -1,63 +1,58 @@
-//! One node's state, as far as the capture shows it: what it has shown, what was commanded, and what is still
-//! unexplained.
-//!
-//! It must not look at other nodes, or at the bus: that is `nmt`.
+//! One node's NMT state as far as the capture shows it: its reports, commands, and unexplained changes.
 
 use super::{BOOT_NS, LEAST_BOOT_NS, RESETS_NS};
 use crate::context::Context;
 use crate::finding::Finding;
 use crate::frame::FrameRef;
 use crate::rules::nmt::Nmt002;
-use crate::services::heartbeat::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
-/// A slave that starts itself does so within this time after its boot-up, in ns, and shows Pre-operational at most
-/// once.
+/// Time after its boot-up in which a slave starts itself, in ns; it reports Pre-operational at most once.
 const SELF_START_NS: i64 = 5_000_000_000;
 
-/// An emergency within this time, or number of frames, before a change of state explains it (1029h), in ns.
+/// Maximum time in ns, and number of frames, from an emergency to a change of state that it explains (1029h).
 const EMERGENCY_NS: i64 = 1_000_000_000;
 const EMERGENCY_FRAMES: u64 = 10;
-/// Heartbeats that must be missing before a node that may be the master itself has not come back from a reset.
+/// Number of missing heartbeats after which a possible master has not returned from a reset.
 const MASTER_PERIODS: i64 = 4;
-/// A boot-up this soon after a reset was sent before the node saw it, in ns.
+/// Time after a reset in which a boot-up was sent before the node saw it, in ns.
 const SENT_NS: i64 = 1_000_000;
 
-/// One node's state, as far as the capture shows it.
+/// One node's state as far as the capture shows it.
 #[derive(Debug, Default)]
 pub(super) struct NodeState {
-    /// It has sent something of its own, and its last frame; `None`: none since a gap.
+    /// It has sent a frame; its last frame since a gap.
     pub(super) present: bool,
     pub(super) heard: Option<FrameRef>,
-    /// A master commands or configures it: it is not the master itself.
+    /// A master commands or configures it, so it is not the master itself.
     pub(super) managed: bool,
     pub(super) reports: Reports,
     /// The last command, until the node has obeyed it.
     pub(super) command: Option<Command>,
-    /// States that were commanded since the node last showed one that was: bit 0 Stopped, 1 Operational, 2
-    /// Pre-operational.
+    /// States commanded since the node last reported a commanded one: bit 0 Stopped, 1 Operational, 2 Pre-operational.
     pub(super) allowed: u8,
     pub(super) boots: Boots,
     pub(super) reset: Reset,
-    /// LSS has given this node-ID, and no node has booted with it yet.
+    /// LSS has assigned this node-ID, and no node has booted with it yet.
     pub(super) given: bool,
-    /// Its last emergency, other than that an error is over.
+    /// Its last emergency, except those that end an error.
     pub(super) emergency: Option<FrameRef>,
-    /// A change that it explained: the state before, and what would have been reported.
+    /// A change that it explained: the previous state, and the finding left out.
     pub(super) excused: Option<(u8, Finding)>,
     pub(super) suspect: Option<Suspect>,
 }
 
-/// The states that a node has shown since its last boot-up.
+/// The states reported by a node since its last boot-up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reports {
-    /// The last state, and the frame that showed it first.
+    /// The last state, and the first frame that reported it.
     pub(super) first: Option<(u8, FrameRef)>,
-    /// The last frame that has shown a state, and how many have.
+    /// The last frame that reported a state, and the number of such frames.
     pub(super) last: Option<FrameRef>,
     pub(super) count: u8,
-    /// How often it shows its state, where that is known, in ns.
+    /// The period of its reports if known, in ns.
     pub(super) period_ns: Option<i64>,
-    /// A change without command was reported, and the state has not been shown twice since.
+    /// A change without command was reported, and the state has not been confirmed since.
     pub(super) unsettled: bool,
 }
 
@@ -65,32 +60,32 @@ pub(super) struct Reports {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Boots {
     pub(super) last: Option<FrameRef>,
-    /// The last one that nothing explains, other than the first.
+    /// The last unexplained one, except the first.
     pub(super) unexplained: Option<FrameRef>,
 }
 
 /// Resets of a node by command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reset {
-    /// Those that no boot-up has answered yet, and the last of all.
+    /// The number of resets without boot-up, and the last of all.
     pub(super) count: u8,
     pub(super) at: Option<FrameRef>,
     pub(super) specifier: u8,
-    /// The last of them still awaits its boot-up.
+    /// The last of them still waits for its boot-up.
     pub(super) awaited: bool,
-    /// Since it, the node has shown a state, or something that cannot be read and may be its boot-up.
+    /// Since then the node has reported a state, or sent an unreadable frame that may be its boot-up.
     pub(super) heard: bool,
 }
 
-/// A command that awaits its effect.
+/// A command that waits for its effect.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Command {
     pub(super) state: u8,
     pub(super) specifier: u8,
     pub(super) at: FrameRef,
-    /// It was addressed to this node, or to all and the node is not the master itself.
+    /// It was addressed to this node, or to all while the node is not the master.
     pub(super) sure: bool,
-    /// Frames since that have shown another state, and the first of them.
+    /// The number of frames since then that reported another state, and the first of them.
     pub(super) wrong: u8,
     pub(super) first: Option<FrameRef>,
     pub(super) judged: bool,
@@ -102,18 +97,18 @@ impl Command {
     }
 }
 
-/// What looks spontaneous and may still be explained.
+/// A seemingly spontaneous event that may still be explained.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Suspect {
     pub(super) at: FrameRef,
     pub(super) what: Spontaneous,
-    /// The frame may be one that stands in the capture a second time.
+    /// The frame may be a second capture of another.
     pub(super) duplicate: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Spontaneous {
-    /// `wait_ns`: for how long two nodes that change state in turns may explain it.
+    /// `wait_ns`: time in which two nodes with one node-ID may explain it.
     Change {
         from: u8,
         to: u8,
@@ -132,7 +127,7 @@ pub(super) enum Spontaneous {
 }
 
 impl NodeState {
-    /// Resets that a boot-up has answered long ago explain no further one.
+    /// Drops resets that were answered by a boot-up long ago.
     pub(super) fn forget_answered_resets(&mut self, at: FrameRef) {
         let answered = self.boots.last.zip(self.reset.at).is_some_and(|(boot_up, reset)| boot_up.no > reset.no);
         if answered && at.since(self.reset.at).is_some_and(|age| age > RESETS_NS) {
@@ -140,7 +135,7 @@ impl NodeState {
         }
     }
 
-    /// It boots: what it has shown before counts no more.
+    /// Takes the node's boot-up, which clears its reports.
     pub(super) fn boot(&mut self, at: FrameRef) {
         let crossed = at.since(self.reset.at).is_some_and(|age| age < SENT_NS);
         let count = self.reset.count.saturating_sub(u8::from(!crossed));
@@ -156,14 +151,14 @@ impl NodeState {
         };
     }
 
-    /// Whether an emergency explains a change of state.
+    /// Returns true if an emergency explains a change of state.
     pub(super) fn has_emergency(&self, changed: FrameRef) -> bool {
         let before =
             |at: FrameRef| changed.since(at).map_or(at.no + EMERGENCY_FRAMES >= changed.no, |age| age <= EMERGENCY_NS);
         self.emergency.is_some_and(before)
     }
 
-    /// Takes a command. Says whether it explains what was suspected.
+    /// Takes a command; returns true if it explains the suspect.
     pub(super) fn commanded(
         &mut self,
         node: u8,
@@ -174,14 +169,14 @@ impl NodeState {
         self.managed |= explicit;
         self.restarted_silently(node, cx);
         let explains = self.suspect.is_some_and(|suspect| match suspect.what {
-            // Some boot without a word.
+            // Some nodes boot without a boot-up message.
             Spontaneous::Change { to, .. } => state == to || (state == 0 && to == PRE_OPERATIONAL),
             _ => state == 0,
         });
         if explains {
             self.suspect = None;
         }
-        // A reset just after a boot-up may have been sent before it, to a node that was not there yet.
+        // A reset just after a boot-up may have been sent before it, to a node not yet present.
         let crossed = state == 0 && self.boots.last.is_some_and(|boot| !cx.evidence.recording.is_settled(boot, at));
         let sure = (explicit || self.managed) && !crossed;
         let command = Command::new(state, specifier, at, sure);
@@ -205,13 +200,13 @@ impl NodeState {
         explains
     }
 
-    /// Whether nothing shows yet that it is not the master itself.
+    /// Returns true if the node may be the master itself.
     pub(super) fn may_be_master(&self) -> bool {
         !self.managed && self.boots.last.is_none()
     }
 
-    /// The time in ns after which a reset must be followed by a boot-up: not where one came just before it, which may be
-    /// its answer. What may be the master itself goes on instead, and is heard by its next heartbeats.
+    /// Returns the time in ns after which a reset must be followed by a boot-up; `None` if one came just before it and
+    /// may be its answer. A possible master goes on instead and is heard by its next heartbeats.
     pub(super) fn owes_boot_up(&self, cx: &Context<'_>) -> Option<i64> {
         let answered = self.boots.last.is_some_and(|boot_up| !cx.evidence.recording.is_settled(boot_up, cx.at));
         if self.heard.is_none() || !self.reset.awaited || answered {
@@ -223,8 +218,8 @@ impl NodeState {
         Some(LEAST_BOOT_NS)
     }
 
-    /// The next command comes. A node that was in another state and is Pre-operational since the reset was reset, and
-    /// its boot-up is missing.
+    /// Reports a missing boot-up at the next command: the node was in another state and is Pre-operational since the
+    /// reset.
     fn restarted_silently(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(command) = self.command.filter(|command| command.state == 0 && command.sure && !command.judged) else {
             return;
@@ -238,7 +233,7 @@ impl NodeState {
         }
     }
 
-    /// Compares a state that is shown with the last command.
+    /// Compares a reported state with the last command.
     pub(super) fn obeys(&mut self, node: u8, state: u8, period_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some(command) = &mut self.command else { return };
         if command.state == state {
@@ -266,7 +261,7 @@ impl NodeState {
         command.judged = true;
         let Command { state: expected, specifier, at, sure, .. } = *command;
         if expected == 0 {
-            // It goes on as it was.
+            // It goes on as before.
             (self.reset.awaited, self.allowed) = (false, 0);
         }
         if sure {
@@ -277,7 +272,7 @@ impl NodeState {
         }
     }
 
-    /// Whether a change may be the node's own start: soon after its boot-up, or that of a master, which starts when
+    /// Returns true if a change may be the node's own start: soon after its boot-up, or by a master, which starts when
     /// its slaves are ready.
     pub(super) fn starts_itself(&self, from: u8, to: u8, at: FrameRef) -> bool {
         if from != PRE_OPERATIONAL || to != OPERATIONAL || self.command.is_some() {
@@ -300,7 +295,7 @@ pub(super) const fn bit(state: u8) -> u8 {
     }
 }
 
-/// The states that a command may lead to; 0: a reset.
+/// Returns the states that a command may lead to; 0 is a reset.
 pub(super) const fn bits_of(commanded: u8) -> u8 {
     match commanded {
         0 => bit(STOPPED) | bit(OPERATIONAL) | bit(PRE_OPERATIONAL),

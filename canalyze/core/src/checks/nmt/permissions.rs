@@ -1,8 +1,8 @@
-//! What a node may do in its NMT state (CiA 301, 7.3.2.2): SDO and EMCY not in Stopped, PDOs only in Operational,
-//! nothing but the boot-up before the boot-up.
+//! Services permitted in an NMT state (CiA 301, 7.3.2.2): no SDO and EMCY in Stopped, PDOs only in Operational, nothing
+//! before the boot-up.
 //!
-//! Only a state that is known judges (`nmt`), and what was under way when the state changed is no fault. Each fault is
-//! reported once as long as the node stays in a state. It must not move states.
+//! Only known states judge (`nmt`), and frames on their way during a change are no fault. Each fault is reported once
+//! per stay in a state.
 
 use super::{KnownState, Nmt, OBEYED_NS};
 use crate::context::Context;
@@ -13,44 +13,43 @@ use crate::node::PerNode;
 use crate::rules::emcy::Emc004;
 use crate::rules::pdo::{Pdo002, Pdo003};
 use crate::rules::sdo::Sdo011;
-use crate::services::heartbeat::{OPERATIONAL, STOPPED};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::{Mux, Side};
+use crate::wire::error_control::{OPERATIONAL, STOPPED};
 
-/// What a node had queued when it showed a new state or, of TPDOs, received a command, in ns.
+/// Time in which queued frames follow a reported state or, for TPDOs, a command, in ns.
 const QUEUED_NS: i64 = 5_000_000;
-/// The same where the bus was idle just before: what is queued is sent at once.
+/// The same on an idle bus, where queued frames are sent at once.
 const PROCESSED_NS: i64 = 2_000_000;
 const IDLE_NS: i64 = 1_500_000;
-/// Faults of one node whose state is not certain that are kept at most.
+/// Maximum number of kept faults of a node whose state is uncertain.
 const KEPT: usize = 8;
 
-/// The time that a node spends in a state.
+/// A node's stay in a state.
 #[derive(Debug, Default)]
 struct StatePeriod {
-    /// 0: none.
+    /// The state; 0 is none.
     state: u8,
-    /// What was reported. Of several PDOs one is enough: it is the state that is wrong.
+    /// The reported rules; one PDO is enough, because the state is wrong.
     reported: Vec<Code>,
     /// The last SDO request.
     request: Option<FrameRef>,
-    /// The same where it is a fault by itself, unless a late command permits it.
+    /// The last SDO request if it is a fault by itself, unless a late command permits it.
     vain: Option<FrameRef>,
-    /// What a node has sent whose state is not certain, since it may have started itself or not obeyed a command:
-    /// the next state it shows decides.
+    /// Faults of a node that may have started itself or not obeyed a command; the next reported state decides.
     undecided: Vec<(u8, Finding)>,
-    /// An SDO response or EMCY after a reset: the boot-up decides whether it came before it.
+    /// An SDO response or EMCY after a reset; the boot-up decides if it came before that.
     early: Option<Finding>,
 }
 
-/// Verdicts on what nodes send in their states.
+/// Verdicts on the frames of nodes in their states.
 #[derive(Debug, Default)]
 pub struct NmtPermissions {
     nodes: PerNode<StatePeriod>,
 }
 
 impl NmtPermissions {
-    /// A PDO of a node.
+    /// Takes a PDO of a node.
     #[inline]
     pub fn pdo(&mut self, nmt: &Nmt, transmit: bool, number: u16, node: u8, cx: &mut Context<'_>) {
         if nmt.state(node).is_some_and(|state| state != OPERATIONAL) {
@@ -77,7 +76,7 @@ impl NmtPermissions {
         self.judge(nmt, KnownState { doubtful, ..known }, finding, cx);
     }
 
-    /// A frame of a node's default SDO channel.
+    /// Takes a frame of a node's default SDO channel.
     pub fn sdo(&mut self, nmt: &Nmt, side: Side, node: u8, cx: &mut Context<'_>) {
         let answered = side == Side::Server;
         let known = nmt.known(node).filter(|known| known.state == STOPPED);
@@ -89,7 +88,7 @@ impl NmtPermissions {
         } else if let Some(reset) = nmt.silent_since_reset(node)
             && request.is_some_and(|request| request.no > reset.no)
         {
-            // An answer to what was asked after the reset: not one that was under way.
+            // The answer to a request after the reset was not on its way before it.
             self.early(reset, cx.verdict(Sdo011::BeforeBootUp, Some(node), None, None), cx);
         }
         let Some(known) = known else { return };
@@ -103,12 +102,12 @@ impl NmtPermissions {
         self.judge(nmt, known, cx.verdict(what, Some(node), None, None), cx);
     }
 
-    /// The last SDO request to a node, where it is a fault by itself: that it is not answered only follows from that.
+    /// Returns the last SDO request to a node if it is a fault by itself, which explains its missing answer.
     pub fn asked_in_vain(&self, node: u8) -> Option<FrameRef> {
         self.nodes.get(node)?.vain
     }
 
-    /// An emergency of a node.
+    /// Takes an emergency of a node.
     pub fn emergency(&mut self, nmt: &Nmt, node: u8, cx: &mut Context<'_>) {
         if let Some(reset) = nmt.silent_since_reset(node) {
             self.early(reset, cx.verdict(Emc004::BeforeBootUp, Some(node), None, None), cx);
@@ -119,7 +118,7 @@ impl NmtPermissions {
         }
     }
 
-    /// Keeps the first finding on what a node has sent after a reset and before its boot-up.
+    /// Keeps the first finding on a frame between a reset and the boot-up.
     fn early(&mut self, reset: FrameRef, finding: Finding, cx: &Context<'_>) {
         let age = reset.t_ns.zip(cx.at.t_ns).map(|(reset, now)| now.saturating_sub(reset));
         if let (Some(node), Some(OBEYED_NS..)) = (finding.node, age) {
@@ -127,17 +126,17 @@ impl NmtPermissions {
         }
     }
 
-    /// A command to go to a state, 0 where it is none: what came just before it may have been permitted by it.
+    /// Takes a command to a state, or 0; it may have permitted the frames just before it.
     pub fn command(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         for (id, period) in self.nodes.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
             let voided = |finding: &Finding| finding.node == Some(id) && is_permitted(finding.code, state);
-            // What is dropped here may come again, and is a fault then.
+            // A withdrawn fault may occur again, and is reported then.
             period.leave_for(if cx.evidence.pending.withdraw(voided) { 0 } else { state });
             period.vain = period.vain.filter(|request| cx.evidence.recording.is_settled(*request, cx.at));
         }
     }
 
-    /// A boot-up: what came between the reset and it, came too early.
+    /// Takes a boot-up: frames between the reset and it came too early.
     pub fn boot_up(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(0);
@@ -147,8 +146,8 @@ impl NmtPermissions {
         }
     }
 
-    /// A node shows its state. `changes`: it does so before its next heartbeat is expected, since it has just gone to that
-    /// state; what it sent shortly before, it sent in the state before.
+    /// Takes a reported state. `changes`: the report precedes the next expected heartbeat, so the state has just
+    /// changed, and frames shortly before belong to the previous one.
     pub fn shown(&mut self, node: u8, state: u8, changes: bool, cx: &mut Context<'_>) {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(state);
@@ -158,7 +157,7 @@ impl NmtPermissions {
                 cx.report(undecided);
                 continue;
             }
-            // What is dropped here may come again, and is a fault then.
+            // A dropped fault may occur again, and is reported then.
             period.state = 0;
             if undecided.code == Code::Sdo011 {
                 period.vain = None;
@@ -166,7 +165,7 @@ impl NmtPermissions {
         }
     }
 
-    /// Frames were lost, a command may be among them.
+    /// Forgets everything after lost frames, which may include a command.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
@@ -180,8 +179,8 @@ impl NmtPermissions {
         period
     }
 
-    /// A node that was commanded and shows its states may not have obeyed: then it is the command that failed. And
-    /// where one heartbeat alone shows a state that was not commanded, it is that heartbeat.
+    /// Reports or keeps a finding. A commanded node that reports its states may not have obeyed, so that the command
+    /// failed; and a single heartbeat with an uncommanded state may itself be wrong.
     fn judge(&mut self, nmt: &Nmt, known: KnownState, finding: Finding, cx: &mut Context<'_>) {
         let Some(node) = finding.node else { return };
         if !known.doubtful && (known.shown || !nmt.shows(node)) {
@@ -195,7 +194,7 @@ impl NmtPermissions {
 }
 
 impl StatePeriod {
-    /// Whether a rule is broken for the first time in the state.
+    /// Returns true if a rule is broken for the first time in the state.
     fn is_first(&mut self, code: Code) -> bool {
         let first = !self.reported.contains(&code);
         if first {
@@ -204,7 +203,7 @@ impl StatePeriod {
         first
     }
 
-    /// The node goes to a state, or is asked to: what it does there is reported again, unless it is in it already.
+    /// Takes a change, or command, to a state: faults are reported again unless it is the present state.
     fn leave_for(&mut self, state: u8) {
         if self.state != state {
             self.state = 0;
@@ -212,7 +211,7 @@ impl StatePeriod {
     }
 }
 
-/// Whether a command to go to a state, 0 where it is a reset, may permit what would be a fault before it.
+/// Returns true if a command to a state (0 for a reset) may permit the fault before it.
 fn is_permitted(code: Code, state: u8) -> bool {
     match code {
         Code::Pdo002 | Code::Pdo003 => state == OPERATIONAL,
@@ -221,13 +220,13 @@ fn is_permitted(code: Code, state: u8) -> bool {
     }
 }
 
-/// Whether a frame may have been under way when the state changed.
+/// Returns true if a frame may have been on its way when the state changed.
 fn is_under_way(known: KnownState, cx: &Context<'_>) -> bool {
     is_within(known, if known.shown { QUEUED_NS } else { OBEYED_NS }, cx)
 }
 
-/// Whether a frame may have been sent within `limit_ns` of the change of state. Without stamps only what a node has
-/// shown counts.
+/// Returns true if a frame may have been sent within `limit_ns` of the change of state. Without stamps only reported
+/// states count.
 fn is_within(known: KnownState, limit_ns: i64, cx: &Context<'_>) -> bool {
     let (earliest, _) = cx.evidence.recording.interval(cx.when);
     match known.at.t_ns.filter(|_| cx.at.t_ns.is_some()) {

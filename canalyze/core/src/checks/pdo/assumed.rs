@@ -1,9 +1,8 @@
-//! Whether frames bear out a mapping that is only assumed: the default of an EDS.
+//! Compares frames with an assumed mapping, the default of an EDS.
 //!
-//! A device may have stored another mapping. A frame that is shorter than the default is not of it. What follows behind it
-//! is padding as long as it is one and the same byte throughout: some devices fill their PDOs up. Other bytes there, or a
-//! change, are of an object that the default does not have. What the capture, a DCF or an option shows needs no bearing
-//! out. It must not judge whose fault a difference is.
+//! A device may have stored another mapping. A frame shorter than the default contradicts it. Additional bytes are
+//! padding if they are one constant value, as in devices that fill up their PDOs; other or changing bytes are objects
+//! that the default lacks. Mappings from the capture, a DCF or an option are not examined.
 
 use std::collections::BTreeMap;
 
@@ -12,23 +11,23 @@ use crate::configuration::Provenance;
 use crate::event::Signals;
 use crate::frame::Frame;
 
-/// What came behind the assumed mappings of PDOs, by node, direction and number.
+/// The bytes behind the assumed mappings of PDOs, by node, direction and number.
 #[derive(Debug, Default)]
 pub struct Assumed {
     behind: BTreeMap<(u8, bool, u16), Behind>,
 }
 
-/// What came behind a mapping.
+/// The bytes behind a mapping.
 #[derive(Debug)]
 enum Behind {
-    /// This byte, each time.
+    /// This byte in all frames.
     Padding(u8),
-    /// Other bytes, or bytes that changed.
+    /// Other or changing bytes.
     Data,
 }
 
 impl Assumed {
-    /// Whether a frame of a node's PDO, or one before it, contradicts the mapping that it is assumed to have.
+    /// Returns true if this or an earlier frame of a PDO contradicts its assumed mapping.
     #[inline]
     pub fn contradicts(&mut self, name: (u8, bool, u16), content: &Signals, frame: &Frame) -> bool {
         let (mapping, own) = match content {
@@ -40,11 +39,11 @@ impl Assumed {
             return false;
         }
         let Some(beyond) = frame.payload().get(mapping.bytes()..) else { return true };
-        // A receiver may take less than all of it.
+        // A receiver may use a part of it.
         own && self.is_data(name, beyond)
     }
 
-    /// Whether what is behind a mapping is no padding, by now.
+    /// Returns true if the bytes behind a mapping are data, not padding.
     fn is_data(&mut self, name: (u8, bool, u16), beyond: &[u8]) -> bool {
         let Some(first) = beyond.first() else { return false };
         let behind = self.behind.entry(name).or_insert(Behind::Padding(*first));

@@ -1,8 +1,8 @@
-//! How PDOs are configured by SDO (CiA 301, 7.5.2.35 to .38), and whether they are used as configured.
+//! The configuration of PDOs by SDO (CiA 301, 7.5.2.35 to .38), and their use as configured.
 //!
-//! A PDO is made invalid (bit 31 of its COB-ID) before its identifier or its mapping changes. Only acknowledged writes
-//! are judged, with what was known before them: the bus reports a write before it takes the value. It must not judge
-//! what was never seen: whether a PDO was valid before the first write is not assumed.
+//! A PDO is made invalid (bit 31 of its COB-ID) before its identifier or mapping changes. Only acknowledged writes are
+//! judged, with the knowledge before them: the bus reports a write before it takes the value. A PDO that was not seen
+//! before the first write is not assumed to be valid.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,21 +12,21 @@ use crate::finding::{Code, Finding, Verdict};
 use crate::frame::{CanId, Frame, FrameRef, Kind};
 use crate::node::{CobId, Content, Node, Pdo, PerNode};
 use crate::rules::pdo::{Pdo008, Pdo009, Pdo010, Pdo011, Pdo014, Pdo015, Pdo016, Pdo018, Pdo019};
-use crate::services::heartbeat::OPERATIONAL;
 use crate::services::pdo::communication_parameter;
 use crate::services::pdo::mapping::decode_entry;
 use crate::services::sdo::transfer::Transfer;
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
 
-/// Most bits of a classic PDO.
+/// Maximum number of bits in a classic PDO.
 const CLASSIC_BITS: u32 = 64;
-/// Frames after a PDO was made invalid that may have been under way before.
+/// Number of frames that may still have been on their way after a PDO was made invalid.
 const UNDER_WAY: u64 = 2;
-/// Identifiers that no object may be configured to (CiA 301, 7.3.5).
+/// Identifiers that no object may use (CiA 301, 7.3.5).
 const RESTRICTED: [std::ops::RangeInclusive<u32>; 6] =
     [0x000..=0x07F, 0x101..=0x180, 0x581..=0x5FF, 0x601..=0x67F, 0x6E0..=0x6FF, 0x701..=0x7FF];
 
-/// What has been seen of the PDOs of a bus.
+/// The observed PDO configurations of a bus.
 #[derive(Debug, Default)]
 pub struct PdoConfiguration {
     nodes: PerNode<Seen>,
@@ -36,23 +36,23 @@ pub struct PdoConfiguration {
 
 #[derive(Debug, Default)]
 struct Seen {
-    /// The identifiers on which TPDOs 1 to 8 were seen since the last reset.
+    /// The identifiers of TPDOs 1 to 8 seen since the last reset.
     sent: [Option<CanId>; 8],
-    /// What is reported once of a PDO.
+    /// Findings reported once per PDO.
     reported: BTreeSet<(Code, bool, u16)>,
-    /// When a server last acknowledged a write of a COB-ID, whether or not its request is in the capture.
+    /// Frame of the last acknowledged write of a COB-ID, with or without its request in the capture.
     acknowledged: BTreeMap<(bool, u16), u64>,
-    /// TPDOs that are sent though they are disabled, and the first frame since.
+    /// TPDOs sent although disabled, and the first such frame.
     disabled: BTreeMap<u16, FrameRef>,
-    /// PDOs whose mapping is being changed though they are valid.
+    /// PDOs whose mapping is being changed although they are valid.
     live: BTreeSet<(bool, u16)>,
     /// PDOs whose COB-ID was written with unknown success, and the frame that showed it.
     doubted: BTreeMap<(bool, u16), u64>,
-    /// It was reset, or has booted up.
+    /// It was reset or has booted.
     booted: bool,
 }
 
-/// A PDO parameter: communication or mapping, direction and number.
+/// Returns true for a mapping parameter and for a transmit PDO, and the PDO number.
 pub fn pdo_parameter(index: u16) -> Option<(bool, bool, u16)> {
     let (mapping, transmit) = match index {
         0x1400..=0x15FF => (false, false),
@@ -64,13 +64,13 @@ pub fn pdo_parameter(index: u16) -> Option<(bool, bool, u16)> {
     Some((mapping, transmit, (index & 0x1FF) + 1))
 }
 
-/// Whether CiA 301 keeps an identifier from being configured.
+/// Returns true if CiA 301 forbids configuring an identifier.
 fn restricted(id: CanId) -> bool {
     !id.is_extended() && RESTRICTED.iter().any(|range| range.contains(&id.raw()))
 }
 
 impl PdoConfiguration {
-    /// A server acknowledges a write. Where its request is not in the capture, or comes late, the value is not known.
+    /// Takes an acknowledged write. Its value is unknown if the request is missing or late in the capture.
     pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
         if let (Some((false, transmit, number)), 1) = (pdo_parameter(mux.index), mux.sub) {
             self.nodes.entry(node).acknowledged.insert((transmit, number), frame.no);
@@ -78,14 +78,14 @@ impl PdoConfiguration {
         }
     }
 
-    /// A write that was neither acknowledged nor refused as it should, or of which that is not known yet.
+    /// Takes a write that was neither acknowledged nor refused correctly, or has an unknown result.
     pub fn doubt(&mut self, node: u8, mux: Mux, frame: u64) {
         if let (Some((false, transmit, number)), 1) = (pdo_parameter(mux.index), mux.sub) {
             self.nodes.entry(node).doubted.entry((transmit, number)).or_insert(frame);
         }
     }
 
-    /// An acknowledged write, before it is taken, to a node in an NMT state, where known.
+    /// Judges an acknowledged write before it is applied; `state` is the node's NMT state if known.
     pub fn written(
         &mut self,
         (node, state): (Option<&Node>, Option<u8>),
@@ -123,7 +123,7 @@ impl PdoConfiguration {
             (false, 2) => write.transmission(transmit, cx),
             (true, sub) => {
                 let active = node.and_then(|node| node.value(mux.index, 0)).is_none_or(|(count, _)| count != 0);
-                // Many masters leave it at sub-index 0 while no PDO is sent anyway.
+                // Many masters write only sub-index 0 while no PDO is sent anyway.
                 let idle = state.map_or(seen.booted, |state| state != OPERATIONAL) && !seen.sends(transmit, number);
                 let judged = valid.is_some() && (active || !idle) && write.changes_live(node);
                 if judged && seen.live.insert((transmit, number)) {
@@ -141,7 +141,7 @@ impl PdoConfiguration {
         }
     }
 
-    /// A data frame of a PDO of which something is known.
+    /// Takes a data frame of a PDO that is partly known.
     pub fn used(&mut self, node: u8, pdo: &Pdo, frame: &Frame, cx: &mut Context<'_>) {
         self.fd |= matches!(frame.kind, Kind::Fd { .. });
         let (cob, from) = pdo.cob;
@@ -149,7 +149,7 @@ impl PdoConfiguration {
         let what: Verdict = match (cob.valid, from, &pdo.content) {
             (false, Provenance::Observed(known), _) if pdo.transmit => {
                 let seen = self.nodes.entry(node);
-                // Of a later write it is not known what it has written, or whether it was taken.
+                // The value of a later write, or its acceptance, is unknown.
                 let later = [seen.acknowledged.get(&name), seen.doubted.get(&name)].into_iter().flatten();
                 let superseded = later.into_iter().any(|later| *later > known);
                 if cx.at.no > known.saturating_add(UNDER_WAY) && !superseded {
@@ -177,14 +177,14 @@ impl PdoConfiguration {
         }
     }
 
-    /// A data frame of a PDO: a node that sends a TPDO has it valid.
+    /// Takes a data frame of a PDO: a TPDO that is sent is valid.
     pub fn sent(&mut self, node: u8, transmit: bool, number: u16, id: CanId) {
         if transmit {
             self.nodes.entry(node).sent(transmit, number, Some(id));
         }
     }
 
-    /// A remote frame that asks for a TPDO.
+    /// Takes a remote frame for a TPDO.
     pub fn requested(&mut self, node: u8, pdo: &Pdo, frame: &Frame, cx: &mut Context<'_>) {
         let (cob, from) = pdo.cob;
         if pdo.transmit && cob.valid && !cob.rtr_allowed && from > Provenance::Eds {
@@ -193,7 +193,7 @@ impl PdoConfiguration {
         }
     }
 
-    /// Frames were lost: a PDO may have been made invalid, and its mapping changed.
+    /// Forgets identifiers and changes after lost frames.
     pub fn lost(&mut self) {
         for (_, seen) in self.nodes.iter_mut() {
             seen.sent = Default::default();
@@ -201,7 +201,7 @@ impl PdoConfiguration {
         }
     }
 
-    /// A node (or all) was reset.
+    /// Takes a reset of a node, or of all.
     pub fn reset(&mut self, node: Option<u8>) {
         let fresh = || Seen { booted: true, ..Seen::default() };
         match node {
@@ -218,12 +218,12 @@ impl Seen {
         }
     }
 
-    /// Whether a TPDO was seen since it was configured.
+    /// Returns true if a TPDO was seen since it was configured.
     fn sends(&self, transmit: bool, number: u16) -> bool {
         transmit && self.sent.get(usize::from(number.saturating_sub(1))).is_some_and(Option::is_some)
     }
 
-    /// The identifier of a PDO that is known to be valid: the capture shows its COB-ID, or its frames.
+    /// Returns the identifier of a PDO known to be valid by its COB-ID in the capture or its frames.
     fn valid(&self, node: Option<&Node>, transmit: bool, number: u16) -> Option<CanId> {
         match node.and_then(|node| node.before_writing(communication_parameter(transmit, number), 1)) {
             Some((cob, Provenance::Observed(_))) => {
@@ -239,7 +239,7 @@ struct Write {
     id: u8,
     mux: Mux,
     value: u64,
-    /// Its request.
+    /// The frame of its request.
     cause: Option<FrameRef>,
 }
 
@@ -248,7 +248,7 @@ impl Write {
         cx.raise(what, Some(self.id), Some(self.mux), self.cause);
     }
 
-    /// A COB-ID of any service.
+    /// Judges a COB-ID of any service.
     fn identifier(&self, cx: &mut Context<'_>) {
         let cob = CobId::from_entry(self.value);
         let (used, default_channel) = match (self.mux.index, self.mux.sub) {
@@ -259,7 +259,7 @@ impl Write {
             (0x1280..=0x12FF, 1 | 2) => (cob.valid, true),
             _ => (false, false),
         };
-        // A client's channel to a server's default channel has the identifiers of that.
+        // A client's channel to a server's default channel uses the same identifiers.
         let default_channel = default_channel && matches!(cob.id.raw(), 0x581..=0x5FF | 0x601..=0x67F);
         if used && restricted(cob.id) && !default_channel {
             self.raise(Pdo014::Restricted { id: cob.id }, cx);
@@ -274,8 +274,8 @@ impl Write {
         }
     }
 
-    /// Whether a write to the mapping of a valid PDO changes what its bytes are. Sub-index 0 alone only takes the
-    /// mapping out of use, or into use as it is.
+    /// Returns true if a write to the mapping of a valid PDO changes the meaning of its bytes. Sub-index 0 alone only
+    /// disables or enables the mapping.
     fn changes_live(&self, node: Option<&Node>) -> bool {
         let before = node.and_then(|node| node.value(self.mux.index, self.mux.sub)).map(|(value, _)| value);
         match self.mux.sub {
@@ -284,7 +284,7 @@ impl Write {
         }
     }
 
-    /// A mapping is taken into use: whether a frame has room for it.
+    /// Judges the length of a mapping that is enabled.
     fn length(&self, node: Option<&Node>, cx: &mut Context<'_>) {
         let (Some(node), 1..=64) = (node, self.value) else { return };
         let mut bits = 0;

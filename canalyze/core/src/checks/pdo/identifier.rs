@@ -1,9 +1,9 @@
-//! Whether two TPDOs are configured to one CAN-ID (CiA 301, 7.3.5): two nodes that send on it disturb each other, and
-//! their frames cannot be told apart.
+//! Two TPDOs configured to one CAN-ID (CiA 301, 7.3.5): their nodes disturb each other, and their frames are
+//! indistinguishable.
 //!
-//! It is judged where frames come on it, so that a master may move identifiers around before it starts the nodes. Of
-//! two nodes only what is more than an EDS's default counts: a device may have been configured before the capture. It
-//! must not judge RPDOs: any number of nodes may receive what one sends.
+//! Judged when frames appear on it, so that a master may move identifiers before it starts the nodes. Between two nodes
+//! an EDS default does not count: a device may have been configured before the capture. RPDOs are not judged, since any
+//! number of nodes may receive one PDO.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,30 +22,30 @@ type Name = (u8, u16);
 /// The identifiers of a bus's TPDOs.
 #[derive(Debug, Default)]
 pub struct PdoIdentifiers {
-    /// Two that are configured to one identifier, and whether that was reported.
+    /// Two TPDOs configured to one identifier; true if reported.
     shared: BTreeMap<CanId, (Name, Name, bool)>,
-    /// All that are sent, by identifier.
+    /// All active TPDOs by identifier.
     senders: BTreeMap<CanId, BTreeMap<Name, Provenance>>,
     /// Their identifiers.
     ids: BTreeMap<Name, CanId>,
-    /// TPDOs that are other ones by now.
+    /// TPDOs whose configuration has changed.
     stale: BTreeSet<Name>,
     /// The last acknowledged write of a TPDO's COB-ID.
     written: BTreeMap<Name, FrameRef>,
 }
 
 impl PdoIdentifiers {
-    /// PDOs that are other ones now.
+    /// Marks PDOs whose configuration has changed.
     pub fn renewed(&mut self, pdos: &[PdoName]) {
         self.stale.extend(pdos.iter().filter(|pdo| pdo.transmit).map(|pdo| (pdo.node, pdo.number)));
     }
 
-    /// The COB-ID of a TPDO was written.
+    /// Takes a write to the COB-ID of a TPDO.
     pub fn written(&mut self, node: u8, number: u16, at: FrameRef) {
         self.written.insert((node, number), at);
     }
 
-    /// A PDO's frame.
+    /// Takes a PDO's frame.
     #[inline]
     pub fn used(&mut self, id: CanId, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if !self.stale.is_empty() {
@@ -60,7 +60,7 @@ impl PdoIdentifiers {
         let Some((one, other, reported)) = self.shared.get_mut(&id).filter(|(.., reported)| !reported) else { return };
         *reported = true;
         let written = |name: &Name| self.written.get(name).copied();
-        // The one that was configured later came to the other's identifier.
+        // The one configured later took the other's identifier.
         let later = written(other).map(|at| at.no) >= written(one).map(|at| at.no);
         let (this, that) = if later { (*other, *one) } else { (*one, *other) };
         let object = Mux { index: communication_parameter(true, this.1), sub: 1 };
@@ -88,7 +88,7 @@ impl PdoIdentifiers {
         }
     }
 
-    /// Finds the first two of an identifier that are more than an EDS's default, or of one node.
+    /// Finds the first two TPDOs of an identifier that are of one node or better known than by an EDS default.
     fn compare(&mut self, id: CanId) {
         let before = self.shared.remove(&id);
         let mut names = self.senders.get(&id).into_iter().flatten();
@@ -105,7 +105,7 @@ impl PdoIdentifiers {
     }
 }
 
-/// Whether a PDO is one that its node sends, by what is known for certain.
+/// Returns true if a PDO is known for certain to be sent by its node.
 fn is_sent(pdo: &Pdo) -> bool {
     let (cob, from) = pdo.cob;
     let empty = matches!(pdo.content, Content::Disabled(_));

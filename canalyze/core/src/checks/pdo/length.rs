@@ -1,9 +1,8 @@
-//! Whether a PDO is as long as its mapping (CiA 301, 7.5.2.36 and 7.5.2.38).
+//! The length of a PDO against its mapping (CiA 301, 7.5.2.36 and 7.5.2.38).
 //!
-//! A receiver does not process a PDO that is shorter than its mapping, and ignores what is beyond it. Only a mapping
-//! that the capture, an option or a DCF shows is trusted: against an EDS the device may have been configured before the
-//! capture began. Where no mapping is known, a PDO keeps the length that it has. It must not judge whose fault the
-//! difference is.
+//! A receiver does not process a PDO shorter than its mapping, and ignores excess bytes. Only a mapping from the
+//! capture, an option or a DCF is trusted; against an EDS, the device may have been configured before the capture. A
+//! PDO of unknown mapping is expected to keep its length. The finding does not say which side is at fault.
 
 use std::collections::BTreeMap;
 
@@ -19,36 +18,36 @@ use crate::rules::pdo::{Pdo001, Pdo006, Pdo012, Pdo021};
 use crate::services::pdo::{communication_parameter, mapping_parameter};
 use crate::services::sdo::wire::Mux;
 
-/// Lengths of a CAN FD frame beyond eight bytes: what lies between is filled up.
+/// Lengths of a CAN FD frame beyond eight bytes; others are filled up.
 const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
-/// Most bits of a classic PDO. A longer mapping is at fault itself.
+/// Maximum number of bits in a classic PDO; a longer mapping is itself at fault.
 const CLASSIC_BITS: u16 = 64;
-/// Frames after that with which a mapping was known that may have been under way before it.
+/// Number of frames after a mapping became known that may have been on their way before.
 const UNDER_WAY: u64 = 1;
 
-/// Frames of one length after which that is a PDO's length.
+/// Number of frames of one length that make it the PDO's length.
 const SHOWN: u8 = 3;
 
-/// What bears on how far a mapping is trusted.
+/// Evidence for the trust in a mapping.
 #[derive(Debug, Default)]
 pub struct PdoLength {
-    /// Frames were lost after this one: what was observed before may no longer hold.
+    /// The frame after which frames were lost; earlier observations may no longer hold.
     lost: Option<u64>,
     nodes: PerNode<Lengths>,
 }
 
-/// What is known of the PDOs of a node.
+/// The PDO lengths of a node.
 #[derive(Debug, Default)]
 struct Lengths {
     /// Its last reset or boot-up.
     reset: Option<u64>,
-    /// TPDOs and RPDOs 1 to 64 that were as long as their mapping since then, one bit each.
+    /// TPDOs and RPDOs 1 to 64 that had the length of their mapping since then, one bit each.
     fitted: [u64; 2],
-    /// Those that were not, by direction, number and rule.
+    /// PDOs of another length, by direction, number and rule.
     wrong: BTreeMap<(bool, u16, Code), Series>,
-    /// The lengths of those of unknown mapping, by direction and number.
+    /// Lengths of PDOs of unknown mapping, by direction and number.
     kept: BTreeMap<(bool, u16), Kept>,
-    /// The capture shows its SDO: it would show that a mapping is changed.
+    /// The capture contains its SDO, and would show a change of the mapping.
     asked: bool,
 }
 
@@ -56,24 +55,24 @@ struct Lengths {
 #[derive(Clone, Copy, Debug)]
 struct Kept {
     len: u8,
-    /// Frames that had it, up to [`SHOWN`].
+    /// Number of frames with this length, up to [`SHOWN`].
     count: u8,
-    /// Frames in a row since then that had another: that, how many, and the first.
+    /// The length, number and first frame of a series with another length since then.
     other: Option<(u8, u8, FrameRef)>,
     wrong: Series,
 }
 
-/// A PDO that is not as long as its mapping.
+/// A PDO whose length differs from its mapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Misfit {
     found: u64,
     mapped: u64,
     from: Provenance,
-    /// The mapping is that of a receiver: its node-ID and RPDO.
+    /// Node-ID and RPDO of the receiver that the mapping belongs to.
     consumer: Option<(u8, u16)>,
 }
 
-/// Compares a frame with the mapping by which it is decoded.
+/// Compares a frame with the mapping that decodes it.
 #[inline]
 pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
     let (mapping, from, consumer) = match content {
@@ -93,13 +92,13 @@ pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {
     Some(Misfit { found: found as u64, mapped: mapped as u64, from, consumer })
 }
 
-/// Whether a frame is as long as the mapping of its PDO, as far as one is known.
+/// Returns true if a frame has the length of its PDO's mapping, as far as known.
 pub fn fits(content: &Signals, frame: &Frame) -> bool {
     misfit(content, frame).is_none() && !matches!(content, Signals::None(Unmapped::Contradicted))
 }
 
 impl PdoLength {
-    /// Raises what a frame of a node's PDO showed.
+    /// Reports a frame of another length than its mapping.
     pub fn judge(
         &mut self,
         transmit: bool,
@@ -111,11 +110,11 @@ impl PdoLength {
     ) {
         let Misfit { found, mapped, from, consumer } = misfit;
         let lengths = self.nodes.get(consumer.map_or(node, |(consumer, _)| consumer));
-        // A device may have stored another mapping than the EDS's default, unless it was seen to keep to that.
+        // A device may have stored another mapping than the EDS default, unless it was seen to keep that.
         let (place, bit) = bit(transmit, number);
         let kept = lengths.is_some_and(|known| known.fitted.get(place).is_some_and(|set| set & bit != 0));
-        // What was only read before a reset may have been written before the capture and be gone since; what was
-        // written may have outlived a reset of communication. A frame that fitted since then has shown which.
+        // A value only read before a reset may have been written before the capture and be gone; a written one may have
+        // outlived a reset of communication. A frame that fits since then has shown which.
         let reset = lengths.and_then(|lengths| lengths.reset).filter(|_| !kept || consumer.is_some());
         let doubted = |known| self.lost.is_some_and(|lost| known <= lost) || reset.is_some_and(|reset| known <= reset);
         if let Provenance::Observed(known) = from
@@ -142,7 +141,7 @@ impl PdoLength {
         cx.report(Finding { because_of, ..finding });
     }
 
-    /// A frame of a node's PDO is as long as its mapping.
+    /// Takes a frame of a PDO that has the length of its mapping.
     pub fn fitted(&mut self, transmit: bool, number: u16, node: u8) {
         let (place, bit) = bit(transmit, number);
         let lengths = self.nodes.entry(node);
@@ -154,18 +153,18 @@ impl PdoLength {
         }
     }
 
-    /// The capture shows SDO of a node.
+    /// Notes that the capture contains SDO of a node.
     pub fn asked(&mut self, node: u8) {
         self.nodes.entry(node).asked = true;
     }
 
-    /// A parameter of a PDO was written, or may have been: it may have another length.
+    /// Takes a write, or possible write, to a PDO parameter, which may change its length.
     pub fn reconfigured(&mut self, node: u8, transmit: bool, number: u16) {
         self.nodes.entry(node).kept.remove(&(transmit, number));
     }
 
-    /// A frame of a PDO whose mapping is not known. Where the capture would not show that the mapping is changed, what is
-    /// wrong shows by the frames after it, which have the length of those before.
+    /// Takes a frame of a PDO of unknown mapping. If the capture would not show a change of mapping, the frames after
+    /// it decide: they return to the previous length.
     pub fn unmapped(&mut self, (transmit, number, node): (bool, u16, u8), frame: &Frame, cx: &mut Context<'_>) {
         let lengths = self.nodes.entry(node);
         let fresh = Kept { len: frame.len, count: 0, other: None, wrong: Series::default() };
@@ -194,12 +193,12 @@ impl PdoLength {
             cx.report(Finding { because_of, ..finding });
         }
         if count > SHOWN {
-            // It has that length now.
+            // It has that length from now on.
             *kept = Kept { count: SHOWN, ..fresh };
         }
     }
 
-    /// A node (or all) was reset.
+    /// Takes a reset of a node, or of all.
     pub fn reset(&mut self, node: Option<u8>, cx: &Context<'_>) {
         let nodes = match node {
             Some(node) => node..=node,
@@ -211,7 +210,7 @@ impl PdoLength {
         }
     }
 
-    /// Frames of the bus were lost.
+    /// Forgets lengths after lost frames.
     pub fn lost(&mut self, cx: &Context<'_>) {
         self.lost = Some(cx.at.no);
         for (_, lengths) in self.nodes.iter_mut() {
@@ -221,13 +220,13 @@ impl PdoLength {
     }
 }
 
-/// Whether some of the mapping is known from elsewhere than the EDS: then the whole of it is not known.
+/// Returns true if part of the mapping comes from another source than the EDS: the whole is then unknown.
 fn mixed(node: &Node, transmit: bool, number: u16) -> bool {
     let index = mapping_parameter(transmit, number);
     node.configuration.is_beyond_eds(index)
 }
 
-/// The place of a PDO in [`Lengths::fitted`]; none beyond 64.
+/// Returns the place and bit of a PDO in [`Lengths::fitted`]; bit 0 beyond number 64.
 fn bit(transmit: bool, number: u16) -> (usize, u64) {
     (usize::from(transmit), 1_u64.checked_shl(u32::from(number.saturating_sub(1))).unwrap_or(0))
 }

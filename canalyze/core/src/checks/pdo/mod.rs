@@ -1,5 +1,5 @@
-//! PDOs (CiA 301, 7.2.2): their length, times, identifiers and configuration. Synchronous ones in their cycle are
-//! `sync`'s, what they carry of a drive is `drive`'s.
+//! PDOs (CiA 301, 7.2.2): length, times, identifiers and configuration. `sync` judges synchronous PDOs in their cycle,
+//! `drive` their drive objects.
 
 pub mod assumed;
 pub mod configuration;

@@ -1,14 +1,13 @@
-//! A fault that goes on is one finding: those that follow the first are its consequences.
+//! A persistent fault is one finding: later faults are consequences of the first.
 //!
-//! A PDO that a second node sends, or that is mapped otherwise, is wrong with every frame, or with every other one. It
-//! must not judge.
+//! A PDO sent by a second node, or mapped otherwise, is wrong in every frame or every other one.
 
 use crate::frame::FrameRef;
 
-/// Correct frames in a row after which the next fault is a new one: a second sender leaves fewer between its own.
+/// Number of correct frames in a row after which the next fault is new; a second sender leaves fewer between its own.
 const ENOUGH: u8 = 8;
 
-/// Faults of one kind of one PDO.
+/// The faults of one kind of one PDO.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Series {
     first: Option<FrameRef>,
@@ -16,7 +15,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// One more fault. Gives the frame of the first, where it is a further one.
+    /// Adds a fault; returns the frame of the first if this is a further one.
     pub fn fault(&mut self, at: FrameRef) -> Option<FrameRef> {
         self.kept = 0;
         let first = self.first;
@@ -24,7 +23,7 @@ impl Series {
         first
     }
 
-    /// A right one.
+    /// Adds a correct frame.
     pub fn keep(&mut self) {
         self.kept = self.kept.saturating_add(1);
         if self.kept >= ENOUGH {

@@ -1,8 +1,7 @@
-//! When event-driven PDOs come: the inhibit time, the event timer, and the deadline of an RPDO (CiA 301, 7.5.2.35
-//! and .37).
+//! The times of event-driven PDOs: inhibit time, event timer, and deadline of an RPDO (CiA 301, 7.5.2.35 and .37).
 //!
-//! Nothing is judged by what an EDS presets, nor of a node that was commanded not to send. What is not recorded is no
-//! breach: where the whole bus was silent, a timer runs on from the end of the silence. It must not know the mapping.
+//! EDS presets are not judged, nor are nodes that were commanded not to send. A gap in the recording is no fault: after
+//! a silence of the whole bus a timer runs on from its end.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,50 +13,49 @@ use crate::evidence::{Obligations, Rules, When};
 use crate::finding::{Finding, Verdict};
 use crate::node::Pdo;
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::nmt::START;
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::nmt::START;
 
-/// What a node's own timers are off by, in ns and as a part of the time: it counts in ticks of 1 ms, by an oscillator
-/// that differs from the recorder's by up to 1 %.
+/// Error of a node's timers: its tick of 1 ms, and the fraction by which its oscillator differs (up to 1 %).
 const TICK_NS: i64 = 1_000_000;
 const CLOCK_PART: i64 = 100;
-/// How late a node on a PC is, whose programs wait for their turn, in ns: less is no missing PDO.
+/// Delay of a node on a PC, whose programs wait for their turn, in ns; less is no missing PDO.
 const HELD_UP_NS: i64 = 10_000_000;
-/// Gaps after which it is known how punctual a sender is. Until then it may be late by half its period under load.
+/// Number of gaps that show a sender's punctuality; before, it may be late by half its period under load.
 const KNOWN: u32 = 5;
-/// The part of its period that a punctual sender may be late by, and how many times its usual lateness.
+/// Maximum lateness of a punctual sender: a fraction of its period, and a multiple of its usual lateness.
 const PUNCTUAL_PART: i64 = 6;
 const USUAL: i64 = 3;
-/// Transmission types from this one on are event-driven.
+/// First event-driven transmission type.
 const EVENT_DRIVEN: u8 = 254;
 
-/// A PDO: its node, whether it is a TPDO, its number.
+/// The key of a PDO: its node, true for a TPDO, its number.
 type Name = (u8, bool, u16);
 
-/// Event-driven PDOs of a bus and when they came.
+/// Event-driven PDOs of a bus, and their times.
 #[derive(Debug, Default)]
 pub struct PdoTiming {
     sent: BTreeMap<Name, Sent>,
     /// The next frame of each, by its event timer or deadline.
     due: Obligations<Name>,
-    /// Nodes that were commanded not to send, or report themselves that they do not.
+    /// Nodes commanded not to send, or reporting a state in which they do not.
     halted: BTreeSet<u8>,
 }
 
 /// The last frame of a PDO.
 #[derive(Debug, Default)]
 struct Sent {
-    /// `None`: it was stopped since.
+    /// The time of the frame; `None` if the PDO was stopped since.
     when: Option<When>,
-    /// By how much it may have been stamped late, in ns.
+    /// Maximum delay of its stamp, in ns.
     late_ns: i64,
-    /// The next one was requested by a remote frame.
+    /// The next frame was requested by a remote frame.
     requested: bool,
-    /// Its event timer or deadline in ns; 0: none.
+    /// Its event timer or deadline in ns; 0 is none.
     timer_ns: i64,
-    /// By how much it usually exceeds that, in ns, and in how many gaps that was seen.
+    /// The usual excess over the timer, in ns, and the number of gaps that showed it.
     usual_ns: i64,
     gaps: u32,
     /// Frames within the inhibit time, and frames that came late.
@@ -66,7 +64,7 @@ struct Sent {
 }
 
 impl PdoTiming {
-    /// A data frame of a PDO.
+    /// Takes a data frame of a PDO.
     pub fn sent(&mut self, node: u8, pdo: &Pdo, cx: &mut Context<'_>) {
         let Some((kind, from)) = pdo.transmission else { return };
         if kind < EVENT_DRIVEN || from.is_doubted() || cx.at.t_ns.is_none() {
@@ -90,14 +88,14 @@ impl PdoTiming {
         }
     }
 
-    /// A remote frame that asks for a TPDO: its answer is not bound to the inhibit time.
+    /// Takes a remote frame for a TPDO: the inhibit time does not bind the answer.
     pub fn requested(&mut self, node: u8, number: u16) {
         if let Some(sent) = self.sent.get_mut(&(node, true, number)) {
             sent.requested = true;
         }
     }
 
-    /// A frame has come: which PDOs should have come before it.
+    /// Reports PDOs that should have come before the current frame.
     #[inline]
     pub fn advance(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         if self.due.may_be_due(now_ns) {
@@ -108,25 +106,25 @@ impl PdoTiming {
     fn judge_due(&mut self, cx: &mut Context<'_>) {
         for (name, owed) in self.due.due(cx.when, &cx.evidence.recording) {
             if !self.overdue(name, owed, cx) {
-                // Only the silence of the bus was too long: it is owed from its end on.
+                // Only the silence of the bus was too long, so the time restarts at its end.
                 self.due.open(name, Owed { since: cx.when, ..owed });
             }
         }
     }
 
-    /// Reports that the next frame of a PDO has not come by the frame at hand, where that is certain.
+    /// Reports a PDO that has certainly not come in time; returns true if it did.
     fn overdue(&mut self, name: Name, owed: Owed, cx: &mut Context<'_>) -> bool {
         let (node, transmit, number) = name;
         let recording = &cx.evidence.recording;
         let Some(sent) = self.sent.get_mut(&name) else { return false };
         let Some(last) = sent.when else { return false };
         let Some(gap) = recording.between(last, cx.when) else { return false };
-        // While the bus is silent one frame may wait with the recorder, but not two.
+        // During a silence of the bus the recorder may hold one frame, but not two.
         let silent = cx.when.silent_ns >= gap.saturating_sub(sent.timer_ns);
         let limit =
             if silent { owed.limit_ns.max(2 * sent.timer_ns - tolerance(sent.timer_ns)) } else { owed.limit_ns };
         let now_ns = cx.at.t_ns.unwrap_or(0);
-        // One long silence may be the recorder's; a PDO that has not come in two of them has stopped.
+        // One long silence may be the recorder's; a PDO missing in two of them has stopped.
         let period_ns = if owed.since.at == last.at { sent.timer_ns } else { i64::MAX };
         let held_back =
             recording.was_silent(node, now_ns.saturating_sub(gap.saturating_sub(sent.timer_ns)), period_ns, now_ns);
@@ -144,7 +142,7 @@ impl PdoTiming {
         true
     }
 
-    /// An NMT command to a node, or to all.
+    /// Takes an NMT command to a node, or to all.
     pub fn commanded(&mut self, node: Option<u8>, command: u8) {
         let nodes = node.map_or(1..=127, |node| node..=node);
         if command == START {
@@ -155,7 +153,7 @@ impl PdoTiming {
         }
     }
 
-    /// A node shows its NMT state; 0: its boot-up.
+    /// Takes a node's reported NMT state; 0 is its boot-up.
     pub fn state(&mut self, node: u8, state: u8) {
         if matches!(state, 0 | OPERATIONAL) {
             self.halted.remove(&node);
@@ -167,21 +165,21 @@ impl PdoTiming {
         }
     }
 
-    /// One node, or all, were stopped: when they send next is not known, but how punctually.
+    /// Stops one node, or all: the next time is unknown, the punctuality is kept.
     fn pause(&mut self, node: Option<u8>) {
         let concerned = |name: &Name| node.is_none_or(|node| node == name.0);
         self.sent.iter_mut().filter(|(name, _)| concerned(name)).for_each(|(_, sent)| sent.when = None);
         self.due.void(concerned);
     }
 
-    /// What was seen so far of one node, or of all, does not count: it was reset, or frames were lost.
+    /// Forgets one node, or all, after a reset or lost frames.
     pub fn forget(&mut self, node: Option<u8>) {
         let concerned = |name: &Name| node.is_none_or(|node| node == name.0);
         self.sent.retain(|name, _| !concerned(name));
         self.due.void(concerned);
     }
 
-    /// A parameter of a PDO was written.
+    /// Takes a write to a PDO parameter.
     pub fn reconfigured(&mut self, node: u8, transmit: bool, number: u16) {
         self.sent.remove(&(node, transmit, number));
         self.due.met((node, transmit, number));
@@ -189,7 +187,7 @@ impl PdoTiming {
 }
 
 impl Sent {
-    /// How long the next frame may take by its event timer, or by an RPDO's deadline, in ns.
+    /// Returns the maximum time to the next frame by its event timer, or by an RPDO's deadline, in ns.
     fn patience(&self, transmit: bool) -> i64 {
         let timer_ns = self.timer_ns;
         let late_ns = match (transmit, self.gaps) {
@@ -200,7 +198,7 @@ impl Sent {
         timer_ns + HELD_UP_NS.max(late_ns)
     }
 
-    /// The PDO comes again, with the frame at hand.
+    /// Takes the next frame of the PDO.
     fn follow(&mut self, (node, transmit, number): Name, inhibit: i64, late_ns: i64, cx: &mut Context<'_>) {
         let requested = std::mem::take(&mut self.requested);
         let Some(before) = self.when.replace(cx.when) else {
@@ -220,8 +218,7 @@ impl Sent {
         };
         let tolerance = tolerance(inhibit);
         let limit = inhibit - tolerance - self.late_ns;
-        // It is as late as the one before, but for what it came too late or too early.
-        // A frame that was stamped late shortens one gap, not every gap.
+        // It is as late as the one before, changed by its own deviation. A late stamp shortens one gap, not every gap.
         self.late_ns = (self.late_ns / 2).saturating_add(gap - inhibit).clamp(0, late_ns);
         if !cx.evidence.recording.certainly_within(cx.when, before, limit) {
             return self.early.keep();
@@ -233,12 +230,12 @@ impl Sent {
     }
 }
 
-/// By how much a node's timer may be off, in ns.
+/// Returns the maximum error of a node's timer, in ns.
 pub fn tolerance(time_ns: i64) -> i64 {
     TICK_NS + time_ns / CLOCK_PART
 }
 
-/// A time that is in use and is more than an EDS's preset; 0: none.
+/// Returns a time that is in use and more than an EDS preset; 0 if none.
 fn trusted((value, from): (u16, Provenance)) -> i64 {
     if from > Provenance::Eds { i64::from(value) } else { 0 }
 }

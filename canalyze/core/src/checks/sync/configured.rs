@@ -1,7 +1,6 @@
-//! What nodes are configured to do with SYNC, against each other and against the traffic: 1005h, 1006h, 1007h.
+//! The SYNC configuration of nodes (1005h, 1006h, 1007h), against each other and against the traffic.
 //!
-//! A configurator writes one object after the other: what is written is judged once nothing more has come for some
-//! SYNCs. It must not look at the SYNCs themselves: `period` does.
+//! A configurator writes one object after the other: writes are judged after a few SYNCs without another.
 
 use super::period::SyncPeriod;
 use super::settings::{Settings, ns};
@@ -12,22 +11,22 @@ use crate::node::{Node, PerNode};
 use crate::rules::sync::{Syn003, Syn006, Syn007};
 use crate::services::sdo::wire::Mux;
 
-/// A configured period differs from the one that shows by more than this part of it: clocks may be 1 % apart.
+/// Fraction by which a configured period may differ from the measured one; clocks may be 1 % apart.
 const DIFFERS: i64 = 40;
-/// SYNCs after which the configuration is taken as complete: a configurator writes one object after the other.
+/// Number of SYNCs after which the configuration counts as complete.
 const SETTLED: u64 = 2;
 
-/// What is still to be judged.
+/// Writes that are still to be judged.
 #[derive(Debug, Default)]
 pub struct Configured {
-    /// Nodes whose 1005h, 1006h or 1007h is another one, by which frame, in which cycle.
+    /// Nodes whose 1005h, 1006h or 1007h has changed, with the frame and the cycle.
     written: Vec<(u8, FrameRef, u64)>,
     /// A configured period was compared with the traffic.
     pub compared: bool,
 }
 
 impl Configured {
-    /// 1005h, 1006h or 1007h of a node is another one.
+    /// Takes a change of a node's 1005h, 1006h or 1007h.
     pub fn write(&mut self, node: u8, at: FrameRef, cycle: u64) {
         match self.written.iter_mut().find(|(other, ..)| *other == node) {
             Some(entry) => *entry = (node, at, cycle),
@@ -35,7 +34,7 @@ impl Configured {
         }
     }
 
-    /// Configured periods against the one that shows.
+    /// Compares configured periods with the measured one.
     pub fn compare(&mut self, settings: &Settings, period: &SyncPeriod, cx: &mut Context<'_>) {
         if self.compared || settings.periods.is_empty() {
             return;
@@ -50,7 +49,7 @@ impl Configured {
         }
     }
 
-    /// What was written, once the configuration has settled.
+    /// Judges the writes once the configuration has settled.
     pub fn judge(&mut self, settings: &Settings, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if self.written.is_empty() {
             return;
@@ -76,7 +75,7 @@ impl Configured {
             let producers = &settings.producers;
             let other = producers.iter().find(|other| *other != node && active(nodes, **other));
             if let Some(other) = other.filter(|_| producers.contains(node) && active(nodes, *node)) {
-                // Of two that were written, the later one.
+                // Of two writes, the later one.
                 two = two.filter(|(before, ..)| before.no > at.no).or(Some((*at, *node, *other)));
             }
             false
@@ -90,7 +89,7 @@ impl Configured {
     }
 }
 
-/// Whether a producer has a period: without one it sends nothing.
+/// Returns true if a producer has a period; without one it sends nothing.
 fn active(nodes: &PerNode<Node>, node: u8) -> bool {
     nodes.get(node).and_then(|node| node.value(0x1006, 0)).is_some_and(|(us, from)| us > 0 && from > Provenance::Eds)
 }

@@ -1,20 +1,19 @@
-//! The synchronous counter (CiA 301, 7.2.5.3.1): 1 with the first SYNC, one more with each, after the overflow value
-//! (1019h) back to 1.
+//! The synchronous counter (CiA 301, 7.2.5.3.1): 1 in the first SYNC, then one more in each, and 1 again after the
+//! overflow value (1019h).
 //!
-//! A value that does not fit is held until the next one shows what it was: a gap, one wrong byte, or a SYNC of another
-//! producer. It must not know time, nor what may restart a producer.
+//! An unexpected value is held until the next one explains it: a gap, one wrong byte, or a SYNC of another producer.
 
 use crate::frame::FrameRef;
 
-/// SYNCs that fit in a row, after which one beside them is not of a producer that was seen before.
+/// Number of fitting SYNCs in a row after which a foreign one is not from a producer seen before.
 const ALONE: u8 = 3;
 /// The highest counter value.
 const HIGHEST: u8 = 240;
 
-/// What a counter shows.
+/// A fault of a counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Miscount {
-    /// Another value than the expected one. The frame, where it is not the one at hand.
+    /// Another value than expected, with its frame.
     Gap {
         /// The value.
         found: u8,
@@ -30,9 +29,9 @@ pub enum Miscount {
         /// The highest value allowed.
         limit: u8,
     },
-    /// Two counters run beside each other: a value of each.
+    /// Two counters side by side: a value of each.
     Two {
-        /// Of the SYNC that is not in the first sequence.
+        /// The value of the SYNC outside the first sequence.
         found: u8,
         /// The value expected in the first sequence.
         expected: u8,
@@ -48,42 +47,42 @@ struct Held {
     at: FrameRef,
 }
 
-/// What is known of the counter.
+/// The state of the counter.
 #[derive(Debug, Default)]
 pub struct Counter {
-    /// The value that comes next.
+    /// The next value.
     expected: Option<u8>,
     last: u8,
-    /// The overflow value as traffic shows it.
+    /// The overflow value learnt from the traffic.
     learnt: Option<u8>,
     held: Option<Held>,
-    /// The first overflow is only believed when the next value follows from it.
+    /// The first overflow, believed once the next value follows from it.
     run_over: Option<Held>,
-    /// The value with which a second sequence would go on.
+    /// The next value of a second sequence.
     second: Option<u8>,
-    /// SYNCs that fitted in a row since one came beside the sequence; `None`: none did.
+    /// Number of fitting SYNCs in a row since one outside the sequence; `None` if there was none.
     fitted: Option<u8>,
     /// Two producers were reported.
     two: bool,
 }
 
 impl Counter {
-    /// Nothing is known of what comes next: frames were lost, or a SYNC had no counter.
+    /// Forgets the next value, because frames were lost or a SYNC had no counter.
     pub fn forget(&mut self) {
         *self = Self { learnt: self.learnt, ..Self::default() };
     }
 
-    /// The overflow value is another one by configuration.
+    /// Takes a change of the configured overflow value.
     pub fn reconfigured(&mut self) {
         *self = Self::default();
     }
 
-    /// Whether a second producer has counted beside the first one lately.
+    /// Returns true if a second producer has recently counted beside the first.
     pub fn are_two(&self) -> bool {
         self.two
     }
 
-    /// Takes a value. `exact`: the overflow value of the producer. `restarted`: the producer may start again with 1.
+    /// Takes a value. `exact`: the producer's overflow value. `restarted`: the producer may begin again with 1.
     pub fn step(&mut self, value: u8, at: FrameRef, exact: Option<u8>, restarted: bool) -> [Option<Miscount>; 2] {
         let overflow = exact.or(self.learnt);
         let limit = exact.unwrap_or(HIGHEST);
@@ -120,7 +119,7 @@ impl Counter {
             self.learnt = Some(self.last);
             self.accept(value, self.learnt);
         } else if exact.is_none() && self.learnt == Some(self.last) && value == next(self.last, None) {
-            // What had been taken for the overflow value was a restart.
+            // The supposed overflow value was a restart.
             self.learnt = None;
             self.accept(value, None);
         } else if self.two && self.second == Some(value) {
@@ -132,13 +131,13 @@ impl Counter {
         [None, None]
     }
 
-    /// The capture is over: what was held.
+    /// Returns the held value at the end of the capture.
     pub fn finish(&mut self) -> Option<Miscount> {
         self.held.take().map(gap)
     }
 
     fn settle(&mut self, held: Held, value: u8, overflow: Option<u8>) -> Option<Miscount> {
-        // The sequence goes on where it was: `held` came beside it.
+        // The sequence goes on, so `held` was beside it.
         if value == held.expected {
             let alone = if self.two { 2 * ALONE } else { ALONE };
             let again = self.fitted.is_some_and(|fitted| fitted < alone);
@@ -176,7 +175,7 @@ mod tests {
     #![allow(clippy::indexing_slicing)]
     use super::*;
 
-    /// What a sequence shows: `(number of the frame with which it is known, what, frame it is about)`.
+    /// Returns the faults of a sequence: number of the value that reveals it, kind, frame at fault.
     fn shown(values: &[u8], exact: Option<u8>) -> Vec<(usize, char, u64)> {
         let mut counter = Counter::default();
         let mut out = Vec::new();
@@ -204,7 +203,7 @@ mod tests {
             (&[1, 2, 3, 4, 1, 2], Some(4), none.clone()),
             (&[239, 240, 1, 2], None, none.clone()),
             (&[8, 9, 1, 2, 8, 9, 1, 2], None, vec![(5, 'g', 4)]),
-            // A restart that was taken for the overflow value.
+            // A restart taken for the overflow value.
             (&[4, 5, 1, 2, 3, 4, 5, 6, 7, 8, 1, 2], None, none.clone()),
             (&[1, 2, 3, 5, 6, 7], None, vec![(4, 'g', 3)]),
             (&[1, 2, 3, 99, 5, 6], None, vec![(4, 'g', 3)]),
@@ -216,7 +215,7 @@ mod tests {
             (&[1, 2, 3, 7], None, vec![(4, 'g', 3)]),
             (&[5, 12, 6, 13, 7, 14, 8, 15], None, vec![(2, 'g', 1), (4, '2', 3)]),
             (&[3, 9, 40, 41], None, vec![(2, 'g', 1)]),
-            // Another producer whose counter stands still.
+            // Another producer whose counter does not count.
             (&[1, 7, 2, 7, 3, 7, 4, 7, 5], None, vec![(2, 'g', 1), (4, '2', 3)]),
         ] {
             assert_eq!(shown(values, exact), want, "{values:?}");

@@ -1,26 +1,25 @@
-//! A PDO that follows SYNC: the time between the two shows how late SYNC is listed.
+//! A PDO that follows SYNC: the time between them shows the delay with which SYNC is listed.
 //!
-//! Where the recording host sends SYNC, its echo may be listed late, and SYNCs that seem unsteady may be none. A PDO
-//! of another node that comes in every cycle at the same distance shows that they are: it follows the SYNC on the bus.
-//! It must not judge.
+//! If the recording host sends SYNC, its echo may be listed late, and SYNCs seem unsteady. A PDO of another node that
+//! comes at the same distance in every cycle shows that, because it follows the SYNC on the bus.
 
-/// Cycles in a row that are looked back on.
+/// Number of past cycles in a row that are evaluated.
 const CYCLES: usize = 8;
 
 /// The PDO that has come in each of the last cycles.
 #[derive(Debug, Default)]
 pub(super) struct Follower {
-    /// Its node and number.
+    /// The PDO's node and number.
     pdo: Option<(u8, u16)>,
     /// The last cycle in which it came.
     cycle: u64,
-    /// How long after the SYNC it came in the last cycles, in ns, and in how many.
+    /// The delays after SYNC in the last cycles, in ns, and their number.
     delays_ns: [i64; CYCLES],
     count: usize,
 }
 
 impl Follower {
-    /// A TPDO has come in a cycle, `delay_ns` after its SYNC.
+    /// Takes a TPDO, `delay_ns` after the SYNC of its cycle.
     pub(super) fn follow(&mut self, pdo: (u8, u16), cycle: u64, delay_ns: i64) {
         let same = self.pdo == Some(pdo);
         if cycle == self.cycle || (!same && cycle == self.cycle + 1) {
@@ -35,7 +34,7 @@ impl Follower {
         (self.cycle, self.count) = (cycle, self.count + 1);
     }
 
-    /// How far apart the listings of the last SYNCs were put off at most, in ns; `None` where that is not known.
+    /// Returns the maximum difference between the listing delays of the last SYNCs, in ns; `None` if unknown.
     pub(super) fn spread_ns(&self, cycle: u64) -> Option<i64> {
         if self.count < CYCLES || self.cycle + 2 < cycle {
             return None;

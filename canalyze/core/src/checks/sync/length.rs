@@ -1,19 +1,19 @@
-//! The length of SYNC (CiA 301, 7.2.5.3.1): one byte with a counter, none without. A longer one is
-//! malformed, and is not judged here.
+//! The length of SYNC (CiA 301, 7.2.5.3.1): one byte with a counter, none without. Longer ones are malformed and not
+//! judged here.
 
 use crate::context::Context;
 use crate::rules::sync::Syn001;
 use crate::services::sdo::wire::Mux;
 
-/// SYNCs of one length before it is taken for theirs.
+/// Number of SYNCs that make their length the usual one.
 const LENGTHS: u8 = 3;
-/// The number of bytes that SYNCs have.
+/// The usual length of SYNCs.
 #[derive(Clone, Copy, Debug)]
 struct Usual {
     bytes: u8,
-    /// SYNCs that had it, counted up to [`LENGTHS`].
+    /// Number of SYNCs of this length, up to [`LENGTHS`].
     had: u8,
-    /// SYNCs in a row since that had another.
+    /// Number of SYNCs of another length in a row since.
     others: u8,
 }
 
@@ -21,18 +21,18 @@ struct Usual {
 #[derive(Debug, Default)]
 pub struct Lengths {
     usual: Option<Usual>,
-    /// The last SYNC's length was against 1019h, and that was reported.
+    /// The last SYNC's length contradicted 1019h, and that was reported.
     against_1019: bool,
 }
 
 impl Lengths {
-    /// The overflow value is another one by configuration.
+    /// Takes a change of the configured overflow value.
     pub fn reconfigured(&mut self) {
         self.usual = None;
     }
 
-    /// The length against 1019h, and against the SYNCs before.
-    /// `overflow`: 1019h of a node, where known. Whether it is wrong.
+    /// Judges the length against 1019h and against earlier SYNCs; returns true if it is wrong. `overflow`: 1019h and
+    /// its node if known.
     pub fn judge(&mut self, found: u8, overflow: Option<(u8, u8)>, restarted: bool, cx: &mut Context<'_>) -> bool {
         if found > 1 {
             return true;

@@ -1,8 +1,8 @@
-//! SYNC (CiA 301, 7.2.5): its length and counter, its period, and how many producers there are.
+//! SYNC (CiA 301, 7.2.5): length, counter, period, and number of producers.
 //!
-//! The gaps between SYNCs are `period`'s, the counter's values `counter`'s, synchronous PDOs `window`'s,
-//! what is configured `settings`'; here frames are handed on to them, and what they show is reported. Two producers
-//! explain what is irregular then: it is reported as their consequence. It must not change what a frame means.
+//! Frames are passed on to `period` (gaps), `counter` (values), `window` (synchronous PDOs) and `settings`
+//! (configuration), and their results reported here. Two producers explain irregularities, which are reported as
+//! consequences.
 
 pub mod configured;
 pub mod counter;
@@ -31,16 +31,16 @@ use crate::message::{Flaw, Message};
 use crate::network::Network;
 use crate::node::{Node, Pdo, PerNode};
 use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn013};
-use crate::services::heartbeat::OPERATIONAL;
-use crate::services::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 use crate::services::sdo::wire::Mux;
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::nmt::{PRE_OPERATIONAL, RESET_COMMUNICATION, RESET_NODE, START, STOP};
 
-/// How long at least SYNC is missed before it is taken to have stopped, in ns, and how many periods.
+/// Minimum time without SYNC after which it counts as stopped, in ns and in periods.
 const SILENT_NS: i64 = 500_000_000;
 const SILENT_PERIODS: i64 = 10;
-/// Periods for which a finding waits for a second producer to show.
+/// Number of periods for which a finding waits for a second producer.
 const EXPLAINED: i64 = 8;
-/// The last node that a command may be sent to.
+/// The last node that can be addressed by a command.
 const LAST_NODE: u8 = 127;
 
 /// SYNC on one bus.
@@ -51,7 +51,7 @@ pub struct Sync {
     follower: Follower,
     counter: Counter,
     window: SyncWindow,
-    /// The identifier of the SYNCs that are followed: the first one seen.
+    /// The identifier of the followed SYNCs: the first one seen.
     id: Option<CanId>,
     lengths: Lengths,
     configured: Configured,
@@ -59,7 +59,7 @@ pub struct Sync {
     miscounted: Option<u64>,
     producer: Producer,
     activity: Activity,
-    /// The period before the last change that was reported, in ns, and the frame of the change.
+    /// The period before the last reported change, in ns, and the frame of the change.
     changed: Option<(i64, FrameRef)>,
 }
 
@@ -70,38 +70,38 @@ struct Activity {
     silence_ns: i64,
 }
 
-/// Whether the producer still sends SYNC.
+/// The producer's activity.
 #[derive(Debug, Default)]
 struct Producer {
-    /// It may have restarted since the last SYNC, and why it may have been stopped.
+    /// It may have restarted since the last SYNC; a reason for its stop.
     restarted: bool,
     stopped: Restart,
-    /// It was reported that SYNC has stopped, or that is not known.
+    /// The end of SYNC was reported, or is unknown.
     ended: bool,
 }
 
 impl Sync {
-    /// SYNC on a bus of which nothing was seen.
+    /// Creates the state for a bus.
     pub fn new(network: &Network, nodes: &PerNode<Node>) -> Self {
         Self { settings: Settings::compile(network, nodes), ..Self::default() }
     }
 
-    /// The least synchronous window in force on the bus, in ns; `None` where there is none or none is known.
+    /// Returns the shortest synchronous window of the bus, in ns; `None` if none is known.
     pub fn least_window_ns(&self) -> Option<i64> {
         self.settings.least_window_ns
     }
 
-    /// The period as it is configured, else as traffic shows it, in ns.
+    /// Returns the configured period, else the measured one, in ns.
     pub fn period_ns(&self) -> Option<i64> {
         self.settings.period_ns.or_else(|| self.period.period_ns())
     }
 
-    /// The cycle that runs; 0 before the first.
+    /// Returns the current cycle; 0 before the first.
     pub fn cycle(&self) -> u64 {
         self.period.cycle()
     }
 
-    /// Where a PDO stands in its SYNC cycle, if it is a synchronous one and SYNC runs. `lag_ns`: how late SYNC may be listed.
+    /// Returns the place of a synchronous PDO in its running SYNC cycle. `lag_ns`: maximum listing delay of SYNC.
     pub fn place(&self, node: u8, pdo: Option<&Pdo>, frame: &Frame, lag_ns: i64) -> Option<Placement> {
         let pdo = pdo.filter(|pdo| pdo.transmission.is_some_and(|(kind, _)| synchronous(kind)))?;
         if self.producer.ended || self.period.is_overdue(frame.reference()) {
@@ -110,14 +110,14 @@ impl Sync {
         self.window.place(&self.period, node, pdo, frame.reference(), lag_ns)
     }
 
-    /// A frame of any kind was heard.
+    /// Takes the time of any frame.
     pub fn heard(&mut self, now_ns: i64) {
         if let Some(before) = self.activity.heard_ns.replace(now_ns) {
             self.activity.silence_ns = self.activity.silence_ns.max(now_ns.saturating_sub(before));
         }
     }
 
-    /// Takes a PDO of a node, known to be configured as `pdo`.
+    /// Takes a PDO of a node; `pdo` is its known configuration.
     pub fn process_data(&mut self, name: PdoName, pdo: Option<&Pdo>, cx: &mut Context<'_>) {
         let PdoName { transmit, number, node } = name;
         if transmit && let Some(delay) = self.period.delay_ns(cx.at) {
@@ -133,7 +133,7 @@ impl Sync {
         }
     }
 
-    /// Takes a frame of any other service than SDO.
+    /// Takes a frame of any service other than SDO.
     pub fn message(&mut self, message: &Message, frame: &Frame, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         match *message {
             Message::Sync { counter } => self.sync(counter, frame, nodes, cx),
@@ -152,7 +152,7 @@ impl Sync {
                 };
                 self.restart(Some(node).filter(|node| *node != 0), stops);
             }
-            // What cannot be read may have been any command to any node.
+            // An unreadable frame may have been any command to any node.
             Message::Nmt { .. } | Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => {
                 self.restart(None, Restart::Likely);
             }
@@ -167,7 +167,7 @@ impl Sync {
         }
     }
 
-    /// An object of a node is known to hold another value.
+    /// Takes a changed value of an object.
     pub fn configured(&mut self, node: u8, mux: Mux, network: &Network, nodes: &PerNode<Node>, at: FrameRef) {
         let pdo = |number| nodes.get(node).and_then(|node| node.pdo(true, number));
         match mux.index {
@@ -184,7 +184,7 @@ impl Sync {
         }
     }
 
-    /// The configuration of nodes is another one: after a reset, or by a concise DCF.
+    /// Takes a change of the nodes' configuration, by a reset or a concise DCF.
     pub fn reconfigure(&mut self, network: &Network, nodes: &PerNode<Node>) {
         let before = std::mem::replace(&mut self.settings, Settings::compile(network, nodes));
         if before.period_ns != self.settings.period_ns {
@@ -198,7 +198,7 @@ impl Sync {
         self.id = None;
     }
 
-    /// Frames of the bus were lost.
+    /// Forgets what was open after lost frames.
     pub fn lost(&mut self) {
         self.period.broken();
         self.producer.ended = true;
@@ -206,7 +206,7 @@ impl Sync {
         self.window.pause(None);
     }
 
-    /// The capture is over.
+    /// Reports what is open at the end of the capture.
     pub fn finish(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if let Some(miscount) = self.counter.finish() {
             self.report_miscount(miscount, cx);
@@ -217,7 +217,7 @@ impl Sync {
         self.configured.judge(&self.settings, u64::MAX, nodes, cx);
     }
 
-    /// A node, or all, got an NMT command or has booted.
+    /// Takes an NMT command to a node or to all, or a boot-up.
     fn restart(&mut self, node: Option<u8>, stops: Restart) {
         self.window.pause(node);
         let producer = node.is_none() || self.settings.producer.is_none() || node == self.settings.producer;
@@ -243,7 +243,7 @@ impl Sync {
         let spread_ns = self.follower.spread_ns(self.cycle());
         let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {
-            // What a SYNC of the wrong length carries is no counter.
+            // A SYNC of the wrong length carries no counter.
             Some(value) if !wrong => self.count(value, at, restarted || long || (silent && period.is_none()), cx),
             _ => self.counter.forget(),
         }
@@ -264,7 +264,7 @@ impl Sync {
         self.configured.judge(&self.settings, self.period.cycle(), nodes, cx);
     }
 
-    /// Whether the whole bus was silent for most of the time since the last SYNC.
+    /// Returns true if the whole bus was silent for most of the time since the last SYNC.
     fn is_silent(&self, at: FrameRef) -> bool {
         self.period.delay_ns(at).is_some_and(|gap| self.activity.silence_ns > gap / 2)
     }
@@ -296,7 +296,7 @@ impl Sync {
         self.report(Finding { at, ..cx.verdict(what, None, None, None) }, cx);
     }
 
-    /// Two producers: they explain what waits and what comes.
+    /// Reports two producers, which explain waiting and later findings.
     fn two_producers(&self, finding: Finding, cx: &mut Context<'_>) {
         if cx.evidence.circumstances.holds(Kind::TwoSyncProducers) {
             return;
@@ -306,13 +306,13 @@ impl Sync {
         cx.report(finding);
     }
 
-    /// Reports what a second producer may explain.
+    /// Reports a finding that a second producer may explain.
     fn report(&self, finding: Finding, cx: &mut Context<'_>) {
         let period_ns = self.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(cx.excused(Rules::Sync, cx.when, finding), period_ns.saturating_mul(EXPLAINED));
     }
 
-    /// A node is Operational, and no SYNC has come for long though the bus is alive.
+    /// Reports that SYNC has stopped although a node is Operational and the bus alive.
     fn judge_end(&mut self, node: u8, cx: &mut Context<'_>) {
         let Some(silence) = self.period.delay_ns(cx.at).filter(|silence| *silence > SILENT_NS) else { return };
         if self.producer.ended || self.producer.stopped != Restart::None || !cx.evidence.recording.teaches(cx.when) {
@@ -328,7 +328,7 @@ impl Sync {
         cx.raise(Syn013::Stopped { silence, period }, Some(node), None, Some(last.at));
     }
 
-    /// Reports what gaps between SYNCs have turned out to be.
+    /// Reports the explanation of gaps between SYNCs.
     fn report_irregular(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
         let (cycle, what) = match irregular {
             Irregular::Changed(from_ns, to_ns, since) => return self.report_change(from_ns, to_ns, since, cx),
@@ -351,7 +351,7 @@ impl Sync {
         self.report(finding, cx);
     }
 
-    /// The period is another one, and nothing was written that explains it. The way back follows from the change.
+    /// Reports a change of period that no write explains; a change back follows from it.
     fn report_change(&mut self, from_ns: i64, to_ns: i64, since: FrameRef, cx: &mut Context<'_>) {
         let back = self.changed.take().filter(|(before, _)| before.abs_diff(to_ns) <= before.unsigned_abs() / 32);
         if back.is_none() {
@@ -366,7 +366,7 @@ impl Sync {
     }
 }
 
-/// Whether a finding is about SYNC or a synchronous PDO.
+/// Returns true if a finding is about SYNC or a synchronous PDO.
 fn is_of_sync(finding: &Finding) -> bool {
     matches!(
         finding.code,
@@ -374,7 +374,7 @@ fn is_of_sync(finding: &Finding) -> bool {
     )
 }
 
-/// Whether a finding is about a PDO.
+/// Returns true if a finding is about a PDO.
 fn is_of_pdo(finding: &Finding) -> bool {
     finding.object.is_some()
 }

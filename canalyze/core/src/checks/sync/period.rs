@@ -1,8 +1,8 @@
-//! The period of SYNC: its SYNCs counted, how regularly they come, and what an irregular gap was.
+//! The period of SYNC: count of SYNCs, regularity, and explanation of irregular gaps.
 //!
-//! A gap is judged against the phase: a SYNC that was only listed late is followed by one at the old time, a missing
-//! one moves nothing after it. The judgement therefore waits for the SYNCs that follow. Gaps that a burst of the
-//! recording begins or ends are not judged. It raises nothing: `sync` reports what a gap was.
+//! A gap is judged by the phase: a SYNC only listed late is followed by one at the old time; a missing one moves
+//! nothing after it. The verdict therefore waits for the next SYNCs. Gaps at the ends of a recorder's burst are not
+//! judged. `sync` reports the results.
 
 use crate::evidence::period::{Learnt, Period};
 use crate::evidence::recording::Recording;
@@ -11,45 +11,44 @@ use crate::finding::Verdict;
 use crate::frame::FrameRef;
 use crate::rules::sync::{Syn003, Syn006, Syn012};
 
-/// SYNCs remembered: as many as the longest cycle of a synchronous PDO (transmission type 240).
+/// Number of SYNCs kept: the longest cycle of a synchronous PDO (transmission type 240) and more.
 const SYNCS: usize = 256;
-/// Gaps that wait at most for the period to show, and how many of them must agree with it at least.
+/// Maximum number of gaps that wait for the period, and minimum number that agree with it.
 const GAPS: usize = 16;
 const ENOUGH: usize = 4;
-/// A silence of the bus of more periods than this is a pause of the network, not a fault of the producer.
+/// Number of periods of silence on the bus that are a pause of the network, not a fault of the producer.
 const PAUSE: i64 = 10;
-/// Regular gaps in a row after which what was late is not caught up any more; twice as many where all SYNCs after it
-/// are late as well.
+/// Number of regular gaps in a row after which a delay is permanent; twice that if all later SYNCs are late as well.
 const CALM: u8 = 2;
-/// SYNCs beyond the period, each within this many SYNCs of the one before, that show a second producer.
+/// Number of additional SYNCs, each within this many SYNCs of the one before, that show a second producer.
 const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
-/// Gaps out of 16 that are off the period by more than a sixth, before that is a finding: a loaded host is late now and
+/// Number of gaps out of 16 that deviate by more than a sixth before it is a finding; a loaded host is late now and
 /// then.
 const UNSTEADY: u32 = 8;
-/// Gaps that a mean is taken of.
+/// Minimum number of gaps in a mean.
 const MEANT: u64 = 8;
-/// No producer is this fast, in ns: what comes faster was kept in a buffer.
+/// The shortest period of a producer, in ns; shorter gaps come from a buffer.
 const FASTEST_NS: i64 = 200_000;
 
-/// Whether the producer may have restarted since the last SYNC.
+/// The possibility of a restart of the producer since the last SYNC.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Restart {
-    /// No.
+    /// No restart.
     #[default]
     None,
-    /// A node was stopped or reset of which it is not known whether it is the producer: most are not.
+    /// A node was stopped or reset that may be the producer; most are not.
     Perhaps,
-    /// Yes.
+    /// Likely restart.
     Likely,
 }
 
-/// What gaps between SYNCs have turned out to be.
+/// The explanation of gaps between SYNCs.
 #[derive(Debug)]
 pub enum Irregular {
-    /// Something was wrong with the SYNC that began a cycle.
+    /// A fault of the SYNC that began a cycle.
     Sync(u64, Verdict),
-    /// The period is another one from a SYNC on: before and now, in ns, and that SYNC.
+    /// A change of period: before and after in ns, and the first SYNC of the new one.
     Changed(i64, i64, FrameRef),
 }
 
@@ -58,12 +57,12 @@ pub enum Irregular {
 struct Gap {
     now: When,
     ns: i64,
-    /// The cycle that its end began.
+    /// The cycle that it precedes.
     cycle: u64,
     restart: Restart,
     /// The whole bus was silent for most of it.
     silent: bool,
-    /// By how much the listings of the SYNCs before were put off at most, in ns, where a PDO shows it.
+    /// The maximum difference between listing delays of earlier SYNCs, in ns, if a PDO shows it.
     spread_ns: Option<i64>,
 }
 
@@ -73,35 +72,35 @@ pub struct SyncPeriod {
     cycle: u64,
     syncs: Vec<When>,
     period: Period,
-    /// Gaps agree with the period, and are judged; those before, until then.
+    /// Gaps agree with the period and are judged; earlier ones wait.
     regular: bool,
     early: Vec<Gap>,
     behind: Behind,
     second: Second,
-    /// Which of the last gaps are far off the period, the last one in bit 0.
+    /// The last gaps that deviate widely from the period, the latest in bit 0.
     unsteady: u16,
     calm_from: u64,
-    /// A gap before the next one was judged: the SYNC between them was not late.
+    /// A gap was judged before the next one: the SYNC between them was not late.
     phased: bool,
-    /// How far SYNCs were off the period of late, but for what lasted, in ns.
+    /// Recent deviation of SYNCs from the period, without lasting shifts, in ns.
     deviation_ns: i64,
 }
 
-/// A SYNC that was late, until those after it show what it was.
+/// A late SYNC, until later ones explain it.
 #[derive(Debug, Default)]
 struct Behind {
-    /// How far the last SYNC is behind the phase of those before the disturbance, in ns; below 0: ahead.
+    /// Delay of the last SYNC against the phase before the disturbance, in ns; negative if ahead.
     off_ns: i64,
-    /// The gap before the first SYNC that was late.
+    /// The gap before the first late SYNC.
     late: Option<Gap>,
-    /// The regular gaps in a row since then.
+    /// Number of regular gaps in a row since then.
     calm: u8,
 }
 
 /// Signs of a second producer.
 #[derive(Debug, Default)]
 struct Second {
-    /// SYNCs beyond the period, each soon after the one before, and the cycle of the last.
+    /// Number of additional SYNCs close together, and the cycle of the last.
     extra: u8,
     cycle: u64,
     /// The gap before the last one, in ns.
@@ -111,12 +110,12 @@ struct Second {
 }
 
 impl SyncPeriod {
-    /// Number of SYNCs seen.
+    /// Returns the number of SYNCs seen.
     pub fn cycle(&self) -> u64 {
         self.cycle
     }
 
-    /// The SYNC of a cycle, as far back as is remembered.
+    /// Returns the SYNC of a cycle if it is kept.
     pub fn sync(&self, cycle: u64) -> Option<When> {
         if cycle == 0 || cycle > self.cycle || self.cycle - cycle >= SYNCS as u64 {
             return None;
@@ -124,27 +123,27 @@ impl SyncPeriod {
         self.syncs.get((cycle - 1) as usize % SYNCS).copied()
     }
 
-    /// The frame of the SYNC of a cycle.
+    /// Returns the frame of the SYNC of a cycle.
     pub fn frame(&self, cycle: u64) -> Option<FrameRef> {
         self.sync(cycle).map(|sync| sync.at)
     }
 
-    /// Time since the last SYNC.
+    /// Returns the time since the last SYNC, in ns.
     pub fn delay_ns(&self, at: FrameRef) -> Option<i64> {
         Some(at.t_ns?.saturating_sub(self.sync(self.cycle)?.at.t_ns?))
     }
 
-    /// Whether the SYNC that is due has not come, half a period after its time.
+    /// Returns true if the next SYNC is overdue by half a period.
     pub fn is_overdue(&self, at: FrameRef) -> bool {
         self.period_ns().zip(self.delay_ns(at)).is_some_and(|(period, gap)| gap > period + period / 2)
     }
 
-    /// The period that traffic shows, where it is regular.
+    /// Returns the measured period if it is regular, in ns.
     pub fn period_ns(&self) -> Option<i64> {
         self.period.learnt_ns().filter(|_| self.regular)
     }
 
-    /// The least and the most that the period may be, in ns: before it is known, of the gaps between the last SYNCs.
+    /// Returns the minimum and maximum of the period in ns, by the last gaps while it is unknown.
     pub fn scale_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
         if let Some(period) = self.period_ns() {
             return Some((period, period));
@@ -155,29 +154,29 @@ impl SyncPeriod {
         Some((gaps().min()?, gaps().max()?))
     }
 
-    /// The first cycle that nothing disturbed.
+    /// Returns the first undisturbed cycle.
     pub fn calm_from(&self) -> u64 {
         self.calm_from
     }
 
-    /// What a verdict on times has to allow for: as given, or the larger of the stamps' resolution and the period's
-    /// deviation. `None` before that is known.
+    /// Returns the tolerance of times: as given, or the larger of the stamps' resolution and the period's deviation.
+    /// `None` before that is known.
     pub fn tolerance_ns(&self, recording: &Recording) -> Option<i64> {
         let measured = self.period_ns().map(|_| self.deviation_ns.max(recording.resolution_ns()));
         recording.stated_jitter_ns().or(measured)
     }
 
-    /// The same as room for what a gap may differ from the period `period`.
+    /// Returns the same as the allowance for a gap against `period`.
     fn room_ns(&self, period: i64, recording: &Recording) -> i64 {
         self.tolerance_ns(recording).unwrap_or(0).max(recording.resolution_ns()).min(period)
     }
 
-    /// Whether SYNCs come as of one producer for some time.
+    /// Returns true if SYNCs have come from one producer for some time.
     pub fn is_single(&self) -> bool {
         self.regular && self.cycle > self.second.cycle + 2 * EXTRA_WITHIN
     }
 
-    /// The mean of the last gaps in ns, and how far it may be off, where all of them were regular.
+    /// Returns the mean of the last gaps and its maximum error in ns, if all of them were regular.
     pub fn mean_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
         let first = self.calm_from.max(self.cycle.saturating_sub(GAPS as u64)).max(1);
         let count = self.cycle.checked_sub(first).filter(|count| *count >= MEANT)? as i64;
@@ -187,30 +186,30 @@ impl SyncPeriod {
         let (since, now) = (self.sync(first)?, self.sync(self.cycle)?);
         let uncertain = recording.resolution_ns().saturating_add(lag(now, recording));
         let mean = recording.between(since, now)? / count;
-        // A pause is not in the period.
+        // A pause does not belong to the period.
         let settled = |period: &i64| mean.abs_diff(*period) <= (period / 32).unsigned_abs();
         self.period_ns().filter(settled).map(|_| (mean, uncertain / count))
     }
 
-    /// Frames were lost, or SYNC was moved: the next gap is not judged.
+    /// Skips the next gap, because frames were lost or SYNC was moved.
     pub fn broken(&mut self) {
         (self.behind, self.phased) = (Behind::default(), false);
         self.calm_from = self.cycle + 2;
     }
 
-    /// The cycle that has begun, and the one before, are not judged.
+    /// Excludes the current cycle and the one before from verdicts.
     pub fn disturbed(&mut self) {
         self.calm_from = self.cycle + 1;
     }
 
-    /// The period is another one by configuration: it is learnt again.
+    /// Forgets the period after a change of configuration.
     pub fn forget(&mut self) {
         let (cycle, calm_from) = (self.cycle, self.calm_from);
         *self = Self { cycle, calm_from, syncs: std::mem::take(&mut self.syncs), ..Self::default() };
     }
 
-    /// Takes a SYNC. `silent`: the bus was silent for most of the time since the one before; `spread_ns`: by how much
-    /// the listings of those before were put off, where that shows.
+    /// Takes a SYNC. `silent`: the bus was silent for most of the time since the last one. `spread_ns`: difference
+    /// between the listing delays of earlier ones, if known.
     pub fn step(
         &mut self,
         now: When,
@@ -237,7 +236,7 @@ impl SyncPeriod {
         out
     }
 
-    /// The capture is over: what was late, where that is certain without the SYNCs that would follow.
+    /// Returns a late SYNC at the end of the capture if it is certain without later ones.
     pub fn finish(&mut self, now: FrameRef, recording: &Recording) -> Option<Irregular> {
         let period = self.period_ns()?;
         let silent = self.delay_ns(now).is_some_and(|delay| delay > period);
@@ -258,17 +257,17 @@ impl SyncPeriod {
         }
         self.early.push(gap);
         let _ = self.period.take(gap.ns, recording.resolution_ns(), gap.now.at);
-        // Gaps are whole units of coarse stamps then, whatever the period.
+        // With coarse stamps gaps are multiples of their unit, whatever the period.
         let resolution = recording.resolution_ns();
         let Some(period) = self.period.learnt_ns().filter(|period| *period > resolution) else { return };
         let agreeing = self.early.iter().filter(|gap| close(gap.ns, period)).count();
-        // Listed late now and then, gaps differ and make up for each other: then a few show no period.
+        // Occasional listing delays make gaps differ and compensate; then a few show no period.
         let uneven =
             self.early.iter().any(|gap| close(gap.ns, period) && gap.ns.abs_diff(period) > period.unsigned_abs() / 16);
         let enough = if uneven { GAPS * 3 / 4 } else { ENOUGH };
         if agreeing >= enough && agreeing * 4 >= self.early.len() * 3 {
             if uneven {
-                // Only the mean of many is a period then.
+                // Then only the mean of many is a period.
                 let sum: i64 = self.early.iter().filter(|gap| close(gap.ns, period)).map(|gap| gap.ns).sum();
                 let mean = sum / agreeing.max(1) as i64;
                 self.period.forget();
@@ -278,18 +277,18 @@ impl SyncPeriod {
             }
             let Some(period) = self.period.learnt_ns() else { return };
             self.regular = true;
-            // What the first gaps were is known only now.
+            // The first gaps can be judged only now.
             for gap in std::mem::take(&mut self.early) {
                 self.judge(gap, period, false, recording, out);
             }
         }
     }
 
-    /// `new`: the period has not taken the gap yet.
+    /// `new`: the gap has not been added to the period yet.
     fn judge(&mut self, gap: Gap, period: i64, new: bool, recording: &Recording, out: &mut Vec<Irregular>) {
         let resolution = recording.resolution_ns();
         if period <= resolution {
-            // It was learnt before the stamps showed how coarse they are.
+            // It was learnt before the stamps showed their resolution.
             return self.forget();
         }
         let before_ns = std::mem::replace(&mut self.second.before_ns, gap.ns);
@@ -298,7 +297,7 @@ impl SyncPeriod {
             out.extend(self.lateness(period, recording));
             self.calm_from = gap.cycle + 1;
             if new {
-                // The period may be another one after it.
+                // The period may differ after it.
                 self.forget();
             }
             return;
@@ -315,7 +314,7 @@ impl SyncPeriod {
         }
         self.judge_steadiness(gap, period, recording, out);
         if self.behind.late.is_none() {
-            // The period is not exact: what is off only by that must not add up.
+            // The period is inexact; its error must not add up.
             self.behind.off_ns -= self.behind.off_ns / 4;
             if gap.ns > period + period / 2 {
                 self.behind.late = Some(gap);
@@ -335,7 +334,7 @@ impl SyncPeriod {
             self.behind = Behind::default();
         }
         self.settle(gap, period, recording, out);
-        // What the next gap makes up for is a deviation; what it does not is another phase, or another period.
+        // A deviation is compensated by the next gap; otherwise it is another phase or period.
         let (off, before) = (gap.ns - period, before_ns - period);
         if gap.ns >= period / 2 && gap.ns <= period + period / 2 {
             let made_up = if (off >= 0) == (before >= 0) { 0 } else { off.abs().min(before.abs()) };
@@ -343,7 +342,7 @@ impl SyncPeriod {
         }
     }
 
-    /// Whether enough SYNCs have come in one phase to tell what the one that was late has been.
+    /// Explains a late SYNC once enough SYNCs have come in one phase.
     fn settle(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let explainable = self.behind.off_ns <= lag(gap.now, recording);
         let exact = if explainable { period / 16 + recording.resolution_ns() } else { period / 4 };
@@ -355,7 +354,7 @@ impl SyncPeriod {
         }
     }
 
-    /// By how many whole periods SYNC is behind, and how far it is off that, in ns.
+    /// Returns the delay of SYNC in whole periods, and the remaining deviation in ns.
     fn whole(&self, period: i64) -> (i64, i64) {
         let whole = self.behind.off_ns.saturating_add(period / 2).div_euclid(period.max(1));
         (whole, self.behind.off_ns.saturating_sub(whole.saturating_mul(period)).saturating_abs())
@@ -394,7 +393,7 @@ impl SyncPeriod {
         }
     }
 
-    /// What the SYNC that was late has turned out to be, now that others came in the same phase.
+    /// Returns the explanation of a late SYNC after others have come in the same phase.
     fn lateness(&mut self, period: i64, recording: &Recording) -> Option<Irregular> {
         let (missing, from_whole) = self.whole(period);
         let Behind { off_ns, late, .. } = std::mem::take(&mut self.behind);
@@ -416,14 +415,14 @@ impl SyncPeriod {
     }
 }
 
-/// Whether the producer was stopped, or the whole network stood still.
+/// Returns true if the producer was stopped, or the whole network paused.
 fn is_pause(gap: Gap, period: i64) -> bool {
     if gap.ns / PAUSE > period && gap.silent {
         return true;
     }
     let exact = match gap.restart {
         Restart::None => return false,
-        // SYNCs that are missing in the old phase are no restart of the producer.
+        // SYNCs missing in the old phase are no restart of the producer.
         Restart::Perhaps => period / 64,
         Restart::Likely => -1,
     };
@@ -431,12 +430,12 @@ fn is_pause(gap: Gap, period: i64) -> bool {
     gap.ns > period && !close(gap.ns, period) && off.abs() > exact
 }
 
-/// How late a frame may be listed, in ns.
+/// Returns the maximum listing delay of a frame, in ns.
 fn lag(when: When, recording: &Recording) -> i64 {
     if when.own { recording.lag_ns() } else { 0 }
 }
 
-/// Within a quarter.
+/// Returns true if a gap is within a quarter of the period.
 fn close(gap: i64, period: i64) -> bool {
     gap.abs_diff(period) <= period.unsigned_abs() / 4
 }

@@ -1,8 +1,7 @@
-//! What the nodes of a bus are configured to do with SYNC: 1005h, 1006h, 1007h and 1019h, and the options that stand
-//! in.
+//! The SYNC configuration of a bus's nodes (1005h, 1006h, 1007h, 1019h), and the options in its place.
 //!
-//! Nodes may disagree: the producer's word counts for period and counter, a node's own for its window; then the most
-//! trusted. Compiled again when one of these objects changes. It must not look at frames.
+//! If nodes disagree, the producer determines period and counter, each node its own window, and then the most trusted
+//! source. Compiled again when one of these objects changes.
 
 use crate::configuration::Provenance;
 use crate::network::Network;
@@ -11,29 +10,29 @@ use crate::node::{Node, PerNode};
 /// Bit 30 of 1005h: the node produces SYNC.
 const PRODUCES: u64 = 1 << 30;
 
-/// What is configured.
+/// The SYNC configuration.
 #[derive(Debug, Default)]
 pub struct Settings {
-    /// The node that is configured to produce SYNC, where there is only one.
+    /// The only node configured to produce SYNC.
     pub producer: Option<u8>,
-    /// All that are configured so.
+    /// All nodes configured to produce SYNC.
     pub producers: Vec<u8>,
     /// Communication cycle period in ns.
     pub period_ns: Option<i64>,
-    /// Periods that should agree with the traffic: of which node (none: an option), in ns.
+    /// Periods that should agree with the traffic, in ns, and their node (`None` for an option).
     pub periods: Vec<(Option<u8>, i64)>,
-    /// 1019h: of the producer.
+    /// 1019h of the producer.
     pub overflow: Option<u8>,
-    /// 1019h: of whichever node is trusted most, and that node.
+    /// 1019h of the most trusted node, and that node.
     pub any_overflow: Option<(u8, u8)>,
-    /// Synchronous window length in ns by node-ID; `None` where there is no window or none is known.
+    /// Synchronous window length in ns by node-ID; `None` if disabled or unknown.
     pub windows: Vec<Option<i64>>,
-    /// The least of them.
+    /// The shortest of the windows, in ns.
     pub least_window_ns: Option<i64>,
 }
 
 impl Settings {
-    /// What is configured now.
+    /// Returns the present configuration.
     pub fn compile(network: &Network, nodes: &PerNode<Node>) -> Self {
         let producers: Vec<u8> = nodes.iter().filter(|(_, node)| produces(node)).map(|(id, _)| id).collect();
         let producer = producers.first().copied().filter(|_| producers.len() == 1);
@@ -91,7 +90,7 @@ impl Settings {
         let mut others: Option<(Provenance, i64)> = None;
         for (_, node) in nodes.iter() {
             if let Some((us, from)) = node.value(0x1007, 0).filter(|(us, from)| *us > 0 && *from > Provenance::Eds) {
-                // Of several the longest: none is called late by a window that is not its own.
+                // The longest of several, so that none is judged by another's shorter window.
                 others = others.max(Some((ranked(from), ns(us))));
             }
         }
@@ -108,17 +107,17 @@ impl Settings {
     }
 }
 
-/// Whether a node is configured to produce SYNC, by more than an EDS.
+/// Returns true if a node is configured to produce SYNC by a better source than an EDS.
 fn produces(node: &Node) -> bool {
     node.value(0x1005, 0).is_some_and(|(value, from)| from > Provenance::Eds && value & PRODUCES != 0)
 }
 
-/// Later observations are not trusted more than earlier ones.
+/// Ranks all observations alike, regardless of their time.
 fn ranked(from: Provenance) -> Provenance {
     if let Provenance::Observed(_) = from { Provenance::Observed(0) } else { from }
 }
 
-/// A time of an object, in µs.
+/// Converts an object's time from µs to ns.
 pub fn ns(us: u64) -> i64 {
     i64::try_from(us).unwrap_or(i64::MAX).saturating_mul(1000)
 }

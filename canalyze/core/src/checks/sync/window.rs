@@ -1,10 +1,9 @@
-//! Synchronous PDOs in their SYNC cycles (CiA 301, 7.2.2.2 and 7.2.5): where each stands, and whether it came once, in
-//! its cycle, within the synchronous window.
+//! Synchronous PDOs in their SYNC cycles (CiA 301, 7.2.2.2 and 7.2.5): place, number per cycle, and synchronous window.
 //!
-//! A TPDO of type n is judged against its own frames once it has come n cycles after itself: the SYNCs between two of
-//! them and the time between them must both contradict the type, since either alone may be the recording's (a SYNC
-//! listed late or lost). Without stamps what came near a SYNC may belong to either cycle. RPDOs are placed and not
-//! judged: they are actuated with the next SYNC, whenever they come. It must not judge the SYNCs themselves.
+//! A TPDO of type n is judged against its own frames once it has come n cycles apart. The SYNCs and the time between
+//! two frames must both contradict the type, because one alone may be an artefact of the recording (a SYNC listed late
+//! or lost). Without stamps, a frame near a SYNC may belong to either cycle. RPDOs are placed and not judged: they take
+//! effect with the next SYNC.
 
 use super::period::SyncPeriod;
 use crate::checks::pdo::series::Series;
@@ -21,18 +20,18 @@ use crate::rules::sync::{Syn004, Syn008, Syn009, Syn010, Syn011};
 use crate::services::pdo::communication_parameter;
 use crate::services::sdo::wire::Mux;
 
-/// Synchronous TPDOs followed at most (invariant 6).
+/// Maximum number of synchronous TPDOs followed (invariant 6).
 const TRACKS: usize = 512;
-/// Times in a row that a PDO must have come n cycles after the last before it is judged; more where its transmission
-/// type is only preset by an EDS, which the device need not have kept to.
+/// Number of consecutive correct distances after which a PDO is judged; more for a transmission type from an EDS, which
+/// the device need not have kept.
 const ESTABLISHED: u8 = 1;
 const ESTABLISHED_BY_EDS: u8 = 8;
-/// Gaps measured before it is reported that the tolerance is too large.
+/// Number of measured gaps before a large tolerance is reported.
 const MEASURED: u64 = 9;
-/// Cycles for which a finding waits for the SYNC that explains it.
+/// Number of cycles for which a finding waits for the SYNC that explains it.
 const EXPLAINED: i64 = 8;
 
-/// Whether a transmission type is synchronous: 0, 1..=240, 252 (CiA 301, table 71).
+/// Returns true if a transmission type is synchronous: 0, 1..=240, 252 (CiA 301, table 71).
 pub fn synchronous(kind: u8) -> bool {
     kind <= 240 || kind == 252
 }
@@ -44,15 +43,15 @@ pub struct SyncWindow {
     count: usize,
     /// It was reported that times cannot be judged.
     reported: bool,
-    /// Cycles in a row, up to the running one, in which no synchronous TPDO of any node came.
+    /// Number of cycles in a row, including the current one, without any synchronous TPDO.
     empty: u8,
 }
 
-/// A PDO that came.
+/// A received PDO.
 #[derive(Clone, Copy, Debug)]
 struct Arrival {
     when: When,
-    /// The cycle that ran when it was listed.
+    /// The current cycle when it was listed.
     cycle: u64,
 }
 
@@ -64,42 +63,42 @@ struct Track {
     last: Option<Arrival>,
     /// A cycle in which it was due and came.
     phase: u64,
-    /// Times that it came as it should, in a row.
+    /// Number of correct times in a row.
     steady: u8,
     open: Open,
-    /// Its configuration was touched since it came last: that it does not come may be meant.
+    /// Its configuration was changed since the last frame, so its absence may be intended.
     touched: bool,
     /// It was requested by a remote frame.
     asked: bool,
-    /// It came before any SYNC.
+    /// Number of frames before any SYNC.
     before: u8,
     /// It comes too often, or in wrong cycles.
     wrong: Series,
 }
 
-/// What a PDO is configured to.
+/// The configuration of a PDO.
 #[derive(Clone, Copy, Debug)]
 struct Configured {
     kind: u8,
     id: CanId,
-    /// Times it must have come before it is judged.
+    /// Number of correct times before it is judged.
     needed: u8,
-    /// Its type was shown by the capture, whose beginning is no cut then.
+    /// The capture shows its type, so its beginning is not cut.
     shown: bool,
 }
 
-/// What the next frame of a PDO decides.
+/// Questions that the next frame of a PDO decides.
 #[derive(Clone, Copy, Debug, Default)]
 struct Open {
-    /// The cycle in which it is missing, while it may come late.
+    /// The cycle in which it is missing while it may come late.
     absent: Option<u64>,
-    /// It came again in its cycle, and there is no time to show whether before the next SYNC.
+    /// It came again in its cycle, and no time shows if the next SYNC came before.
     doubled: bool,
     /// Its absence was reported.
     reported: bool,
 }
 
-/// What is known when a PDO is judged.
+/// The context of a verdict.
 struct Judged<'a> {
     period: &'a SyncPeriod,
     window_ns: Option<i64>,
@@ -107,7 +106,7 @@ struct Judged<'a> {
 }
 
 impl SyncWindow {
-    /// Where a PDO stands, as far as that is known when it comes.
+    /// Returns the place of a PDO as far as known on its arrival.
     pub fn place(&self, period: &SyncPeriod, node: u8, pdo: &Pdo, at: FrameRef, lag_ns: i64) -> Option<Placement> {
         let cycle = period.cycle();
         if cycle == 0 {
@@ -123,7 +122,7 @@ impl SyncWindow {
         Some(Placement { cycle, delay_ns })
     }
 
-    /// Takes a synchronous TPDO. `window_ns`: its window, where there is one.
+    /// Takes a synchronous TPDO. `window_ns`: its window if any.
     pub fn arrived(&mut self, period: &SyncPeriod, node: u8, pdo: &Pdo, window_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some((kind, from)) = pdo.transmission.filter(|(_, from)| !from.is_doubted()) else { return };
         self.report_unjudged(period, window_ns, cx);
@@ -149,7 +148,7 @@ impl SyncWindow {
         self.alive(node, period, cx);
     }
 
-    /// A node has shown that it is Operational: what it should have sent is missing.
+    /// Reports a node's missing TPDOs when it shows that it is Operational.
     pub fn alive(&mut self, node: u8, period: &SyncPeriod, cx: &mut Context<'_>) {
         let Some(tracks) = self.nodes.get_mut(node) else { return };
         for track in tracks {
@@ -159,7 +158,7 @@ impl SyncWindow {
             else {
                 continue;
             };
-            // It should have come once more since: what is missing once is reported when it comes again.
+            // It should have come twice since; a single missing frame is reported on the next arrival.
             let judged = period.cycle() > last.cycle.max(track.phase) + 2 * n && last.cycle >= period.calm_from();
             let late = period.period_ns().is_none_or(|period| {
                 let limit = period.saturating_mul(2 * n as i64);
@@ -175,8 +174,8 @@ impl SyncWindow {
         }
     }
 
-    /// A SYNC came, and nothing since the one before, though several TPDOs were due, or nothing for longer: without
-    /// stamps the only sign that the recorder stood still.
+    /// Takes a SYNC; returns true if nothing came since the one before although several TPDOs were due, or for longer.
+    /// Without stamps only that shows that the recorder paused.
     pub fn stood_still(&mut self) -> bool {
         let due = |track: &&Track| track.configured.kind == 1 && track.established();
         let tracks = || self.nodes.iter().flat_map(|(_, tracks)| tracks);
@@ -185,7 +184,7 @@ impl SyncWindow {
         still
     }
 
-    /// The first SYNC came: a TPDO came before it whose type the capture has shown.
+    /// Takes the first SYNC; reports a TPDO before it whose type the capture shows.
     pub fn first_sync(&mut self, cx: &mut Context<'_>) {
         for (node, tracks) in self.nodes.iter_mut() {
             for track in tracks.iter_mut().filter(|track| track.before == 1 && track.configured.shown) {
@@ -198,12 +197,12 @@ impl SyncWindow {
         }
     }
 
-    /// A node (or all) was reset: what it sends is learnt again.
+    /// Forgets the schedule of a node (or of all) after a reset.
     pub fn restart(&mut self, node: Option<u8>) {
         self.each(node, Track::restart);
     }
 
-    /// A node (or all) was started or stopped, or frames were lost: when it sends is learnt again.
+    /// Interrupts the schedule of a node (or of all) after a command or lost frames.
     pub fn pause(&mut self, node: Option<u8>) {
         self.each(node, Track::pause);
     }
@@ -214,7 +213,7 @@ impl SyncWindow {
         }
     }
 
-    /// One TPDO of a node is another one by configuration, if its type or identifier is.
+    /// Takes a change of a TPDO's configuration; a new type or identifier restarts it.
     pub fn reconfigured(&mut self, node: u8, number: u16, pdo: Option<&Pdo>) {
         let Some(track) = self.track_mut(node, number) else { return };
         let same = pdo.is_some_and(|pdo| {
@@ -229,7 +228,7 @@ impl SyncWindow {
         }
     }
 
-    /// A remote frame asks for a TPDO.
+    /// Takes a remote frame for a TPDO.
     pub fn asked(&mut self, node: u8, number: u16) {
         if let Some(track) = self.track_mut(node, number) {
             track.asked = true;
@@ -244,7 +243,7 @@ impl SyncWindow {
         self.nodes.get(node)?.iter().find(|track| track.number == number)
     }
 
-    /// Reports once that times cannot be judged: without stamps, or because the tolerance is larger than `limit_ns`.
+    /// Reports once that times cannot be judged: no stamps, or a tolerance larger than `limit_ns`.
     pub fn report_unjudged(&mut self, period: &SyncPeriod, limit_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some(window) = limit_ns.filter(|_| !self.reported && period.cycle() > 0) else { return };
         let what = match period.tolerance_ns(&cx.evidence.recording) {
@@ -259,8 +258,7 @@ impl SyncWindow {
     }
 }
 
-/// How many cycles lie between two frames of a PDO, at least and at most: by the SYNCs listed between, and by the time in
-/// periods.
+/// The minimum and maximum number of cycles between two frames of a PDO, by listed SYNCs and by the time in periods.
 #[derive(Clone, Copy, Debug)]
 struct Passed {
     syncs: u64,
@@ -301,13 +299,13 @@ impl Track {
         }
     }
 
-    /// When it comes is learnt again; its figures stay.
+    /// Restarts learning; keeps the configuration.
     fn restart(&mut self) {
         self.pause();
         self.steady = 0;
     }
 
-    /// It stops for a while; its figures stay.
+    /// Interrupts it; keeps the configuration.
     fn pause(&mut self) {
         (self.last, self.open, self.asked) = (None, Open::default(), false);
     }
@@ -353,7 +351,7 @@ impl Track {
         self.judge_cycle(last, now, passed, known, cx);
     }
 
-    /// Whether it came within the window. One whose own SYNC is not listed before it cannot be judged.
+    /// Judges the delay against the window, unless its own SYNC is not listed before it.
     fn judge_delay(&mut self, now: Arrival, last: Option<Arrival>, known: &Judged<'_>, cx: &mut Context<'_>) {
         let recording = &cx.evidence.recording;
         let Some(sync) = known.period.sync(now.cycle) else { return };
@@ -364,10 +362,10 @@ impl Track {
         else {
             return;
         };
-        // It is not the next SYNC's where that cannot have been sent yet, or where it is late by its own frames.
+        // It belongs to this SYNC if the next cannot have been sent yet, or its own frames show it to be late.
         let late = last.is_some_and(|last| {
             let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
-            // Where SYNCs are not listed evenly, their period is as uncertain, and the window may begin anywhere in that.
+            // With uneven listing the period is as uncertain, and the window may begin anywhere within that.
             let room = if tolerance > window / 8 { window } else { window / 4 };
             let limit = cycles.saturating_mul(period.saturating_add(tolerance)).saturating_add(room);
             let next = recording.between(last.when, now.when).map(|gap| (cycles + 1).saturating_mul(period) - gap);
@@ -390,7 +388,7 @@ impl Track {
         self.report(cx.verdict(what, Some(known.node), Some(self.object()), None), since, known, cx);
     }
 
-    /// Whether it came in the cycle in which it was due.
+    /// Judges the cycle in which it came.
     fn judge_cycle(&mut self, last: Arrival, now: Arrival, passed: Passed, known: &Judged<'_>, cx: &mut Context<'_>) {
         let n = u64::from(self.configured.kind.max(1));
         let absent = self.open.absent.take();
@@ -422,7 +420,7 @@ impl Track {
             let finding = cx.verdict(what, Some(known.node), Some(self.object()), known.period.frame(due));
             self.report(finding, last.when, known, cx);
         } else if now.when.at.t_ns.is_none() {
-            // One cycle to either side may be a late echo, or a recorder that stood still.
+            // One cycle to either side may be a late echo, or a paused recorder.
             self.phase = now.cycle;
         } else {
             let what = Syn010::TransmissionType { found: passed.syncs, expected: n };
@@ -431,12 +429,12 @@ impl Track {
         }
     }
 
-    /// How far the last one came beside its phase, in cycles.
+    /// Returns the distance of the last frame from its phase, in cycles.
     fn phase_of(&self, last: Arrival) -> u64 {
         last.cycle.saturating_sub(self.phase)
     }
 
-    /// It came in the cycle in which it had come.
+    /// Takes a second frame in the same cycle.
     fn second(
         &mut self,
         last: Arrival,
@@ -447,18 +445,18 @@ impl Track {
     ) {
         let (node, object) = (known.node, self.object());
         if let Some(missing) = absent {
-            // The one of the cycle before came late, and now the one of this cycle.
+            // The frame of the previous cycle was late, and this is the one of the current cycle.
             self.phase = now.cycle;
             let about = |finding: &Finding| finding.code == Code::Syn008 && finding.object == Some(object);
             cx.evidence.pending.withdraw(|finding| about(finding) && finding.node == Some(node));
-            // Without stamps the SYNC between may as well have come early; and two that are most of a period apart came in
-            // two cycles, whose SYNCs are not listed in time.
+            // Without stamps the SYNC between may have been early; and frames most of a period apart belong to two
+            // cycles whose SYNCs are not listed in time.
             let apart = cx.evidence.recording.between(last.when, now.when);
             if apart.is_none_or(|apart| known.period.period_ns().is_some_and(|period| apart > period / 2)) {
                 return;
             }
             let what = Syn010::OtherCycle { expected: missing, found: now.cycle };
-            // It is the earlier one that is late.
+            // The earlier frame is the late one.
             let finding = cx.verdict(what, Some(node), Some(object), None);
             return self.report(Finding { at: last.when.at, ..finding }, last.when, known, cx);
         }
@@ -466,7 +464,7 @@ impl Track {
             return;
         }
         if now.when.at.t_ns.is_none() && !doubled {
-            // It may be the next cycle's, whose SYNC is listed late: then none comes there.
+            // It may belong to the next cycle, whose SYNC is listed late; then none comes there.
             self.open.doubled = true;
             self.last = Some(Arrival { cycle: now.cycle + 1, ..now });
             return;
@@ -474,15 +472,15 @@ impl Track {
         self.open.reported = true;
         let finding = cx.verdict(Syn009::Twice { cycle: now.cycle }, Some(node), Some(object), Some(last.when.at));
         self.report(finding, last.when, known, cx);
-        // It is counted from the one that was due.
+        // The cycles count from the one that was due.
         self.last = Some(last);
     }
 
-    /// Reports what was not as it should be since a frame; as a consequence, where SYNC was irregular since then.
+    /// Reports a fault since a frame, as a consequence if SYNC was irregular since then.
     fn report(&mut self, finding: Finding, since: When, known: &Judged<'_>, cx: &mut Context<'_>) {
         let mut finding = cx.excused(Rules::SynchronousPdo, since, finding);
         if finding.because_of.is_none() && matches!(finding.code, Code::Syn009 | Code::Syn010) {
-            // Another sender, or a wrong type, shows with every frame.
+            // Another sender, or a wrong type, shows in every frame.
             finding.because_of = self.wrong.fault(finding.at);
         }
         let period_ns = known.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
@@ -490,10 +488,10 @@ impl Track {
     }
 }
 
-/// Whether it is known how many cycles lie between two frames of a PDO: nothing was disturbed.
+/// Returns true if the number of cycles between two frames of a PDO is known, without disturbance.
 fn comparable(last: Arrival, now: Arrival, period: &SyncPeriod, recording: &Recording) -> bool {
     let timed = |when: When| when.at.t_ns.is_none() || recording.teaches(when);
     let ordered = now.cycle >= last.cycle && last.when.epoch == now.when.epoch;
-    // The time is enough where SYNCs were disturbed.
+    // The time is enough if SYNCs were disturbed.
     ordered && timed(last.when) && timed(now.when) && (period.period_ns().is_some() || last.cycle >= period.calm_from())
 }

@@ -1,5 +1,5 @@
-//! Stamps that go back: one finding for each step of 10 ms or more, at the frame after it, on each bus by itself. Stamps
-//! that go forth, or frames of some time that are not there: one finding, where several senders show it.
+//! Stamps that go back: one finding per step of 10 ms or more, at the frame after it, for each bus. Stamps that jump
+//! forward, or missing frames: one finding if several senders show it.
 
 use super::{Raised, log, raised};
 
@@ -22,14 +22,14 @@ fn each_step_back_is_found_once() {
     for back_ms in [0.001, 3.0, 9.999] {
         none(&log(&format!("{}{}", beats(1000.0, 10), beats(1900.0 - back_ms, 10))));
     }
-    // Forward, it cannot be told from a pause.
+    // A forward step looks like a pause.
     none(&log(&format!("{}{}", beats(1000.0, 10), beats(1_000_000.0, 10))));
     // Two buses, each on its own.
     let other = log(&beats(500.0, 10)).replace("can0", "can1");
     none(&(log(&beats(1000.0, 10)) + &other));
 }
 
-/// Heartbeats of two nodes every 100 ms, for some time in ms; those within a range are left out, those behind it are late.
+/// Heartbeats of two nodes every 100 ms for `ms`; those within a range are left out, those after it are late.
 fn two(ms: u32, without: std::ops::Range<u32>, by: u32) -> String {
     let at = (0..ms / 50).map(|no| (no * 50, 5 + no % 2)).filter(|(at, _)| !without.contains(at));
     at.map(|(at, node)| format!("{}.137 70{node}#05\n", at + if at < without.end { 0 } else { by })).collect()
@@ -48,7 +48,7 @@ fn a_hole_is_found_once_and_nothing_beside_it() {
 
 #[test]
 fn all_senders_late_together_once_are_no_hole() {
-    // One host sends for all nodes, and stood still: behind it each is in its time again.
+    // One host sends for all nodes and paused: after that each is on time again.
     for apart_us in [200, 1_500, 3_000, 10_000] {
         for late_us in [500, 2_000, 5_000, 20_000] {
             let at = |no: u32, node: u32| {
@@ -63,7 +63,7 @@ fn all_senders_late_together_once_are_no_hole() {
 
 #[test]
 fn a_node_that_stops_is_found_beside_others_in_step_with_it() {
-    // On a virtual bus, and from adapters that hand over several frames at once, frames are closer than on a wire.
+    // On a virtual bus, and from adapters that deliver several frames at once, frames are closer than on a wire.
     for apart_us in [1, 5, 10, 20, 40, 52, 60, 100, 500, 1_400, 1_600, 5_000] {
         for (nodes, before) in [(2, 8), (2, 20), (3, 12), (8, 30)] {
             let goes_on = |no: u32, node: u32| node > 0 || no < before;

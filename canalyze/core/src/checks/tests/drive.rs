@@ -1,4 +1,4 @@
-//! Drives: what must not be raised, whatever a capture does to a sound session, and the bounds of what must.
+//! Drives: findings that no capture of a correct session may raise, and the limits of those that must be raised.
 
 use proptest::prelude::*;
 
@@ -21,7 +21,7 @@ fn unknown() -> String {
     KNOWN.lines().filter(|line| !line.contains("00100")).collect::<Vec<_>>().join("\n") + "\n"
 }
 
-/// Controlword, statusword, how often.
+/// Controlword, statusword, and number of repetitions.
 type Step = (u16, u16, usize);
 
 fn command(ms: f64, word: u16, mode: i8) -> String {
@@ -34,7 +34,7 @@ fn status(ms: f64, word: u16, mode: i8) -> String {
     format!("{ms} 185#{low:02X}{high:02X}{mode:02X}\n")
 }
 
-/// Every 10 ms a controlword and then a statusword, each pair this many times.
+/// A controlword and then a statusword every 10 ms, each pair repeated.
 fn cycles(from_ms: f64, steps: &[Step]) -> String {
     let mut ms = from_ms;
     let mut out = String::new();
@@ -92,10 +92,10 @@ fn a_jump_is_raised_when_what_may_be_late_has_come() {
     // Not yet at the end of the capture.
     let early = cycles(10.0, &[(0x0006, 0x0231, 150), (0x0006, 0x0237, 1)]);
     assert_eq!(raised(&log(&(KNOWN.to_owned() + &early))), []);
-    // The controlword comes behind it.
+    // The controlword comes after it.
     let late = cycles(10.0, &[(0x0006, 0x0231, 150), (0x0006, 0x0237, 1), (0x000F, 0x0237, 30)]);
     assert_eq!(raised(&log(&(KNOWN.to_owned() + &late))), []);
-    // A node of unknown type that has shown nothing yet; and one that has climbed.
+    // A node of unknown type that has shown nothing yet, and one that has climbed.
     assert_eq!(raised(&log(&(unknown() + &jump))), []);
     let climbed =
         cycles(10.0, &[(0x0000, 0x0250, 150), (0x0006, 0x0231, 5), (0x0007, 0x0233, 150), (0x0007, 0x0237, 30)]);
@@ -161,15 +161,15 @@ fn commands_that_may_have_no_effect() {
     }
     let held = cycles(10.0, &[(0x000F, 0x0237, 10), (0x0000, 0x0237, 150)]);
     assert_eq!(codes(&raised(&log(&(KNOWN.to_owned() + &held)))), ["DRV002"]);
-    // PDOs are not listened to outside Operational.
+    // PDOs are not received outside Operational.
     let stopped = KNOWN.to_owned() + "8 705#7F\n" + &held;
     assert!(!codes(&raised(&log(&stopped))).contains(&"DRV002"));
-    // Nothing is reported any more.
+    // Nothing more is reported.
     let silent = KNOWN.to_owned() + &cycles(10.0, &[(0x000F, 0x0237, 10)]) + &command(200.0, 0, 8);
     assert_eq!(raised(&log(&(silent + "5000 080#\n"))), []);
 }
 
-/// What is found of drives, and the emergencies: the code, the frame, and the frame that explains it.
+/// Returns the findings on drives and the emergencies: code, frame, and explaining frame.
 fn faults(lines: &str) -> Vec<(String, u64, Option<u64>)> {
     let lines = super::lines(&log(lines), Network::default());
     let found = lines.iter().filter(|line| line["kind"] == "finding");
@@ -189,12 +189,12 @@ fn a_fault_is_one_finding() {
         let (up, down) = ([(0x000F, 0x0237, 20)], [(0x000F, 0x0218, 100)]);
         known.to_owned() + &cycles(10.0, &up) + emcy + &cycles(300.0, &down)
     };
-    // 14 frames of what is known, 40 of the cycles: the fault is frame 56.
+    // 14 frames of configuration, 40 of the cycles: the fault is frame 56.
     let alone = faults(&fault("", KNOWN));
     assert_eq!(alone[0], one("DRV005", 56, None));
     assert_eq!((alone[1].0.as_str(), alone[1].2, alone.len()), ("DRV003", Some(56), 2));
     assert_eq!(raised(&log(&fault("", KNOWN))).len(), 1);
-    // An EMCY before it, and one after it, is the finding.
+    // An EMCY before or after it is the explanation.
     let before = "250 085#1032020000000000\n";
     assert_eq!(faults(&fault(before, KNOWN)), [one("EMC007", 55, None), one("DRV005", 57, Some(55))]);
     for ms in [301.5, 450.5, 790.5] {
@@ -237,15 +237,15 @@ fn a_device_type_of_0_hides_no_drive() {
 #[test]
 fn a_fault_reset_without_effect() {
     let session = |steps: &[Step]| KNOWN.to_owned() + &cycles(10.0, steps);
-    // The fault stood before the capture: nothing explains it.
+    // The fault existed before the capture and is unexplained.
     let held = session(&[(0x0000, 0x0218, 10), (0x0080, 0x0218, 120)]);
     assert_eq!(faults(&held).iter().map(|one| (one.0.as_str(), one.2)).collect::<Vec<_>>(), [("DRV002", None)]);
-    // Again and again, each for a short time.
+    // Repeated, each time briefly.
     let pulse: Vec<Step> = std::iter::once((0x0000, 0x0218, 10))
         .chain((0..20).flat_map(|_| [(0x0080, 0x0218, 5), (0x0000, 0x0218, 5)]))
         .collect();
     assert!(!codes(&raised(&log(&session(&pulse)))).is_empty());
-    // Of a fault in the capture as well; tried again it follows from the first time, and with effect it is nothing.
+    // Also of a fault in the capture; a repetition follows from the first, and one with effect is no finding.
     let after = |reset: &[Step]| {
         let mut steps = vec![(0x000F, 0x0237, 20), (0x000F, 0x0218, 80)];
         steps.extend(reset);
@@ -281,7 +281,7 @@ fn modes_that_are_not_taken() {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
-    /// A sound session, cut anywhere, its controlwords late by one frame here and there.
+    /// A correct session, cut anywhere, with some controlwords late by one frame.
     #[test]
     fn never_wrong_on_what_a_capture_does(
         (start, end) in (0..1800_usize, 0..1800_usize),

@@ -1,9 +1,9 @@
-//! Emergencies: each error is found once, counted while it stands, and taken back by what the reset names.
+//! Emergencies: each error is found once, counted while active, and removed by the reset that names it.
 
 use super::{lines, log, raised};
 use crate::network::Network;
 
-/// Code, frame, the frame that explains it, and what was measured.
+/// Returns code, frame, explaining frame, and measured values.
 fn found(text: &str) -> Vec<(String, u64, Option<u64>, serde_json::Value)> {
     let lines = lines(text, Network::default());
     let rows = lines.iter().filter(|line| line["kind"] == "finding");
@@ -22,7 +22,7 @@ fn one(code: &str, frame: u64, because: Option<u64>) -> (String, u64, Option<u64
     (code.into(), frame, because)
 }
 
-/// A node that is there, and these emergencies of it: `ms DATA`.
+/// Returns the log of a present node and these emergencies: `ms DATA`.
 fn emergencies(of: &[(f64, &str)]) -> String {
     let sent: String = of.iter().map(|(ms, data)| format!("{ms} 085#{data}\n")).collect();
     log(&format!("0 705#05\n1 705#05\n{sent}"))
@@ -96,7 +96,7 @@ fn a_partial_reset_names_what_is_left() {
     };
     let facts = with("0000051B00000000");
     assert_eq!((&facts["cleared"], &facts["left"]), (&"8130".into(), &"3210".into()));
-    // Another byte, and none: which one is not known.
+    // Another byte or none: the error is unknown.
     for reset in ["0000050700000000", "0000050000000000"] {
         assert_eq!(with(reset)["count"], 2);
     }
@@ -104,7 +104,7 @@ fn a_partial_reset_names_what_is_left() {
     let same = emergencies(&[(10.0, "3081110100000000"), (500.0, "1032150100000000"), (1000.0, "0000050100000000")]);
     let row = found(&same).into_iter().find(|one| one.0 == "EMC002").unwrap();
     assert_eq!(row.3["count"], 2);
-    // Only one is known: it is gone, and what is left was not seen.
+    // Only one is known: it is gone, and the remaining one was not seen.
     let text = emergencies(&[two[0], (1000.0, "0000051B00000000")]);
     let row = found(&text).into_iter().find(|one| one.0 == "EMC002").unwrap();
     assert_eq!((row.3["cleared"].as_str(), row.3["left"].as_str()), (Some("8130"), None));
@@ -112,7 +112,7 @@ fn a_partial_reset_names_what_is_left() {
 
 #[test]
 fn a_flood_is_one_finding_with_its_count() {
-    // The same error again and again; and one that comes and goes.
+    // The same error repeatedly, and one that comes and goes.
     let held = |count: u32, step_ms: f64| {
         let sent: Vec<_> = (0..count).map(|no| (10.0 + step_ms * f64::from(no), "1032050000000000")).collect();
         emergencies(&sent)
@@ -128,7 +128,7 @@ fn a_flood_is_one_finding_with_its_count() {
         .map(|no| (10.0 + 5.0 * f64::from(no), if no % 2 == 0 { "1032050000000000" } else { "0000000000000000" }))
         .collect();
     assert_eq!(raised(&emergencies(&flaps)).len(), 1);
-    // Of an error that stood before, the flood is the finding.
+    // For an error active before, the flood is the finding.
     let mut late = vec![(10.0, "1032050000000000")];
     late.extend((0..20).map(|no| (60_000.0 + 10.0 * f64::from(no), "1032050000000000")));
     let codes: Vec<_> = raised(&emergencies(&late)).into_iter().map(|one| one.0).collect();
@@ -149,6 +149,6 @@ fn an_error_with_another_number_of_the_stack_is_another_error() {
     };
     assert_eq!(raised_by("1C", "1B"), [2, 4]);
     assert_eq!(raised_by("1B", "1B"), [2]);
-    // A byte that the reset does not repeat may be anything.
+    // A byte that the reset does not repeat may have any meaning.
     assert_eq!(raised_by("1C", "00"), [2]);
 }

@@ -1,9 +1,9 @@
-//! Error frames: one finding for each disturbance, at the first frame of its worst, with its consequences linked.
+//! Error frames: one finding per disturbance, at the first frame of its worst condition, with linked consequences.
 
 use super::{lines, log, raised, without_stamps};
 use crate::network::Network;
 
-/// Code, frame, severity, the frame that explains it, and how many error frames it counts.
+/// Code, frame, severity, explaining frame, and number of counted error frames.
 type Row = (String, u64, String, Option<u64>, Option<u64>);
 
 fn findings(text: &str) -> Vec<Row> {
@@ -114,7 +114,7 @@ fn one_that_goes_on_is_told_and_its_count_when_it_is_over() {
     let codes: Vec<_> = found.iter().map(|one| (one.0.as_str(), one.2.as_str(), one.3)).collect();
     assert_eq!(codes, [("BUS004", "warning", None), ("BUS004", "info", Some(12))]);
     assert_eq!((found[0].4, found[1].4), (Some(10), Some(50)));
-    // What becomes worse on the way is found: bus-off by itself, error passive as a part of it.
+    // A worse condition is found: bus-off by itself, error passive as a part of it.
     let worse = |frame: &'static str| {
         let mut frames = frames.clone();
         frames.push((5955.0, frame));

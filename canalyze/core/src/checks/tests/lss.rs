@@ -1,4 +1,4 @@
-//! What LSS traffic raises: captures that are cut, late, lost or without stamps raise nothing they do not show.
+//! Findings on LSS: captures that are cut, late, lossy or without stamps raise nothing that they do not show.
 
 use super::{lines, log, raised, raised_with};
 use crate::network::Network;
@@ -39,7 +39,7 @@ fn session() -> String {
     log(SESSION)
 }
 
-/// Codes of everything that is raised, of whatever severity.
+/// Returns the codes of all findings of any severity.
 fn all(log: &str) -> Vec<String> {
     let found = raised_with(log, Network::default(), &["info", "warning", "error"]);
     found.into_iter().map(|(code, _, _)| code).collect()
@@ -57,7 +57,7 @@ fn without_stamps(log: &str) -> String {
     log.lines().filter_map(|line| line.split_once(") can0 ")).map(|(_, frame)| format!("can0 {frame}\n")).collect()
 }
 
-/// The frames of the master one later, as captures on its own host show them.
+/// Delays the master's frames by one, as in captures on its own host.
 fn late(log: &str, every: usize) -> String {
     let mut frames: Vec<&str> = log.lines().filter(|line| !line.starts_with('#')).collect();
     let mut place = 0;
@@ -164,7 +164,7 @@ fn a_node_with_another_node_id() {
     assert_eq!(all(STACK), ["LSS012"]);
 }
 
-/// What is known of a node goes with it: its mapping by $NODEID, not the COB-ID it was seen with.
+/// The configuration moves with the node: its mapping by $NODEID, not the COB-ID it was seen with.
 #[test]
 fn the_configuration_follows_the_node() {
     let before = "
@@ -289,7 +289,7 @@ fn an_answer_captured_twice_is_not_the_next_ones() {
     assert_eq!(raised(&log(&format!("{head}{given}{refused}{tail}"))), [refusal(7)]);
     let said = raised(&log(&format!("{head}{given}{double}{refused}{tail}")));
     assert_eq!(said, [("LSS007".to_owned(), 8, Some(6)), refusal(8)]);
-    // Captured on the master's host, the second request stands behind its answer.
+    // Captured on the master's host, the second request is listed after its answer.
     let late = "14 7E5#1129000000000000\n";
     assert_eq!(raised(&log(&format!("{head}{given}{double}{late}{tail}"))), []);
     let late_refusal = format!("{head}{given}{double}{late}").replace("#1100", "#1101");

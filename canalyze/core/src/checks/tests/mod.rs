@@ -1,4 +1,4 @@
-//! What captures raise, as tables: one file a family of checks, each a capture in words and what it must raise.
+//! Tables of captures and their findings, one file per family of checks.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, dead_code)]
 
@@ -18,15 +18,15 @@ use std::sync::Arc;
 use crate::network::Network;
 use crate::session::{Format, Options, Session};
 
-/// One finding: its code, the frame at which it stands, the earlier frame it is about.
+/// One finding: its code, its frame, and the earlier frame it is about.
 pub(super) type Raised = (String, u64, Option<u64>);
 
-/// Everything that a candump log raises above info, in order.
+/// Returns all findings of a candump log above info, in order.
 pub(super) fn raised(log: &str) -> Vec<Raised> {
     raised_with(log, Network::default(), &["warning", "error"])
 }
 
-/// Everything that a candump log raises at the given severities, with what is known of the network.
+/// Returns all findings of a candump log of the given severities, with a network's configuration.
 pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> Vec<Raised> {
     let lines = lines(log, network);
     let findings = lines.iter().filter(|line| line["kind"] == "finding");
@@ -38,7 +38,7 @@ pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> V
         .collect()
 }
 
-/// The JSON lines of a candump log.
+/// Returns the JSON lines of a candump log.
 pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
     let options = Options { format: Format::Jsonl, network: Arc::new(network), ..Options::default() };
     let mut session = Session::new(options);
@@ -50,7 +50,7 @@ pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
     text.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"))).collect()
 }
 
-/// A log from lines `ms ID#DATA`, such as `12.5 185#0102`, blank lines left out. Times in ms.
+/// Converts lines `ms ID#DATA`, such as `12.5 185#0102`, to a log; skips blank lines.
 pub(super) fn log(lines: &str) -> String {
     let written = lines.lines().map(str::trim).filter(|line| !line.is_empty()).map(|line| {
         let (ms, frame) = line.split_once(' ').unwrap();
@@ -65,7 +65,7 @@ pub(super) fn log(lines: &str) -> String {
     written.collect()
 }
 
-/// A log as candump prints it without stamps.
+/// Returns a log as candump prints it without stamps.
 pub(super) fn without_stamps(log: &str) -> String {
     let bare = |line: &str| {
         let (id, data) = line.rsplit(' ').next()?.split_once('#')?;

@@ -1,5 +1,5 @@
-//! What is known of a network, and what follows for its frames: which PDO of which node an identifier carries, by
-//! which mapping, and from where that is known. As a table over everything that moves an identifier.
+//! The configuration of a network and its effect on frames: the PDO and node of an identifier, its mapping, and its
+//! source, as a table over everything that moves an identifier.
 
 use super::pdo::{reads, writes};
 use super::*;
@@ -7,7 +7,7 @@ use crate::dictionary::{Access, Dictionary, Form, Object, Preset};
 use crate::frame::CanId;
 use crate::network::{Cob, Description, Sdo};
 
-/// One frame in a line: its service, node, PDO, provenance, and values: `pdo 5 TPDO1 observed 1,2`.
+/// Returns one line per frame with service, node, PDO, source, and values: `pdo 5 TPDO1 observed 1,2`.
 fn said(text: &str, network: Network) -> Vec<String> {
     let frames = lines(&log(text), network).into_iter().filter(|line| line["kind"] == "frame");
     frames
@@ -29,7 +29,7 @@ fn said(text: &str, network: Network) -> Vec<String> {
         .collect()
 }
 
-/// What is said of the last frame.
+/// Returns that line for the last frame.
 fn last(text: &str) -> String {
     last_with(text, Network::default())
 }
@@ -58,7 +58,7 @@ fn pdos_by_sdo() {
     for (text, expected) in [
         (format!("{mapped} 50 185#01000200"), "pdo 5 TPDO1 observed 1,2"),
         (format!("{} 50 185#01000200", reads(0.0, MAPPED)), "pdo 5 TPDO1 observed 1,2"),
-        // Not all of it, and refused.
+        // Incomplete, and refused.
         (format!("{} 50 185#01000200", reads(0.0, "1A00:00 u8 2\n 1A00:01 u32 20000110")), "pdo 5 TPDO1"),
         (
             format!("{mapped} 20 605#2F001A0000000000\n 21 585#80001A0000000106\n 50 185#01000200"),
@@ -91,7 +91,7 @@ fn pdos_by_sdo() {
         ),
         (format!("{} 50 00012345#0700", writes(0.0, "1804:01 u32 A0012345\n 1804:01 u32 80000000")), "foreign null"),
         (format!("{} 50 1A5#07", writes(0.0, "1400:01 u32 000001A5")), "pdo 37 TPDO1"),
-        // What has left its identifier.
+        // A PDO that has left its identifier.
         (format!("{} 50 185#07", writes(0.0, "1800:01 u32 400001B0")), "foreign null"),
         (format!("{} 50 1B0#07", writes(0.0, "1800:01 u32 400001B0")), "pdo 5 TPDO1"),
     ] {
@@ -121,7 +121,7 @@ fn resets_and_stores() {
     assert_eq!(last_with(&format!("{mapped} {save} {reset} 50 185#01000200"), eds()), "pdo 5 TPDO1 observed 1,2");
     let load = writes(15.0, "1011:01 u32 64616F6C");
     assert_eq!(last_with(&format!("{mapped} {save} {load} {reset} 50 185#01000200"), eds()), "pdo 5 TPDO1 eds 131073");
-    // A power-on is a reset that nobody commanded; another node's is not.
+    // A power-on is a reset without command; another node's is not.
     assert_eq!(last(&format!("{mapped} 20 705#00\n 50 185#01000200")), "pdo 5 TPDO1");
     assert_eq!(last(&format!("{mapped} 20 000#8106\n 21 706#00\n 50 185#01000200")), "pdo 5 TPDO1 observed 1,2");
     let moved = writes(0.0, "1800:01 u32 400001B0");
@@ -130,7 +130,7 @@ fn resets_and_stores() {
 
 #[test]
 fn linked_pdos() {
-    // Node 6 receives node 5's TPDO1, whatever is known first.
+    // Node 6 receives node 5's TPDO1, in any order of configuration.
     let link = "0 606#2F00160000000000\n 0.3 586#6000160000000000
         1 606#2300160110000020\n 1.3 586#6000160100000000
         2 606#2F00160001000000\n 2.3 586#6000160000000000
@@ -140,7 +140,7 @@ fn linked_pdos() {
         last(&format!("{link} {} 50 185#0700", writes(10.0, "1800:01 u32 40000185"))),
         "pdo 5 TPDO1 observed 7 by 6 RPDO1"
     );
-    // A TPDO sent to another node's RPDO, by the identifier of that.
+    // A TPDO sent to another node's RPDO, on that identifier.
     let receiver = "0 606#2300160110000020\n 0.3 586#6000160100000000
         1 606#2F00160001000000\n 1.3 586#6000160000000000\n";
     assert_eq!(last(&format!("{receiver} 50 206#0700")), "pdo 6 RPDO1 observed 7");
@@ -178,7 +178,7 @@ fn further_sdo_channels() {
     assert_eq!(said(&format!("{server} {asked}"), Network::default())[4..], ["sdo 5", "sdo 5"]);
     let off = writes(0.0, "1201:01 u32 000006C1\n 1201:02 u32 800006C2");
     assert_eq!(said(&format!("{off} {asked}"), Network::default())[4..], ["foreign null", "foreign null"]);
-    // What a client is told of a server: node 7.
+    // A client's knowledge of a server: node 7.
     let client = writes(0.0, "1280:01 u32 000006C1\n 1280:02 u32 000006C2\n 1280:03 u8 7");
     assert_eq!(said(&format!("{client} {asked}"), Network::default())[6..], ["sdo 7", "sdo 7"]);
     let extended = writes(0.0, "1201:01 u32 200106C1\n 1201:02 u32 200106C2");

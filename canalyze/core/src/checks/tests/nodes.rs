@@ -1,14 +1,14 @@
-//! What nodes may do without any finding, and where faults of theirs are named.
+//! Correct behaviour of nodes, and the frames at which faults are reported.
 
 use super::{Raised, lines, log, raised, raised_with};
 use crate::network::Network;
 
-/// Heartbeats of a node every 100 ms, from and to in ms.
+/// Returns heartbeats of a node every 100 ms, from and to in ms.
 fn beats(id: &str, from: u32, to: u32, state: &str) -> String {
     (from..=to).step_by(100).map(|ms| format!("{ms} {id}#{state}\n")).collect()
 }
 
-/// Lines in the order of their times.
+/// Sorts lines by time.
 fn sorted(parts: &[&str]) -> String {
     let text = parts.concat();
     let mut rows: Vec<(f64, &str)> = text
@@ -126,7 +126,7 @@ fn what_clean_networks_do() {
         let count = capture.lines().count();
         for start in 0..count {
             let rest: String = capture.lines().skip(start).map(|line| format!("{line}\n")).collect();
-            // A capture that begins just after a request misses its half; that is not what is asked here.
+            // A capture that begins just after a request lacks its half, which is not tested here.
             let said: Vec<_> = raised(&rest).into_iter().filter(|(code, ..)| !code.starts_with("SDO00")).collect();
             assert_eq!(said, [], "{what}, from line {start}");
         }
@@ -137,7 +137,7 @@ fn what_clean_networks_do() {
 fn a_silent_bus_is_not_many_lost_nodes() {
     let both = |from, to| [beats("705", from, to, "05"), beats("706", from + 10, to + 10, "05")].concat();
     assert_eq!(raised(&sorted(&[&both(100, 900), &both(5000, 5500)])), []);
-    // Who does not come back is lost all the same.
+    // A node that does not return is still lost.
     let one = sorted(&[&both(100, 900), &beats("705", 5000, 6000, "05")]);
     let said = raised(&one);
     assert_eq!(codes(&said), ["HBT002"]);
@@ -192,7 +192,7 @@ fn pdos_outside_operational() {
     let beats = beats("705", 100, 900, "7F");
     let said = raised(&sorted(&[ASKED, &beats, "450 185#01\n"]));
     assert_eq!(said, [("PDO002".into(), 7, None)]);
-    // A node that nobody commands or configures may have started itself: its next heartbeat decides.
+    // A node without commands and configuration may have started itself: its next heartbeat decides.
     let said = raised(&sorted(&[&beats, "450 185#01\n"]));
     assert_eq!(said, [("PDO002".into(), 5, None)]);
     let said = raised(&sorted(&[ASKED, "5 705#00\n10 000#8005\n200 185#01\n300 080#\n"]));
@@ -223,8 +223,8 @@ fn errors_that_are_active() {
     assert_eq!(emcy(4)["cleared"], serde_json::json!(["8110", "3210"]));
 }
 
-/// Frames every `step` ms from `from` to `to`, as a recording gives them that stands still between `stall`: what came
-/// meanwhile is given at its end, at once.
+/// Frames every `step` ms from `from` to `to` in a recording that pauses during `stall` and lists the frames of that time
+/// at its end, at once.
 fn kept_back(id: &str, times: (u32, u32, u32), data: &str, stall: (u32, u32)) -> String {
     let (from, to, step) = times;
     let late =
@@ -248,7 +248,7 @@ fn a_recording_that_stood_still_is_no_late_node() {
             assert!(said.is_empty(), "{stall:?} {said:?}");
         }
     }
-    // One node of several that is late, or gone, is named all the same.
+    // One late or absent node of several is still named.
     let others = [beats("706", 131, 3031, "05"), beats("707", 157, 3057, "05")].concat();
     let late = [&beats("705", 100, 1200, "05"), "1365 705#05\n", &beats("705", 1400, 3000, "05"), &others];
     assert_eq!(codes(&raised(&sorted(&late))), ["HBT001"]);
@@ -285,21 +285,21 @@ fn frames_captured_twice() {
 
 #[test]
 fn a_command_that_failed_is_one_fault() {
-    // The node goes on as it was: what it sends is right, the command is what failed.
+    // The node goes on as before: its frames are correct, the command failed.
     let parts = [
         ASKED,
         &beats("705", 100, 1900, "05"),
         "930 000#0205\n985 185#01\n990 605#4000100000000000\n991 585#4300100092010000\n",
     ];
     assert_eq!(codes(&raised(&sorted(&parts))), ["NMT002"]);
-    // It obeys, and sends all the same.
+    // It obeys, and sends nevertheless.
     let parts = [ASKED, &beats("705", 100, 900, "05"), "930 000#0205\n985 185#01\n", &beats("705", 1000, 1900, "04")];
     assert_eq!(raised(&sorted(&parts)), [("PDO002".into(), 13, None)]);
 }
 
 #[test]
 fn boot_ups_and_resets_that_cross() {
-    // The node was just booting as the reset came, and boots again.
+    // The node was booting when the reset came, and boots again.
     let parts =
         ["10 706#00\n", ASKED, "100 000#8200\n100.2 705#00\n156 705#00\n160 706#00\n", &beats("705", 200, 900, "7F")];
     assert_eq!(raised(&sorted(&parts)), []);
@@ -325,7 +325,7 @@ fn a_network_that_is_switched_on_takes_its_time() {
     ]
     .concat();
     assert_eq!(raised(&sorted(&[boots, &before, &after])), []);
-    // One that does not come back is lost.
+    // One that does not return is lost.
     let after =
         ["5000 705#00\n", &beats("705", 5100, 15000, "7F"), "5300 706#00\n", &beats("706", 5400, 15000, "7F")].concat();
     assert_eq!(codes(&raised(&sorted(&[boots, &before, &after]))), ["HBT002"]);
@@ -339,7 +339,7 @@ fn guarding_without_stamps_and_with_late_echoes() {
         "800 705#7F\n801 705#R\n1000 705#FF\n1001 705#R\n1200 705#R\n1201 705#7F\n1400 705#FF\n1401 705#R\n",
     ];
     assert_eq!(raised(&plain(&sorted(&parts))), []);
-    // Behind heartbeats that have ended; whose answer confirms 1017h = 0 cannot be told.
+    // After heartbeats that have ended; the request whose answer confirms 1017h = 0 is unknown.
     let parts = [
         "5 705#00\n6 585#6017100000000000\n7 605#2B17100064000000\n",
         &beats("705", 100, 500, "7F"),
@@ -370,7 +370,7 @@ fn a_pdo_before_the_node_shows_that_it_has_just_changed_its_state() {
         let at_once = 911 + ms;
         let prompt = beats("705", at_once, at_once + 400, "7F");
         assert_eq!(raised(&sorted(&[ASKED, &before, &pdo, &prompt])), [], "{ms} ms");
-        // It is a fault behind that heartbeat, and where the node shows its state in turn only.
+        // It is a fault after that heartbeat, and if the node shows its state only in turn.
         let after = format!("{}.5 185#01\n", at_once + 5);
         assert_eq!(codes(&raised(&sorted(&[ASKED, &before, &pdo, &prompt, &after]))), ["PDO002"], "{ms} ms");
         let in_turn = beats("705", 1000, 1400, "7F");
@@ -390,7 +390,7 @@ fn a_reset_without_boot_up() {
         let text = sorted(&[ASKED, &others, &before, &commands, &pre_operational, &operational]);
         assert_eq!(codes(&raised(&text)), ["NMT006"], "started after {started_after} ms");
     }
-    // A device may boot for two seconds, and have sent something in the midst of obeying.
+    // A device may boot for two seconds, and send a frame while obeying.
     for boots_after in [20, 200, 1_000, 2_000] {
         let boot_up = 950 + boots_after;
         let parts = format!("950 000#8105\n951 705#7F\n{boot_up} 705#00\n");

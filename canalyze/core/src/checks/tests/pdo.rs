@@ -1,4 +1,4 @@
-//! PDOs against their configuration: what is raised, and what must not be.
+//! PDOs against their configuration: findings, and correct traffic.
 
 use super::*;
 use crate::dictionary::{Access, Dictionary, Form, Object, Preset};
@@ -52,7 +52,7 @@ fn codes(text: &str) -> Vec<String> {
     codes_with(text, Network::default(), ABOVE)
 }
 
-/// All that is raised, but for heartbeats that are no more than other traffic here.
+/// Returns all findings except those on heartbeats, which are mere other traffic here.
 fn codes_with(text: &str, network: Network, severities: &[&str]) -> Vec<String> {
     let found = raised_with(&log(text), network, severities).into_iter();
     found.filter(|(code, ..)| !code.starts_with("HBT")).map(|(code, frame, _)| format!("{code} {frame}")).collect()
@@ -88,7 +88,7 @@ fn lengths() {
         codes(&format!("{remapped} 20 185#01020304\n 30 185#010203\n 40 185#0102030405")),
         ["PDO001 14", "PDO006 15"]
     );
-    // What was written is gone with a reset.
+    // Written values are gone after a reset.
     assert_eq!(codes(&format!("{remapped} 20 000#8105\n 30 705#00\n 40 185#0102")), [""; 0]);
     assert_eq!(
         codes(&format!("{} 20 705#05\n 21 185#010203", reads(0.0, "1A00:00 u8 1\n 1A00:01 u32 20000120"))),
@@ -100,7 +100,7 @@ fn lengths() {
     for (text, form, expected) in [
         ("0 185#010203", Form::Dcf, "PDO001 1"),
         ("0 185#01020304", Form::Dcf, ""),
-        // Against an EDS: after it was right once; before, the device may have stored another mapping.
+        // Against an EDS: only after it was correct once; before, the device may have stored another mapping.
         ("0 185#010203", Form::Eds, "EDS001 1"),
         ("0 185#01020304\n 1 185#010203", Form::Eds, "PDO012 2"),
         ("0 705#00\n 1 185#010203", Form::Eds, "EDS001 2"),
@@ -144,7 +144,7 @@ fn mapping_of_a_valid_pdo() {
     assert_eq!(live("1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:02 u32 20010120\n 1A00:00 u8 2"), ["PDO009 6"]);
     assert_eq!(live("1A00:01 u32 20000120"), ["PDO009 4"]);
     assert_eq!(live("1A00:00 u8 0"), [""; 0]);
-    // A node that is not Operational sends nothing meanwhile: many masters leave it at sub-index 0 then.
+    // A node that is not Operational sends nothing meanwhile; many masters then write only sub-index 0.
     let after_boot_up =
         format!("-20 705#00\n{valid}{}", writes(0.0, "1A00:00 u8 0\n 1A00:01 u32 20000120\n 1A00:00 u8 1"));
     assert_eq!(codes(&after_boot_up), [""; 0]);
@@ -154,7 +154,7 @@ fn mapping_of_a_valid_pdo() {
         [""; 0],
         "validity is not known"
     );
-    // A node that sends its TPDO has it valid.
+    // A TPDO that is sent is valid.
     assert_eq!(codes(&format!("-5 185#01\n {}", writes(0.0, "1A00:01 u32 20000120"))), ["PDO009 3"]);
     // The same value again changes nothing.
     let same = reads(-20.0, "1A00:00 u8 1\n 1A00:01 u32 20000120");
@@ -267,10 +267,10 @@ fn event_timer() {
     assert_eq!(with(&heartbeats(6, 30)), [""; 0]);
     // The whole bus was silent.
     assert_eq!(with(&format!("{} 195 185#01\n 600 706#05\n 601 185#01\n", heartbeats(5, 10))), [""; 0]);
-    // Where nothing else is ever sent, silence is the PDO's own.
+    // If nothing else is ever sent, silence is the PDO's own.
     assert_eq!(with("100 185#01\n 200 185#01\n 300 185#01\n 500 185#01\n 600 185#01"), ["PDO005 14"]);
     assert_eq!(with("100 185#01\n 200 185#01\n 300 185#01\n 480 185#01\n 500 185#01"), [""; 0]);
-    // A silence of many periods may be the recorder's, where hardly anything else is sent; but not two of them.
+    // A silence of many periods may be the recorder's if hardly anything else is sent, but not two of them.
     let alone: String = (1..20).map(|n| format!("{} 185#01\n", n * 100)).collect();
     assert_eq!(with(&format!("{alone} 4000 706#05\n 4010 185#01\n")), [""; 0]);
     assert_eq!(with(&format!("{alone} 4000 706#05\n 6000 706#05\n 8000 706#05\n")), ["PDO005 31"]);
@@ -285,7 +285,7 @@ fn deadline_of_an_rpdo() {
     assert_eq!(codes_with(&text, Network::default(), ALL), ["PDO013 7"]);
 }
 
-/// Object 2000h is asked for, and the device has none.
+/// Object 2000h is requested, and the device does not have it.
 const NO_OBJECT: &str = "0 605#4000200000000000\n 1 585#8000200000000206\n";
 
 #[test]

@@ -1,4 +1,4 @@
-//! SRDO: what must not be raised, whatever a capture does to sound pairs, and the bounds of what must.
+//! SRDO: findings that no capture of correct pairs may raise, and the limits of those that must be raised.
 
 use proptest::prelude::*;
 
@@ -50,7 +50,7 @@ fn identifiers_that_carry_something_else() {
     assert_eq!(codes(&log(&(KNOWN.to_owned() + wrong))), ["SRD001", "SRD001"]);
     // Unless it was started after that.
     assert_eq!(codes(&log(&(KNOWN.to_owned() + "3 000#0105\n" + wrong))), ["SRD001", "SRD001", "SRD001"]);
-    // The inverted frame first: once may be an echo, but not if it is that much earlier.
+    // The inverted frame first: once may be an echo, but not if it is much earlier.
     let early = |by: f64| {
         let sound = KNOWN.to_owned() + &pairs(10.0, 4, 1) + &pairs(110.0, 3, 1);
         log(&(sound + &inverted(91.0 - by, 9) + &normal(90.0, 9)))
@@ -112,7 +112,7 @@ fn a_producer_that_starts_by_itself() {
 
 #[test]
 fn pairs_on_other_identifiers() {
-    // 111h with 120h, which would be halves of two pairs.
+    // 111h with 120h, halves of two pairs.
     let configured = "
         0 605#2F01130101000000\n0.2 585#6001130100000000
         1 605#2301130511010000\n1.2 585#6001130500000000
@@ -136,7 +136,7 @@ fn two_buses_are_two_networks() {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
-    /// Sound pairs, cut anywhere, one frame in eight late by one.
+    /// Correct pairs, cut anywhere, one frame in eight late by one.
     #[test]
     fn never_wrong_on_what_a_capture_does(
         (start, end, constant) in (0..40_usize, 0..40_usize, 1..5_u8),
@@ -149,7 +149,7 @@ proptest! {
         let cut = lines[start..lines.len() - end].join("\n");
         let known = if known { KNOWN } else { "" };
         let text = log(&(known.to_owned() + "\n" + &cut));
-        // The stamps of swapped frames are those of their places.
+        // The stamps of swapped frames belong to their places.
         let said: Vec<_> = codes(&text).into_iter().filter(|code| code.starts_with("SRD") && code != "SRD003" && code != "SRD002").collect();
         prop_assert_eq!(said, Vec::<String>::new());
     }

@@ -1,4 +1,4 @@
-//! SYNC and synchronous PDOs: what captures of sound networks must not raise, and at which frame single faults do.
+//! SYNC and synchronous PDOs: captures of correct networks raise nothing, and single faults are found at their frame.
 
 use super::{Raised, lines, log, raised, raised_with};
 use crate::network::Network;
@@ -16,7 +16,7 @@ const CONFIGURED: &str = "
 /// Frames of [`CONFIGURED`].
 const BEFORE: u64 = 7;
 
-/// The frames of the `cycle`-th SYNC at `ms`: the SYNC, then what is due.
+/// Returns the frames of the `cycle`-th SYNC at `ms`: the SYNC, then the PDOs due.
 fn cycle(cycle: u64, ms: f64) -> String {
     let mut out = format!("{ms} 080#\n{} 185#01\n", ms + 0.3);
     if cycle.is_multiple_of(2) {
@@ -124,7 +124,7 @@ fn placement() {
 
 #[test]
 fn stalls_of_the_machine_are_no_fault() {
-    // The machine stands still for 25 ms: three SYNCs come together, the nodes answer the last one.
+    // The machine pauses for 25 ms: three SYNCs come together, the nodes answer the last one.
     let mut text = String::from(CONFIGURED);
     for number in 1..40 {
         match number {
@@ -144,21 +144,21 @@ fn long_stalls_late_syncs_and_copies() {
         let train = |late: &dyn Fn(u64) -> f64| -> String {
             (1..400).map(|number| format!("{:.3} 080#\n", late(number))).collect()
         };
-        // 300 ms nothing, then all that were due within some 10 us.
+        // 300 ms without frames, then all due ones within some 10 us.
         let (from, to) = (at(60), at(60) + 300.0);
         let stalled = |number: u64| {
             let stall = (from..to).contains(&at(number));
             if stall { to + 0.01 * (number - 60) as f64 / period.max(4.0) } else { at(number) }
         };
         assert_eq!(raised(&sorted(&log(&train(&stalled)))), nothing(), "{period}");
-        // One is late, those after it are not.
+        // One is late, later ones are not.
         let late = |number: u64| at(number) + if number == 50 { 0.59 * period } else { 0.0 };
         assert_eq!(raised(&log(&train(&late))), nothing(), "{period}");
-        // All stand twice.
+        // All are listed twice.
         let twice = train(&at) + &train(&|number| at(number) + 0.12);
         let said = lines(&sorted(&log(&twice)), Network::default());
         assert!(said.iter().all(|line| line["kind"] != "finding" || line["severity"] == "info"), "{period}");
-        // One does, and one is missing behind a stall.
+        // One is listed twice, and one is missing after a stall.
         let once = train(&at) + &format!("{:.3} 080#\n", at(50) + 0.12);
         assert_eq!(raised(&sorted(&log(&once))), [("SYN003".to_owned(), 51, Some(50))], "{period}");
     }
@@ -186,7 +186,7 @@ fn what_ends_for_a_reason_is_not_missing() {
         ("705#7F", true),
         ("705#00", true),
         ("605#23001801850100C0\n109.6 585#6000180100000000", true),
-        // The node is off, or what it sent last was the end.
+        // The node is off, or its last frame was the end.
         ("", true),
         ("", false),
     ] {
@@ -259,7 +259,7 @@ fn remote_frames_and_preset_types() {
     assert_eq!(raised(&log(&unknown)), nothing());
 }
 
-/// Single faults: what is done to line `n` of the capture, and the code with the frame that names it.
+/// Single faults: the change to line `n` of the capture, and the code with its frame.
 #[test]
 fn single_faults() {
     let whole = capture(30, |_| 0.0);
@@ -307,7 +307,7 @@ fn windows() {
 
 #[test]
 fn a_short_period_before_it_is_known() {
-    // 250 us after its SYNC, 750 us before the next one: the first cycles must not take it for that one's.
+    // 250 us after its SYNC, 750 us before the next one: the first cycles must not assign it to that one.
     let only = "0.4 605#2F01180201000000\n0.8 585#6001180200000000\n1.2 000#0100\n";
     for late in 1..8_u32 {
         let cycles: String = (1..=20_u32)
@@ -329,7 +329,7 @@ fn a_gap_of_centuries() {
     assert!(raised(&(log(configured) + later + back)).len() < 10, "no overflow, no flood");
 }
 
-/// SYNCs alone: `count` of them every 20 ms or a little more, from `ms` on.
+/// `count` SYNCs alone, every 20 ms or a little more, from `ms` on.
 fn train(ms: f64, count: u64) -> String {
     (0..count).map(|number| format!("{:.3} 080#\n", ms + 20.1 * number as f64 + 0.2 * noise(number))).collect()
 }
@@ -385,7 +385,7 @@ fn a_pause_by_a_broken_command() {
     assert_eq!(codes(&raised(&log(&format!("{before}{}", train(363.0, 20))))), ["SYN003"]);
 }
 
-/// What PDOs seem to do where a SYNC is missing before the period is known.
+/// Apparent faults of PDOs if a SYNC is missing before the period is known.
 #[test]
 fn a_sync_missing_early_is_one_finding() {
     let whole = capture(12, |_| 0.0);
@@ -400,7 +400,7 @@ fn a_sync_missing_early_is_one_finding() {
             .collect();
         assert_eq!(codes(&raised(&text)), ["SYN003"], "without frame {}", missing + 1);
     }
-    // One too many is told as well when nothing is missing.
+    // One too many is also reported if nothing is missing.
     for (number, line) in lines.iter().enumerate().filter(|(number, line)| *number > 14 && line.contains("185#")) {
         let mut twice = lines.clone();
         twice.insert(number + 1, line);

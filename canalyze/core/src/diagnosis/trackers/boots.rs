@@ -1,8 +1,8 @@
-//! Nodes that the master never starts, and nodes whose boot goes in circles (CiA 302-2, boot-up of a slave).
+//! Nodes that the master never starts, and nodes whose boot repeats endlessly (CiA 302-2, boot-up of a slave).
 //!
-//! A master reads 1000h and the identity of a node that has booted, configures it and starts it. Where that stops half
-//! way while other nodes run, nobody tells: it is seen at the end of the capture only. Must not: judge a node that was
-//! started once, or what is refused on the way (`configuration` does).
+//! A master reads 1000h and the identity of a node that has booted, configures it and starts it. A stop half way, while
+//! other nodes run, is not reported on the bus and shows only at the end of the capture. A node that was started once
+//! is not judged; refusals are left to `configuration`.
 
 use std::collections::BTreeMap;
 
@@ -14,34 +14,34 @@ use crate::finding::Quantity;
 use crate::frame::FrameRef;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 
-/// A node that waits so long for its start while others run is not being started, in ns.
+/// Time after which a node without a start command, while others run, is considered not started, in ns.
 const WAITING_NS: i64 = 5_000_000_000;
-/// Reads of the device type by one boot; more of them, this far apart in ns, are boots that began anew.
+/// Number of reads of the device type in one boot; more of them, at least this far apart in ns, are repeated boots.
 const READS: u64 = 3;
 const APART_NS: i64 = 500_000_000;
 
-/// A node that was not started yet.
+/// A node that has not been started yet.
 #[derive(Clone, Copy, Debug)]
 struct Boot {
     /// Its boot-up, or the first read of its device type.
     begin: FrameRef,
     booted: bool,
-    /// Reads of 1000h, apart from each other, the first and the last of them.
+    /// Number of separate reads of 1000h, the first and the last of them.
     reads: u64,
     first: FrameRef,
     last: FrameRef,
-    /// Something was written to it.
+    /// True if it has been written to.
     configured: bool,
 }
 
-/// The nodes that wait for their start.
+/// The nodes that wait for their start command.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Boots {
     waiting: BTreeMap<u8, Boot>,
 }
 
 impl Boots {
-    /// A node has booted.
+    /// Records a boot-up.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, at: FrameRef) {
         let reads = self.waiting.get(&node).map_or((0, at, at), |boot| (boot.reads, boot.first, boot.last));
         let (reads, first, last) = reads;
@@ -49,14 +49,14 @@ impl Boots {
         self.waiting.insert(node, Boot { begin, booted: true, reads, first, last, configured: false });
     }
 
-    /// The NMT master has started nodes, a bit each.
+    /// Removes nodes started by the NMT master, one bit each.
     pub(in crate::diagnosis) fn started(&mut self, nodes: u128) {
         if !self.waiting.is_empty() {
             self.waiting.retain(|node, _| nodes & bit(*node) == 0);
         }
     }
 
-    /// An SDO transfer has ended: it may be a step of a boot.
+    /// Processes an SDO transfer, which may be a step of a boot.
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, heard: &Heard) {
         let (node, at) = (transfer.node, transfer.first);
         let done = transfer.outcome.status == Status::Ok;
@@ -80,7 +80,7 @@ impl Boots {
         }
     }
 
-    /// The capture is over: who is there, was asked, and was never started while others run.
+    /// Reports nodes, at the end of the capture, that are present and were read, but never started while others run.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         let running = scene.heard.operational & scene.heard.serving;
         for (node, boot) in std::mem::take(&mut self.waiting) {
@@ -90,7 +90,7 @@ impl Boots {
             if !long || !here || running & !bit(node) == 0 || scene.heard.is_operational(node) {
                 continue;
             }
-            // What has happened to it since explains why it is not Operational.
+            // An incident since then explains why it is not Operational.
             let told = scene.ledger.all.iter().any(|one| {
                 let lost = one.end.is_none() && !one.has("refused") && one.kind != Kind::RequestUnanswered;
                 one.bus == scene.id && one.subject.concerns(node) && lost && one.kind != Kind::NodeAbsent

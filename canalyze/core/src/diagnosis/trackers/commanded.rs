@@ -1,7 +1,6 @@
-//! A reset, or a stop, by command: the nodes that it has hit, until all of them are Operational again.
+//! A reset or stop by command, with the nodes concerned until all of them are Operational again.
 //!
-//! A command to all nodes does not hit the controller that sends it: it goes on without a boot-up. Must not: open an
-//! incident, or know what else keeps a node from being Operational.
+//! A command to all nodes does not affect the controller that sends it, which continues without a boot-up.
 
 use crate::diagnosis::incident::{Role, bit};
 use crate::diagnosis::kinds::Kind;
@@ -10,38 +9,38 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::frame::FrameRef;
 
-/// A command that is not over.
+/// A command that has not ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Commanded {
     pub(super) place: Place,
-    /// The nodes that are not Operational again, a bit each.
+    /// Nodes that are not Operational again, one bit each.
     left: u128,
-    /// Those of them that were to be reset and go on without a boot-up.
+    /// Those of them that should have been reset but continue without a boot-up.
     goes_on: u128,
 }
 
 impl Commanded {
-    /// A command that has hit these nodes, a bit each.
+    /// Makes a command to these nodes, one bit each.
     pub(super) fn new(place: Place, nodes: u128) -> Self {
         Self { place, left: nodes, goes_on: 0 }
     }
 
-    /// It hits these nodes, too.
+    /// Adds nodes.
     pub(super) fn hits(&mut self, nodes: u128) {
         self.left |= nodes;
     }
 
-    /// Whether a node that it has hit is not Operational again.
+    /// Returns true if one of its nodes is not Operational again.
     pub(super) fn waits_for(&self, node: u8) -> bool {
         self.left & bit(node) != 0
     }
 
-    /// Whether it waits for none but these.
+    /// Returns true if it waits for none but these nodes.
     pub(super) fn waits_only_for(&self, nodes: u128) -> bool {
         self.left & !self.goes_on & !nodes == 0
     }
 
-    /// A node has booted: if it seemed to go on, that was a frame under way.
+    /// Records a boot-up; if the node seemed to continue, that was a frame under way.
     pub(super) fn boots(&mut self, node: u8, ledger: &mut Ledger) {
         if self.goes_on & bit(node) != 0
             && let Some(one) = ledger.get_mut(self.place)
@@ -51,7 +50,8 @@ impl Commanded {
         }
     }
 
-    /// Error control shows a node, which has last booted there, as Operational. Tells whether the command is over.
+    /// Records that error control shows a node as Operational, after its last boot-up `booted`; returns true if the
+    /// command has ended.
     pub(super) fn is_over_with(&mut self, node: u8, booted: Option<FrameRef>, scene: &mut Scene<'_>) -> bool {
         let at = scene.at;
         let Some(one) = scene.ledger.get_mut(self.place) else { return false };

@@ -1,8 +1,8 @@
-//! Writes that a node has refused: from the first refusal to the write that makes good the last of them.
+//! Refused writes to a node: from the first refusal to the write that makes up for the last of them.
 //!
-//! A refused write is made good by one of the same value that succeeds. Another value to the same object, or, of what
-//! belongs to one PDO, the write that makes its mapping count again, ends it, too: then the value was the wrong one.
-//! Must not: judge reads, which are refused in ordinary traffic.
+//! A successful write of the same value makes up for a refused one. Another value for the same object, or for a PDO the
+//! write that enables its mapping again, ends it as well: the first value was wrong. Refused reads are ordinary traffic
+//! and not considered.
 
 use std::collections::BTreeMap;
 
@@ -17,29 +17,29 @@ use crate::frame::FrameRef;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::{Mux, Side};
 
-/// A pause that ends a run of writes, in ns.
+/// Minimum pause that ends a run of writes, in ns.
 const PAUSE_NS: i64 = 2_000_000_000;
-/// The abort code of a client that waits no longer.
+/// The abort code of a client after a time-out.
 const TIMED_OUT: u32 = 0x0504_0000;
-/// Refused objects of one node that are waited for.
+/// Maximum number of refused objects of a node.
 const KEPT: usize = 64;
-/// Bytes of a refused value that are kept at most.
+/// Maximum number of kept bytes of a refused value.
 const LONGEST: usize = 8;
 
-/// What is open about the configuration of a bus's nodes.
+/// The open incidents of configuration on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Configurations {
     open: BTreeMap<u8, (Place, Vec<Refused>)>,
-    /// The last request to each node that was never heard.
+    /// The last request to each node that has never been heard.
     asked: BTreeMap<u8, FrameRef>,
-    /// Nodes that were asked for in vain and never heard.
+    /// Nodes requested in vain and never heard.
     missed: Vec<(u8, IncidentId)>,
 }
 
-/// A write that was refused: its object, and its value; empty where that is longer than [`LONGEST`], or not known.
+/// A refused write: object and value; the value is empty if longer than [`LONGEST`] or not known.
 type Refused = (Mux, Vec<u8>);
 
-/// The kind of refusal that an abort code says of an object.
+/// Returns the kind of refusal for an abort code and object.
 fn kind(code: u32, mux: Mux) -> Kind {
     match mux.index {
         0x1010 | 0x1011 => return Kind::StoreFailed,
@@ -60,26 +60,26 @@ fn kind(code: u32, mux: Mux) -> Kind {
 }
 
 impl Configurations {
-    /// An SDO transfer has ended.
+    /// Processes the end of an SDO transfer.
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
         match (transfer.outcome.status, transfer.outcome.abort) {
             (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
                 self.refused(transfer, mux, abort.code, scene)
             }
-            // A program that its client gives up is not there, either.
+            // A program download that its client aborts has not been written, either.
             (Status::Aborted, Some(abort)) if mux.index == 0x1F50 => self.refused(transfer, mux, abort.code, scene),
             (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),
             _ => {}
         }
     }
 
-    /// A client begins a transfer with a node that was never heard.
+    /// Records a request to a node that has never been heard.
     pub(in crate::diagnosis) fn asked(&mut self, node: u8, at: FrameRef) {
         self.asked.insert(node, at);
     }
 
-    /// A client has given up what it began with a node that was never heard.
+    /// Records the abort of a client's request to a node that has never been heard.
     pub(in crate::diagnosis) fn given_up(&mut self, node: u8, code: u32, scene: &mut Scene<'_>) {
         let Some(begin) = self.asked.remove(&node).filter(|_| code == TIMED_OUT) else { return };
         let known = scene.ledger.last(scene.id, |one| one.kind == Kind::NodeAbsent && one.subject.node == Some(node));
@@ -94,7 +94,7 @@ impl Configurations {
         one.step(at, Role::Attempt, Saying::ClientGaveUp, None);
     }
 
-    /// A node that was asked for in vain is heard.
+    /// Ends the incidents of a node that was requested in vain and is now heard.
     #[inline]
     pub(in crate::diagnosis) fn heard(&mut self, node: u8, scene: &mut Scene<'_>) {
         if self.missed.is_empty() {
@@ -153,7 +153,7 @@ impl Configurations {
         let Some((place, objects)) = self.open.get_mut(&transfer.node) else { return };
         let nonzero = transfer.data.kept.iter().any(|byte| *byte != 0);
         let whole = pdo_parameter(mux.index).filter(|(mapping, ..)| *mapping && mux.sub == 0 && nonzero);
-        // A mapping that is cleared, a PDO that is disabled: the value that is meant comes after it.
+        // A write that clears a mapping or disables a PDO prepares the intended value.
         let prepares = pdo_parameter(mux.index).is_some_and(|(mapping, ..)| match mapping {
             true => mux.sub == 0 && !nonzero,
             false => mux.sub == 1 && transfer.data.kept.get(3).is_some_and(|byte| byte & 0x80 != 0),
@@ -187,7 +187,7 @@ impl Configurations {
         }
     }
 
-    /// The NMT master has started nodes, a bit each: what they refused before was not made good by then.
+    /// Records that the NMT master started nodes, one bit each, without making up for their refused writes.
     pub(in crate::diagnosis) fn started(&mut self, nodes: u128, scene: &mut Scene<'_>) {
         for (node, (place, _)) in &self.open {
             if nodes & bit(*node) != 0
@@ -200,7 +200,7 @@ impl Configurations {
         }
     }
 
-    /// The capture is over, and a refused write was not made good (SDO018).
+    /// Adds the finding that a refused write was not made up for (SDO018), at the end of the capture.
     pub(in crate::diagnosis) fn stays(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let open = self.open.get(&node).map(|(place, _)| *place);
         let place = open.or_else(|| scene.ledger.last(scene.id, |one| one.holds(finding.at.no)));
@@ -211,7 +211,7 @@ impl Configurations {
         }
     }
 
-    /// A node has booted: what it refused before counts no more.
+    /// Ends the refused writes of a node that booted.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         if let Some((place, _)) = self.open.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)

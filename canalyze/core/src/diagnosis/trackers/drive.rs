@@ -1,7 +1,7 @@
-//! Drives that are in fault or do not do what they are told (CiA 402).
+//! Drives in fault, and drives that do not obey commands (CiA 402).
 //!
-//! That a drive is in fault, and that a command had no effect, is found by `checks/drive`; here it is followed until the
-//! axis has left the fault. Must not: decode a statusword.
+//! `checks/drive` finds that a drive is in fault or that a command had no effect; this tracker follows it until the
+//! axis has left the fault.
 
 use std::collections::BTreeMap;
 
@@ -18,29 +18,29 @@ use crate::frame::{Frame, FrameRef};
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Status, Transfer};
 
-/// An emergency and a fault of one node within this time, in ns, are one trouble, whichever comes first.
+/// Maximum distance of an emergency and a fault of one node that are one problem, in ns, whichever comes first.
 const SAME_NS: i64 = 500_000_000;
-/// Axes of one device that fault within this time, in ns, have one cause.
+/// Maximum distance of faults of several axes of one device with one cause, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
-/// A drive that is in fault when first seen may just be switched on, and is reset then. After this time it is reported, in ns.
+/// Time after which a drive in fault when first seen is reported, in ns; one that was just switched on is reset before.
 const SEEN_NS: i64 = 3_000_000_000;
 
-/// What is open about the drives of a bus.
+/// The open incidents of the drives of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Drives {
-    /// Nodes that were seen to be drives, a bit each: by their device type, or by a drive's object in SDO.
+    /// Nodes known to be drives, one bit each: by their device type, or by an object of drives in SDO.
     drives: u128,
-    /// The states of drives of which no mapping is known, by CiA 402's default mapping: the statusword comes first.
+    /// The states of drives without a known mapping, by the default mapping of CiA 402: the statusword comes first.
     assumed: BTreeMap<u8, State>,
     /// The last controlword of each node.
     controlwords: BTreeMap<u8, u16>,
     /// Faults, by node.
     faults: BTreeMap<u8, Place>,
-    /// Commands without effect, with the state in which the axis stayed.
+    /// Commands without effect, with the state that the axis kept.
     stuck: BTreeMap<u8, (Place, Option<State>)>,
 }
 
-/// The axis of a finding, from 1.
+/// Returns the axis of a finding, from 1.
 fn axis(finding: &Finding) -> u8 {
     let index = finding.object.map_or(0x6041, |mux| mux.index);
     (index.saturating_sub(0x6000) / 0x800).min(7) as u8 + 1
@@ -49,8 +49,8 @@ fn axis(finding: &Finding) -> u8 {
 /// Bit 7 of the controlword: fault reset.
 const FAULT_RESET: u16 = 1 << 7;
 
-/// The word of an object in a PDO; where no mapping is known, the first two bytes, as the default mapping of CiA 402 has
-/// them in the first PDO. Whether it is assumed so.
+/// Returns the value of an object in a PDO and false, or, without a known mapping, the first two bytes of the first PDO
+/// (default mapping of CiA 402) and true.
 fn word(data: &ProcessData, frame: &Frame, object: Object) -> Option<(u16, bool)> {
     match &data.content {
         Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..) => {
@@ -68,7 +68,7 @@ fn word(data: &ProcessData, frame: &Frame, object: Object) -> Option<(u16, bool)
 }
 
 impl Drives {
-    /// An SDO transfer may show that a node is a drive.
+    /// Checks if an SDO transfer shows that a node is a drive.
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer) {
         let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
         let of_type = mux.index == 0x1000
@@ -78,7 +78,7 @@ impl Drives {
         }
     }
 
-    /// A PDO of a node: what it commands, and what it reports where only the default mapping says so.
+    /// Processes a PDO: its commands, and its state if only the default mapping gives that.
     pub(in crate::diagnosis) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         if self.drives & bit(data.node) == 0 && self.faults.is_empty() {
             return;
@@ -109,23 +109,23 @@ impl Drives {
         }
     }
 
-    /// The states of a node's axes.
+    /// Returns the states of a node's axes.
     fn states(&self, node: u8, scene: &Scene<'_>) -> Vec<State> {
         let known: Vec<State> = scene.bus.drive_states(node).map(|(_, state)| state).collect();
         if known.is_empty() { self.assumed.get(&node).copied().into_iter().collect() } else { known }
     }
 
-    /// Whether a node was seen to be a drive.
+    /// Returns true if a node is known to be a drive.
     pub(in crate::diagnosis) fn is_drive(&self, node: u8) -> bool {
         self.drives & bit(node) != 0
     }
 
-    /// Whether anything is open: only then it matters what state an axis is in.
+    /// Returns true if nothing is open, so that the states of axes do not matter.
     pub(in crate::diagnosis) fn is_empty(&self) -> bool {
         self.faults.is_empty() && self.stuck.is_empty()
     }
 
-    /// The drive is in fault (DRV005).
+    /// Records a drive in fault (DRV005).
     pub(in crate::diagnosis) fn fault(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.about().unwrap_or(finding.at);
         self.enter(node, (at, axis(finding)), finding.because_of, Some(finding.code), scene);
@@ -137,7 +137,7 @@ impl Drives {
         }
     }
 
-    /// An axis has entered the fault state.
+    /// Opens or extends an incident of an axis that entered the fault state.
     fn enter(
         &mut self,
         node: u8,
@@ -197,7 +197,7 @@ impl Drives {
         self.faults.insert(node, place);
     }
 
-    /// A command had no effect (DRV002).
+    /// Records a command without effect (DRV002).
     pub(in crate::diagnosis) fn stuck(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.about().unwrap_or(finding.at);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
@@ -225,7 +225,7 @@ impl Drives {
         self.stuck.insert(node, (place, state));
     }
 
-    /// A node has sent something: whether its axes are out of what is open. Says whether that has changed.
+    /// Checks after a frame of a node if its axes have left their open incidents; returns true if that has changed.
     pub(in crate::diagnosis) fn heard(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> bool {
         let mut changed = false;
         let states = self.states(node, scene);
@@ -241,7 +241,7 @@ impl Drives {
                 one.step(at, Role::Recovery, Saying::LeftFault, None);
                 one.fact("left_fault", Quantity::Count(at.no));
             }
-            // An error that stands may keep the axis from being enabled.
+            // An active error may keep the axis from being enabled.
             if enabled || one.clue.codes.is_empty() {
                 self.faults.remove(&node);
                 changed = true;
@@ -260,7 +260,7 @@ impl Drives {
         changed
     }
 
-    /// A drive has sent a statusword: an axis that was in fault when first seen and has been for long has not just been
+    /// Reports an axis, after a statusword, that has been in fault since it was first seen for longer than a drive just
     /// switched on.
     pub(in crate::diagnosis) fn stays(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
@@ -270,15 +270,15 @@ impl Drives {
         }
     }
 
-    /// The capture is over: so has an axis that was in fault when first seen, and still is.
+    /// Reports the axes that have been in fault since they were first seen, at the end of the capture.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         for node in 1..=127 {
             self.seen(node, scene);
         }
     }
 
-    /// Axes that were in fault when first seen, and still are, have entered the fault before. Where a fault reset without
-    /// effect is reported already, that says the same.
+    /// Opens incidents of axes that have been in fault since they were first seen, unless a fault reset without effect
+    /// is reported already.
     fn seen(&mut self, node: u8, scene: &mut Scene<'_>) {
         let told = |one: &Incident| {
             let of_fault = [Kind::AxisFault, Kind::FaultResetWithoutEffect, Kind::FaultResetWithoutEdge];
@@ -299,12 +299,12 @@ impl Drives {
         }
     }
 
-    /// Whether a fault is open.
+    /// Returns true if a fault is open.
     pub(in crate::diagnosis) fn holds(&self, place: Place) -> bool {
         self.faults.values().any(|other| *other == place)
     }
 
-    /// A node has booted, or was reset: its axes are in no state.
+    /// Forgets the states of the axes of a node that booted or was reset.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         self.assumed.remove(&node);

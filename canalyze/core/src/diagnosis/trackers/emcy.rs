@@ -1,7 +1,6 @@
-//! Errors that nodes report by emergencies: each trouble of a node from the first emergency to the one that takes it back.
+//! Errors that nodes report by emergencies: each problem of a node from its first emergency to the one that clears it.
 //!
-//! Which errors stand is known to the bus (`checks/emcy`); here they are put together to what a person calls one trouble.
-//! Must not: read a byte of an emergency that the message has not.
+//! `checks/emcy` knows the active errors; here they are combined into problems as people see them.
 
 use std::collections::BTreeMap;
 
@@ -17,21 +16,20 @@ use crate::profiles::Profile;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Mux;
 
-/// Errors of one node within this time have one cause, in ns.
+/// Maximum distance of errors of one node with one cause, in ns.
 const TOGETHER_NS: i64 = 500_000_000;
 
-/// So many times a loss that was none is reported before it is the consumer's time that is wrong, where nothing said it
-/// before.
+/// Number of reports of a loss, without one, that show the consumer's time to be too short, if no earlier sign does.
 const TOO_SHORT: u64 = 3;
 
 /// Bit of the error register: communication (CiA 301, 7.5.2.2).
 const COMMUNICATION: u8 = 1 << 4;
-/// A loss that a heartbeat consumer reports (CiA 301, 7.2.7.1).
+/// Error code of a loss reported by a heartbeat consumer (CiA 301, 7.2.7.1).
 pub(in crate::diagnosis) const LIFE_GUARD: u16 = 0x8130;
-/// An RPDO that did not come in time.
+/// Error code of an RPDO that did not come in time.
 pub(in crate::diagnosis) const RPDO_TIMEOUT: u16 = 0x8250;
 
-/// The kind of trouble that an emergency error code reports.
+/// Returns the kind of problem that an emergency error code reports.
 fn kind(code: u16) -> Kind {
     match code {
         LIFE_GUARD => Kind::HeartbeatConsumerError,
@@ -60,23 +58,23 @@ pub(in crate::diagnosis) struct Emergency {
     pub(in crate::diagnosis) active: Errors,
 }
 
-/// What is open about the errors of a bus's nodes.
+/// The open incidents of emergencies on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Emergencies {
     open: BTreeMap<u8, Vec<Place>>,
-    /// Nodes that have booted in the capture and sent no emergency since, a bit each.
+    /// Nodes that have booted in the capture without an emergency since, one bit each.
     quiet: u128,
 }
 
 impl Emergencies {
-    /// A node has reported an error, or taken errors back.
+    /// Processes an emergency that raises an error or clears errors.
     pub(in crate::diagnosis) fn emergency(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
         self.quiet &= !bit(emergency.node);
         let unsaid = scene.ledger.last(scene.id, |one| {
             one.kind == Kind::RegisterWithoutEmcy && one.subject.node == Some(emergency.node) && one.end.is_none()
         });
         if let Some(one) = unsaid.and_then(|place| scene.ledger.get_mut(place)) {
-            // It was said a moment later.
+            // The emergency came just afterwards.
             if one.began_within(scene.at, TOGETHER_NS) {
                 one.clue.least = u64::MAX;
             }
@@ -150,7 +148,7 @@ impl Emergencies {
         }
     }
 
-    /// What is known at the begin, and needed to find the cause.
+    /// Adds the facts that are known at the beginning and needed to find the cause.
     fn begin(&mut self, place: Place, emergency: Emergency, scene: &mut Scene<'_>) {
         let Emergency { node, code, manufacturer, .. } = emergency;
         let misfit = matches!(code, 0x8210 | 0x8220);
@@ -168,8 +166,8 @@ impl Emergencies {
         }
     }
 
-    /// The capture is over: what is known by now of the times that nodes wait. What a rule has taken for silence by such a
-    /// time was none.
+    /// Completes incidents at the end of the capture with the known consumer times. A silence that a rule assumed by a
+    /// time that is too short was none.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
@@ -220,7 +218,7 @@ impl Emergencies {
         });
     }
 
-    /// An error register that is not 0, and no emergency has said so since the node has booted.
+    /// Records an error register other than 0 without an emergency since the node booted.
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let node = transfer.node;
         let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
@@ -248,7 +246,7 @@ impl Emergencies {
         }
     }
 
-    /// A node has booted: its errors are gone with it.
+    /// Clears the errors of a node that booted.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         self.quiet |= bit(node);
         for place in self.open.remove(&node).unwrap_or_default() {
@@ -260,8 +258,7 @@ impl Emergencies {
         }
     }
 
-    /// What a rule says of an emergency belongs to the trouble that it reports.
-    /// Says whether there is such a trouble.
+    /// Adds a finding about an emergency to the problem that it reports; returns true if there is one.
     pub(in crate::diagnosis) fn found(&self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let place = scene.ledger.last(scene.id, |one| one.subject.node == Some(node) && one.holds(finding.at.no));
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
@@ -272,7 +269,8 @@ impl Emergencies {
     }
 }
 
-/// A consumer waits for less than the period of the producer that it watches; `written`: the frame that said so.
+/// Records that a consumer waits for less than the period of the monitored node; `written`: the frame that configured
+/// it.
 fn is_too_short(one: &mut Incident, (watched, limit, period, _): Short, written: Option<u64>) {
     one.kind = Kind::ConsumerTimeTooShort;
     one.subject.nodes |= bit(watched);
@@ -284,11 +282,10 @@ fn is_too_short(one: &mut Incident, (watched, limit, period, _): Short, written:
     }
 }
 
-/// A watched node, the time that its consumer waits and its period in ns, and the sub-index of 1016h.
+/// A monitored node, its consumer's time and its period in ns, and the sub-index of 1016h.
 type Short = (u8, i64, i64, u8);
 
-/// A watched node whose heartbeats come, though more seldom than the consumer waits: it, the time that the consumer waits
-/// and the period in ns, and the sub-index of 1016h.
+/// Returns a monitored node whose heartbeats come with a period longer than its consumer waits.
 fn too_short(watched: &[(u8, i64, u8)], manufacturer: [u8; 5], scene: &Scene<'_>) -> Option<Short> {
     let here = |node: u8, period: i64| {
         let last = scene.heard.last_heartbeat(node).and_then(|last| scene.at.since(last));
@@ -300,7 +297,7 @@ fn too_short(watched: &[(u8, i64, u8)], manufacturer: [u8; 5], scene: &Scene<'_>
             .then_some((*node, *limit, period, *sub))
     });
     let short: Vec<_> = short.collect();
-    // CANopenNode says which entry of 1016h it is: its index from 0 follows the error bit.
+    // CANopenNode names the entry of 1016h: its index from 0 follows the error bit.
     let said = u8::try_from(u32::from_le_bytes([manufacturer[1], manufacturer[2], manufacturer[3], manufacturer[4]]));
     let said = said.ok().and_then(|index| short.iter().find(|one| one.3 == index.saturating_add(1)).copied());
     said.or_else(|| short.first().copied())

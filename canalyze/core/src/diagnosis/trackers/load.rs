@@ -1,9 +1,8 @@
-//! How much is on the bus: one identifier that floods it, more than it can carry, and PDOs that come several times as
-//! often after a node was started twice.
+//! The load of a bus: an identifier that floods it, more frames than it can carry, and PDOs that multiply after a
+//! repeated start.
 //!
-//! The bit rate is the one that is given; else it is told by frames that stand one behind the other without a gap that
-//! a frame would not fill. Must not: count the bits of a frame exactly (`summary` does), or judge SDO, whose block
-//! transfers fill a bus by design.
+//! The bit rate is given, or derived from frames without an idle gap between them. Bits are estimated (`summary` counts
+//! exactly). SDO is not judged, since block transfers fill a bus by design.
 
 use crate::bus::Bus;
 use crate::cob_id::Role as Carries;
@@ -15,65 +14,65 @@ use crate::diagnosis::scene::Scene;
 use crate::finding::Quantity;
 use crate::frame::{Frame, FrameRef};
 
-/// Base identifiers.
+/// Number of 11-bit identifiers.
 const IDENTIFIERS: usize = 0x800;
-/// Load is measured over this time, in ns.
+/// Window for measuring the load, in ns.
 const WINDOW_NS: i64 = 100_000_000;
-/// From this part of what the bus can carry on, in percent, frames of low priority wait; below the other it is over.
+/// Load in percent of the bit rate from which on frames of low priority wait, and below which that is over.
 const OVERLOAD: i64 = 80;
 const RELIEVED: i64 = 60;
-/// So many windows in a row make it an overload, or end it.
+/// Number of consecutive windows that begin or end an overload.
 const WINDOWS: u32 = 3;
-/// Gaps that teach how often an identifier comes.
+/// Number of gaps that show the period of an identifier.
 const TAUGHT: u32 = 8;
-/// A flood comes so many times as often as before, ...
+/// Minimum ratio of a flood's rate to the rate before, ...
 const TIMES: i64 = 5;
-/// ... with at least so many frames, over at least this time in ns, at most this far apart on average, in ns.
+/// ... its minimum number of frames, minimum duration in ns, and maximum mean gap in ns.
 const RUN: u32 = 50;
 const RUN_NS: i64 = 200_000_000;
 const RUN_GAP_NS: i64 = 10_000_000;
-/// A flood of which nothing comes for so long is over, in ns.
+/// Time without a frame after which a flood is over, in ns.
 const DRY_NS: i64 = 500_000_000;
-/// What was asked for by a write or a command before it began is no flood, within this time in ns.
+/// Maximum time from a write or command to traffic that it caused, in ns, which is no flood.
 const ASKED_NS: i64 = 1_000_000_000;
-/// A gap so many times as long as usual is a pause.
+/// Ratio to the usual gap from which on a gap is a pause.
 const PAUSE: i64 = 3;
-/// What comes evenly is off by less than this part of its period.
+/// Even traffic deviates by less than this part of its period.
 const EVEN: i64 = 8;
-/// Frames after a repeated start that show how often a PDO comes now.
+/// Number of frames after a repeated start that show the new period of a PDO.
 const AFTER_START: u32 = 12;
 /// The bit rates of CANopen (CiA 301, table 1), in kbit/s.
 const RATES: [i64; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 
-/// What is known of an identifier.
+/// The known traffic of an identifier.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stream {
     last: FrameRef,
-    /// The mean gap in ns, and from how many gaps.
+    /// Mean gap in ns, and the number of gaps.
     gap_ns: i64,
-    /// How far gaps are from it, on average.
+    /// Mean deviation of gaps from it, in ns.
     off_ns: i64,
     gaps: u32,
-    /// Frames of a run that comes far more often than that, and where it began.
+    /// Number of frames in a run of a far higher rate, and its beginning.
     run: u32,
     since: FrameRef,
-    /// Frames of the bus before it.
+    /// Number of frames of the bus before it.
     before: u64,
     flood: Option<Place>,
-    /// The mean gap before a repeated start, and frames since.
+    /// Mean gap before a repeated start in ns, its frame, and the number of frames since.
     started: Option<(i64, FrameRef, u32)>,
 }
 
-/// What a window holds.
+/// The contents of a window.
 #[derive(Clone, Copy, Debug, Default)]
 struct Window {
     begin: FrameRef,
     bits: i64,
     frames: u32,
-    /// Gaps that are too short for a frame at the rate that is assumed, and gaps that are just as long as theirs.
+    /// Number of gaps too short for a frame at the assumed rate, and of gaps that just fit one.
     short: u32,
     tight: u32,
-    /// Lengths of frames that stand so behind another one, a bit each.
+    /// Lengths of frames right behind another one, one bit each.
     lengths: u64,
 }
 
@@ -81,31 +80,32 @@ struct Window {
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Load {
     streams: Vec<Stream>,
-    /// Floods so far.
+    /// Number of floods so far.
     flooded: u32,
-    /// Frames so far.
+    /// Number of frames so far.
     frames: u64,
     last_ns: Option<i64>,
     window: Window,
-    /// The rate that the window before would fill, in kbit/s, and windows in a row that did.
+    /// The rate that the previous window would fill, in kbit/s, and the number of consecutive windows that were full or
+    /// relieved.
     assumed: i64,
     full: u32,
     relieved: u32,
-    /// Where the row of full windows began.
+    /// Beginning of the row of full windows.
     since: FrameRef,
     open: Option<Place>,
-    /// The last window that was full.
+    /// The last full window.
     last_full: FrameRef,
 }
 
-/// About how many bits a frame takes on the wire, stuffing and the pause between frames included.
+/// Returns the approximate number of bits of a frame on the wire, including stuffing and the interframe space.
 fn bits(frame: &Frame) -> i64 {
     let bare = if frame.id.is_extended() { 54 } else { 34 } + 8 * i64::from(frame.len);
     bare + 13 + bare / 12
 }
 
 impl Load {
-    /// A frame of the bus, with the node whose it is.
+    /// Processes a frame of the bus, with its node.
     #[inline]
     pub(in crate::diagnosis) fn frame(&mut self, frame: &Frame, node: Option<u8>, scene: &mut Scene<'_>) {
         let Some(now) = frame.t_ns else { return };
@@ -152,7 +152,7 @@ impl Load {
         }
         let Some(one) = self.streams.get_mut(identifier) else { return };
         if one.gaps < TAUGHT || gap.saturating_mul(TIMES) > one.gap_ns {
-            // A pause teaches nothing of how often it comes.
+            // A pause is not evidence for the usual gap.
             if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(PAUSE) {
                 let mean = if one.gaps == 0 { gap } else { one.gap_ns };
                 one.gap_ns = mean.saturating_add(gap.saturating_sub(mean) / 8);
@@ -194,7 +194,7 @@ impl Load {
         }
     }
 
-    /// Floods of which nothing has come for longer than it takes.
+    /// Ends floods without a frame for long enough.
     fn dry(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
         for one in self.streams.iter_mut().filter(|one| one.flood.is_some()) {
             let rest = at.since(one.last).unwrap_or(0);
@@ -207,12 +207,12 @@ impl Load {
         }
     }
 
-    /// The capture is over.
+    /// Concludes at the end of the capture.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         self.dry(scene.at, scene);
     }
 
-    /// A node has booted: its PDOs are sent as often as they are meant to.
+    /// Ends the multiplied PDOs of a node that booted.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let sent = scene.ledger.last(scene.id, |one| {
             one.kind == Kind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
@@ -222,19 +222,19 @@ impl Load {
         }
     }
 
-    /// A window is over; `at` begins the next one.
+    /// Evaluates a window; `at` begins the next one.
     fn window_over(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
         let Window { begin, bits, frames, short, tight, lengths } =
             std::mem::replace(&mut self.window, Window { begin: at, ..Window::default() });
         let Some(lasted) = at.since(begin).filter(|lasted| frames > 0 && *lasted > 0) else { return };
-        // Bits a millisecond are kbit/s.
+        // Bits per millisecond are kbit/s.
         let used = bits * 1_000_000 / lasted.max(WINDOW_NS);
         let (rate, sure) = match scene.heard.bit_rate {
             Some(rate) => (i64::from(rate) / 1000, true),
             None => {
                 let rate = RATES.into_iter().find(|rate| used * 100 <= rate * 103).unwrap_or(0);
                 let same = std::mem::replace(&mut self.assumed, rate) == rate;
-                // Frames of one length alone may come evenly without filling the bus.
+                // Frames of a single length may come evenly without filling the bus.
                 let behind = tight * 2 > frames && lengths.count_ones() > 1;
                 (rate, same && frames >= 20 && short * 20 < frames && behind)
             }
@@ -274,7 +274,7 @@ impl Load {
         }
     }
 
-    /// The NMT master has started a node that was running.
+    /// Records a start command of the NMT master to a running node.
     pub(in crate::diagnosis) fn started_again(&mut self, node: u8, bus: &Bus) {
         for (identifier, one) in self.streams.iter_mut().enumerate() {
             let of_node = matches!(bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
@@ -285,7 +285,7 @@ impl Load {
     }
 }
 
-/// What was opened is over.
+/// Ends an incident.
 fn over(place: Place, at: FrameRef, scene: &mut Scene<'_>) {
     if let Some(one) = scene.ledger.get_mut(place) {
         one.step(at, Role::Recovery, Saying::Recovered, None);
@@ -293,7 +293,7 @@ fn over(place: Place, at: FrameRef, scene: &mut Scene<'_>) {
     }
 }
 
-/// A PDO comes two or three times as often since a repeated start.
+/// Records a PDO that comes two or three times as often since a repeated start.
 fn multiplied(identifier: usize, (before, now): (i64, i64), (since, at): (FrameRef, FrameRef), scene: &mut Scene<'_>) {
     let Carries::Tpdo { node, number } = scene.bus.carries(identifier as u16) else { return };
     let fits =

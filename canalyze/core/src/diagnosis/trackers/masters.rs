@@ -1,8 +1,8 @@
-//! NMT commands that take back each other, and SDO clients that ask one server at the same time: two masters on one bus.
+//! Two masters on one bus: NMT commands that contradict each other, and SDO clients that use one server at the same
+//! time.
 //!
-//! One master that stops a node to configure it writes to it before it starts it again. Who stops a node and is
-//! contradicted within moments, again and again, with nothing done in between, is another one than who starts it. Must
-//! not: know what the nodes make of it.
+//! A single master that stops a node to configure it writes to it before starting it again. If stops are contradicted
+//! within moments, repeatedly and with nothing in between, two different masters send them.
 
 use std::collections::BTreeMap;
 
@@ -14,16 +14,16 @@ use crate::diagnosis::scene::Scene;
 use crate::frame::FrameRef;
 use crate::services::sdo::wire::Mux;
 
-/// A stop is contradicted by a start within this time, in ns.
+/// Maximum time from a stop to the start that contradicts it, in ns.
 const CONTRARY_NS: i64 = 2_000_000_000;
-/// So many contradictions of one node, this close together in ns, are more than one master makes.
+/// Number of contradictions for one node, this close together in ns, that show a second master.
 const CONTRADICTIONS: usize = 2;
 const WITHIN_NS: i64 = 15_000_000_000;
-/// No client gives up and asks for something else so soon, in ns.
+/// Minimum time after which a client gives up and requests something else, in ns.
 const SOON_NS: i64 = 50_000_000;
-/// After so long with one client alone the other one is gone, in ns.
+/// Time with only one client after which the other one is gone, in ns.
 const QUIET_NS: i64 = 5_000_000_000;
-/// Contradictions of a node that are kept.
+/// Maximum number of kept contradictions of a node.
 const KEPT: usize = 8;
 
 /// A command and the frame that carried it.
@@ -33,31 +33,31 @@ type Given = (u8, FrameRef);
 #[derive(Clone, Debug, Default)]
 struct Commanded {
     last: Option<Given>,
-    /// Stops that were taken back, with the starts that did.
+    /// Stops that were contradicted, with the starts.
     contrary: Vec<(Given, Given)>,
 }
 
 /// The commands of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Masters {
-    /// By node; 0: all.
+    /// By node; 0 for all.
     nodes: BTreeMap<u8, Commanded>,
     open: Option<Place>,
-    /// The last SDO request to each node, and the one before where that was not answered yet.
+    /// The last SDO request to each node, and the previous one if it was still unanswered.
     asked: BTreeMap<u8, (Asked, Option<Asked>)>,
-    /// Requests of two clients that were answered both.
+    /// Number of times that requests of two clients were both answered.
     both: usize,
     /// The first of them.
     first_both: Option<FrameRef>,
-    /// What was opened of them.
+    /// Their incident.
     clients: Option<Place>,
 }
 
-/// What was asked, and by which frame; whether it was answered.
+/// A request: object, frame, and true once it is answered.
 type Asked = (Mux, FrameRef, bool);
 
 impl Masters {
-    /// A client asks a node for an object.
+    /// Records a client's request for an object.
     pub(in crate::diagnosis) fn asked(&mut self, node: u8, mux: Mux, at: FrameRef) {
         let before = self.asked.get(&node).map(|(last, _)| *last).filter(|(other, since, answered)| {
             !answered && *other != mux && at.since(*since).is_some_and(|since| (0..=SOON_NS).contains(&since))
@@ -65,7 +65,7 @@ impl Masters {
         self.asked.insert(node, ((mux, at, false), before));
     }
 
-    /// A server has answered: where it was asked for two objects at once and answers both, two clients have asked.
+    /// Records an answer; if two overlapping requests for different objects are both answered, there are two clients.
     pub(in crate::diagnosis) fn answered(&mut self, node: u8, mux: Mux, scene: &mut Scene<'_>) {
         let Some((last, before)) = self.asked.get_mut(&node) else { return };
         let Some((first, begin, answered)) = before else {
@@ -100,7 +100,7 @@ impl Masters {
             }
             one.repeats.since = scene.at;
         }
-        // Both were answered.
+        // Both were answered after all.
         let unanswered = scene.ledger.last(scene.id, |one| {
             let asked = matches!(one.kind, Kind::RequestUnanswered | Kind::DamagedTransfer);
             asked && one.subject.node == Some(node) && one.began_within(scene.at, CONTRARY_NS)
@@ -110,7 +110,7 @@ impl Masters {
         }
     }
 
-    /// The NMT master has commanded a node, or all (0).
+    /// Processes an NMT command to a node or to all (0).
     pub(in crate::diagnosis) fn commanded(&mut self, command: u8, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         let one = self.nodes.entry(node).or_default();
@@ -151,7 +151,7 @@ impl Masters {
         }
     }
 
-    /// The capture is over: so is this, where nothing was contradicted for longer than it takes.
+    /// Ends incidents at the end of the capture without a recent contradiction.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         if let Some(one) = self.clients.take().and_then(|place| scene.ledger.get_mut(place)) {
             let last = one.repeats.since;

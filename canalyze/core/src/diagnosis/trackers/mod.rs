@@ -1,7 +1,7 @@
-//! What follows one kind of trouble each, from begin to end.
+//! Trackers, which follow one kind of problem each from beginning to end.
 //!
-//! A tracker owns what it has to remember of open incidents. It reads events and what the bus knows, and writes to the
-//! ledger alone. Must not: link incidents, or say words.
+//! A tracker owns the memory of its open incidents. It reads events and the state of the bus, and writes only to the
+//! ledger.
 
 pub(super) mod boots;
 mod commanded;
@@ -14,5 +14,5 @@ pub(super) mod motion;
 pub(super) mod nodes;
 pub(super) mod rules;
 
-/// What happens again within this time after it was over is the same trouble, in ns.
+/// Maximum time after its end in which a problem that recurs is the same, in ns.
 pub(super) const AGAIN_NS: i64 = 10_000_000_000;

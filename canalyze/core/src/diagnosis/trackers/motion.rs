@@ -1,8 +1,8 @@
-//! What drives say of their motion (CiA 402-2): bits of the statusword that mean trouble in a mode, commands that lead
-//! nowhere, and targets that do not come in time.
+//! Motion of drives (CiA 402-2): bits of the statusword that mean trouble in a mode, commands without effect, and late
+//! targets.
 //!
-//! Read are PDOs whose mapping is known, and SDO. Faults are followed in `drive`. A bit whose meaning depends on the mode
-//! of operation says nothing while the mode is not known. Must not: decode a state.
+//! The sources are PDOs with a known mapping, and SDO. Faults are followed in `drive`. A bit whose meaning depends on
+//! the mode of operation is ignored while the mode is not known.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use crate::od::first_axis;
 use crate::services::pdo::mapping::extract;
 use crate::services::sdo::transfer::{Status, Transfer};
 
-/// Bits of the statusword: voltage enabled, internal limit active, and those whose meaning the mode gives.
+/// Bits of the statusword: voltage enabled, internal limit active, and those with a meaning given by the mode.
 const VOLTAGE: u16 = 1 << 4;
 const LIMIT: u16 = 1 << 11;
 const ACKNOWLEDGED: u16 = 1 << 12;
@@ -31,53 +31,55 @@ const FAULT_RESET: u16 = 1 << 7;
 /// Modes of operation.
 const PROFILE_POSITION: i8 = 1;
 const HOMING: i8 = 6;
-/// Those with a target in each cycle: interpolated position, and cyclic synchronous position, velocity, torque.
+/// Modes with a target in each cycle: interpolated position, and cyclic synchronous position, velocity, torque.
 const CYCLIC: [i8; 4] = [7, 8, 9, 10];
-/// Those in which bit 13 is the following error.
+/// Modes in which bit 13 is the following error.
 const FOLLOWS: [i8; 3] = [PROFILE_POSITION, 7, 8];
 
-/// A bit is trouble once it has stood for so long, in ns: a single sample may be a transition.
+/// Minimum time for which a bit has to be set to mean trouble, in ns: a single sample may be a transition.
 const STANDS_NS: i64 = 1_000_000_000;
-/// A set-point is acknowledged within this time, in ns; and so many statuswords have to show that it is not.
+/// Maximum time until a set-point is acknowledged, in ns; and the number of statuswords that have to show that it is
+/// not.
 const ACKNOWLEDGE_NS: i64 = 500_000_000;
 const SAMPLES: u32 = 3;
-/// An axis that is told to be ready for so long and stays disabled has a reason that no command shows, in ns.
+/// Time in ns after which an axis that is commanded to be ready, but stays disabled, has a reason that no command
+/// shows.
 const ENABLE_NS: i64 = 5_000_000_000;
-/// Gaps that show how often targets come; from so many times that on, one was missing.
+/// Number of gaps that show the period of targets; and the ratio from which on one is missing.
 const TAUGHT: u32 = 16;
 const MISSING: i64 = 3;
-/// So many times as long without one at the end of the capture, they do not come any more.
+/// Ratio of the time without a target at the end of the capture from which on they have stopped.
 const GONE: i64 = 10;
 
 /// An axis of a node: its node-ID, and its number from 0.
 type Name = (u8, u8);
 
-/// What is known of an axis.
+/// The known state of an axis.
 #[derive(Clone, Debug, Default)]
 struct Axis {
     control: Option<u16>,
-    /// Controlwords come in a PDO: none is missed where the capture has all frames.
+    /// True if controlwords come in a PDO, so that none is missing in a complete capture.
     by_pdo: bool,
     state: Option<State>,
     mode: Option<i8>,
-    /// Since when a bit stands that is trouble only where it stays.
+    /// The first frame with a bit set that means trouble only if it stays set.
     limit: Option<FrameRef>,
-    /// A set-point that waits to be acknowledged, and statuswords since.
+    /// A set-point that waits for its acknowledgement, and the number of statuswords since.
     set_point: Option<(FrameRef, u32)>,
-    /// It has left operation enabled though it is told to stay.
+    /// True if it left Operation enabled against its command.
     left: bool,
-    /// A fault reset came as an edge in the fault at hand.
+    /// True if a fault reset came as an edge during the current fault.
     reset: bool,
-    /// Fault resets without an edge: the first, and how many.
+    /// Fault resets without an edge: the first one and their number.
     held: Option<(FrameRef, u32)>,
-    /// Since when it is told to be enabled; and whether all of it was asked for, enable operation included.
+    /// Beginning of the commands to be enabled; true if these include enable operation.
     upward: Option<(FrameRef, bool)>,
-    /// Which steps to operation enabled were commanded by SDO and found without effect, one bit each, and since when.
+    /// Steps to Operation enabled that were commanded by SDO without effect, one bit each, and the first of them.
     vain: (u8, Option<FrameRef>),
     open: Vec<(Kind, Place)>,
 }
 
-/// How often the targets of an axis come: the last, the mean gap in ns, and from how many.
+/// The period of an axis's targets: the last target, the mean gap in ns, and the number of gaps.
 #[derive(Clone, Copy, Debug, Default)]
 struct Targets {
     last: FrameRef,
@@ -95,7 +97,7 @@ pub(in crate::diagnosis) struct Motions {
 /// The steps to operation enabled: shutdown, switch on, enable operation.
 const ALL_STEPS: u8 = 7;
 
-/// The step that a controlword commands, as a bit of [`ALL_STEPS`].
+/// Returns the step that a controlword commands, as a bit of [`ALL_STEPS`].
 fn step(controlword: u16) -> Option<u8> {
     match controlword & 0x8F {
         0x06 => Some(1),
@@ -105,7 +107,7 @@ fn step(controlword: u16) -> Option<u8> {
     }
 }
 
-/// A mode of operation is displayed: a request for it that was not taken is over.
+/// Ends an open request for the displayed mode of operation.
 fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
     let waits = scene.ledger.last(scene.id, |one| {
         let asked = one.get("requested") == Some(Quantity::Mode(mode));
@@ -118,11 +120,11 @@ fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
 }
 
 impl Motions {
-    /// A PDO of a drive whose mapping is known.
+    /// Processes a PDO of a drive with a known mapping.
     pub(in crate::diagnosis) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         let (Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..)) = &data.content else { return };
         let mut target = None;
-        // What commands comes before what reports: a PDO carries one of them.
+        // Commands precede reports; a PDO carries only one of them.
         for entry in &mapping.entries {
             let Some(axis) = drive::axis(entry.index) else { continue };
             let name = (data.node, axis);
@@ -144,7 +146,7 @@ impl Motions {
         }
     }
 
-    /// A value that was read or written by SDO.
+    /// Processes a value that was read or written by SDO.
     pub(in crate::diagnosis) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
         let (Some(axis), object) = (drive::axis(mux.index), first_axis(mux.index)) else { return };
@@ -156,7 +158,7 @@ impl Motions {
         self.value((transfer.node, axis), object, raw, scene);
     }
 
-    /// A client writes an object of a drive: a controlword that is under way is not known.
+    /// Forgets the controlword while a client writes it.
     pub(in crate::diagnosis) fn asked(&mut self, node: u8, index: u16) {
         if let Some(axis) = drive::axis(index).filter(|_| first_axis(index) == 0x6040)
             && let Some(axis) = self.axes.get_mut(&(node, axis))
@@ -165,7 +167,7 @@ impl Motions {
         }
     }
 
-    /// A node has booted, or is gone: nothing is known of its axes, and what was open is over.
+    /// Forgets the axes of a node that booted or was lost, and ends their incidents.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         if self.axes.is_empty() {
             return;
@@ -187,7 +189,7 @@ impl Motions {
             0x6041 => self.reported(name, raw as u16, scene),
             _ => {
                 let axis = self.axes.entry(name).or_default();
-                // What is displayed counts; what is asked for only while nothing was displayed.
+                // The displayed mode counts; a requested one only before the first display.
                 let mode = raw as u8 as i8;
                 if object == 0x6061 || axis.mode.is_none() {
                     axis.mode = Some(mode);
@@ -218,7 +220,7 @@ impl Motions {
         if axis.by_pdo || step(word).is_none() {
             axis.vain = (0, None);
         }
-        // A fault reset is the rising edge: a bit that was set before the fault came is none.
+        // A fault reset is a rising edge; a bit set since before the fault is none.
         let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
         axis.reset |= rises(FAULT_RESET) && axis.state == Some(State::Fault);
         if axis.reset || word & FAULT_RESET == 0 || axis.state != Some(State::Fault) {
@@ -257,9 +259,9 @@ impl Motions {
             (late && *samples >= SAMPLES).then_some(*since)
         });
         let stays = state == State::SwitchOnDisabled && word & VOLTAGE == 0;
-        // Who has left that state begins anew.
+        // An axis that left that state starts anew.
         axis.upward = axis.upward.filter(|_| stays);
-        // Whoever has commanded each step and looked after it knows without a clock.
+        // A client that has commanded each step and read the state shows it without a clock.
         axis.vain = match axis.control.and_then(step).filter(|_| !axis.by_pdo) {
             _ if state != State::SwitchOnDisabled => (0, None),
             Some(step) => (axis.vain.0 | step, axis.vain.1.or(Some(at))),
@@ -301,7 +303,7 @@ impl Motions {
         }
     }
 
-    /// The incident of a kind that is open of an axis.
+    /// Returns the open incident of a kind for an axis.
     fn opened<'a>(
         &self,
         name: Name,
@@ -313,7 +315,7 @@ impl Motions {
         scene.ledger.get_mut(*place)
     }
 
-    /// Opens or ends what there is of a kind at an axis; `since`: where it began.
+    /// Opens or ends the incident of a kind for an axis; `since`: its beginning.
     fn set(&mut self, name: Name, kind: Kind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
         let Some(axis) = self.axes.get_mut(&name) else { return };
         let open = axis.open.iter().position(|(other, _)| *other == kind);
@@ -322,7 +324,7 @@ impl Motions {
                 let (node, number) = name;
                 let subject = Subject { axis: Some(number + 1), axes: 1 << number, ..Subject::node(node) };
                 let again = scene.ledger.last(scene.id, |one| {
-                    // An emergency says the same, of no axis.
+                    // An emergency reports the same without an axis.
                     let axis = one.subject.axes & 1 << number != 0 || one.subject.axes == 0;
                     let same = one.kind == kind && one.subject.node == Some(node) && axis;
                     same && (one.end.is_none() || one.ended_within(since, super::AGAIN_NS))
@@ -351,7 +353,7 @@ impl Motions {
         }
     }
 
-    /// The capture is over: targets that do not come any more though the axis is enabled.
+    /// Records targets that have stopped although the axis is enabled, at the end of the capture.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (name, one) in std::mem::take(&mut self.targets) {
             let rest = scene.at.since(one.last).unwrap_or(0);
@@ -373,7 +375,7 @@ impl Motions {
         }
     }
 
-    /// A target of an axis has come.
+    /// Processes a target of an axis.
     fn target(&mut self, name: Name, pdo: (bool, u16), scene: &mut Scene<'_>) {
         let at = scene.at;
         let cyclic = self.axes.get(&name).is_some_and(|axis| {

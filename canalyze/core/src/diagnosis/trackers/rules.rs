@@ -1,7 +1,6 @@
-//! What a rule has found and no other tracker follows: what it is, how often it came, and what ends it.
+//! Findings that no other tracker follows: their kind, number and end.
 //!
-//! The table is in `signs`. Findings of one kind about one subject are one incident, as long as they come again soon.
-//! Must not: know a rule by name, beyond that of an unanswered request.
+//! The table is in `signs`. Findings of one kind about one subject are one incident if they recur soon.
 
 use super::AGAIN_NS;
 use crate::checks::pdo::configuration::pdo_parameter;
@@ -15,24 +14,24 @@ use crate::finding::{Code, Finding, Quantity};
 use crate::frame::FrameRef;
 use crate::services::sdo::wire::Mux;
 
-/// Trouble of one SDO server within this time is one, in ns.
+/// Maximum distance of problems of one SDO server that are one, in ns.
 const ONE_TRANSFER_NS: i64 = 2_000_000_000;
-/// What a second node with a node-ID shows before it is known to be one comes within this time, in ns.
+/// Maximum time from the signs of a second node with the same node-ID to its proof, in ns.
 const DOUBLE_NS: i64 = 15_000_000_000;
-/// So many times as long as it may be, a PDO is missing and not late.
+/// Ratio to its limit from which on a PDO is missing and not late.
 const MISSING: i64 = 5;
-/// What came so often goes on where the next time is not due yet at the end of the capture.
+/// Number of times from which an incident is still open at the end of the capture if the next time is not due yet.
 pub(in crate::diagnosis) const GOES_ON: u64 = 3;
 
-/// What is open.
+/// The open incidents.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Found {
     open: Vec<(Place, Ends)>,
-    /// The last time of those that are over at once.
+    /// The last time of incidents that end at once.
     last: Vec<(Place, FrameRef)>,
 }
 
-/// What happened, seen by what it ends.
+/// A sign that may end incidents.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::diagnosis) struct Sign {
     pub(in crate::diagnosis) ends: Ends,
@@ -41,18 +40,18 @@ pub(in crate::diagnosis) struct Sign {
     pub(in crate::diagnosis) object: Option<Mux>,
 }
 
-/// Kinds that are one trouble of an SDO server.
+/// Returns true for kinds that are one problem of an SDO server.
 fn is_sdo(kind: Kind) -> bool {
     matches!(kind, Kind::RequestUnanswered | Kind::LateAnswer | Kind::DamagedTransfer | Kind::TwoClients)
 }
 
-/// Kinds that are one trouble of SYNC.
+/// Returns true for kinds that are one problem of SYNC.
 fn is_sync(kind: Kind) -> bool {
     matches!(kind, Kind::SyncIrregular | Kind::SyncStopped | Kind::TwoSyncProducers | Kind::SyncLength)
 }
 
 impl Found {
-    /// Takes what a rule has found. Gives the incident where it is a new one.
+    /// Processes a finding; returns its incident if that is new.
     pub(in crate::diagnosis) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<Place> {
         let (code, kind, least, ends) = signs::of(finding.code)?;
         let at = finding.about().unwrap_or(finding.at);
@@ -60,19 +59,19 @@ impl Found {
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         let (kind, ends) = match (code, says(finding)) {
             (Code::Sdo002, Some("request")) => (Kind::DamagedTransfer, Ends::Transferred),
-            // Who was heard is there.
+            // A node that was heard exists.
             (Code::Sdo031, _) if finding.node.is_some_and(|node| scene.heard.last(node).is_some()) => {
                 (Kind::RequestUnanswered, Ends::Answered)
             }
-            // Whether the value was taken is not known until it is written again.
+            // The outcome of a write is not known until the next one.
             _ if kind == Kind::RequestUnanswered && written(finding, scene) == Some(at.no) => (kind, Ends::Written),
             _ => (kind, ends),
         };
-        // A SYNC that stops is no trouble of the node that misses it.
+        // A stopped SYNC is not a problem of the node that misses it.
         let node = finding.node.filter(|_| kind != Kind::SyncStopped);
         let subject = Subject { pdo, ..Subject::of(node) };
         let because = finding.because_of.map(|frame| frame.no);
-        // A finding that counts stands at the last of them; one of a deadline where that was noticed.
+        // A finding with a count is placed at the last of them; one about a deadline where it was noticed.
         let last = if times(finding, 1) > 1 && finding.at.no > at.no { finding.at } else { at };
         let again = scene.ledger.last(scene.id, |one| {
             let (node, other) = (one.subject.node, one.kind);
@@ -87,7 +86,7 @@ impl Found {
         if let Some(place) = again {
             let one = scene.ledger.get_mut(place)?;
             one.found(finding);
-            // What follows from an earlier one of the same is one more.
+            // A consequence of an earlier one of the same kind is a repetition.
             if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) {
                 if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
                     one.again(at);
@@ -115,7 +114,7 @@ impl Found {
             one.found(finding);
             return None;
         }
-        // What something else explains, and is no trouble of its own, belongs to that.
+        // A consequence that is no problem of its own belongs to its cause.
         if let Some(frame) = because
             && !is_sdo(kind)
         {
@@ -157,18 +156,18 @@ impl Found {
         }
     }
 
-    /// Whether anything is open that may end.
+    /// Returns true if nothing is open.
     #[inline]
     pub(in crate::diagnosis) fn is_empty(&self) -> bool {
         self.open.is_empty()
     }
 
-    /// Whether the length of a PDO matters.
+    /// Returns true if the length of a PDO matters.
     pub(in crate::diagnosis) fn measures(&self) -> bool {
         self.open.iter().any(|(_, ends)| *ends == Ends::Length)
     }
 
-    /// Something has happened that may end what is open.
+    /// Processes a sign that may end incidents.
     pub(in crate::diagnosis) fn sign(&mut self, sign: Sign, scene: &mut Scene<'_>) {
         if self.open.is_empty() {
             return;
@@ -200,7 +199,7 @@ impl Found {
         });
     }
 
-    /// The capture is over at this frame: what was over at once, and what goes on.
+    /// Ends incidents at the end of the capture, except those that go on.
     pub(in crate::diagnosis) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
         for (place, last) in self.last.drain(..) {
             let Some(one) = scene.ledger.get_mut(place) else { continue };
@@ -227,12 +226,12 @@ impl Found {
     }
 }
 
-/// The last write to the node that a finding is about.
+/// Returns the frame number of the last write to the node of a finding.
 fn written(finding: &Finding, scene: &Scene<'_>) -> Option<u64> {
     Some(scene.heard.written(finding.node?)?.no)
 }
 
-/// How often it happened by a finding: what has no single gap lasts.
+/// Returns the number of times in a finding; without a single gap the incident is lasting.
 fn times(finding: &Finding, least: u64) -> u64 {
     let Some(measured) = finding.measured() else { return finding.facts.count().max(1) };
     let counted = measured.facts().find_map(|(name, value)| match value {
@@ -243,7 +242,7 @@ fn times(finding: &Finding, least: u64) -> u64 {
     if lasts { least } else { counted.unwrap_or(1).max(1) }
 }
 
-/// What a finding about an unanswered request says is missing.
+/// Returns the word for the missing part in a finding about an unanswered request.
 fn says(finding: &Finding) -> Option<&'static str> {
     let measured = finding.measured()?;
     let (_, value) = measured.variant.constants.iter().find(|(name, _)| *name == "missing")?;

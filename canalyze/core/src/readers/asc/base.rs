@@ -1,33 +1,33 @@
-//! Whether the numbers of a file without a header are decimal ones.
+//! Detection of decimal numbers in a file without a header.
 //!
-//! A piece of a log lacks the line that says it, and 385 is another identifier in hexadecimal digits. Hexadecimal bytes
-//! are always written with two digits, decimal ones without a zero in front: the first line that can be only one of
-//! them tells of all. Must not: decide against a header.
+//! A piece of a log lacks the line with the base, and 385 is another identifier in hexadecimal. Hexadecimal bytes
+//! always have two digits, decimal ones no leading zero: the first line that fits only one base decides. A header takes
+//! precedence.
 
 use super::words::stamp;
 use crate::readers::candump::lex::{is_hex, skip_blanks};
 use crate::readers::listing::{self, Base, Digits};
 
-/// Most that is held back.
+/// Maximum number of bytes held back.
 const MOST: usize = 64 * 1024;
 
 /// The beginning of a file.
 #[derive(Debug, Default)]
 pub(super) struct Head {
     held: Vec<u8>,
-    /// So much of it was looked at, in whole lines.
+    /// Number of examined bytes, in whole lines.
     looked: usize,
     base: Base,
     over: bool,
 }
 
 impl Head {
-    /// Whether it is still held back.
+    /// Returns true while it is held back.
     pub(super) fn is_open(&self) -> bool {
         !self.over
     }
 
-    /// Takes the next bytes. Gives all of them as soon as the base is known, and whether it is 10.
+    /// Feeds the next bytes. Returns all of them once the base is known, and true if it is 10.
     pub(super) fn feed(&mut self, bytes: &[u8]) -> Option<(Vec<u8>, bool)> {
         self.held.extend_from_slice(bytes);
         while let Some(rest) = self.held.get(self.looked..)
@@ -42,11 +42,11 @@ impl Head {
                 return self.give(false);
             }
         }
-        // A line of this length is none.
+        // Too long for a line.
         (self.held.len() >= 2 * MOST).then(|| self.give(false)).flatten()
     }
 
-    /// Nothing more comes: gives what is held back.
+    /// Ends the input and returns the bytes held back.
     pub(super) fn finish(&mut self) -> Option<(Vec<u8>, bool)> {
         if self.over {
             return None;
@@ -62,7 +62,7 @@ impl Head {
     }
 }
 
-/// How the numbers of a line are written, where it tells. What a header says is left to the header.
+/// Returns the form of a line's numbers, if it shows one. A header line is left to the header.
 fn of(line: &[u8]) -> Option<Digits> {
     let line = listing::unmarked(listing::unquoted(skip_blanks(line.trim_ascii_end())));
     let Some((_, rest)) = stamp(line) else {

@@ -1,7 +1,7 @@
 //! Lines of events on a classic channel: `12.500000 1  601  Rx   d 8 40 08 10 00 00 00 00 00  Length = .. ID = ..`.
 //!
-//! Also the plain line of large files on a path of its own, which must give exactly what the general one gives.
-//! Must not: make a frame of a line whose columns do not all fit.
+//! The plain line of large files has a faster path with exactly the same result. A line is a frame only if all its
+//! columns fit.
 
 use super::words::{Fail, Way, Words, data_byte, fd_length, identifier, is_fd_length, number, stamp, way};
 use super::{Channel, Event};
@@ -9,8 +9,8 @@ use crate::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm, Stamp};
 use crate::readers::Unreadable;
 use crate::readers::candump::lex::{is_stray_byte, nibble, skip_blanks};
 
-/// The plain line: stamp, channel, identifier, direction, a data frame in hexadecimal digits, and Vector's columns
-/// behind it or nothing. Anything else is `None`.
+/// Parses the plain line: stamp, channel, identifier, direction, a hexadecimal data frame, and optionally Vector's
+/// columns after it. `None` for anything else.
 #[inline(always)]
 pub(super) fn plain(line: &[u8]) -> Option<(Frame, Channel)> {
     let (stamp, rest) = stamp(skip_blanks(line))?;
@@ -44,16 +44,16 @@ pub(super) fn plain(line: &[u8]) -> Option<(Frame, Channel)> {
     Some((frame(stamp, id, Kind::Data, Some(dir), len, data), channel))
 }
 
-/// Vector's columns behind a frame, and no further event.
+/// Returns true for Vector's columns after a frame, without a further event.
 #[inline(always)]
 fn is_plain_tail(tail: &[u8]) -> bool {
-    // `  Length = 24401600 BitCount = 1250 ID = 419363071x`: no event has room in what is not longer.
+    // `  Length = 24401600 BitCount = 1250 ID = 419363071x`: this length leaves no room for another event.
     const LONGEST: usize = 52;
     let ends = matches!(tail, [.., b'0'..=b'9' | b'x'] | [.., b'0'..=b'9' | b'x', b'\r']);
     tail.starts_with(b"  Length = ") && tail.len() <= LONGEST && ends
 }
 
-/// Hexadecimal digits, perhaps an `x`, and a blank.
+/// Parses hexadecimal digits, an optional `x`, and a blank.
 #[inline(always)]
 fn plain_identifier(mut text: &[u8]) -> Option<(CanId, &[u8])> {
     let mut value = 0u32;
@@ -77,7 +77,7 @@ fn plain_identifier(mut text: &[u8]) -> Option<(CanId, &[u8])> {
     }
 }
 
-/// A frame of these parts, on a bus that the caller sets.
+/// Makes a frame of these parts; the caller sets its bus.
 pub(super) fn frame(stamp: Stamp, id: CanId, kind: Kind, dir: Option<Direction>, len: u8, data: [u8; 64]) -> Frame {
     Frame {
         no: 0,
@@ -94,17 +94,17 @@ pub(super) fn frame(stamp: Stamp, id: CanId, kind: Kind, dir: Option<Direction>,
     }
 }
 
-/// An error frame: what Vector's programs say of it is no SocketCAN class.
+/// Makes an error frame; the details of Vector's programs are not a class of SocketCAN.
 pub(super) fn error(stamp: Stamp, dir: Option<Direction>) -> Frame {
     frame(stamp, CanId::extended(0), Kind::Error, dir, 0, [0; 64])
 }
 
-/// Whether the word is the beginning of an error frame's line.
+/// Returns true if the word begins the line of an error frame.
 pub(super) fn is_error(word: &[u8]) -> bool {
     word.get(..10).is_some_and(|name| name.eq_ignore_ascii_case(b"ErrorFrame"))
 }
 
-/// What follows the channel. `decimal`: the header's base; `last`: the line has no end.
+/// Parses an event after its channel. `decimal`: the base of the header; `last`: the line has no newline.
 pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
     let first = words.need(Unreadable::NoFrame)?;
     if is_error(first) {
@@ -112,7 +112,7 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
     }
     let id = identifier(first, decimal);
     let numeric = id != Err(Unreadable::NoFrame);
-    // Directions may be missing, and a symbolic name may stand before them, or in place of the identifier.
+    // Directions may be missing, and a symbolic name may precede them or replace the identifier.
     let dir = match way(words.peek()) {
         Some(way) => {
             words.next();
@@ -150,14 +150,14 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
     let empty = frame(stamp, id, Kind::Data, dir, 0, [0; 64]);
     match words.need(Unreadable::NoFrame)? {
         b"d" | b"D" => data(words, empty, decimal, last),
-        // The length may be what the file's end cuts off.
+        // The end of the file may have cut off the length.
         b"r" | b"R" if last && words.is_empty() => words.fail(Unreadable::Length),
         b"r" | b"R" => remote(words, empty, decimal),
         _ => words.fail(Unreadable::NoFrame),
     }
 }
 
-/// `ID = 418119424x` at the line's end: the number of an identifier that is written by its name, always decimal.
+/// Finds `ID = 418119424x` at the end of the line: the number of an identifier written by name, always decimal.
 fn symbolic(mut words: Words<'_>, last: bool) -> Option<Result<CanId, Fail>> {
     while let Some(word) = words.next() {
         if word != b"ID" || words.peek() != b"=" {
@@ -165,7 +165,7 @@ fn symbolic(mut words: Words<'_>, last: bool) -> Option<Result<CanId, Fail>> {
         }
         words.next();
         let id = words.next()?;
-        // A number that the file's end cuts is another number.
+        // A number cut by the end of the file is another number.
         if last && words.is_empty() {
             return Some(words.fail(Unreadable::Identifier));
         }
@@ -174,8 +174,8 @@ fn symbolic(mut words: Words<'_>, last: bool) -> Option<Result<CanId, Fail>> {
     None
 }
 
-/// The length and the data. Which length is meant shows in the bytes that follow: `8`, the raw code `D` before eight
-/// bytes, `40` before the 64 bytes of a frame that can only be CAN FD.
+/// Parses the length and the data. The bytes show the meaning of the length: `8`, the raw code `D` before eight bytes,
+/// `40` before the 64 bytes of a frame that can only be CAN FD.
 fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
     let code = words.need(Unreadable::Length)?;
     if code.len() > 2 {
@@ -195,7 +195,7 @@ fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool, last: bool) -
         ];
         meant |= candidates.iter().any(Option::is_some);
         let fits = candidates.into_iter().flatten().filter(|(len, _)| *len <= count);
-        // The longest: bytes left over would be a line that does not fit.
+        // The longest one, since leftover bytes would mean that the line does not fit.
         if let Some(best) = fits.max_by_key(|(len, _)| *len)
             && found.is_none()
         {
@@ -206,7 +206,7 @@ fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool, last: bool) -
         if !meant {
             return words.fail(Unreadable::Length);
         }
-        // The last of the bytes there are may be half a byte.
+        // The last of the bytes may be half a byte.
         for _ in 0..count {
             words.next();
         }
@@ -228,12 +228,12 @@ fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool, last: bool) -
     Ok(Event::Frame(frame))
 }
 
-/// Whether the last byte of a line without end may have had more digits.
+/// Returns true if the last byte of a line without a newline may have had more digits.
 pub(super) fn may_go_on(words: Words<'_>, decimal: bool) -> bool {
     decimal && words.is_empty() && matches!(words.last(), [b'1'..=b'9'] | [b'1'..=b'2', _])
 }
 
-/// How many data bytes follow, at most 65.
+/// Returns the number of data bytes that follow, at most 65.
 fn bytes(mut words: Words<'_>, decimal: bool) -> u64 {
     let mut count = 0;
     while count < 65 && words.next().is_some_and(|word| data_byte(word, decimal).is_some()) {
@@ -242,14 +242,14 @@ fn bytes(mut words: Words<'_>, decimal: bool) -> u64 {
     count
 }
 
-/// The frame is whole: a further byte would mean that its length is wrong.
+/// Fails if another byte follows a complete frame, since its length would be wrong.
 fn no_more_bytes(words: Words<'_>, decimal: bool) -> Result<(), Fail> {
     let next = words.peek();
     let stray = if decimal { data_byte(next, true).is_some() } else { is_stray_byte(next) };
     if stray { Err(Fail { reason: Unreadable::Length, end: false }) } else { Ok(()) }
 }
 
-/// `r`, `r 8`, `r Length = ..`.
+/// Parses `r`, `r 8`, `r Length = ..`.
 fn remote<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool) -> Result<Event<'a>, Fail> {
     frame.kind = Kind::Remote;
     let code = words.peek();
@@ -279,7 +279,7 @@ mod tests {
     use super::{event, plain, skip_blanks};
 
     proptest! {
-        // The two paths must never differ, or a column behind the data would change their frame.
+        // If the two paths differed, a column after the data would change the frame.
         #[test]
         fn plain_is_general(line in " {0,2}[0-9]{1,2}\\.[0-9]{1,7} [0-9]{1,2} {1,2}([0-7][0-9A-Fa-f]{0,3}|[01][0-9A-F]{7})x? {1,9}[RT]xR? {1,3}[dr] [0-9]( [0-9A-Fa-f]{2}){0,9}(\r| |  Length = 244016 BitCount = 125 ID = 384x| 1)?") {
             let Some((frame, channel)) = plain(line.as_bytes()) else { return Ok(()) };

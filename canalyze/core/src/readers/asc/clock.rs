@@ -1,11 +1,10 @@
-//! What the stamps of a file count from: since the start, or since the event before; and from which date.
+//! The origin of a file's stamps: the start or the previous event, and a date.
 //!
-//! Each block between triggers has a date of its own. Where its stamps go on from the file's date (Vector's programs,
-//! absolute stamps), or begin anew at the block's (split and joined files, python-can), is not said anywhere: they
-//! count from whichever date brings the block's first event nearer to the block's own. Must not: sort or repair.
+//! Each block between triggers has its own date. Files do not say if its stamps continue from the date of the file
+//! (Vector's programs, absolute stamps) or restart at that of the block (split and joined files, python-can): the date
+//! that brings the first event of the block nearer to the block's date is used.
 
-/// The latest that a file's first event can be behind the moment its header was written, for stamps that are taken as
-/// the time of the day.
+/// Maximum time in ns from the header to the first event of a file whose stamps are taken as times of day.
 const LATE_NS: i64 = 10_000_000_000;
 const SECOND_NS: i64 = 1_000_000_000;
 const MILLISECOND_NS: i64 = 1_000_000;
@@ -15,27 +14,27 @@ const DAY_NS: i64 = 86_400_000_000_000;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Clock {
     relative: bool,
-    /// The last moment, for stamps that count from the event before.
+    /// The last time, for stamps that count from the previous event.
     sum: i64,
-    /// The date that the stamps count from.
+    /// The date from which stamps count.
     origin: Option<i64>,
-    /// A date that was said since the last stamp.
+    /// A date since the last stamp.
     block: Option<i64>,
-    /// No stamp has been seen.
+    /// False until the first stamp.
     begun: bool,
-    /// The dates are none: they only tell the blocks from one another, and count from 1970.
+    /// True if the dates are not real: they only separate blocks, and stamps count from 1970.
     undated: bool,
-    /// The origin was not handed out yet.
+    /// True until the origin has been returned.
     unsaid: bool,
 }
 
 impl Clock {
-    /// Takes what the header says of stamps.
+    /// Sets the kind of stamps by the header.
     pub(super) fn set_relative(&mut self, relative: bool) {
         self.relative = relative;
     }
 
-    /// Takes a date of the header or of a block.
+    /// Sets a date of the header or of a block.
     pub(super) fn set_date(&mut self, date_ns: i64) {
         if self.begun || self.origin.is_some() {
             self.block = Some(date_ns);
@@ -44,7 +43,7 @@ impl Clock {
         }
     }
 
-    /// Takes it that the dates of this file are none.
+    /// Marks the dates of this file as not real.
     pub(super) fn set_undated(&mut self) {
         self.undated = true;
     }
@@ -54,7 +53,7 @@ impl Clock {
         self.unsaid = true;
     }
 
-    /// The moment of a stamp. Every stamped line has to pass here, whatever it holds.
+    /// Returns the time of a stamp. Has to be called for every stamped line, whatever it contains.
     #[inline(always)]
     pub(super) fn moment(&mut self, ns: i64) -> i64 {
         if self.begun && self.block.is_none() && !self.relative && !self.undated {
@@ -68,7 +67,7 @@ impl Clock {
         let mut moment = if self.relative { self.sum.saturating_add(ns) } else { ns };
         if let Some(date) = self.block.take() {
             let behind = self.origin.map(|origin| date.saturating_sub(origin));
-            // A date is no finer than its last digit: stamps that each count from the event before go on over it.
+            // A date is no more precise than its last digit; differences continue across it.
             let digit = if date % SECOND_NS == 0 { SECOND_NS } else { MILLISECOND_NS };
             let digit = if self.relative { digit } else { 0 };
             let near = |behind: i64| {
@@ -88,8 +87,8 @@ impl Clock {
         if self.undated { moment.saturating_add(self.origin.unwrap_or(0)) } else { moment }
     }
 
-    /// A first stamp that is the time of the day of the header's date: the stamps count from midnight, as BusMaster
-    /// has them.
+    /// Detects a first stamp that is the time of day in the header's date: the stamps count from midnight, as in
+    /// BusMaster.
     fn time_of_day(&mut self, ns: i64) {
         let Some(origin) = self.origin else { return };
         let time = origin.rem_euclid(DAY_NS);
@@ -98,7 +97,7 @@ impl Clock {
         }
     }
 
-    /// The date that stamps count from, where it was not handed out yet. To be asked behind [`Self::moment`].
+    /// Returns the date from which stamps count, once. Called after [`Self::moment`].
     #[inline(always)]
     pub(super) fn start(&mut self) -> Option<i64> {
         if self.unsaid && !self.undated {
@@ -121,7 +120,7 @@ mod tests {
         let mut clock = Clock::default();
         clock.set_date(DATE);
         clock.set_date(DATE + 3 * S);
-        // Three seconds after the header, and the first event says so.
+        // Three seconds after the header, and the first event agrees.
         assert_eq!((clock.moment(3 * S + 1), clock.start()), (3 * S + 1, Some(DATE)));
         assert_eq!((clock.moment(4 * S), clock.start()), (4 * S, None));
         clock.set_date(DATE + 60 * S);
@@ -142,7 +141,7 @@ mod tests {
         clock.set_date(DATE + 100 * S);
         assert_eq!((clock.moment(7), clock.start()), (7, Some(DATE + 100 * S)));
         assert_eq!(clock.moment(7), 14);
-        // A block begins between two events, and its date has no more than ms: no event is earlier than one before it.
+        // A block begins between two events, with a date in ms: no event is earlier than the previous one.
         clock.set_date(DATE + 100 * S + 191_000_000);
         assert_eq!((clock.moment(191_000_800), clock.start()), (191_000_814, None));
         clock.set_date(DATE + 100 * S + 191_000_000);

@@ -1,14 +1,13 @@
-//! Dates as Vector's programs write them: `Sam Sep 30 15:06:13.191 2017`, `Thu Apr 28 10:44:52.480 am 2022`.
+//! Dates of Vector's programs: `Sam Sep 30 15:06:13.191 2017`, `Thu Apr 28 10:44:52.480 am 2022`.
 //!
-//! English and German, in any of the encodings they were written in: the names of months are told by their first
-//! letters, the weekday is not looked at. Local civil time, counted as if it were UTC. Must not: guess a date that is
-//! not whole.
+//! English and German in any encoding: months are recognized by their first letters, and the weekday is ignored. Local
+//! civil time is counted as if it were UTC. An incomplete date is rejected.
 
 use super::words::Words;
 use crate::calendar::{days_of, days_to};
 use crate::readers::candump::stamp::{digits, nanoseconds};
 
-/// The first letters of a month, in lower case, and its number. The umlaut as in UTF-8, Latin-1, code page 850 and
+/// The first letters of months in lower case and their numbers. The umlaut is in UTF-8, Latin-1, code page 850 or
 /// without dots.
 const MONTHS: &[(&[u8], i64)] = &[
     (b"jan", 1),
@@ -33,7 +32,7 @@ const MONTHS: &[(&[u8], i64)] = &[
     (b"dez", 12),
 ];
 
-/// ns since 1970-01-01 of the date in these words.
+/// Returns a date in ns since 1970-01-01.
 pub(super) fn read(text: &[u8]) -> Option<i64> {
     let mut words = Words::new(text);
     let mut word = words.next()?;
@@ -68,7 +67,7 @@ fn month(word: &[u8]) -> Option<i64> {
     MONTHS.iter().find(|(name, _)| word.starts_with(name)).map(|(_, month)| *month)
 }
 
-/// `15:06:13.191`: seconds of the day, and ns.
+/// Parses `15:06:13.191` into seconds of the day and ns.
 fn time_of_day(text: &[u8], afternoon: Option<bool>) -> Option<(i64, i64)> {
     let (hour, _, rest) = digits(text);
     let (minute, _, rest) = digits(rest.strip_prefix(b":")?);
@@ -78,7 +77,7 @@ fn time_of_day(text: &[u8], afternoon: Option<bool>) -> Option<(i64, i64)> {
         [b'.' | b',', rest @ ..] => fraction(rest)?,
         _ => return None,
     };
-    // Twelve hours with am or pm; a time of 24 hours needs neither, so it stands as it is.
+    // Twelve hours with am or pm; a 24-hour time needs neither and is taken unchanged.
     let hour = match (afternoon, hour) {
         (Some(false), 12) => 0,
         (Some(true), 0..12) => hour + 12,
@@ -90,8 +89,8 @@ fn time_of_day(text: &[u8], afternoon: Option<bool>) -> Option<(i64, i64)> {
     Some((i64::try_from(hour * 3600 + minute * 60 + second).ok()?, fraction))
 }
 
-/// Up to three digits are a number of milliseconds, as Vector's programs have them; python-can leaves their leading
-/// zeros out. More are decimals.
+/// Parses up to three digits as a number of ms, like Vector's programs (python-can omits leading zeros), and more
+/// digits as decimals.
 fn fraction(text: &[u8]) -> Option<i64> {
     let (number, count, rest) = digits(text);
     let number = i64::try_from(number).ok()?;

@@ -1,9 +1,7 @@
 //! Lines of frames on channels of CAN FD and CAN XL. Both may carry classic frames.
 //!
-//! `CANFD ch Rx id [name] brs esi dlc length data.. duration bits flags ..`, the older order
-//! `CANFD ch id Tx brs esi d dlc length data..` and `.. r dlc`, and
-//! `CANXL ch Rx format duration bits id [name] dlc length data.. crc flags ..`. Must not: take a CAN XL frame for one
-//! that it is not.
+//! `CANFD ch Rx id [name] brs esi dlc length data.. duration bits flags ..`, the older order `CANFD ch id Tx brs esi d
+//! dlc length data..` and `.. r dlc`, and `CANXL ch Rx format duration bits id [name] dlc length data.. crc flags ..`.
 
 use super::Event;
 use super::classic::{error, frame, is_error, may_go_on};
@@ -11,16 +9,16 @@ use super::words::{Fail, Way, Words, data_byte, fd_code, identifier, number, way
 use crate::frame::{CanId, Frame, Kind, Stamp};
 use crate::readers::Unreadable;
 
-/// A remote frame.
+/// Flag of a remote frame.
 const RTR: u64 = 0x10;
-/// A frame in the format of CAN FD; without it the frame is a classic one.
+/// Flag of the CAN FD format; without it the frame is a classic one.
 const FDF: u64 = 0x1000;
-/// Bit rate switch.
+/// Flag of the bit rate switch.
 const BRS: u64 = 0x2000;
-/// Error state indicator.
+/// Flag of the error state indicator.
 const ESI: u64 = 0x4000;
 
-/// What follows the channel of a line of CAN FD. `decimal`: its numbers are decimal ones; `last`: it has no end.
+/// Parses a line of CAN FD after its channel. `decimal`: its numbers are decimal; `last`: it has no newline.
 pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
     let mut first = words.need(Unreadable::NoFrame)?;
     let mut direction = way(first);
@@ -71,12 +69,12 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
         return words.fail(Unreadable::Data);
     }
     let flags = flags(words, 2, last)?;
-    // Whether the frame is a classic one stands behind the data.
+    // The flag of a classic frame comes after the data.
     if last && flags.is_none() && !old && !brs && !esi && len <= 8 {
         return Err(Fail { reason: Unreadable::Data, end: true });
     }
     let codes = [number(code, false), number(code, true)];
-    // Some programs write the length in place of its code. One between two lengths has the code of the next.
+    // Some programs write the length instead of its code. A length between two codes has the code of the next one.
     let fits = |len: u64| codes.iter().flatten().any(|code| *code == len || *code == fd_code(len));
     let raw = number(code, false).filter(|code| *code < 16);
     match (flags, raw) {
@@ -84,7 +82,7 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
         (Some(flags), Some(code)) if flags & FDF == 0 && len == code.min(8) && !brs && !esi => {
             classic(&mut frame, code, false);
         }
-        // A length code without data asks for data.
+        // A length code without data is a remote frame.
         (None, Some(code @ 1..)) if len == 0 => classic(&mut frame, code, true),
         _ if fits(len) => {}
         _ => return Err(Fail { reason: Unreadable::Length, end: false }),
@@ -92,7 +90,7 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
     Ok(Event::Frame(frame))
 }
 
-/// What follows the channel of a line of CAN XL.
+/// Parses a line of CAN XL after its channel.
 pub(super) fn xl_event<'a>(mut words: Words<'a>, stamp: Stamp, last: bool) -> Result<Event<'a>, Fail> {
     let dir = match way(words.need(Unreadable::NoFrame)?) {
         Some(Way::Request) => return Ok(Event::Passed(b"TxRq")),
@@ -152,7 +150,7 @@ fn bit(words: &mut Words<'_>) -> Result<bool, Fail> {
     }
 }
 
-/// The number of bytes, always decimal, and the bytes.
+/// Parses the number of bytes, always decimal, and the bytes.
 fn data(words: &mut Words<'_>, frame: &mut Frame, decimal: bool) -> Result<u64, Fail> {
     let word = words.need(Unreadable::Length)?;
     let Some(len) = number(word, true).filter(|len| *len <= 64) else {
@@ -168,7 +166,7 @@ fn data(words: &mut Words<'_>, frame: &mut Frame, decimal: bool) -> Result<u64, 
     Ok(len)
 }
 
-/// Makes it a classic frame, with its length code.
+/// Turns it into a classic frame with its length code.
 fn classic(frame: &mut Frame, code: u64, remote: bool) {
     frame.kind = if remote { Kind::Remote } else { Kind::Data };
     frame.len = code.min(8) as u8;
@@ -178,7 +176,7 @@ fn classic(frame: &mut Frame, code: u64, remote: bool) {
     }
 }
 
-/// The flags, so many columns behind the data; `None` where the line ends with the data.
+/// Parses the flags, which are `columns` columns after the data; `None` if the line ends with the data.
 fn flags(mut words: Words<'_>, columns: usize, last: bool) -> Result<Option<u64>, Fail> {
     if words.is_empty() {
         return Ok(None);
@@ -187,14 +185,14 @@ fn flags(mut words: Words<'_>, columns: usize, last: bool) -> Result<Option<u64>
         words.next();
     }
     let flags = words.next().and_then(|word| number(word, false));
-    // Digits that the file's end cuts off would be other flags.
+    // If the end of the file cut off digits, the flags would be others.
     if last && words.is_empty() { words.fail(Unreadable::Data) } else { Ok(flags) }
 }
 
-/// Whether the numbers of a line are hexadecimal although the header's base is decimal, as many programs write them;
-/// `None` where the line does not show it.
+/// Returns true if the numbers of a line are hexadecimal although the header says decimal, as in many programs; `None`
+/// if the line does not show it.
 pub(super) fn is_hexadecimal(mut words: Words<'_>) -> Option<bool> {
-    // The direction stands first or second, the data behind the first whole number that is followed by so many bytes.
+    // The direction is the first or second word; the data follow the first decimal number with as many bytes after it.
     let letters = |word: &[u8]| word.iter().any(u8::is_ascii_alphabetic);
     let first = words.next()?;
     let id = if way(first).is_some() { words.next()? } else { first };

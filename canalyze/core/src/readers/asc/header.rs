@@ -1,40 +1,40 @@
-//! What a file says of itself: base, kind of stamps, date, version, the file before it; and what was passed over.
+//! The header of a file: base, kind of stamps, date, version, previous file; and the counts of other content.
 //!
-//! Header lines may stand anywhere or be missing. Must not: know the columns of events.
+//! Header lines may be anywhere or missing.
 
 use super::words::{Fail, Words};
 use super::{Channel, date};
 use crate::readers::{Contents, Unreadable};
 
-/// Most kinds of lines that are counted apart.
+/// Maximum number of separately counted kinds of lines.
 const MAX_KINDS: usize = 63;
-/// Longest name of a kind, and of a value that is kept.
+/// Maximum length of a kind's name, and of a kept value, in bytes.
 const MAX_NAME: usize = 32;
 const MAX_VALUE: usize = 256;
 
-/// What is known of the file.
+/// The facts about the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Header {
-    /// Numbers are decimal ones.
+    /// True if numbers are decimal.
     pub(super) decimal: bool,
     dialect: Vec<(&'static str, Vec<u8>)>,
     kinds: Vec<(Vec<u8>, u64)>,
     other_kinds: u64,
 }
 
-/// What a header line says beyond what the header keeps.
+/// The content of a header line that the header does not keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Said {
     /// Nothing.
     Nothing,
-    /// What stamps count from: each the event before, or all the start.
+    /// True if stamps count from the previous event, false if from the start.
     Relative(bool),
     /// A date in ns since 1970-01-01.
     Date(i64),
 }
 
 impl Header {
-    /// A line that has no stamp and is no comment.
+    /// Parses a line without a stamp that is not a comment.
     pub(super) fn line(&mut self, text: &[u8]) -> Result<Said, Fail> {
         let mut words = Words::new(text);
         let first = words.next().unwrap_or_default().to_ascii_lowercase();
@@ -63,7 +63,7 @@ impl Header {
             (b"internal", b"events") | (b"no", b"internal") => return Ok(Said::Nothing),
             _ => {}
         }
-        // A stamp or a word that the file's end cut.
+        // A stamp or a word that the end of the file may have cut.
         let number = first.iter().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'-'));
         let begun = |name: &[u8]| name.starts_with(&text.trim_ascii().to_ascii_lowercase());
         let names: [&[u8]; 6] =
@@ -72,13 +72,13 @@ impl Header {
         Err(Fail { reason: Unreadable::NoFrame, end })
     }
 
-    /// No line says it, but the numbers are decimal ones.
+    /// Sets decimal numbers without a header line.
     pub(super) fn set_decimal(&mut self) {
         self.decimal = true;
         self.set("base", b"dec");
     }
 
-    /// `timestamps absolute`, which BusMaster leaves out.
+    /// Parses `timestamps absolute`, which BusMaster omits.
     fn stamps(&mut self, mut words: Words<'_>) -> Said {
         while let Some(word) = words.next() {
             if word.eq_ignore_ascii_case(b"timestamps") {
@@ -90,7 +90,7 @@ impl Header {
         Said::Nothing
     }
 
-    /// A comment: `// version 9.0.0`, `//0.000000 previous log file: x.asc`.
+    /// Parses a comment: `// version 9.0.0`, `//0.000000 previous log file: x.asc`.
     pub(super) fn comment(&mut self, text: &[u8]) {
         const PREVIOUS: &[u8] = b"previous log file:";
         let text = text.strip_prefix(b"//").unwrap_or(text).trim_ascii();
@@ -102,14 +102,14 @@ impl Header {
         }
     }
 
-    /// Keeps a property; the first of a name is that of the file.
+    /// Keeps a property unless one of that name is known; the first one applies to the file.
     fn set(&mut self, name: &'static str, value: &[u8]) {
         if !self.dialect.iter().any(|(known, _)| *known == name) {
             self.dialect.push((name, value.get(..MAX_VALUE).unwrap_or(value).to_vec()));
         }
     }
 
-    /// Which bus a channel is: one row for all of them, in the order in which they are met.
+    /// Adds a channel and its bus to the row of channels, in order of appearance.
     pub(super) fn channel(&mut self, channel: Channel, bus: &[u8]) {
         if !self.dialect.iter().any(|(known, _)| *known == "channels") {
             self.dialect.push(("channels", Vec::new()));
@@ -122,7 +122,7 @@ impl Header {
         }
     }
 
-    /// Counts a line that is no frame, by the word that names its kind.
+    /// Counts a line that is not a frame, by the word that names its kind.
     pub(super) fn pass(&mut self, word: &[u8]) {
         // `Status:chip`, `SV:`
         let end = word.iter().position(|&byte| byte == b':').filter(|&end| end > 0).unwrap_or(word.len());
@@ -136,7 +136,7 @@ impl Header {
         }
     }
 
-    /// All of it.
+    /// Returns all facts.
     pub(super) fn contents(&self) -> Contents {
         let mut passed_over = self.kinds.clone();
         if self.other_kinds > 0 {

@@ -1,13 +1,13 @@
-//! Kinds of events that are no frames, by the word that names them.
+//! Kinds of events that are not frames, by the word that names them.
 //!
-//! What begins with a time and is none of them is reported as not understood: a frame of a program that writes its
-//! columns otherwise would be missed in silence. Must not: count anything.
+//! A line with a time that is none of these is reported as unreadable; otherwise, frames of a program with other
+//! columns would be missed silently.
 
 use super::words::{self, Words};
 
-/// Kinds that have a direction, or one word only, in lower-case letters.
+/// Kinds with a direction or a single word, in lower case.
 const BARE: &[&[u8]] = &[b"j1939tp", b"overloadframe", b"txrq", b"li"];
-/// Kinds that have more words, up to a colon, in lower-case letters.
+/// Kinds with more words, up to a colon, in lower case.
 const KNOWN: &[&[u8]] = &[
     b"a429",
     b"ad",
@@ -40,11 +40,11 @@ const KNOWN: &[&[u8]] = &[
     b"watermark",
     b"wlan",
 ];
-/// Longest word that is compared.
+/// Maximum length of a compared word.
 const LONGEST: usize = 16;
 
-/// The name under which an event is counted, by its first word and those behind it; `None` if it is not known. `last`:
-/// the file may be cut behind it.
+/// Returns the name under which an event is counted, by its first word and the words after it; `None` for an unknown
+/// kind. `last`: the file may be cut after it.
 pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'a [u8]> {
     let name = word.split(|&byte| byte == b':').next().filter(|name| !name.is_empty()).unwrap_or(word);
     let lower = name.get(..name.len().min(LONGEST)).unwrap_or(name).to_ascii_lowercase();
@@ -73,13 +73,13 @@ pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'
     })
 }
 
-/// Whether `1 Status:chip status error active` follows.
+/// Returns true if `1 Status:chip status error active` follows.
 fn is_status(mut words: Words<'_>) -> bool {
     words.next().is_some_and(|channel| channel.iter().all(u8::is_ascii_digit))
         && words.peek().get(..6).is_some_and(|word| word.eq_ignore_ascii_case(b"status"))
 }
 
-/// Whether a direction and the letter of a data or remote frame stand in the line.
+/// Returns true if the line contains a direction and the letter of a data or remote frame.
 fn is_meant_as_frame(mut words: Words<'_>) -> bool {
     let mut before = false;
     while let Some(word) = words.next() {

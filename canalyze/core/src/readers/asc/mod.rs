@@ -1,9 +1,9 @@
-//! Vector's ASC logs, and those of the many programs that write the like.
+//! Vector's ASC logs, and those of the many programs that write similar ones.
 //!
-//! This file cuts the input into lines and decides what each is, by its content alone: headers, blocks and comments
-//! may stand anywhere or be missing. A frame must never be made of prose, a damaged frame must never pass as another
-//! or as an event of another kind, and what is no frame is counted by kind. Requests to send (`TxRq`) are such: the
-//! frame follows as `Tx` when it is on the bus. Memory stays bounded whatever comes.
+//! This file cuts the input into lines and classifies each by its content alone: headers, blocks and comments may be
+//! anywhere or missing. Prose never becomes a frame, a damaged frame never passes as another one or as another kind of
+//! event, and other content is counted by kind. That includes requests to send (`TxRq`), whose frame follows as `Tx`
+//! when it is on the bus. Memory is bounded for any input.
 
 mod base;
 mod classic;
@@ -30,46 +30,46 @@ use super::listing::{self, Gaps, Omission};
 use super::{Contents, Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, Frame, Kind, Stamp};
 
-/// A channel's number as the file has it.
+/// The number of a channel in the file.
 pub(crate) type Channel = u16;
-/// Channels whose bus is remembered.
+/// Maximum number of channels whose bus is remembered.
 const MAX_CHANNELS: usize = 256;
 
-/// A reader of an ASC log. One for each file.
+/// A reader of one ASC log.
 #[derive(Debug, Default)]
 pub struct Asc {
-    /// The beginning of the file, held back until its header or its numbers tell their base.
+    /// The beginning of the file, held back until its header or its numbers show their base.
     head: base::Head,
     header: Header,
     clock: Clock,
     channels: Vec<(Channel, BusId)>,
-    /// Which of them the last frame was on.
+    /// Index of the channel of the last frame.
     last: usize,
     begun: Begun,
     lines: u64,
-    /// The directions are only as the format wants them.
+    /// True if the directions are only placeholders of the format.
     without_directions: bool,
-    /// The stamps are only as the format wants them.
+    /// True if the stamps are only placeholders of the format.
     without_stamps: bool,
-    /// What the comment before says of an error frame.
+    /// The preceding comment on an error frame.
     error: Option<Note>,
     gaps: Gaps,
-    /// Whether the numbers of CAN FD were last seen to be hexadecimal in a file of base 10.
+    /// True if the last numbers of CAN FD were hexadecimal in a decimal file.
     fd_hexadecimal: bool,
 }
 
-/// What the columns behind the stamp hold.
+/// The content of the columns after the stamp.
 #[derive(Clone, Copy, Debug)]
 #[allow(clippy::large_enum_variant, reason = "made once a line, never kept")]
 enum Event<'a> {
-    /// A frame; its bus and time are not set.
+    /// A frame without its bus and time.
     Frame(Frame),
-    /// No frame: the word that names its kind.
+    /// Another event: the word that names its kind.
     Passed(&'a [u8]),
 }
 
 impl Asc {
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if self.head.is_open() {
             let held = self.head.feed(bytes);
@@ -79,7 +79,7 @@ impl Asc {
         }
     }
 
-    /// Reads what was held back, once it is known how.
+    /// Reads the bytes held back, once their base is known.
     fn release(&mut self, held: Option<(Vec<u8>, bool)>, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some((bytes, decimal)) = held else { return };
         if decimal {
@@ -97,7 +97,7 @@ impl Asc {
         self.begun = begun;
     }
 
-    /// Takes the end: a last line without a newline.
+    /// Ends the file, reading a last line without a newline.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let held = self.head.finish();
         self.release(held, buses, sink);
@@ -108,7 +108,7 @@ impl Asc {
         self.gaps.settle(buses, sink);
     }
 
-    /// Takes the end of what was read so far, where the reading was broken off: the last line is not there yet.
+    /// Ends an interrupted file, ignoring an incomplete last line.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let held = self.head.finish();
         self.release(held, buses, sink);
@@ -116,12 +116,12 @@ impl Asc {
         self.begun.end();
     }
 
-    /// What is known of the file beyond frames.
+    /// Returns the facts about the file beyond its frames.
     pub fn contents(&self) -> Contents {
         self.header.contents()
     }
 
-    /// Lines seen so far.
+    /// Returns the number of lines so far.
     pub fn lines(&self) -> u64 {
         self.lines
     }
@@ -133,7 +133,7 @@ impl Asc {
         sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
     }
 
-    /// One line without its newline; `last` when it had none.
+    /// Reads one line without its newline; `last` if it had none.
     #[inline(always)]
     fn line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
@@ -154,7 +154,7 @@ impl Asc {
         let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
         let text = listing::unmarked(listing::unquoted(text));
         let undamaged = listing::undamaged(text);
-        // What damage cuts may be the beginning of something else, as what the file's end cuts.
+        // Damage, like the end of the file, may leave the beginning of something else.
         let (text, cut) = undamaged.map_or((text, last), |text| (text, true));
         let result = match text {
             [b'#', ..] | [b'/', b'/', ..] if undamaged.is_some() => Ok(()),
@@ -218,7 +218,7 @@ impl Asc {
         }
     }
 
-    /// The words behind a stamp.
+    /// Parses the words after a stamp.
     fn event(
         &mut self,
         mut stamp: Stamp,
@@ -227,7 +227,7 @@ impl Asc {
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
     ) -> Result<(), Fail> {
-        // A difference is shown as the moment that it means: in one file there may be both.
+        // A difference is shown as the time that it means, since a file may have both kinds.
         stamp.ns = self.clock.moment(stamp.ns);
         let first = words.need(Unreadable::NoFrame)?;
         let is = |name: &[u8]| first.eq_ignore_ascii_case(name);
@@ -265,7 +265,7 @@ impl Asc {
         Ok(())
     }
 
-    /// An event that is no frame, `words` being what follows its kind: counted, if the kind is known.
+    /// Counts an event that is not a frame, if its kind is known; `words` follow the kind.
     fn other_event(&mut self, kind: &[u8], words: Words<'_>, last: bool) -> Result<(), Fail> {
         match kinds::of(kind, words, last) {
             Some(kind) => self.header.pass(kind),
@@ -274,7 +274,7 @@ impl Asc {
         Ok(())
     }
 
-    /// Hands a frame over.
+    /// Emits a frame.
     #[inline(always)]
     fn give(&mut self, mut frame: Frame, channel: Channel, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         frame.line = Some(self.lines);
@@ -292,7 +292,7 @@ impl Asc {
         sink(Item::Frame(frame), buses);
     }
 
-    /// What this program's own comments say of a frame.
+    /// Restores the facts that this program's own comments give for a frame.
     fn restore(&mut self, frame: &mut Frame) {
         if self.without_directions {
             frame.dir = None;
@@ -311,7 +311,7 @@ impl Asc {
         }
     }
 
-    /// The bus of a channel: `can0` for the first. A channel 0, which none should have, is none of them.
+    /// Returns the bus of a channel: `can0` for the first one. The invalid channel 0 has its own bus.
     fn bus(&mut self, channel: Channel, buses: &mut Buses) -> BusId {
         if let Some(index) = self.channels.iter().position(|(known, _)| *known == channel) {
             self.last = index;
@@ -327,7 +327,7 @@ impl Asc {
     }
 }
 
-/// An event behind another on one line: damage has made something else of the newline between them.
+/// Fails if another event follows on the line because damage has changed the newline between them.
 fn without_further_event(text: &[u8]) -> Result<(), Fail> {
     if memchr(b'.', text).is_none() {
         return Ok(());
@@ -347,7 +347,7 @@ fn without_further_event(text: &[u8]) -> Result<(), Fail> {
     Ok(())
 }
 
-/// One line by itself: its frame, if it holds one in hexadecimal digits.
+/// Returns the frame of a single line, if it has one in hexadecimal digits.
 pub fn line(text: &[u8], buses: &mut Buses) -> Option<Frame> {
     let mut found = None;
     let mut reader = Asc::default();

@@ -1,32 +1,32 @@
-//! Comment lines that this program's own writer leaves for its reader: what the format has no column for.
+//! Comment lines that this program's writer leaves for its reader, with content that has no column.
 //!
-//! `// canalyze: channel 1 is vcan0` and others. They come out of files from anywhere, so nothing but these exact
-//! forms is taken. Must not: be written anywhere but here, so that reader and writer agree.
+//! For example `// canalyze: channel 1 is vcan0`. Since they may come from any file, only these exact forms are
+//! accepted. They are written and read here, so that both sides agree.
 
 use super::Channel;
 use super::words::{Words, number};
 use crate::frame::{CanId, MAX_BUS_NAME};
 use crate::readers::candump::lex::{byte, nibble};
 
-/// How each of them begins.
+/// The beginning of each note.
 const SIGN: &[u8] = b"// canalyze: ";
 
-/// What such a comment says.
+/// The content of a note.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Note {
-    /// The frames of a channel were seen on a bus of this name.
+    /// The name of the bus of a channel.
     Channel(Channel, Vec<u8>),
-    /// The stamps count from zero: the dates of the file are none.
+    /// The stamps count from zero, and the dates of the file are not real.
     NoDate,
-    /// Whether the directions from here on are as seen, not only as the format wants them.
+    /// True if the following directions are real, false if they are only placeholders of the format.
     Directions(bool),
-    /// Whether the stamps from here on are as seen, not only as the format wants them.
+    /// True if the following stamps are real, false if they are only placeholders of the format.
     Stamps(bool),
     /// Class and data of the error frame on the next line.
     Error(CanId, Vec<u8>),
-    /// Frames were lost: how many, on which channel, and how many in total.
+    /// Lost frames: their number, channel, and total number.
     Dropped(u64, Channel, u64),
-    /// Rows were left out: how many, where that was told.
+    /// Rows left out, and their number if known.
     LeftOut(Option<u64>),
 }
 
@@ -55,7 +55,7 @@ impl Note {
         out.push(b'\n');
     }
 
-    /// The note of a comment line, if it is one.
+    /// Parses a comment line; `None` if it is not a note.
     pub(super) fn read(line: &[u8]) -> Option<Self> {
         let mut words = Words::new(line.strip_prefix(SIGN)?);
         let note = match words.next()? {
@@ -111,12 +111,12 @@ fn known(word: &[u8]) -> Option<bool> {
     }
 }
 
-/// A channel's number.
+/// Parses the number of a channel.
 pub(super) fn channel(word: &[u8]) -> Option<Channel> {
     (word.len() <= 5).then(|| number(word, true)).flatten().and_then(|number| Channel::try_from(number).ok())
 }
 
-/// A bus name in graphic ASCII characters: all others as `%` and two digits.
+/// Returns a bus name in graphic ASCII characters, all others as `%` and two digits.
 fn escaped(name: &[u8]) -> String {
     let mut out = String::new();
     for &byte in name {

@@ -10,7 +10,7 @@ use crate::frame::{Buses, Direction, Frame, Kind};
 use crate::readers::lines::MAX_LINE;
 use crate::readers::{Item, Marker};
 
-/// All items, one a line, the text cut at the given places again and again.
+/// Returns all items, one on each line, with the text cut repeatedly at the given places.
 fn items(text: &[u8], cuts: &[usize]) -> (String, Contents) {
     let mut reader = Asc::default();
     let mut buses = Buses::default();
@@ -75,7 +75,7 @@ fn read(text: &str) -> String {
     items(text.as_bytes(), &[]).0
 }
 
-/// What one line with its newline gives: its items without the number of the line, and the kinds passed over.
+/// Returns the items of one line with its newline, without line numbers, and the kinds passed over.
 fn one(header: &str, line: &str) -> String {
     let (text, contents) = items(format!("{header}{line}\n").as_bytes(), &[]);
     let mut out: Vec<String> = text.lines().map(str::to_owned).collect();
@@ -312,7 +312,7 @@ fn dates_and_blocks() {
         )),
         format!("start {DATE}\n4: 0 can0 rx 601 1 40\n5: 1000000000 can0 rx 601 1 40\n6 lines\n")
     );
-    // A block that begins anew, and stamps that each count from the event before, read or not.
+    // A new block, and differences, which count from the previous event, readable or not.
     assert_eq!(
         read(&format!(
             "date Sam Sep 30 15:06:13.191 2017\nbase hex  timestamps relative\n0.5 Start of measurement\n0.5 {frame}\n0.5 1 801 Rx d 0\n0.5 {frame}\nBegin Triggerblock Sam Sep 30 15:07:13.191 2017\n0.5 {frame}\n"
@@ -404,7 +404,7 @@ fn damage_is_no_comment_and_no_event() {
             assert_eq!(got, format!("{whole}1 lines\n"), "{tail:?}");
         }
     }
-    // Digits of a decimal byte may be what is damaged.
+    // Digits of a decimal byte may be damaged.
     assert_eq!(read("base dec\n1.0 1 1793 Rx d 1 2\0"), "2! Data\n2 lines\n");
 }
 
@@ -447,7 +447,7 @@ fn regex(pattern: &str) -> impl Strategy<Value = String> + use<> {
     proptest::string::string_regex(pattern).unwrap()
 }
 
-/// Text that looks like logs, whole and in pieces.
+/// Generates text similar to logs, whole and in pieces.
 fn logs() -> impl Strategy<Value = Vec<u8>> {
     let classic = regex(
         "[ ]{0,3}[0-9]{1,2}\\.[0-9]{3,9} [0-2] {1,2}[0-7][0-9A-Fa-f]{2}([0-9a-f]{5}x)?( Name_1)? {1,8}(Rx|Tx|TxRq)? {1,3}([dr] [0-9]( [0-9A-F]{2}){0,9}|d 40( [0-9]{2}){64})(  Length = 1 ID = 5x?)?\r?",
@@ -506,7 +506,7 @@ proptest! {
         let _ = super::line(&text, &mut Buses::default());
     }
 
-    // No line is lost: each gives a frame, is unreadable, or is counted.
+    // Each line gives a frame, is unreadable, or is counted.
     #[test]
     fn a_damaged_frame_is_never_silent(frame in "[0-9]\\.[0-9]{6} 1  [0-7][0-9A-F]{2}  [RT]x   d 8( [0-9A-F]{2}){8}", at in any::<prop::sample::Index>(), new in "[!-~]") {
         let mut text = frame.clone();

@@ -1,21 +1,19 @@
-//! The words of a line, the numbers in them, and why a line is no frame.
-//!
-//! Must not: know columns or kinds of lines.
+//! The words of a line, the numbers in them, and the reasons why a line is not a frame.
 
 use crate::frame::{CanId, Direction, Stamp, StampForm};
 use crate::readers::Unreadable;
 use crate::readers::candump::lex::{byte, nibble, skip_blanks, word};
 use crate::readers::candump::stamp::{digits, fraction, nanoseconds};
 
-/// Why a line is no frame.
+/// The reason why a line is not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Fail {
     pub(super) reason: Unreadable,
-    /// Nothing was wrong before the line's last word: more text could have made it a frame.
+    /// True if nothing before the last word was wrong, so that more text could have made it a frame.
     pub(super) end: bool,
 }
 
-/// The words of a line, one after the other.
+/// An iterator over the words of a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Words<'a> {
     last: &'a [u8],
@@ -34,32 +32,32 @@ impl<'a> Words<'a> {
         (!first.is_empty()).then_some(first)
     }
 
-    /// The word that was taken last; empty where there was none.
+    /// Returns the last word taken; empty before the first one.
     pub(super) fn last(&self) -> &'a [u8] {
         self.last
     }
 
-    /// The next word, which is not taken.
+    /// Returns the next word without taking it.
     pub(super) fn peek(&self) -> &'a [u8] {
         word(self.rest).0
     }
 
-    /// What follows the word that was taken last.
+    /// Returns the text after the last word taken.
     pub(super) fn rest(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// Whether all words are taken.
+    /// Returns true if all words are taken.
     pub(super) fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
 
-    /// The word that was taken last is wrong, or was missing.
+    /// Fails because the last word taken is wrong or missing.
     pub(super) fn fail<T>(&self, reason: Unreadable) -> Result<T, Fail> {
         Err(Fail { reason, end: self.is_empty() })
     }
 
-    /// The next word; without one the line is no frame.
+    /// Takes the next word, or fails.
     pub(super) fn need(&mut self, reason: Unreadable) -> Result<&'a [u8], Fail> {
         match self.next() {
             Some(word) => Ok(word),
@@ -68,7 +66,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// `12.345678`, alone or with blanks behind it; and what follows.
+/// Parses `12.345678` at the end or before a blank; returns the rest as well.
 #[inline(always)]
 pub(super) fn stamp(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let (negative, rest) = match text {
@@ -85,12 +83,12 @@ pub(super) fn stamp(text: &[u8]) -> Option<(Stamp, &[u8])> {
     Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
 }
 
-/// What a word in the column of directions says.
+/// The meaning of a word in the column of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Way {
     /// A frame on the bus.
     Frame(Direction),
-    /// A request to send; the frame itself follows when it is on the bus.
+    /// A request to send; the frame follows when it is on the bus.
     Request,
 }
 
@@ -104,7 +102,7 @@ pub(super) fn way(word: &[u8]) -> Option<Way> {
     }
 }
 
-/// A whole word as a number of base 10 or 16; at most ten digits.
+/// Parses a whole word as a number of base 10 or 16, with at most ten digits.
 pub(super) fn number(word: &[u8], decimal: bool) -> Option<u64> {
     if !(1..=10).contains(&word.len()) {
         return None;
@@ -121,7 +119,7 @@ pub(super) fn number(word: &[u8], decimal: bool) -> Option<u64> {
     Some(value)
 }
 
-/// `601`, `18EBFF00x`. [`Unreadable::NoFrame`]: it is no number at all.
+/// Parses `601` or `18EBFF00x`. [`Unreadable::NoFrame`] if it is not a number.
 pub(super) fn identifier(word: &[u8], decimal: bool) -> Result<CanId, Unreadable> {
     let digits = word.strip_suffix(b"x").or_else(|| word.strip_suffix(b"X"));
     let value = number(digits.unwrap_or(word), decimal).ok_or(Unreadable::NoFrame)?;
@@ -132,7 +130,7 @@ pub(super) fn identifier(word: &[u8], decimal: bool) -> Result<CanId, Unreadable
     }
 }
 
-/// A data byte: two hexadecimal digits, or one to three decimal ones.
+/// Parses a data byte: two hexadecimal or one to three decimal digits.
 pub(super) fn data_byte(word: &[u8], decimal: bool) -> Option<u8> {
     match word {
         [high, low] if !decimal => byte(*high, *low),
@@ -141,7 +139,7 @@ pub(super) fn data_byte(word: &[u8], decimal: bool) -> Option<u8> {
     }
 }
 
-/// The data length of a length code of CAN FD.
+/// Returns the data length of a length code of CAN FD.
 pub(super) fn fd_length(code: u64) -> Option<u64> {
     const LENGTHS: [u64; 7] = [12, 16, 20, 24, 32, 48, 64];
     match code {
@@ -150,12 +148,12 @@ pub(super) fn fd_length(code: u64) -> Option<u64> {
     }
 }
 
-/// The length code of CAN FD for the next length that holds so many bytes.
+/// Returns the smallest length code of CAN FD that holds `len` bytes.
 pub(crate) fn fd_code(len: u64) -> u64 {
     (0..15).find(|code| fd_length(*code).is_some_and(|limit| len <= limit)).unwrap_or(15)
 }
 
-/// Whether a CAN FD frame can be so long.
+/// Returns true if a CAN FD frame can have this length.
 pub(super) fn is_fd_length(len: u64) -> bool {
     (0..16).any(|code| fd_length(code) == Some(len))
 }

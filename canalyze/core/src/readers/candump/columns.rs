@@ -1,9 +1,9 @@
-//! Rows of other programs that people paste: those of BUSMASTER's logs and of Kvaser's CanKing.
+//! Pasted rows of other programs: logs of BUSMASTER and of Kvaser's CanKing.
 //!
-//! `11:22:33:4567 Rx 1 0x601 s 8 40 08 10 00 00 00 00 00`: time of the day with tenths of a millisecond, side, channel,
-//! identifier, kind, length, bytes. `0    00000601         8  40 08 10 00 00 00 00 00   12.345678 R`: channel, identifier,
-//! flags, length, bytes, seconds, side. Both may be written in decimal digits, and the row shows it. Neither has a mark
-//! that prose has not, so every column has to fit, or it is no row. Must not: look at other rows.
+//! `11:22:33:4567 Rx 1 0x601 s 8 40 08 10 00 00 00 00 00`: time of day with tenths of a millisecond, direction,
+//! channel, identifier, kind, length, bytes. `0    00000601         8  40 08 10 00 00 00 00 00   12.345678 R`: channel,
+//! identifier, flags, length, bytes, seconds, direction. The row shows if it is decimal. Neither form has a mark that
+//! prose lacks, so every column has to fit.
 
 use super::lex::{byte, nibble, skip_blanks, word};
 use super::stamp::{bare, digits, nanoseconds};
@@ -11,13 +11,13 @@ use crate::frame::{CanId, Direction, Frame, Kind, Stamp, StampForm};
 
 /// The bus of a channel, the first being 0.
 const BUSES: [&[u8]; 8] = [b"can0", b"can1", b"can2", b"can3", b"can4", b"can5", b"can6", b"can7"];
-/// Digits of an identifier that CanKing writes in hexadecimal, which it fills with zeros.
+/// Number of digits of a hexadecimal identifier of CanKing, padded with zeros.
 const FILLED: usize = 8;
 
-/// A row: when it was, the name of its bus, and the frame.
+/// A row: its stamp, the name of its bus, and the frame.
 pub(super) type Row = (Stamp, &'static [u8], Frame);
 
-/// The frame of a row of either program.
+/// Parses a row of either program.
 pub(super) fn row(text: &[u8]) -> Option<Row> {
     let (first, rest) = word(text);
     match first {
@@ -27,7 +27,7 @@ pub(super) fn row(text: &[u8]) -> Option<Row> {
     }
 }
 
-/// Whether a line is the head of CanKing's columns.
+/// Returns true for the heading of CanKing's columns.
 pub(super) fn is_head(text: &[u8]) -> bool {
     text.starts_with(b"Chn ") && skip_blanks(word(text).1).starts_with(b"Identifier ")
 }
@@ -65,7 +65,7 @@ fn canking(channel: usize, rest: &[u8]) -> Option<Row> {
     let (frame, rest) = frame(id, remote, decimal, if named { after } else { rest })?;
     let (stamp, rest) = match bare(rest) {
         Some((stamp, rest)) => (stamp, skip_blanks(rest)),
-        // It is the last word of a row that does not tell the side.
+        // It is the last word of a row without a direction.
         None => (bare(&[rest, b" "].concat())?.0, &b""[..]),
     };
     let dir = match rest {
@@ -77,7 +77,7 @@ fn canking(channel: usize, rest: &[u8]) -> Option<Row> {
     Some((stamp, BUSES.get(channel)?, Frame { dir, ..frame }))
 }
 
-/// Length and bytes; and what follows.
+/// Parses length and bytes; returns the rest as well.
 fn frame(id: CanId, remote: bool, decimal: bool, rest: &[u8]) -> Option<(Frame, &[u8])> {
     let (length, mut rest) = next(rest);
     let [length @ b'0'..=b'8'] = length else { return None };
@@ -108,7 +108,7 @@ fn identifier(digits: &[u8], decimal: bool, extended: bool) -> Option<CanId> {
     }
 }
 
-/// A whole word as a number.
+/// Parses a whole word as a number.
 fn number(digits: &[u8], base: u32) -> Option<u32> {
     let value = |sum: Option<u32>, digit: &u8| {
         let digit = u32::from(nibble(*digit));
@@ -117,7 +117,7 @@ fn number(digits: &[u8], base: u32) -> Option<u32> {
     if digits.is_empty() { None } else { digits.iter().fold(Some(0), value) }
 }
 
-/// `11:22:33:4567`: the part behind the last colon is a fraction of a second, of as many digits as it has.
+/// Parses `11:22:33:4567`: the part after the last colon is a fraction of a second.
 fn time_of_day(text: &[u8]) -> Option<Stamp> {
     let (hours, hour_digits, rest) = digits(text);
     let (minutes, minute_digits, rest) = digits(rest.strip_prefix(b":")?);
@@ -131,7 +131,7 @@ fn time_of_day(text: &[u8]) -> Option<Stamp> {
     Some(Stamp { form: StampForm::Seconds, ns, width: 5, decimals })
 }
 
-/// The next word and what follows the blanks behind it.
+/// Returns the next word and the text after the blanks that follow it.
 fn next(text: &[u8]) -> (&[u8], &[u8]) {
     let (first, rest) = word(text);
     (first, skip_blanks(rest))

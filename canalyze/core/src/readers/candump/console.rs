@@ -1,8 +1,8 @@
-//! The wide family: what candump prints on a console, and what people paste from it.
+//! The wide family: candump's console output, and pastes of it.
 //!
-//! `(000.304418)  can0  TX B E  601   [8]  40 08 10 00 00 00 00 00   '@.......'`, where all but identifier,
-//! length and data may be missing. It looks like prose more than the other family does, so it is read
-//! strictly: exactly as many bytes as the length says, each in the same notation, or no frame at all.
+//! `(000.304418)  can0  TX B E  601   [8]  40 08 10 00 00 00 00 00   '@.......'`, where all but identifier, length and
+//! data may be missing. It resembles prose more than the other family, so it is parsed strictly: exactly as many bytes
+//! as the length says, all in one notation, or no frame.
 
 use super::Fail;
 use super::lex::{byte, identifier, is_blank, is_hex, is_stray_byte, nibble, skip_blanks, word};
@@ -10,19 +10,19 @@ use crate::frame::{Direction, Frame, Kind, LengthForm};
 use crate::readers::Unreadable;
 use crate::readers::listing::{self, Digits};
 
-/// Whether the words from here on are `ID [length]` or begin with a direction: no interface stands before.
+/// Returns true if the text is `ID [length]` or begins with a direction, without an interface before it.
 pub(super) fn is_meant(text: &[u8]) -> bool {
     let (first, rest) = word(text);
     way(first).is_some() || is_hex(unprefixed(first)) && matches!(skip_blanks(rest), [b'[' | b'{', ..])
 }
 
-/// A frame, from the direction or the identifier on, into an empty one. Gives back what is behind it.
+/// Parses a frame, from its direction or identifier on, into an empty one; returns the rest.
 pub(super) fn frame<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let (dir, flags, text) = direction(text);
     let (digits, rest) = word(text);
     let (digits, rest) = (unprefixed(digits), skip_blanks(rest));
     if rest.is_empty() {
-        // Cut inside or right behind the identifier or the columns before it, if it was to be one.
+        // Possibly cut inside or right after the identifier or the columns before it.
         let end = is_hex(digits) || matches!(digits, b"" | b"T" | b"TX" | b"R" | b"RX" | b"-" | b"B");
         return Err(Fail { reason: Unreadable::NoFrame, end });
     }
@@ -49,7 +49,7 @@ pub(super) fn frame<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], F
         (false, true) => Kind::Fd { brs: flags.0, esi: flags.1 },
         (false, false) => Kind::Data,
     };
-    // Bytes are set apart from the length by blanks; candump prints one even behind an empty frame.
+    // Bytes are separated from the length by blanks; candump prints one even after an empty frame.
     if !rest.first().is_none_or(|&byte| is_blank(byte)) {
         return Err(Fail { reason: Unreadable::Length, end: false });
     }
@@ -64,7 +64,7 @@ pub(super) fn frame<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], F
     Ok(after)
 }
 
-/// An identifier as people write it: `0x601`.
+/// Removes the prefix of an identifier written as `0x601`.
 fn unprefixed(digits: &[u8]) -> &[u8] {
     match digits {
         [b'0', b'x' | b'X', rest @ ..] => rest,
@@ -72,7 +72,7 @@ fn unprefixed(digits: &[u8]) -> &[u8] {
     }
 }
 
-/// How the bytes behind `ID [length]` are written, where the line tells.
+/// Returns the form of the bytes after `ID [length]`, if the line shows it.
 pub(super) fn digits(text: &[u8]) -> Option<Digits> {
     let at = memchr::memchr(b'[', text)?;
     let [count @ b'1'..=b'8', b']', rest @ ..] = text.get(at + 1..)? else { return None };
@@ -80,7 +80,7 @@ pub(super) fn digits(text: &[u8]) -> Option<Digits> {
     listing::digits(bytes.take(usize::from(count - b'0')))
 }
 
-/// `TX` and `RX`, as candump has them, and as people write them: `Rx`, `rx:`.
+/// Parses `TX` and `RX` of candump, and as people write them: `Rx`, `rx:`.
 #[inline(always)]
 pub(super) fn way(word: &[u8]) -> Option<Direction> {
     match word {
@@ -90,7 +90,8 @@ pub(super) fn way(word: &[u8]) -> Option<Direction> {
     }
 }
 
-/// `TX - -`, `RX B E`: direction, bit rate switch, error state. People cut the flags off, so they may be missing.
+/// Parses `TX - -`, `RX B E`: direction, bit rate switch, error state. The flags may be missing, since people cut them
+/// off.
 #[inline(always)]
 fn direction(text: &[u8]) -> (Option<Direction>, (bool, bool), &[u8]) {
     let (dir, rest) = match text {
@@ -118,7 +119,7 @@ struct Length {
 }
 
 impl Length {
-    /// `[8]`, `[08]` of FD, `[0064]` of XL, `{8}` and `{C}` of option `-8`; and what follows.
+    /// Parses `[8]`, `[08]` of FD, `[0064]` of XL, `{8}` and `{C}` of option `-8`; returns the rest as well.
     ///
     /// Two digits may be any length up to 64: people paste `[10]`, which no FD frame can have.
     #[inline(always)]
@@ -153,7 +154,7 @@ impl Length {
     }
 }
 
-/// What follows the word `remote`.
+/// Parses the text after the word `remote`.
 fn remote<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let full = b" request";
     if text.len() < full.len() && full.starts_with(text) {
@@ -165,7 +166,7 @@ fn remote<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     Ok(after)
 }
 
-/// Exactly `frame.len` bytes in one of the four notations; gives back what follows.
+/// Parses exactly `frame.len` bytes in one of the four notations; returns the rest.
 #[inline(always)]
 fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let len = usize::from(frame.len);
@@ -176,11 +177,11 @@ fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
         return Ok(rest);
     }
     let (first, _) = word(text);
-    // Option -i prints eight digits a byte, -S sets a back-tick between bytes.
+    // Option -i prints eight digits for a byte; -S prints a back-tick between bytes.
     let binary = first.len() >= 8 && first.iter().take(8).all(|digit| matches!(digit, b'0' | b'1'));
     let width = if binary { 8 } else { 2 };
     let swapped = first.get(width) == Some(&b'`');
-    // People set other marks between them.
+    // People use other separators.
     let mark = first.get(2).copied().filter(|mark| !binary && matches!(mark, b'.' | b':' | b'-' | b','));
 
     let mut text = text;
@@ -207,7 +208,7 @@ fn data<'a>(text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     Ok(text)
 }
 
-/// Bytes as candump prints them without options: two digits and one blank. Anything else is left to `data`.
+/// Parses bytes as candump prints them without options: two digits and one blank. Anything else is left to `data`.
 #[inline(always)]
 fn plain<'a>(text: &'a [u8], slots: &mut [u8]) -> Option<&'a [u8]> {
     let (bytes, rest) = text.split_at_checked(3 * slots.len() - 1)?;

@@ -1,12 +1,12 @@
 //! The smallest pieces of a candump line: blanks, words, hexadecimal digits, identifiers.
 //!
-//! Both families of lines are made of them, and both must agree on what an identifier is. Nothing here may
-//! look at more than its piece, allocate, or decide what kind of line it is.
+//! Both families of lines consist of them and have to agree on identifiers. Nothing here allocates or looks beyond its
+//! piece.
 
 use crate::frame::CanId;
 use crate::readers::Unreadable;
 
-/// Value of a hexadecimal digit; 0xFF for every other byte, so that digits can be checked by OR-ing them.
+/// Values of hexadecimal digits; 0xFF for every other byte, so that digits can be checked by OR-ing them.
 static HEX: [u8; 256] = table();
 
 #[allow(clippy::indexing_slicing)] // run by the compiler: an index out of range would not build
@@ -21,13 +21,13 @@ const fn table() -> [u8; 256] {
     table
 }
 
-/// The value of a hexadecimal digit; above 15 when it is none.
+/// Returns the value of a hexadecimal digit; above 15 for other bytes.
 #[inline(always)]
 pub(in crate::readers) fn nibble(byte: u8) -> u8 {
     HEX.get(usize::from(byte)).copied().unwrap_or(0xFF)
 }
 
-/// A byte of two hexadecimal digits.
+/// Returns the byte of two hexadecimal digits.
 #[inline(always)]
 pub(in crate::readers) fn byte(high: u8, low: u8) -> Option<u8> {
     let (high, low) = (nibble(high), nibble(low));
@@ -39,7 +39,7 @@ pub(in crate::readers) fn is_blank(byte: u8) -> bool {
     byte == b' ' || byte == b'\t'
 }
 
-/// What follows the blanks at the beginning.
+/// Returns the text after leading blanks.
 #[inline(always)]
 pub(in crate::readers) fn skip_blanks(mut text: &[u8]) -> &[u8] {
     while let [first, rest @ ..] = text {
@@ -51,14 +51,14 @@ pub(in crate::readers) fn skip_blanks(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// The first word and what follows it (beginning with a blank, or empty).
+/// Returns the first word and the rest, which begins with a blank or is empty.
 #[inline(always)]
 pub(in crate::readers) fn word(text: &[u8]) -> (&[u8], &[u8]) {
     let end = text.iter().position(|&byte| is_blank(byte)).unwrap_or(text.len());
     text.split_at_checked(end).unwrap_or((text, &[]))
 }
 
-/// Whether the word could be the name of an interface. Comment marks, quotes and arrows cannot.
+/// Returns true if the word could name an interface. Comment marks, quotes and arrows cannot.
 #[inline(always)]
 pub(in crate::readers) fn is_name(word: &[u8]) -> bool {
     word.first().is_some_and(u8::is_ascii_alphanumeric)
@@ -66,20 +66,20 @@ pub(in crate::readers) fn is_name(word: &[u8]) -> bool {
         && word.iter().all(|&byte| byte.is_ascii_graphic() && byte != b'#')
 }
 
-/// Whether the word is made of hexadecimal digits only, and of at least one.
+/// Returns true if the word consists of one or more hexadecimal digits.
 pub(in crate::readers) fn is_hex(word: &[u8]) -> bool {
     !word.is_empty() && word.iter().all(|&byte| nibble(byte) < 16)
 }
 
-/// Whether the word after the data is one data byte more, not a comment. `be`, `ad` and `de` are words too.
+/// Returns true if the word after the data is another data byte and not a comment. `be`, `ad` and `de` are words, too.
 pub(in crate::readers) fn is_stray_byte(word: &[u8]) -> bool {
     word.len() == 2 && is_hex(word) && !word.iter().all(u8::is_ascii_lowercase)
 }
 
-/// An identifier, and whether it is that of an error frame.
+/// Parses an identifier; also returns true if it is that of an error frame.
 ///
-/// Three digits are a standard identifier, eight an extended one or an error class with its flag. No other
-/// flag of SocketCAN is ever printed, so any other high bit is damage.
+/// Three digits are a standard identifier, eight an extended one or an error class with its flag. Other flags of
+/// SocketCAN are never printed, so any other high bit is damage.
 #[inline(always)]
 pub(in crate::readers) fn identifier(word: &[u8]) -> Result<(CanId, bool), Unreadable> {
     const ERROR: u32 = 0x2000_0000;

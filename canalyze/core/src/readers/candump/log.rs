@@ -1,15 +1,15 @@
 //! The compact family: `candump -L`, its log files, and the arguments of cansend.
 //!
-//! `(1579857014.345944) can2 486#82967A6B006B07F8`, with or without stamp and interface. Log files are the
-//! large inputs, so the plain line has a path of its own; it must give exactly what the general one gives.
+//! `(1579857014.345944) can2 486#82967A6B006B07F8`, with or without stamp and interface. Log files are the large
+//! inputs, so the plain line has a faster path with exactly the same result.
 
 use super::lex::{byte, identifier, is_hex, is_name, is_stray_byte, nibble, skip_blanks, word};
 use super::{Fail, stamp};
 use crate::frame::{BusId, Direction, Frame, Kind, LengthForm};
 use crate::readers::Unreadable;
 
-/// The plain line: stamp, one blank, interface, one blank, classic data frame, end. Anything else is `None`. `last`: the
-/// interface of such a line before, which most lines name again; the interface is given where it is another one.
+/// Parses the plain line: stamp, one blank, interface, one blank, classic data frame, end. `None` for anything else.
+/// `last`: the interface of the previous plain line; the interface is returned if it differs.
 #[inline(always)]
 pub(super) fn plain<'a>(line: &'a [u8], last: &[u8]) -> Option<(Frame, Option<&'a [u8]>)> {
     let (stamp, rest) = stamp::read(line)?;
@@ -60,7 +60,7 @@ pub(super) fn plain<'a>(line: &'a [u8], last: &[u8]) -> Option<(Frame, Option<&'
     Some((frame, bus))
 }
 
-/// A frame from the word `ID#...` and what follows it on the line, into an empty one. Gives back what is behind it.
+/// Parses a frame, from the word `ID#...` and the text after it, into an empty one; returns the rest.
 pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
     let mark = text.iter().position(|&byte| byte == b'#').unwrap_or(text.len());
     let (id, rest) = text.split_at_checked(mark).unwrap_or((text, &[]));
@@ -76,7 +76,7 @@ pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Resu
     match rest {
         [b'R' | b'r', rest @ ..] => remote(rest, frame).map_err(fail)?,
         [b'#', flags, rest @ ..] if nibble(*flags) < 16 => {
-            // 4 only says that it is an FD frame.
+            // 4 only marks an FD frame.
             frame.kind = Kind::Fd { brs: nibble(*flags) & 1 != 0, esi: nibble(*flags) & 2 != 0 };
             if !data(rest, frame).map_err(fail)?.is_empty() {
                 return Err(fail(Unreadable::Data));
@@ -99,14 +99,15 @@ pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Resu
     match tail {
         b"T" => frame.dir = Some(Direction::Tx),
         b"R" => frame.dir = Some(Direction::Rx),
-        // Data in words, as nobody prints them: taking the first word alone would be another frame.
+        // Data separated by blanks, which no program prints; the first word alone would be another frame.
         tail if is_stray_byte(tail) => return Err(Fail { reason: Unreadable::Data, end: false }),
         _ => return Ok(after),
     }
     Ok(behind)
 }
 
-/// Whether more digits at the end of a line would make another frame of it: `601#40` may be the beginning of eight bytes.
+/// Returns true if more digits at the end of a line would make another frame: `601#40` may be the beginning of eight
+/// bytes.
 pub(super) fn may_go_on(frame: &Frame) -> bool {
     match frame.kind {
         Kind::Data | Kind::Error => frame.len < 8,
@@ -115,7 +116,7 @@ pub(super) fn may_go_on(frame: &Frame) -> bool {
     }
 }
 
-/// `R`, `R4`, `R8_C`: what follows the `R`.
+/// Parses the text after the `R` of `R`, `R4`, `R8_C`.
 fn remote(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
     frame.kind = Kind::Remote;
     match text {
@@ -131,7 +132,7 @@ fn remote(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
     }
 }
 
-/// Bytes, each perhaps with a dot before it, up to the first that is neither. Gives back the rest.
+/// Parses bytes, each with an optional dot before it, as far as possible; returns the rest.
 fn data<'a>(mut text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Unreadable> {
     let limit = if matches!(frame.kind, Kind::Fd { .. }) { 64 } else { 8 };
     let mut len = 0;
@@ -156,7 +157,7 @@ fn data<'a>(mut text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Unreadabl
     }
 }
 
-/// `_C` after eight bytes: the length code that was really on the bus.
+/// Parses `_C` after eight bytes: the real length code on the bus.
 fn raw_dlc(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
     match text {
         [] => Ok(()),
@@ -169,7 +170,7 @@ fn raw_dlc(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
     }
 }
 
-/// Whether the word can only be meant as a frame: hexadecimal digits before the first `#`.
+/// Returns true if the word can only be meant as a frame: hexadecimal digits before the first `#`.
 #[inline(always)]
 pub(super) fn is_meant(text: &[u8]) -> bool {
     let digits = text.iter().position(|&byte| nibble(byte) > 15).unwrap_or(0);
@@ -187,7 +188,7 @@ mod tests {
     use crate::frame::CanId;
 
     proptest! {
-        // The two paths must never differ, or a comment at the end of a line would change its frame.
+        // If the two paths differed, a comment at the end of a line would change its frame.
         #[test]
         fn plain_is_general(line in "(\\((0|1[0-9]{9})\\.[0-9]{1,7}\\)|\\(\\)) ?[!#a-z]{0,2}can[0-9] [0-9a-fA-F]{3}([0-9a-f]{5})?#([0-9A-Fa-f]{2}){0,9}[0-9a-gR]?") {
             for last in [&b""[..], b"can0"] {

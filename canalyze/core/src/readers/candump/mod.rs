@@ -1,8 +1,8 @@
-//! Text captures of can-utils: log files, console output, and both as people paste them, with rows of other programs.
+//! Text captures of can-utils: log files, console output, and pastes of both, with rows of other programs.
 //!
-//! This file cuts the input into lines and decides what each line is, by its content alone: a file may mix
-//! both families, comments and pasted prompts. A frame must never be made of prose, and a damaged frame must
-//! never pass as a comment or as another frame. Memory stays bounded whatever comes.
+//! This file cuts the input into lines and classifies each by its content alone: a file may mix both families, comments
+//! and pasted prompts. Prose never becomes a frame, and a damaged frame never passes as a comment or another frame.
+//! Memory is bounded for any input.
 
 mod columns;
 mod console;
@@ -23,48 +23,48 @@ use super::listing::{self, Base, Gaps, Omission};
 use super::{Item, Marker, Place, Unreadable};
 use crate::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
 
-/// What is looked at of a file to learn what its stamps mean.
+/// Number of bytes of a file that are examined for the meaning of its stamps.
 const HEAD: usize = 64 * 1024;
 
-/// What small numbers in the stamps of console lines mean (option `--stamps`).
+/// The meaning of small stamps of console lines (option `--stamps`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stamps {
-    /// To be found out: a backward step means differences.
+    /// Detected: a backward step means differences.
     #[default]
     Auto,
     /// Seconds of a clock.
     Absolute,
-    /// Seconds since the capture's first frame (`-t z`).
+    /// Seconds since the first frame of the capture (`-t z`).
     Zero,
-    /// Seconds since the line before (`-t d`).
+    /// Seconds since the previous line (`-t d`).
     Delta,
 }
 
-/// A reader of candump text. One for each file.
+/// A reader of one file of candump text.
 #[derive(Debug)]
 pub struct Candump {
     clock: Clock,
-    /// The beginning of a file, held back until it is known what its stamps mean.
+    /// The beginning of a file, held back until the meaning of its stamps is known.
     head: Option<Vec<u8>>,
     begun: Begun,
-    /// Room for a line without its colours.
+    /// Buffer for a line without its colours.
     plain: Vec<u8>,
-    /// The interface of the last plain line, and its bus.
+    /// The interface of the last plain line and its bus.
     interface: Vec<u8>,
     bus: BusId,
     lines: u64,
-    /// The error frame whose explanation (`-e`) may follow on lines of its own.
+    /// The error frame whose explanation (`-e`) may follow on separate lines.
     explained: Option<Frame>,
     gaps: Gaps,
-    /// A number before a frame is the row's, and no interface's name: the beginning of the file shows it.
+    /// True if the beginning of the file shows that a number before a frame is a row number and not an interface.
     rows: bool,
-    /// Its bytes are written in decimal digits, which nothing here reads.
+    /// True if its bytes are decimal, which is not supported.
     decimal: bool,
     behind: Behind,
 }
 
 impl Candump {
-    /// A new reader. `regular`: it is a whole file, so ambiguous stamps are decided on its first 64 KiB.
+    /// Creates a reader. `regular`: it is a complete file, so ambiguous stamps are decided by its first 64 KiB.
     pub fn new(stamps: Stamps, regular: bool) -> Self {
         Self {
             clock: Clock::new(stamps),
@@ -82,7 +82,7 @@ impl Candump {
         }
     }
 
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.behind.feed(bytes);
         let Some(head) = &mut self.head else { return self.split(bytes, buses, sink) };
@@ -94,7 +94,7 @@ impl Candump {
         }
     }
 
-    /// Takes the end: a last line without a newline, and what was held back.
+    /// Ends the file, reading the bytes held back and a last line without a newline.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.release_head(buses, sink);
         let last = self.begun.end();
@@ -104,21 +104,21 @@ impl Candump {
         self.gaps.settle(buses, sink);
     }
 
-    /// Takes the end of what was read so far, where the reading was broken off: the last line is not there yet.
+    /// Ends an interrupted file, ignoring an incomplete last line.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.release_head(buses, sink);
         self.gaps.settle(buses, sink);
         self.begun.end();
     }
 
-    /// Lines seen so far.
+    /// Returns the number of lines so far.
     pub fn lines(&self) -> u64 {
         self.lines
     }
 
     fn release_head(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(head) = self.head.take() else { return };
-        // A last line that is cut by the limit is left out: half a stamp is another stamp.
+        // A last line cut by the limit is left out, since half a stamp is another stamp.
         let end = if head.len() < HEAD { head.len() } else { memchr::memrchr(b'\n', &head).unwrap_or(0) };
         let mut plain = Vec::new();
         let mut numbers = Numbers::default();
@@ -157,7 +157,7 @@ impl Candump {
         sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
     }
 
-    /// One line without its newline; `last` when it had none.
+    /// Reads one line without its newline; `last` if it had none.
     #[inline(always)]
     fn line(&mut self, text: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if let Some((mut frame, interface)) = log::plain(text.strip_suffix(b"\r").unwrap_or(text), &self.interface) {
@@ -174,7 +174,7 @@ impl Candump {
             let what = if cut { What::Unreadable(Fail { reason: Unreadable::Cut, end: true }) } else { What::Frame };
             self.give(Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" }, buses, sink);
         } else if memchr(b'\r', text.trim_ascii()).is_some() {
-            // Lines that end with a carriage return alone.
+            // Lines that end with a carriage return only.
             let mut lines = text.trim_ascii_end().split(|&byte| byte == b'\r').peekable();
             while let Some(line) = lines.next() {
                 self.other_line(line, last && lines.peek().is_none(), buses, sink);
@@ -193,7 +193,7 @@ impl Candump {
             let (frame, bare) = (&line.frame, line.stamp.is_none() && line.bus.is_empty());
             match line.what {
                 What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) => line.what = What::Nothing,
-                // candump -e has no words for some classes and then prints the frame a second time.
+                // candump -e has no words for some classes and prints the frame a second time.
                 What::Frame if bare && (frame.kind, frame.id, frame.data) == (error.kind, error.id, error.data) => {
                     line.what = What::Nothing;
                 }
@@ -273,7 +273,7 @@ impl Candump {
     }
 }
 
-/// One line by itself (for `canalyze explain`): its frame, or why it is none, where it is meant as one.
+/// Parses a single line (for `canalyze explain`): returns its frame, or the reason if it is meant as one.
 pub fn line(text: &[u8], buses: &mut Buses) -> Result<Frame, Option<Unreadable>> {
     let text = text.strip_suffix(b"\n").unwrap_or(text);
     let mut plain = Vec::new();
@@ -286,25 +286,25 @@ pub fn line(text: &[u8], buses: &mut Buses) -> Result<Frame, Option<Unreadable>>
     Ok(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..line.frame })
 }
 
-/// What a line holds.
+/// The content of a line.
 #[derive(Debug)]
 struct Line<'a> {
     stamp: Option<Stamp>,
-    /// Whether its stamp may be a difference: the compact family never prints differences.
+    /// True if its stamp may be a difference; the compact family never prints differences.
     console: bool,
-    /// The interface; empty when none was named.
+    /// The interface; empty if there is none.
     bus: &'a [u8],
-    /// The number of the row, where it has one.
+    /// The number of the row, if any.
     row: Option<u64>,
     what: What,
-    /// The frame, where it holds one; line, stamp and time are not set in it.
+    /// The frame, if any, without line, stamp and time.
     frame: Frame,
-    /// What stands behind the frame.
+    /// The text after the frame.
     tail: &'a [u8],
 }
 
 impl<'a> Line<'a> {
-    /// What came of reading a frame; `Ok` is what stands behind it.
+    /// Takes the result of parsing a frame; `Ok` is the text after it.
     fn made(&mut self, frame: Result<&'a [u8], Fail>) -> What {
         match frame {
             Ok(tail) => {
@@ -315,7 +315,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Whether it was to be a frame, or a mark of candump's.
+    /// Returns true if it was meant as a frame or a marker of candump.
     fn is_meant(&self) -> bool {
         match self.what {
             What::Frame | What::Dropped { .. } | What::Error => true,
@@ -335,20 +335,20 @@ enum What {
         total: u64,
     },
     Error,
-    /// Rows were left out here.
+    /// Rows left out here.
     LeftOut(Omission),
     Unreadable(Fail),
 }
 
-/// Why a line is no frame.
+/// The reason why a line is not a frame.
 #[derive(Clone, Copy, Debug)]
 struct Fail {
     reason: Unreadable,
-    /// Nothing was wrong up to the line's end: more text could have made it a frame.
+    /// True if nothing was wrong up to the end of the line, so that more text could have made it a frame.
     end: bool,
 }
 
-/// Any line. Its colours are gone already. `rows`: a bare number before a frame is the row's.
+/// Parses any line, already without colours. `rows`: a bare number before a frame is a row number.
 fn general(text: &[u8], rows: bool) -> Line<'_> {
     let text = skip_blanks(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)).trim_ascii_end();
     let whole = text;
@@ -356,7 +356,7 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
     let text = listing::unmarked(unquoted);
     if text.len() < unquoted.len() {
         let line = general(text, rows);
-        // A mark-up around anything else is a part of it.
+        // Mark-up around anything else is part of it.
         if line.is_meant() || matches!(line.what, What::LeftOut(_)) {
             return line;
         }
@@ -364,7 +364,7 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
     let text = unquoted;
     if let Some((number, rest, bare)) = listing::numbered(text) {
         let line = unnumbered(rest);
-        // `1  601   [8] ...` may as well have an interface with a number for a name.
+        // `1  601   [8] ...` may also have an interface named by a number.
         if line.is_meant() && (!bare || rows || line.stamp.is_some() || !line.bus.is_empty()) {
             return Line { row: Some(number), ..line };
         }
@@ -378,7 +378,7 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
     if let What::Nothing | What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
         match listing::omission(text) {
             Some(omission) => (line.stamp, line.what) = (None, What::LeftOut(omission)),
-            // What is quoted and no frame is what somebody said.
+            // A quotation without a frame is prose.
             None if text.len() < whole.len() && line.stamp.is_none() && !holds_frame(text) => line.what = What::Nothing,
             None if matches!(line.what, What::Nothing) && !listing::is_comment(text) && holds_frame(text) => {
                 line.what = What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
@@ -389,7 +389,7 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
     line
 }
 
-/// A line behind its number.
+/// Parses a line after its number.
 fn unnumbered(text: &[u8]) -> Line<'_> {
     let frame = Frame::classic(CanId::standard(0), &[]);
     let mut line = Line { stamp: None, console: false, bus: b"", row: None, what: What::Nothing, frame, tail: b"" };
@@ -426,7 +426,7 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
     line.what = words(rest, &mut line);
     if let What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
         let comment = match line.stamp {
-            // (254) and what is said after it
+            // (254) and the text after it.
             Some(stamp) => stamp.form == StampForm::Seconds && stamp.decimals == 0,
             None => is_prompt(text),
         };
@@ -437,7 +437,8 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
     line
 }
 
-/// Whether a frame stands behind other words of the line, none of them a command: it is not one, and no comment either.
+/// Returns true if a frame follows other words of the line, none of them a command: it is neither a valid frame nor a
+/// comment.
 fn holds_frame(text: &[u8]) -> bool {
     const WORDS: usize = 16;
     let mut rest = text;
@@ -459,12 +460,12 @@ fn holds_frame(text: &[u8]) -> bool {
     false
 }
 
-/// What stands where an interface has its name, in the lines of a file's beginning.
+/// The words in place of an interface, in the lines at the beginning of a file.
 #[derive(Debug, Default)]
 struct Numbers {
     last: u64,
     count: u64,
-    /// Something else than a number that grows.
+    /// True if any is not an increasing number.
     other: bool,
 }
 
@@ -479,13 +480,13 @@ impl Numbers {
         self.count += 1;
     }
 
-    /// Whether they number the rows: no bus has another name in each line.
+    /// Returns true if they are row numbers, since no bus has another name on each line.
     fn are_rows(&self) -> bool {
         self.count >= 3 && !self.other
     }
 }
 
-/// The words after the stamp: interface and frame, or frame alone, in either family.
+/// Parses the words after the stamp: interface and frame, or frame alone, in either family.
 fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     let (first, after) = word(text);
     if log::is_meant(first) {
@@ -527,20 +528,20 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     let mut what = line.made(frame);
     match &mut what {
         What::Frame => line.bus = first.strip_suffix(b":").unwrap_or(first),
-        // Two words of prose are no frame that was cut: there must be a stamp, or a direction, or a numbered interface.
+        // Two words of prose are not a cut frame: a stamp, a direction or a numbered interface is required.
         What::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
         _ => {}
     }
     what
 }
 
-/// A word before an identifier that names the column, and no interface.
+/// Returns true for a word before an identifier that labels the column and is not an interface.
 fn is_label(word: &[u8]) -> bool {
     let word = word.strip_suffix(b":").unwrap_or(word);
     [&b"id"[..], b"cob-id", b"cobid", b"can-id"].iter().any(|label| word.eq_ignore_ascii_case(label))
 }
 
-/// A line that begins with neither a stamp nor a letter nor a digit.
+/// Classifies a line that begins with neither a stamp nor a letter nor a digit.
 fn without_frame(text: &[u8]) -> What {
     if is_clock(text) {
         return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
@@ -550,13 +551,13 @@ fn without_frame(text: &[u8]) -> What {
     }
     let mark = match text.first() {
         Some(first) if first.is_ascii() => first.is_ascii_punctuation(),
-        // An arrow or a bullet begins a comment; a letter of another script is prose, as one of ours is.
+        // An arrow or a bullet begins a comment; a letter of another script is prose, like a Latin one.
         _ => first_char(text).is_some_and(|char| !char.is_alphanumeric() && !char.is_control()),
     };
     if mark { What::Nothing } else { What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false }) }
 }
 
-/// `[12:34:56.789] ...`, a time as loggers write it: what follows is meant, and never candump's.
+/// Returns true for `[12:34:56.789] ...`, a time of other loggers: the text after it is meant but never candump's.
 fn is_clock(text: &[u8]) -> bool {
     let Some(inner) = text.strip_prefix(b"[") else { return false };
     let digits = inner.iter().take_while(|byte| byte.is_ascii_digit()).count();
@@ -568,7 +569,7 @@ fn first_char(text: &[u8]) -> Option<char> {
     (2..=4).find_map(|len| std::str::from_utf8(text.get(..len)?).ok()?.chars().next())
 }
 
-/// `dropped 3 CAN frames on 'can0' socket (total drops 5)`, the name as given to candump, filters and all.
+/// Parses `dropped 3 CAN frames on 'can0' socket (total drops 5)`, where the name may include candump's filters.
 fn drops(text: &[u8]) -> (&[u8], What) {
     let read = || {
         let (count, rest) = number(text.strip_prefix(b"dropped ")?)?;
@@ -589,10 +590,10 @@ fn number(text: &[u8]) -> Option<(u64, &[u8])> {
     Some((std::str::from_utf8(digits).ok()?.parse().ok()?, rest))
 }
 
-/// Commands whose arguments are no record of the bus.
+/// Commands whose arguments are not recorded frames.
 const TOOLS: [&[u8]; 7] = [b"candump", b"cansend", b"cangen", b"canplayer", b"cansniffer", b"canopend", b"sudo"];
 
-/// A command line of a shell, pasted together with what it printed.
+/// Returns true for a command line of a shell, pasted together with its output.
 fn is_prompt(text: &[u8]) -> bool {
     let (first, rest) = word(text);
     // user@host:~$ candump can0, and with a blank before the dollar
@@ -602,13 +603,13 @@ fn is_prompt(text: &[u8]) -> bool {
     command || at && (mark(first) || mark(word(skip_blanks(rest)).0)) || first.ends_with(b"$") && !rest.is_empty()
 }
 
-/// Whether the line is the beginning of an interface's name that was seen before.
+/// Returns true if the line is the beginning of a known interface name.
 fn is_begun_name(text: &[u8], buses: &Buses) -> bool {
     let text = text.trim_ascii();
     !text.is_empty() && buses.names().any(|name| name.starts_with(text)) && !is_hex(text)
 }
 
-/// The line without ANSI escapes (`-c`), and with plain blanks for those of web pages.
+/// Returns the line without ANSI escapes (`-c`), and with plain blanks instead of those of web pages.
 #[inline]
 fn plain_text<'a>(text: &'a [u8], room: &'a mut Vec<u8>) -> &'a [u8] {
     const ESC: u8 = 0x1B;
@@ -620,7 +621,7 @@ fn plain_text<'a>(text: &'a [u8], room: &'a mut Vec<u8>) -> &'a [u8] {
     while let Some(at) = memchr3(ESC, 0xC2, 0xE2, rest) {
         room.extend_from_slice(rest.get(..at).unwrap_or_default());
         rest = rest.get(at..).unwrap_or_default();
-        // ESC [ parameters letter; any other ESC stands alone
+        // ESC [ parameters letter; any other ESC is removed by itself.
         if let [ESC, b'[', sequence @ ..] = rest {
             let end = sequence.iter().position(|byte| !matches!(byte, b'0'..=b'?' | b' '..=b'/'));
             rest = sequence.get(end.map_or(sequence.len(), |end| end + 1)..).unwrap_or_default();

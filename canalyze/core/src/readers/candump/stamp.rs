@@ -1,8 +1,8 @@
-//! Time stamps of candump: their digits, and what moment they mean.
+//! Time stamps of candump: their digits and their meaning.
 //!
-//! Digits become integer nanoseconds exactly (a double loses 238 ns at today's epoch) and can be printed
-//! again as they came. What small numbers mean cannot be seen in one line: `-t d` and `-t z` look alike, so
-//! the meaning is decided from their order (`Clock`). A stamp must never be repaired or sorted here.
+//! Digits become exact integer nanoseconds (a double loses 238 ns at today's epoch) and can be printed again unchanged.
+//! A single line does not show the meaning of small numbers, since `-t d` and `-t z` look alike; it is derived from
+//! their order (`Clock`). Stamps are never repaired or sorted.
 
 use super::Stamps;
 use super::lex::is_blank;
@@ -10,11 +10,11 @@ use crate::calendar::{days_of, days_to};
 use crate::frame::{LAST_SECOND_NS, Stamp, StampForm};
 
 const SECOND: i64 = 1_000_000_000;
-/// Console stamps below this may be differences or counted from zero; above, they are an epoch (1973 on).
+/// Lower limit of console stamps that are an epoch (1973), in ns; smaller ones may be differences or count from zero.
 const AMBIGUOUS: i64 = 100_000_000 * SECOND;
 const DAY: i64 = 86_400;
 
-/// The stamp at the beginning of a line, and what follows its closing parenthesis.
+/// Parses the stamp at the beginning of a line; returns the text after its closing parenthesis as well.
 #[inline]
 pub(super) fn read(text: &[u8]) -> Option<(Stamp, &[u8])> {
     if let Some(found) = microseconds(text) {
@@ -24,7 +24,7 @@ pub(super) fn read(text: &[u8]) -> Option<(Stamp, &[u8])> {
     seconds(inner).or_else(|| calendar(inner))
 }
 
-/// A stamp as people paste it, without parentheses: `0.001000 601#40`. It has decimals, and a blank behind it.
+/// Parses a pasted stamp without parentheses: `0.001000 601#40`. It needs decimals and a blank after it.
 pub(super) fn bare(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let (whole, width, rest) = digits(text);
     let (fraction, decimals, rest) = fraction(rest.strip_prefix(b".")?)?;
@@ -35,7 +35,8 @@ pub(super) fn bare(text: &[u8]) -> Option<(Stamp, &[u8])> {
     Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
 }
 
-/// `(1549455524.265601)`, as nearly every log file has it: the same as [`seconds`] gives, eight digits at once.
+/// Parses `(1549455524.265601)`, the form of nearly every log file, with the result of [`seconds`], eight digits at
+/// once.
 #[inline(always)]
 fn microseconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let (stamp, rest) = text.split_first_chunk::<19>()?;
@@ -48,7 +49,7 @@ fn microseconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     Some((Stamp { form: StampForm::Seconds, ns, width: 10, decimals: 6 }, rest))
 }
 
-/// The number that eight digits are, the first one the highest; `None` where one of them is none.
+/// Returns the number that eight digits represent, the first one highest; `None` if one is not a digit.
 #[inline(always)]
 fn eight_digits(text: [u8; 8]) -> Option<i64> {
     const DIGIT: u64 = 0x3030_3030_3030_3030;
@@ -59,14 +60,14 @@ fn eight_digits(text: [u8; 8]) -> Option<i64> {
     if word & HIGH != DIGIT || (word + SIX) & HIGH != DIGIT {
         return None;
     }
-    // Neighbours are joined: digits to two-digit numbers, those to four digits, those to eight.
+    // Neighbours are combined: digits into two-digit numbers, those into four digits, those into eight.
     let two = (word - DIGIT).wrapping_mul(10 << 8 | 1) >> 8 & 0x00FF_00FF_00FF_00FF;
     let four = two.wrapping_mul(100 << 16 | 1) >> 16 & 0x0000_FFFF_0000_FFFF;
     let eight = four.wrapping_mul(10_000 << 32 | 1) >> 32;
     Some(eight as i64)
 }
 
-/// `1549455524.265601)`. Only the first nine decimals are kept: nothing on a CAN bus is finer than 1 ns.
+/// Parses `1549455524.265601)`. Only nine decimals are kept, since nothing on a CAN bus is finer than 1 ns.
 #[inline(always)]
 fn seconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let (whole, width, rest) = digits(text);
@@ -82,14 +83,14 @@ fn seconds(text: &[u8]) -> Option<(Stamp, &[u8])> {
     Some((Stamp { form: StampForm::Seconds, ns, width: width as u8, decimals }, rest))
 }
 
-/// Exact as long as it fits; else the last whole second that does, which stays the same when it is written and read.
+/// Returns the sum in ns, or if it does not fit the last whole second that does, which survives writing and reading.
 #[inline(always)]
 pub(in crate::readers) fn nanoseconds(seconds: i64, fraction: i64) -> i64 {
     let exact = seconds.checked_mul(SECOND).and_then(|ns| ns.checked_add(fraction));
     exact.unwrap_or(if seconds < 0 { -LAST_SECOND_NS } else { LAST_SECOND_NS })
 }
 
-/// A number, how many digits it had, and what follows. Saturates.
+/// Parses a number, saturating; returns its value, its number of digits, and the rest.
 #[inline(always)]
 pub(in crate::readers) fn digits(mut text: &[u8]) -> (u64, usize, &[u8]) {
     let (mut value, mut count) = (0u64, 0);
@@ -109,7 +110,7 @@ pub(in crate::readers) fn digits(mut text: &[u8]) -> (u64, usize, &[u8]) {
     (value, count, text)
 }
 
-/// Decimals in ns, how many of them count, and what follows. At least one digit.
+/// Parses at least one decimal; returns ns, the number of decimals used, and the rest.
 #[inline(always)]
 pub(in crate::readers) fn fraction(mut text: &[u8]) -> Option<(i64, u8, &[u8])> {
     const SCALE: [i64; 10] = [1_000_000_000, 100_000_000, 10_000_000, 1_000_000, 100_000, 10_000, 1_000, 100, 10, 1];
@@ -129,7 +130,7 @@ pub(in crate::readers) fn fraction(mut text: &[u8]) -> Option<(i64, u8, &[u8])> 
     (count > 0).then_some((value * scale, count, text))
 }
 
-/// `2026-09-15 18:44:56.479963)`: local time without a zone, counted as if it were UTC.
+/// Parses `2026-09-15 18:44:56.479963)`: local time without a zone, counted as if it were UTC.
 fn calendar(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let (year, rest) = field(text, 4, b'-')?;
     let (month, rest) = field(rest, 2, b'-')?;
@@ -154,14 +155,14 @@ fn calendar(text: &[u8]) -> Option<(Stamp, &[u8])> {
     Some((Stamp { form: StampForm::Calendar, ns, width: 0, decimals }, rest))
 }
 
-/// A number of exactly `width` digits and the mark after it.
+/// Parses a number of exactly `width` digits and the mark after it.
 fn field(text: &[u8], width: usize, mark: u8) -> Option<(i64, &[u8])> {
     let (value, count, rest) = digits(text);
     let rest = rest.strip_prefix(&[mark])?;
     (count == width).then_some((i64::try_from(value).ok()?, rest))
 }
 
-/// Whether the line was meant to begin with a stamp. `(254)` and `(COB-ID 018A)` are comments.
+/// Returns true if the line was meant to begin with a stamp. `(254)` and `(COB-ID 018A)` are comments.
 pub(super) fn is_meant(text: &[u8]) -> bool {
     let Some(inner) = text.strip_prefix(b"(") else { return false };
     let (_, width, rest) = digits(inner);
@@ -172,16 +173,16 @@ pub(super) fn is_meant(text: &[u8]) -> bool {
     }
 }
 
-/// Whether the line begins with a stamp that lacks its parenthesis only: `1549455524.265601) `.
+/// Returns true if the line begins with a stamp that lacks only its opening parenthesis: `1549455524.265601) `.
 pub(super) fn is_closed(text: &[u8]) -> bool {
     seconds(text).or_else(|| calendar(text)).is_some_and(|(stamp, _)| stamp.decimals > 0)
 }
 
-/// What the stamps of a capture mean, and the moment of each line.
+/// The meaning of a capture's stamps, and the time of each line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {
     deltas: bool,
-    /// Whether "counted from zero" is only assumed, so that a backward step must be said.
+    /// True if counting from zero is only assumed, so that a backward step has to be reported.
     assumed: bool,
     sum: i64,
     last: Option<i64>,
@@ -192,7 +193,7 @@ impl Clock {
         Self { deltas: stamps == Stamps::Delta, assumed: stamps == Stamps::Auto, sum: 0, last: None }
     }
 
-    /// Settles the meaning by the stamps of the beginning of a file. Fewer than two of them settle nothing.
+    /// Decides the meaning by the stamps at the beginning of a file. Fewer than two decide nothing.
     pub(super) fn decide(&mut self, beginning: impl Iterator<Item = Stamp>) {
         let mut last = None;
         for stamp in beginning.filter(is_ambiguous) {
@@ -204,9 +205,9 @@ impl Clock {
         }
     }
 
-    /// The moment of a line, and whether its stamp shows for the first time that the assumption may be wrong.
+    /// Returns the time of a line, and true if its stamp is the first to contradict the assumption.
     ///
-    /// Every stamped console line has to pass here, readable or not: a difference counts from the line before.
+    /// Has to be called for every stamped console line, readable or not: a difference counts from the line before.
     #[inline(always)]
     pub(super) fn moment(&mut self, stamp: Stamp, console: bool) -> (i64, bool) {
         if !console || !is_ambiguous(&stamp) {

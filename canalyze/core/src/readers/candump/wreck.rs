@@ -1,8 +1,7 @@
-//! What is damage, where a line would else pass as a comment, or as a whole frame with a remark behind it.
+//! Detection of damaged lines that would otherwise pass as a comment, or as a complete frame with a remark.
 //!
-//! A comment is what people write: control bytes, the wreck of a stamp and a second frame behind the first are none.
-//! The end of a file may cut a frame to a shorter one that looks whole: what frames before it show tells. Must not:
-//! repair anything.
+//! People do not write comments with control bytes, the remains of a stamp, or a second frame after the first. The end
+//! of a file may cut a frame to a shorter one that looks complete; earlier frames show that. Nothing is repaired.
 
 use memchr::{memchr, memchr_iter};
 
@@ -11,7 +10,7 @@ use super::{What, general, holds_frame, plain_text, stamp, unnumbered};
 use crate::frame::{Buses, Frame, Kind};
 use crate::readers::{Unreadable, listing};
 
-/// Whether a line without a frame is what damage has left of one.
+/// Returns true if a line without a frame is the damaged remainder of one.
 #[cold]
 pub(super) fn is_comment_damaged(text: &[u8], buses: &Buses) -> bool {
     if listing::is_damaged(text) {
@@ -21,21 +20,21 @@ pub(super) fn is_comment_damaged(text: &[u8], buses: &Buses) -> bool {
     if !first.is_ascii_punctuation() && first.is_ascii() {
         return false;
     }
-    // `;1700000000.035555) can0 ...`: the mark stands where the parenthesis was.
+    // `;1700000000.035555) can0 ...`: the mark replaces the parenthesis.
     if stamp::is_closed(rest) && holds_frame(rest) {
         return true;
     }
-    // `(17\xE3...`: no byte of a stamp, and none of a text.
+    // `(17\xE3...`: not a byte of a stamp, nor of a text.
     if *first == b'(' && rest.first().is_some_and(u8::is_ascii_digit) && std::str::from_utf8(rest).is_err() {
         return true;
     }
-    // `#an0  601  [1]  40`, where `can0` is known.
+    // `#an0  601  [1]  40`, while `can0` is known.
     let (name, behind) = word(rest);
     let known = |known: &[u8]| known.split_first().is_some_and(|(_, rest)| rest == name);
     !name.is_empty() && buses.names().any(known) && is_frame(skip_blanks(behind))
 }
 
-/// Whether what follows a frame is no remark: control bytes, or the next line, whose newline was changed.
+/// Returns true if the text after a frame is not a remark: control bytes, or the next line after a damaged newline.
 #[inline(never)]
 pub(super) fn is_tail_damaged(tail: &[u8]) -> bool {
     if tail.iter().all(|&byte| is_blank(byte)) {
@@ -48,7 +47,7 @@ pub(super) fn is_tail_damaged(tail: &[u8]) -> bool {
     if apart && listing::is_comment(skip_blanks(tail)) {
         return false;
     }
-    // A stamp, and what it belongs to.
+    // A stamp and its line.
     let behind = |at: usize| tail.get(at..).unwrap_or_default();
     let stamped = |at: usize| {
         let line = unnumbered(behind(at));
@@ -61,7 +60,7 @@ pub(super) fn is_tail_damaged(tail: &[u8]) -> bool {
     if memchr_iter(b'(', tail).any(stamped) {
         return true;
     }
-    // A whole line without a stamp, behind the one byte that was its newline.
+    // A complete line without a stamp, after the byte that was its newline.
     match tail {
         [first, rest @ ..] if !is_blank(*first) => is_frame(skip_blanks(rest)),
         _ => false,
@@ -72,18 +71,18 @@ fn is_frame(text: &[u8]) -> bool {
     matches!(unnumbered(text).what, What::Frame)
 }
 
-/// The end of what was read, for what it shows of how long frames are and of whether their direction is told. Nothing is
-/// looked at while there are further lines.
+/// The end of the bytes so far, which shows the usual length of frames and the presence of directions. It is not
+/// examined while lines follow.
 #[derive(Debug, Default)]
 pub(super) struct Behind {
     bytes: Vec<u8>,
 }
 
-/// How much is looked back at.
+/// Number of bytes that are examined.
 const REACH: usize = 64 * 1024;
 
 impl Behind {
-    /// Takes the next bytes of the file.
+    /// Adds the next bytes of the file.
     pub(super) fn feed(&mut self, bytes: &[u8]) {
         if bytes.len() >= REACH {
             self.bytes.clear();
@@ -94,13 +93,13 @@ impl Behind {
         self.bytes.extend_from_slice(last(bytes));
     }
 
-    /// Whether a frame at the end of the file, with neither newline nor remark behind it, may be the beginning of another
-    /// one. `text`: its line; `console`: in the form that tells the length first.
+    /// Returns true if a frame at the end of the file, without a newline or remark, may be the beginning of another
+    /// one. `text`: its line; `console`: in the form with the length first.
     #[cold]
     pub(super) fn may_go_on(&self, frame: &Frame, text: &[u8], console: bool) -> bool {
         let (known, directed) = self.shown(frame, text);
         if console {
-            // `[0]`, behind which `remote request` may have stood.
+            // `[0]`, which `remote request` may have followed.
             let at_length = text.trim_ascii_end().ends_with(b"]");
             return at_length && frame.kind == Kind::Data && !known;
         }
@@ -109,12 +108,12 @@ impl Behind {
         directed && frame.dir.is_none() || at_digits && super::log::may_go_on(frame) && !known
     }
 
-    /// Whether other frames of its identifier are as long as this one and none is longer, and whether the line before it
-    /// ends with a direction.
+    /// Returns true if other frames of its identifier have the same length and none is longer, and true if the line
+    /// before it ends with a direction.
     fn shown(&self, frame: &Frame, text: &[u8]) -> (bool, bool) {
         let bytes = last(&self.bytes);
         let before = bytes.get(..bytes.len().saturating_sub(text.len())).unwrap_or_default();
-        // The first of them may have lost its beginning.
+        // The first one may have lost its beginning.
         let whole =
             if before.len() + text.len() < REACH { 0 } else { memchr(b'\n', before).map_or(REACH, |at| at + 1) };
         let (mut longest, mut directed, mut plain) = (None, false, Vec::new());
@@ -133,7 +132,7 @@ impl Behind {
     }
 }
 
-/// The last bytes, as far as is looked back.
+/// Returns the last bytes, up to [`REACH`].
 fn last(bytes: &[u8]) -> &[u8] {
     bytes.get(bytes.len().saturating_sub(REACH)..).unwrap_or(bytes)
 }

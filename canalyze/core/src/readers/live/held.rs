@@ -1,29 +1,29 @@
-//! Items of several live buses until their order is known: joined by time, never changed within a bus.
+//! Items of several live buses, held until their order is known: joined by time, unchanged within a bus.
 //!
-//! Each receiver hands over what one bus had; what another bus had before may come later. So all wait until it is said
-//! that everything up to some time has come. Must not: hold anything of a bus that is alone, or hold without bound.
+//! Each receiver delivers the items of one bus, and earlier ones of another bus may come later. All are therefore held
+//! until everything up to some time has come. Memory is bounded, and items of a single bus are never held.
 
 use crate::readers::Item;
 
-/// Items held at most; if there are more, all are given as they stand.
+/// Maximum number of held items; beyond it all are released in their present order.
 pub(super) const MOST: usize = 1 << 18;
 
-/// What is held.
+/// The held items.
 #[derive(Debug, Default)]
 pub(super) struct Held {
-    /// There are several buses.
+    /// True if there are several buses.
     pub(super) joins: bool,
-    /// Each with the time that it waits for, in ns.
+    /// The items with the times that they wait for, in ns.
     items: Vec<(i64, Item)>,
-    /// The last such time by the stream's own index of buses.
+    /// The last such time by the stream's own index of buses, in ns.
     times: Vec<i64>,
-    /// The last time up to which all had come.
+    /// The last time up to which everything had come, in ns.
     until: Option<i64>,
 }
 
 impl Held {
-    /// Takes an item of a bus, and gives it at once if the bus is alone. It waits for its stamp, but never before what
-    /// came before it on its bus; what has no stamp goes with that.
+    /// Takes an item of a bus and passes it on at once if the bus is alone. It waits for its stamp, but at least as
+    /// long as earlier items of its bus; an item without a stamp follows these.
     pub(super) fn take(&mut self, bus: u8, item: Item, mut give: impl FnMut(Item)) {
         if !self.joins {
             return give(item);
@@ -42,9 +42,9 @@ impl Held {
         }
     }
 
-    /// Everything up to `until` has come, or everything: gives it in the order of time; of equal times what came first.
+    /// Releases everything up to `until`, or everything, ordered by time and then by arrival.
     pub(super) fn release(&mut self, until: Option<i64>, give: impl FnMut(Item)) {
-        // A clock that was set back: by its new time none of what is held would ever be due.
+        // After a step back of the clock, none of the held items would ever be due.
         let back = until.zip(self.until).is_some_and(|(now, before)| now < before);
         self.until = until.or(self.until);
         self.items.sort_by_key(|(time, _)| *time);

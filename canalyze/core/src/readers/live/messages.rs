@@ -1,27 +1,27 @@
-//! What one `recvmmsg(2)` leaves, in this host's own layout: `n` structures `mmsghdr`, then `n` slots of [`SLOT`] bytes.
+//! The result of one `recvmmsg(2)` in this host's layout: `n` structures `mmsghdr`, then `n` slots of [`SLOT`] bytes.
 //!
-//! A slot has 72 bytes for the frame (`struct can_frame`, 16 bytes, or `struct canfd_frame`, 72) and 128 for the control
-//! messages: SO_TIMESTAMPNS, SO_TIMESTAMPING, SO_RXQ_OVFL. Pointers in the headers mean nothing any more and are not
-//! looked at. Must not: take a frame that was cut, or trust a length.
+//! A slot has 72 bytes for the frame (`struct can_frame`, 16 bytes, or `struct canfd_frame`, 72) and 128 for the
+//! control messages: SO_TIMESTAMPNS, SO_TIMESTAMPING, SO_RXQ_OVFL. Pointers in the headers are invalid and ignored.
+//! Lengths are checked, and truncated frames rejected.
 
 use crate::frame::{Direction, Frame, Stamp, StampForm};
 use crate::readers::{Unreadable, pcap};
 
-/// Bytes of a slot.
+/// Size of a slot in bytes.
 pub(super) const SLOT: usize = FRAME + CONTROL;
-/// Bytes of a slot for the frame.
+/// Size of a slot's part for the frame, in bytes.
 pub(super) const FRAME: usize = 72;
-/// Bytes of a slot for control messages.
+/// Size of a slot's part for control messages, in bytes.
 pub(super) const CONTROL: usize = 128;
-/// Bytes of `struct can_frame`.
+/// Size of `struct can_frame` in bytes.
 const CLASSIC: usize = 16;
 
-/// How wide this host's structures are.
+/// The layout of this host's structures.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
-    /// Bytes of a pointer and of `size_t`, to which everything is filled up.
+    /// Size of a pointer and of `size_t` in bytes, to which everything is padded.
     word: usize,
-    /// Where in `struct mmsghdr` its fields are: `msg_controllen`, `msg_flags`, `msg_len`; and its size.
+    /// Offsets in `struct mmsghdr` of `msg_controllen`, `msg_flags` and `msg_len`; and its size.
     control_len: usize,
     flags: usize,
     len: usize,
@@ -31,15 +31,15 @@ pub(super) struct Layout {
 impl Layout {
     pub(super) const WIDE: Self = Self { word: 8, control_len: 40, flags: 48, len: 56, size: 64 };
     pub(super) const NARROW: Self = Self { word: 4, control_len: 20, flags: 24, len: 28, size: 32 };
-    /// That of this host.
+    /// The layout of this host.
     pub(super) const NATIVE: Self = if size_of::<usize>() == 8 { Self::WIDE } else { Self::NARROW };
 
-    /// Bytes of so many messages; `None` if they would be more than there can be.
+    /// Returns the size of `count` messages in bytes; `None` if it is impossible.
     pub(super) fn bytes(self, count: i64) -> Option<u64> {
         u64::try_from(count).ok()?.checked_mul((self.size + SLOT) as u64)
     }
 
-    /// The messages of a block.
+    /// Iterates over the messages of a block.
     pub(super) fn messages(self, body: &[u8]) -> impl Iterator<Item = Message<'_>> {
         let headers = body.len() / (self.size + SLOT) * self.size;
         let (headers, slots) = body.split_at_checked(headers).unwrap_or_default();
@@ -57,8 +57,8 @@ impl Layout {
         Some(message)
     }
 
-    /// Takes the control messages: each a length (that of its head too), a level and a kind, its data behind, and filled
-    /// up to whole words.
+    /// Parses the control messages: a length (including its head), a level and a kind, and the data, padded to whole
+    /// words.
     fn control(self, mut rest: &[u8], message: &mut Message<'_>) {
         let head = (self.word + 8).next_multiple_of(self.word);
         loop {
@@ -89,42 +89,43 @@ impl Layout {
     }
 }
 
-/// `MSG_DONTROUTE`: this host has sent the frame.
+/// `MSG_DONTROUTE`: this host sent the frame.
 const SENT: u32 = 0x4;
-/// `MSG_CTRUNC`: control messages had no room.
+/// `MSG_CTRUNC`: control messages were truncated.
 const CONTROL_CUT: u32 = 0x8;
-/// `MSG_TRUNC`: the frame had no room.
+/// `MSG_TRUNC`: the frame was truncated.
 const CUT: u32 = 0x20;
 const SOL_SOCKET: u32 = 1;
-/// `SO_TIMESTAMPNS` with times as wide as a word, and with 64 bits.
+/// `SO_TIMESTAMPNS` with times of word size, and of 64 bits.
 const TIMESTAMPNS: [u32; 2] = [35, 64];
-/// `SO_TIMESTAMPING`, the same.
+/// `SO_TIMESTAMPING` with times of word size, and of 64 bits.
 const TIMESTAMPING: [u32; 2] = [37, 65];
 const RXQ_OVFL: u32 = 40;
 
 /// One message.
 #[derive(Debug)]
 pub(super) struct Message<'a> {
-    /// The bytes that were received, if they are of a frame.
+    /// The received bytes, if they are a frame.
     frame: Option<&'a [u8]>,
     flags: u32,
-    /// Kernel's time and adapter's, in ns.
+    /// Times of the kernel and of the adapter, in ns.
     kernel: Option<i64>,
     hardware: Option<i64>,
-    /// What the socket has lost before it, since it was opened, in 32 bits.
+    /// Number of frames that the socket had lost before, since it was opened, modulo 2^32.
     pub(super) overflow: Option<u32>,
 }
 
 impl Message<'_> {
-    /// The frame, on no bus yet, with the kernel's stamp.
+    /// Returns the frame with the kernel's stamp, without a bus.
     pub(super) fn frame(&self) -> Result<Frame, Unreadable> {
-        // As candump writes it: no finer than µs.
+        // In µs, as candump writes it.
         let cut = |ns: i64| (ns.saturating_sub(ns.rem_euclid(1_000)), 6);
         self.stamped(self.kernel.map(cut))
     }
 
-    /// The same with the adapter's stamp. `ahead`: by how much its clock was ahead of the kernel's where a message had
-    /// both; so what the adapter has not stamped (sent frames, errors that the driver has made) stays in its place.
+    /// Returns the frame with the adapter's stamp. `ahead`: the lead of the adapter's clock over the kernel's, from a
+    /// message with both; with it, frames without an adapter stamp (sent frames, errors made by the driver) keep their
+    /// place.
     pub(super) fn frame_by_hardware(&self, ahead: &mut Option<i64>) -> Result<Frame, Unreadable> {
         if let (Some(hardware), Some(kernel)) = (self.hardware, self.kernel) {
             *ahead = Some(hardware.saturating_sub(kernel));
@@ -135,7 +136,7 @@ impl Message<'_> {
         }
     }
 
-    /// With this stamp, in ns, and its digits.
+    /// Returns the frame with this stamp in ns and number of decimals.
     fn stamped(&self, stamp: Option<(i64, u8)>) -> Result<Frame, Unreadable> {
         let bytes = self.frame.ok_or(Unreadable::Data)?;
         let frame = pcap::native(bytes, bytes.len() == FRAME)?;
@@ -145,7 +146,7 @@ impl Message<'_> {
     }
 }
 
-/// The time at a place among `times` structures `timespec`, in ns; `None` where it is zero, which is none.
+/// Returns the time at an index among `times` structures `timespec`, in ns; `None` for zero.
 fn time(data: &[u8], times: usize, place: usize) -> Option<i64> {
     let size = data.len() / times;
     let one = data.get(place * size..)?;

@@ -1,7 +1,7 @@
-//! What comes from live buses: blocks of the program's own receivers, as `sources/live.py` hands them over.
+//! Live buses: blocks of the program's own receivers, as passed on by `sources/live.py`.
 //!
-//! Not a file format: nothing is told by its first bytes, and users are never offered it. A block is a head of 16 bytes,
-//! little-endian, and what its kind says behind it.
+//! This is not a file format: it is not recognized by its first bytes, and users cannot select it. A block is a head of
+//! 16 bytes, little-endian, followed by data that depend on its kind.
 //!
 //! | offset | head |
 //! |---|---|
@@ -9,20 +9,20 @@
 //! | 1 | `u8` bus, an index of the stream's own |
 //! | 2 | `u8` which |
 //! | 3 | `u8` 0 |
-//! | 4 | `u32` bytes behind the head |
+//! | 4 | `u32` bytes after the head |
 //! | 8 | `i64` number |
 //!
-//! | kind | which | number | behind the head |
+//! | kind | which | number | after the head |
 //! |---|---|---|---|
 //! | 1 bus: the name of an index, before the first use of each of its sockets | 0 | 0 | the name |
-//! | 2 messages: what one `recvmmsg` of SocketCAN left | 0 kernel stamps, 1 hardware stamps where there are | how many | see `messages` |
-//! | 3 records: frames of `packed`; its buses do not count, nor what is no frame | 0 | 0 | whole records |
-//! | 4 dropped: frames are missing | 0 lost by kernel or driver, 1 thrown away since the output was not read | how many | |
-//! | 5 until: every frame stamped so or earlier has come; `i64::MAX`: every frame has, and time stands | 0 | ns | |
-//! | 6 gap: the bus cannot be listened to from here on | 0 frames may be missing, 1 the bus is away | 0 | |
+//! | 2 messages: the result of one `recvmmsg` of SocketCAN | 0 kernel stamps, 1 hardware stamps if available | count | see `messages` |
+//! | 3 records: frames of `packed`; its buses and other records are ignored | 0 | 0 | whole records |
+//! | 4 dropped: frames are missing | 0 lost by kernel or driver, 1 discarded since the output was not read | count | |
+//! | 5 until: all frames with this stamp or an earlier one have come; `i64::MAX`: all have, and time stops | 0 | ns | |
+//! | 6 gap: the bus cannot be received from here on | 0 frames may be missing, 1 the bus is away | 0 | |
 //!
-//! Frames of one bus come out as they came in. Those of several are joined by their stamps among what is `held` until
-//! the next `until`. Must not: trust the stream, which may be anything. What is none of this ends it with one damage.
+//! Frames of one bus keep their order. Those of several buses are joined by their stamps among the items `held` until
+//! the next `until`. The stream is not trusted: anything else ends it with one damage.
 
 mod held;
 mod messages;
@@ -35,49 +35,49 @@ use super::packed::Packed;
 use super::{Damage, DamageKind, Item, Marker, Place, in_pieces};
 use crate::frame::{BusId, Buses, Frame};
 
-/// Bytes of a head.
+/// Size of a head in bytes.
 pub const HEAD: usize = 16;
-/// Most that is behind a head: many times what a receiver takes at once.
+/// Maximum number of bytes after a head, many times the size that a receiver delivers at once.
 const LONGEST: u32 = 1 << 24;
-/// Indexes of buses.
+/// Number of bus indexes.
 const BUSES: usize = 256;
 
-/// Kinds of blocks.
+/// The kinds of blocks.
 pub mod kind {
     /// The name of a bus.
     pub const BUS: u8 = 1;
-    /// What one `recvmmsg` left.
+    /// The result of one `recvmmsg`.
     pub const MESSAGES: u8 = 2;
     /// Records of `packed`.
     pub const RECORDS: u8 = 3;
     /// Frames are missing.
     pub const DROPPED: u8 = 4;
-    /// So late it is.
+    /// The current time.
     pub const UNTIL: u8 = 5;
-    /// The bus is away.
+    /// The bus cannot be received.
     pub const GAP: u8 = 6;
 }
 
-/// What is kept of one bus.
+/// The state of one bus.
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     id: BusId,
-    /// What its socket has counted as lost, since it was opened.
+    /// The count of losses of its socket, since it was opened.
     overflow: u32,
-    /// Frames lost in all.
+    /// Total number of lost frames.
     lost: u64,
-    /// By how much its adapter's clock is ahead of the kernel's, in ns, where it has one.
+    /// The lead of its adapter's clock over the kernel's in ns, if it has one.
     ahead: Option<i64>,
 }
 
-/// The reader of what comes from live buses.
+/// The reader of live buses.
 #[derive(Debug)]
 pub struct Live {
-    /// The beginning of a block whose end has not come yet.
+    /// The beginning of an incomplete block.
     rest: Vec<u8>,
-    /// Bytes of the stream before `rest`.
+    /// Number of bytes of the stream before `rest`.
     taken: u64,
-    /// By the stream's own index.
+    /// Buses by the stream's own index.
     channels: Vec<Option<Channel>>,
     held: Held,
     broken: bool,
@@ -89,7 +89,7 @@ impl Default for Live {
     }
 }
 
-/// A block's head.
+/// The head of a block.
 #[derive(Clone, Copy, Debug)]
 struct Head {
     kind: u8,
@@ -107,7 +107,7 @@ impl Head {
         Self { kind, bus, which, zero, length, number: i64::from_le_bytes([n0, n1, n2, n3, n4, n5, n6, n7]) }
     }
 
-    /// Whether a block may begin so.
+    /// Returns true if it is a valid head.
     fn is_sound(self) -> bool {
         let Self { kind, which, zero, length, number, .. } = self;
         zero == 0
@@ -124,7 +124,7 @@ impl Head {
 }
 
 impl Live {
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if self.broken {
             return;
@@ -133,7 +133,7 @@ impl Live {
         self.rest = in_pieces(rest, bytes, |bytes| self.blocks(bytes, buses, sink));
     }
 
-    /// Takes the end of the stream.
+    /// Ends the stream.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let cut = (!self.rest.is_empty()).then_some(self.rest.len() as u64);
         self.interrupt(buses, sink);
@@ -143,13 +143,13 @@ impl Live {
         }
     }
 
-    /// Takes the end of what was read so far.
+    /// Ends an interrupted stream, ignoring an incomplete block.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.rest.clear();
         self.held.release(None, |item| sink(item, buses));
     }
 
-    /// Reads whole blocks; gives the bytes that they took.
+    /// Reads complete blocks and returns the number of bytes consumed.
     fn blocks(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> usize {
         let mut used = 0;
         while let Some((head, behind)) = bytes.get(used..).and_then(<[u8]>::split_first_chunk::<HEAD>) {
@@ -173,14 +173,14 @@ impl Live {
         used
     }
 
-    /// Takes a block; `None` if it is none.
+    /// Processes a block; `None` if it is invalid.
     fn block(&mut self, head: Head, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Option<()> {
         let index = usize::from(head.bus);
         match head.kind {
             kind::BUS => {
                 let slot = self.channels.get_mut(index)?;
                 let id = buses.intern(body);
-                // What it has lost in all goes on behind a gap.
+                // Its total of losses continues after a gap.
                 let lost = slot.filter(|known| known.id == id).map_or(0, |known| known.lost);
                 *slot = Some(Channel { id, overflow: 0, lost, ahead: None });
                 self.held.joins = self.channels.iter().flatten().count() > 1;
@@ -196,7 +196,7 @@ impl Live {
             }
             _ => {}
         }
-        // What was not named before it is used is none of these blocks.
+        // A bus that has not been named makes the block invalid.
         let channel = self.channels.get_mut(index)?.as_mut()?;
         let held = &mut self.held;
         let mut give = |item: Item| held.take(head.bus, item, |item| sink(item, buses));
@@ -236,13 +236,13 @@ impl Live {
 }
 
 impl Channel {
-    /// So many more frames are lost.
+    /// Adds lost frames and returns their marker.
     fn dropped(&mut self, count: u64) -> Item {
         self.lost = self.lost.saturating_add(count);
         Item::Marker(Marker::Dropped { bus: self.id, count, total: self.lost, place: Place::Live })
     }
 
-    /// Its socket has lost so many by now, of 32 bits.
+    /// Processes the socket's count of losses, modulo 2^32.
     fn overflowed(&mut self, total: u32) -> Option<Item> {
         let before = std::mem::replace(&mut self.overflow, total);
         let count = total.wrapping_sub(before);

@@ -1,20 +1,21 @@
-//! Little-endian numbers and counted texts, as MCAP's records are made of them, and how messages in them are encoded. Nothing here may panic or allocate.
+//! Little-endian numbers and counted texts, as in records of MCAP, and the encodings of messages. Nothing here panics
+//! or allocates.
 
-/// How messages are encoded.
+/// The encoding of messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wire {
-    /// Without padding, little-endian.
+    /// Little-endian without padding.
     Ros1,
-    /// Aligned, of either byte order, with four bytes before it that say which.
+    /// Aligned, in either byte order, which the first four bytes give.
     Cdr,
 }
 
-/// What is left of a record.
+/// The rest of a record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// The next `count` bytes; nothing is taken where there are fewer.
+    /// Takes the next `count` bytes, or none if there are fewer.
     #[inline(always)]
     pub(super) fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let (head, rest) = self.0.split_at_checked(count)?;
@@ -44,7 +45,7 @@ impl<'a> Bytes<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// A text or byte array with its length before it in 32 bits.
+    /// Takes a text or byte array after its 32-bit length.
     #[inline(always)]
     pub(super) fn counted(&mut self) -> Option<&'a [u8]> {
         let mut rest = *self;

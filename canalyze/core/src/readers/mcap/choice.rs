@@ -1,13 +1,13 @@
-//! What the user says of a file of topics: which ones, whose clock, which fields.
+//! The user's options for a file with topics: topics, clock, fields.
 
 use crate::select::Select;
 
 /// `--topic`, `--time-source` and `--mcap-map`.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
-    /// Topics that are read; all by default.
+    /// Topics to read; all by default.
     pub topics: Select,
-    /// Where times come from; `None`: found out for each topic.
+    /// The source of times; `None` to detect it for each topic.
     pub clock: Option<Clock>,
     /// Fields that are not found by their names.
     pub maps: Vec<Map>,
@@ -16,35 +16,35 @@ pub struct Choice {
 /// The three times of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// Of the driver: `header.stamp`.
+    /// The driver's time, `header.stamp`.
     Stamp,
-    /// When it was published.
+    /// The time of publishing.
     Publish,
-    /// When it was recorded.
+    /// The time of recording.
     Log,
 }
 
 impl Clock {
-    /// All, with the names of `--time-source`.
+    /// All clocks by the names of `--time-source`.
     pub const NAMES: &[(&str, Clock)] = &[("stamp", Clock::Stamp), ("publish", Clock::Publish), ("log", Clock::Log)];
 }
 
-/// What a field of a message is to a frame.
+/// The role of a message's field in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
-    /// The CAN identifier, perhaps with SocketCAN's flags.
+    /// The CAN identifier, optionally with the flags of SocketCAN.
     Id,
     /// The payload.
     Data,
-    /// Whether the identifier has 29 bits.
+    /// True for an identifier of 29 bits.
     Ext,
-    /// Whether it is a remote frame.
+    /// True for a remote frame.
     Rtr,
-    /// Whether it is an error frame.
+    /// True for an error frame.
     Err,
-    /// Bytes of the payload, or its code.
+    /// The length of the payload in bytes, or its code.
     Len,
-    /// Whether it is a CAN FD frame.
+    /// True for a CAN FD frame.
     Fd,
     /// Bit rate switch.
     Brs,
@@ -57,7 +57,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// All, with the words of `--mcap-map`.
+    /// All roles by the words of `--mcap-map`.
     pub const NAMES: &[(&str, Role)] = &[
         ("id", Role::Id),
         ("ext", Role::Ext),
@@ -80,12 +80,12 @@ pub struct Map {
     fields: Vec<(Role, String)>,
 }
 
-/// A part of a `--mcap-map` that cannot be.
+/// An invalid part of a `--mcap-map`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake(pub String);
 
 impl Map {
-    /// Reads `topic=/x,id=can_id,data=payload`; without `topic` it holds for all.
+    /// Parses `topic=/x,id=can_id,data=payload`; without `topic` it applies to all topics.
     pub fn parse(text: &str) -> Result<Self, Mistake> {
         let mut map = Self::default();
         for part in text.split(',').map(str::trim) {
@@ -107,7 +107,7 @@ impl Map {
 }
 
 impl Choice {
-    /// The fields that the user names for a topic.
+    /// Returns the fields that the user names for a topic.
     pub(super) fn fields(&self, topic: &str) -> Vec<(Role, &str)> {
         let maps = self.maps.iter().filter(|map| map.topics.takes([topic]));
         maps.flat_map(|map| map.fields.iter().map(|(role, name)| (*role, name.as_str()))).collect()

@@ -1,34 +1,34 @@
-//! Chunks: unpacked, and checked before anything of them is believed.
+//! Chunks, which are decompressed and checked before their content is used.
 //!
-//! Claimed lengths allocate nothing that has not been earned: what unpacks to more than [`EARNED`] times its size is
-//! unpacked piece by piece, and nothing beyond [`MAX_UNPACKED`]. Must not: know what records are in a chunk.
+//! Claimed lengths allocate no memory in advance: data that decompress to more than [`EARNED`] times their size are
+//! decompressed piece by piece, up to [`MAX_UNPACKED`].
 
 use std::io::Read;
 
 use super::bytes::Bytes;
 use crate::readers::DamageKind;
 
-/// Most that a chunk unpacks to (256 MiB).
+/// Maximum decompressed size of a chunk, in bytes (256 MiB).
 pub(super) const MAX_UNPACKED: u64 = 256 << 20;
-/// Memory for so many times the bytes that have arrived is taken at once.
+/// Maximum ratio of the decompressed size to the bytes received for which memory is allocated at once.
 const EARNED: u64 = 64;
-/// The longest name of a compression; no known one is longer than four letters.
+/// Maximum length of the name of a compression; known ones have four letters at most.
 const MAX_NAME: usize = 14;
 
-/// What a chunk says of itself before its records.
+/// The head of a chunk before its records.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Head {
     pub(super) start_ns: u64,
     pub(super) end_ns: u64,
-    /// Bytes when unpacked.
+    /// Decompressed size in bytes.
     pub(super) unpacked: u64,
-    /// CRC-32 of what is unpacked; 0 for none.
+    /// CRC-32 of the decompressed data; 0 for none.
     pub(super) crc: u32,
-    /// `None`: one that is not known.
+    /// The compression; `None` if unknown.
     pub(super) packing: Option<Packing>,
-    /// Bytes of this head.
+    /// Size of this head in bytes.
     pub(super) size: usize,
-    /// Bytes of records, packed.
+    /// Size of the compressed records in bytes.
     pub(super) len: u64,
 }
 
@@ -40,12 +40,12 @@ pub(super) enum Packing {
 }
 
 impl Packing {
-    /// All, with their names in a chunk and the ones for people.
+    /// All compressions: name in a chunk, name for people.
     pub(super) const ALL: [(&'static [u8], &'static str, Packing); 3] =
         [(b"", "none", Packing::None), (b"zstd", "zstd", Packing::Zstd), (b"lz4", "lz4", Packing::Lz4)];
 }
 
-/// Reads it; `None` where it is not all there, or a name is longer than any.
+/// Parses a head; `None` if it is incomplete or the name is too long.
 pub(super) fn head(body: &[u8]) -> Option<Head> {
     let mut rest = Bytes(body);
     let (start_ns, end_ns, unpacked, crc) = (rest.u64()?, rest.u64()?, rest.u64()?, rest.u32()?);
@@ -56,14 +56,14 @@ pub(super) fn head(body: &[u8]) -> Option<Head> {
 }
 
 impl Head {
-    /// Whether all that it says can be.
+    /// Returns true if its values are possible.
     pub(super) fn is_sound(&self) -> bool {
         let fits = self.packing != Some(Packing::None) || self.unpacked == self.len;
         self.packing.is_some() && self.start_ns <= self.end_ns && self.unpacked <= MAX_UNPACKED && fits
     }
 }
 
-/// Unpacks chunks one after the other into the same memory.
+/// A decompressor that reuses its memory.
 #[derive(Default)]
 pub(super) struct Unpacker {
     zstd: Option<zstd::bulk::Decompressor<'static>>,
@@ -77,7 +77,7 @@ impl std::fmt::Debug for Unpacker {
 }
 
 impl Unpacker {
-    /// The records of a whole chunk, checked; or what is wrong with it.
+    /// Returns the checked records of a whole chunk, or the kind of damage.
     pub(super) fn unpack<'a>(&'a mut self, head: &Head, packed: &'a [u8]) -> Result<&'a [u8], DamageKind> {
         let packing = head.packing.ok_or(DamageKind::Compression)?;
         if head.unpacked > MAX_UNPACKED {
@@ -100,7 +100,7 @@ impl Unpacker {
         Ok(records)
     }
 
-    /// What can be unpacked of the beginning of a chunk, unchecked.
+    /// Returns the decompressible beginning of an incomplete chunk, unchecked.
     pub(super) fn rescue<'a>(&'a mut self, head: &Head, packed: &'a [u8]) -> &'a [u8] {
         match head.packing {
             None => &[],
@@ -112,7 +112,7 @@ impl Unpacker {
         }
     }
 
-    /// The fast way, for what earns its memory.
+    /// Decompresses at once if the size is in proportion; returns false if it did not.
     fn bulk(&mut self, packing: Packing, unpacked: u64, packed: &[u8]) -> bool {
         let earned = unpacked <= EARNED.saturating_mul(packed.len() as u64);
         if packing != Packing::Zstd || !earned {
@@ -127,10 +127,10 @@ impl Unpacker {
         zstd.decompress_to_buffer(packed, &mut self.room).is_ok()
     }
 
-    /// The way of small steps: keeps what came before a fault. Whether there was none.
+    /// Decompresses in steps, keeping the data before a fault; returns true without a fault.
     fn stream(&mut self, packing: Packing, unpacked: u64, packed: &[u8]) -> bool {
         self.room.clear();
-        // One byte more than is claimed shows that there is more.
+        // One byte beyond the claimed size shows that there is more.
         let most = unpacked + 1;
         match packing {
             Packing::Zstd => zstd::stream::read::Decoder::with_buffer(packed)
@@ -141,7 +141,7 @@ impl Unpacker {
     }
 }
 
-/// Reads all there is. Whether it ended without a fault.
+/// Reads everything; returns true without a fault.
 fn pour(mut from: impl Read, to: &mut Vec<u8>) -> bool {
     from.read_to_end(to).is_ok()
 }

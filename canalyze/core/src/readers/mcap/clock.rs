@@ -1,25 +1,25 @@
-//! Which of a message's three times is the frame's.
+//! The choice of a frame's time among the three times of its message.
 //!
-//! Each topic begins with its driver's time (`header.stamp`) and goes over to the time of publishing, then of recording,
-//! for good: at a stamp that is zero, that is neither near the time of recording nor of this century, or that steps
-//! back while the recording went on. So the clock of a topic changes at most twice, and never to and fro.
+//! Each topic begins with its driver's time (`header.stamp`) and switches for good to the time of publishing, then of
+//! recording, at a stamp that is zero, that is neither near the time of recording nor in this century, or that steps
+//! back while the recording went on. The clock of a topic thus changes at most twice, and never back.
 
 use super::choice::Clock;
 
-/// A stamp this near to the time of recording is of the same clock, whatever that counts from.
+/// Maximum distance of a stamp to the time of recording that shows the same clock, whatever its origin.
 const NEAR_NS: i64 = 60_000_000_000;
-/// 2000-01-01: what is later is the time of day.
+/// 2000-01-01; later times are absolute.
 const CENTURY_NS: i64 = 946_684_800_000_000_000;
-/// A stamp may step back by so much: messages of one driver are not always published in order.
+/// Maximum backward step of a stamp: messages of one driver are not always published in order.
 const BACK_NS: i64 = 1_000_000_000;
 
 /// The clock of one topic.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
     now: Clock,
-    /// The user chose it.
+    /// True if the user chose it.
     fixed: bool,
-    /// Of the last message: time as taken, time of recording.
+    /// The chosen time and the time of recording of the last message.
     last_ns: (i64, i64),
 }
 
@@ -28,7 +28,7 @@ impl Source {
         Self { now: asked.unwrap_or(Clock::Stamp), fixed: asked.is_some(), last_ns: (i64::MIN, i64::MIN) }
     }
 
-    /// The time of a frame, in ns. `stamp` is `None` where a message has none.
+    /// Returns the time of a frame, in ns. `stamp` is `None` for a message without one.
     #[inline(always)]
     pub(super) fn time(&mut self, stamp: Option<i64>, publish: i64, log: i64) -> i64 {
         loop {
@@ -75,10 +75,10 @@ mod tests {
         assert_eq!(source.time(Some(DAY + 40), 0, DAY + 49), DAY + 49);
         assert_eq!(source.time(Some(DAY + 50), DAY + 55, DAY + 59), DAY + 59);
 
-        // Time since boot beside time of day; time from zero beside itself.
+        // Time since boot beside time of day; time from zero beside the same.
         assert_eq!(Source::new(None).time(Some(5_000), DAY, DAY + 1), DAY);
         assert_eq!(Source::new(None).time(Some(5_000), 6_000, 7_000), 5_000);
-        // A stamp of the past in a file that was converted today.
+        // An old stamp in a file that was converted today.
         assert_eq!(Source::new(None).time(Some(DAY / 2 + CENTURY_NS / 2), DAY, DAY), DAY / 2 + CENTURY_NS / 2);
     }
 

@@ -1,55 +1,55 @@
-//! Frames that stand in a file twice: as what a driver was asked to send, and as what it then heard of itself.
+//! Frames that are in a file twice: as sent to a driver, and as the driver then received them itself.
 //!
-//! `ros2_socketcan` sends what comes on `to_can_bus`; where its sockets hear each other, the frame appears on
-//! `from_can_bus` as well, a moment later. It was on the bus once: one frame is given, at the time at which it was heard,
-//! with the direction Tx. An equal frame of another node must never be taken for an echo, so
+//! `ros2_socketcan` sends the frames of `to_can_bus`; if its sockets receive each other's frames, each appears on
+//! `from_can_bus` as well, a moment later. It was on the bus once: one frame is emitted, at the time of reception, with
+//! direction Tx. An equal frame of another node is never taken for an echo, so
 //!
-//! - a sent frame has at most one echo, an equal one within [`LATEST_NS`]; the last sent frame takes it;
-//! - nothing is taken for an echo on a bus unless most of its first [`JUDGED`] sent frames have one: otherwise the
-//!   driver does not hear itself. Frames wait for that;
-//! - a sent frame without an echo stays.
+//! - a sent frame has at most one echo, an equal frame within [`LATEST_NS`], which belongs to the last sent frame;
+//! - a bus has echoes only if most of its first [`JUDGED`] sent frames have one; otherwise the driver does not receive
+//!   its own frames. Frames wait for that decision;
+//! - a sent frame without an echo remains.
 //!
-//! Must not: reorder frames, or look at more than is held.
+//! Frames keep their order, and only held frames are examined.
 
 use super::held::Held;
 use crate::frame::Direction;
 
-/// An echo comes this much later at most: a frame may wait for the bus.
+/// Maximum delay of an echo, since a frame may wait for the bus.
 const LATEST_NS: i64 = 20_000_000;
-/// The two times may be of two clocks, so that the echo seems to come first by so much.
+/// Maximum time by which an echo may seem to come first, since the times may be of two clocks.
 const EARLIEST_NS: i64 = 2_000_000;
-/// So many sent frames tell whether a driver hears itself.
+/// Number of sent frames that show if a driver receives its own frames.
 const JUDGED: u32 = 16;
-/// Sent frames that wait for their echo, at most.
+/// Maximum number of sent frames that wait for their echo.
 const MOST_PENDING: usize = 1024;
 
-/// What is known of echoes. Places are those of frames in what is held.
+/// The evidence about echoes. Places are indexes of held frames.
 #[derive(Debug, Default)]
 pub(super) struct Echoes {
-    /// There is a bus with topics of both directions.
+    /// True if a bus has topics of both directions.
     pub(super) sought: bool,
     buses: Vec<Bus>,
-    /// The first frame that was not looked at.
+    /// The first frame that has not been examined.
     pub(super) next: usize,
 }
 
 /// One bus.
 #[derive(Debug, Default)]
 struct Bus {
-    /// Whether the driver hears itself; `None` until that is known.
+    /// True if the driver receives its own frames; `None` until known.
     echoes: Option<bool>,
     /// Sent frames without an echo so far.
     pending: Vec<usize>,
-    /// Sent frames and their echoes, until it is known whether they are such.
+    /// Sent frames with their possible echoes, until the decision.
     pairs: Vec<(usize, usize)>,
-    /// When something was heard for the first time.
+    /// The first time of a received frame.
     heard_ns: Option<i64>,
     judged: u32,
     found: u32,
 }
 
 impl Echoes {
-    /// Looks at the frames up to this place, which stay where they are.
+    /// Examines the frames before `end`, which stay in place.
     pub(super) fn look(&mut self, held: &mut [Held], end: usize) {
         for place in self.next..end {
             self.one(held, place);
@@ -61,7 +61,7 @@ impl Echoes {
         }
     }
 
-    /// How many of the frames that were looked at may go.
+    /// Returns the number of examined frames that may be released.
     pub(super) fn free(&self, held: &[Held]) -> usize {
         let Some(last) = self.next.checked_sub(1).and_then(|last| held.get(last)) else { return 0 };
         let since = last.t_ns.saturating_sub(EARLIEST_NS);
@@ -72,7 +72,7 @@ impl Echoes {
         waits.fold(old, |count, place| count.min(*place))
     }
 
-    /// What is known by now decides. `last`: no more will come.
+    /// Decides by the evidence so far. `last`: no more frames follow.
     pub(super) fn decide(&mut self, held: &mut [Held], last: bool) {
         for bus in &mut self.buses {
             if last {
@@ -85,7 +85,7 @@ impl Echoes {
         }
     }
 
-    /// So many frames at the beginning have gone.
+    /// Adjusts to `count` frames released from the beginning.
     pub(super) fn gone(&mut self, count: usize) {
         self.next = self.next.saturating_sub(count);
         for bus in &mut self.buses {
@@ -139,8 +139,8 @@ impl Bus {
         }
     }
 
-    /// Counts sent frames that can have no echo any more. Not those before anything was heard: the one may be recorded
-    /// from later on than the other.
+    /// Counts sent frames that are too old for an echo, except those before the first received frame, since the two
+    /// recordings may begin at different times.
     fn judge(&mut self, held: &mut [Held], now_ns: Option<i64>) {
         let heard_ns = self.heard_ns;
         let (mut silent, time) = (0, |place: &usize| held.get(*place).map_or(i64::MIN, |sent| sent.t_ns));
@@ -180,7 +180,7 @@ impl Bus {
     }
 }
 
-/// One frame of the two.
+/// Turns the two frames into one.
 fn merge(held: &mut [Held], sent: usize, echo: usize) {
     if let Some(frame) = held.get_mut(sent) {
         frame.gone = true;
@@ -194,7 +194,7 @@ fn first((sent, echo): &(usize, usize)) -> &usize {
     sent.min(echo)
 }
 
-/// Moves a place; whether the frame is still there.
+/// Moves a place; returns true if the frame is still held.
 fn shift(place: &mut usize, count: usize) -> bool {
     let stays = *place >= count;
     *place = place.saturating_sub(count);
@@ -210,10 +210,10 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
-    /// What is given of frames: time in us, direction, identifier; and how many are gone.
+    /// Returns the released frames: time in µs, direction, identifier; and the number of removed ones.
     fn given(frames: &[(i64, Direction, u16)]) -> (Vec<(i64, Direction, u32)>, u64) {
         let mut whole = Vec::new();
-        // All at once, or in many small parts: the same.
+        // All at once or in small parts: the same result.
         for part in [frames.len().max(1), 3] {
             let (mut order, mut out) = (Order::new(), Vec::new());
             order.seek_echoes();

@@ -1,10 +1,9 @@
-//! A frame while it waits for earlier ones: a quarter of its size, since a chunk has tens of thousands of them.
-//!
-//! Only what this reader fills in is kept. Must not: know why a frame waits.
+//! A frame that waits for earlier ones, at a quarter of its size, since a chunk has tens of thousands of them. Only
+//! fields that this reader sets are kept.
 
 use crate::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
 
-/// A frame, its time in ns apart from it.
+/// A frame with its time in ns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Held {
     pub(super) t_ns: i64,
@@ -14,7 +13,7 @@ pub(super) struct Held {
     pub(super) dir: Option<Direction>,
     len: u8,
     raw_dlc: u8,
-    /// It is said already by another one, and is not given.
+    /// True if another frame replaces it, so that it is not emitted.
     pub(super) gone: bool,
     data: Data,
 }
@@ -26,7 +25,7 @@ enum Data {
 }
 
 impl Held {
-    /// Keeps a frame of this time.
+    /// Keeps a frame with this time.
     #[inline(always)]
     pub(super) fn new(t_ns: i64, frame: &Frame) -> Self {
         let data = if frame.len > 8 { Data::Long(Box::new(frame.data)) } else { Data::Short(frame.head()) };
@@ -40,14 +39,14 @@ impl Held {
         Self { t_ns, id, bus, kind: Kind::Data, dir, len, raw_dlc: 0, gone: false, data: Data::Short(data) }
     }
 
-    /// Whether both are the same on the wire, and on the same bus.
+    /// Returns true if both are equal on the wire and on the same bus.
     pub(super) fn same(&self, other: &Self) -> bool {
         self.id == other.id
             && (self.bus, self.kind, self.len) == (other.bus, other.kind, other.len)
             && self.data == other.data
     }
 
-    /// The frame.
+    /// Returns the frame.
     #[inline(always)]
     pub(super) fn frame(self) -> Frame {
         let mut data = [0; 64];

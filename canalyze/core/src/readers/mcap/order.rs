@@ -1,24 +1,24 @@
 //! Frames in the order of time, with bounded memory.
 //!
-//! Chunks may overlap in time, and the messages in one need not be sorted. Frames are held until nothing that is still
-//! to come can be earlier, as far as chunks say when they begin; at most [`MOST`] are held. One that comes later than
-//! that comes as it is. Frames of the same time keep the order of the file.
+//! Chunks may overlap in time, and messages within one need not be sorted. Frames are held until nothing earlier can
+//! follow, as far as chunks give their beginning; at most [`MOST`] are held. Frames that come too late keep their
+//! place. Frames of the same time keep the order of the file.
 
 use super::echo::Echoes;
 use super::held::Held;
 use crate::frame::Frame;
 
-/// Most frames that are held; beyond it half of them go.
+/// Maximum number of held frames; beyond it half of them are released.
 const MOST: usize = 1 << 17;
 
-/// Frames waiting for earlier ones.
+/// Frames that wait for earlier ones.
 #[derive(Debug)]
 pub(super) struct Order {
     held: Vec<Held>,
     sorted: bool,
     last_ns: i64,
     echoes: Echoes,
-    /// Frames that were not given because they were echoes.
+    /// Number of frames that were removed as echoes.
     gone: u64,
 }
 
@@ -27,7 +27,7 @@ impl Order {
         Self { held: Vec::new(), sorted: true, last_ns: i64::MIN, echoes: Echoes::default(), gone: 0 }
     }
 
-    /// Holds a frame; gives those that may go because there are too many to `to`.
+    /// Holds a frame; passes frames to `to` if there are too many.
     #[inline(always)]
     pub(super) fn push(&mut self, frame: Held, to: &mut impl FnMut(Frame)) {
         self.sorted &= frame.t_ns >= self.last_ns;
@@ -38,12 +38,12 @@ impl Order {
         self.held.push(frame);
     }
 
-    /// From here on a bus may have frames twice: sent, and heard.
+    /// Begins the search for echoes, since a bus may now have sent and received frames.
     pub(super) fn seek_echoes(&mut self) {
         self.echoes.sought = true;
     }
 
-    /// Frames that were told already by their echoes.
+    /// Returns the number of frames removed as echoes.
     pub(super) fn echoes(&self) -> u64 {
         self.gone
     }
@@ -60,7 +60,7 @@ impl Order {
         self.give(count, to);
     }
 
-    /// Nothing before this time will come any more.
+    /// Releases the frames before a time, since nothing earlier follows.
     pub(super) fn release(&mut self, before_ns: i64, to: &mut impl FnMut(Frame)) {
         self.sort();
         let mut count = self.held.partition_point(|frame| frame.t_ns < before_ns);
@@ -71,7 +71,7 @@ impl Order {
         self.give(count, to);
     }
 
-    /// Nothing will come any more.
+    /// Releases all frames, since nothing follows.
     pub(super) fn release_all(&mut self, to: &mut impl FnMut(Frame)) {
         self.sort();
         if self.echoes.sought {
@@ -85,7 +85,7 @@ impl Order {
 
     fn sort(&mut self) {
         if !self.sorted {
-            // What echoes were looked for in stays where it is.
+            // Frames examined for echoes stay in place.
             if let Some(rest) = self.held.get_mut(self.echoes.next..) {
                 rest.sort_by_key(|frame| frame.t_ns);
             }

@@ -1,13 +1,13 @@
 //! Bus and direction from the name of a topic.
 //!
-//! `header.frame_id` is not asked: drivers write a constant into it. Must not: know messages.
+//! `header.frame_id` is not used, since drivers write a constant into it.
 //!
-//! A frame that a driver was asked to send (`to_can_bus`) is on the topic of received ones as well where the driver's
-//! sockets hear each other: always in `ros2_socketcan` up to 1.3, later if asked for. See `echo`.
+//! A frame sent to a driver (`to_can_bus`) is also on the topic of received frames if the driver's sockets receive each
+//! other's frames: always in `ros2_socketcan` up to 1.3, later optionally. See `echo`.
 
 use crate::frame::{Direction, MAX_BUS_NAME};
 
-/// What a topic of frames ends with, and what it says: the driver's word is of its own point of view.
+/// The ends of topics with frames, and their direction, seen from the driver.
 const ENDS: &[(&[u8], Direction)] = &[
     (b"from_can_bus_fd", Direction::Rx),
     (b"to_can_bus_fd", Direction::Tx),
@@ -22,10 +22,10 @@ const ENDS: &[(&[u8], Direction)] = &[
     (b"rx", Direction::Rx),
     (b"tx", Direction::Tx),
 ];
-/// The bus of a topic that names nothing else.
+/// The bus of a topic without any other name.
 const NAMELESS: &[u8] = b"can";
 
-/// The bus that a topic's frames are on, and their direction: `/can0/from_can_bus` is `can0`, received.
+/// Returns the bus and the direction of a topic's frames: `/can0/from_can_bus` is `can0`, received.
 ///
 /// A topic without such an end is itself the bus, without its first slash.
 pub(super) fn bus(topic: &[u8]) -> (Vec<u8>, Option<Direction>) {
@@ -40,7 +40,8 @@ pub(super) fn bus(topic: &[u8]) -> (Vec<u8>, Option<Direction>) {
     (word(topic), None)
 }
 
-/// A name that is one word of a console line. Of one that is too long the end is kept: interfaces stand there.
+/// Returns a name that is one word of a console line. Of one that is too long the end is kept, since it names the
+/// interface.
 pub(super) fn word(name: &[u8]) -> Vec<u8> {
     let name = name.trim_ascii();
     let name = name.strip_suffix(b"/").unwrap_or(name);

@@ -1,8 +1,8 @@
 //! pcapng files: sections of blocks, each with its length at both ends.
 //!
-//! Where the two lengths of a block differ, the next block that is sound is looked for: one of a known type with the
-//! same length at both ends. Packets are taken apart here; blocks that come once an interface are left to pcap-parser,
-//! except for the numbers in their options, which it takes for little-endian whatever the section says.
+//! If the two lengths of a block differ, the search continues for the next valid block: one of a known type with the
+//! same length at both ends. Packets are parsed here; blocks of interfaces are left to pcap-parser, except for numbers
+//! in their options, which it always reads as little-endian.
 
 use pcap_parser::{
     PcapNGOption, parse_interfacedescriptionblock_be, parse_interfacedescriptionblock_le,
@@ -22,20 +22,20 @@ const OBSOLETE_PACKET: u32 = 2;
 const SIMPLE_PACKET: u32 = 3;
 const STATISTICS: u32 = 5;
 const ENHANCED_PACKET: u32 = 6;
-/// Types that are worth looking for behind a damaged block.
+/// Types searched for after a damaged block.
 const SOUGHT: &[u32] =
     &[SECTION, INTERFACE, OBSOLETE_PACKET, SIMPLE_PACKET, 4, STATISTICS, ENHANCED_PACKET, 9, 10, 0xBAD, 0x4000_0BAD];
 
-/// Type, length, and the length again; in a section header its mark of order instead.
+/// Size of type, length, and the length again (in a section header its byte-order mark instead), in bytes.
 const SHORTEST: usize = 12;
-/// Longer ones are not believed.
+/// Maximum length of a valid block, in bytes.
 const LONGEST: usize = 16 << 20;
-/// Longer ones are not looked for.
+/// Maximum length of a block in a search, in bytes.
 const LONGEST_SOUGHT: usize = 64 << 10;
-/// Most interfaces of a section.
+/// Maximum number of interfaces of a section.
 const MAX_INTERFACES: usize = 4096;
 
-/// The section being read.
+/// The section that is being read.
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     /// `None` before the first section header.
@@ -48,7 +48,7 @@ pub(super) struct Blocks {
 #[derive(Clone, Copy, Debug)]
 struct Seeking {
     from: u64,
-    /// It may be no more than that the file ends in a block.
+    /// True if the file may just end within a block.
     cut: bool,
 }
 
@@ -61,12 +61,12 @@ struct Head {
 }
 
 impl Blocks {
-    /// Whether it is looking for a sound block.
+    /// Returns true while it searches for a valid block.
     pub(super) fn seeks(&self) -> bool {
         self.seeking.is_some()
     }
 
-    /// Reads a block. `last`: there are no more bytes than these.
+    /// Reads a block. `last`: there are no further bytes.
     #[inline(always)]
     pub(super) fn step(
         &mut self,
@@ -102,19 +102,19 @@ impl Blocks {
         Step::Took(head.len)
     }
 
-    /// `None` for what no block begins with.
+    /// Parses the beginning of a block; `None` if it is invalid.
     #[inline(always)]
     fn head(&self, [k0, k1, k2, k3, l0, l1, l2, l3, mark @ ..]: &[u8; SHORTEST]) -> Option<Head> {
         let [kind, len] = [[*k0, *k1, *k2, *k3], [*l0, *l1, *l2, *l3]];
         let order = match self.order {
-            // The mark of a section header is the same in both orders.
+            // The type of a section header is the same in both orders.
             _ if u32::from_le_bytes(kind) == SECTION => order(*mark)?,
             order => order?,
         };
         Some(Head { kind: order.u32(kind), len: order.u32(len) as usize, order })
     }
 
-    /// A block of the old or the new form with its packet. `None`: it is not what it says it is.
+    /// Reads a packet block of the old or the new form; `None` if it is invalid.
     #[inline(always)]
     fn packet(
         &mut self,
@@ -210,7 +210,8 @@ impl Blocks {
         }
     }
 
-    /// Whether a block of another type is made like a packet of one of the interfaces: its type is damaged.
+    /// Returns true if a block of another type has the structure of a packet of one of the interfaces, so that its type
+    /// is damaged.
     fn is_like_packet(&self, body: &[u8], order: Order) -> bool {
         let word = |at: usize| body.get(at..at + 4).and_then(|word| word.try_into().ok()).map(|word| order.u32(word));
         let (Some(interface), Some(captured), Some(size)) = (word(0), word(12), word(16)) else { return false };
@@ -247,7 +248,7 @@ impl Blocks {
         let resolution = option(&described.options, 9).and_then(<[u8]>::first).copied().unwrap_or(6);
         let offset_s = option(&described.options, 14).map_or(0, |value| number_of(value, order) as i64);
         let name = match option(&described.options, 2).map(<[u8]>::trim_ascii) {
-            // A bus is called by one word.
+            // The name of a bus is a single word.
             Some(name @ [_, ..]) => name.iter().map(|b| if b.is_ascii_whitespace() { b'_' } else { *b }).collect(),
             _ => format!("can{}", self.interfaces.len()).into_bytes(),
         };
@@ -256,7 +257,7 @@ impl Blocks {
         Some(())
     }
 
-    /// Keeps the place of an interface whose description cannot be read: those after it are known by their number.
+    /// Keeps the index of an interface with an unreadable description, since later ones are known by their number.
     fn unknown_interface(&mut self) {
         if self.interfaces.len() < MAX_INTERFACES {
             self.interfaces.push(Interface::new(b"", u16::MAX, 0, Clock::new(6, 0), &mut Tally::default()));
@@ -285,7 +286,7 @@ impl Blocks {
         Some(())
     }
 
-    /// A block whose end has not come.
+    /// Handles a block whose end is missing.
     #[cold]
     fn incomplete(
         &mut self,
@@ -299,7 +300,7 @@ impl Blocks {
         if !last {
             return Step::Need(need);
         }
-        // Either the file was cut, or the length is wrong; then there are blocks in what it covers.
+        // Either the file was cut, or the length is wrong and covers other blocks.
         self.seeking = Some(Seeking { from: at, cut: true });
         self.seek(bytes, at, last, buses, sink)
     }
@@ -321,7 +322,7 @@ impl Blocks {
         self.seek(bytes, at, last, buses, sink)
     }
 
-    /// Looks for the next sound block, and says what was passed over.
+    /// Searches for the next valid block and reports the skipped part.
     #[cold]
     fn seek(
         &mut self,
@@ -362,7 +363,7 @@ impl Blocks {
     }
 }
 
-/// What is between the lengths of a whole block; `None` if they differ.
+/// Returns the content between the two lengths of a whole block; `None` if they differ.
 #[inline(always)]
 fn body(block: &[u8], head: Head) -> Option<&[u8]> {
     let (rest, length) = block.split_last_chunk::<4>()?;
@@ -377,7 +378,7 @@ fn order(mark: [u8; 4]) -> Option<Order> {
     }
 }
 
-/// The options of a packet, up to the first that is not whole.
+/// The options of a packet, up to the first incomplete one.
 struct Options<'a> {
     rest: &'a [u8],
     order: Order,
@@ -401,18 +402,18 @@ impl<'a> Iterator for Options<'a> {
     }
 }
 
-/// The first option of this code.
+/// Returns the first option of this code.
 fn option<'a>(options: &'a [PcapNGOption<'_>], code: u16) -> Option<&'a [u8]> {
     options.iter().take_while(|option| option.code.0 != 0).find(|option| option.code.0 == code)?.as_bytes().ok()
 }
 
-/// A number of 64 bits; 0 for what is none.
+/// Returns a number of 64 bits, or 0 if it is invalid.
 fn number_of(value: &[u8], order: Order) -> u64 {
     value.try_into().map_or(0, |value| order.u64(value))
 }
 
-/// Whether a type of blocks is assigned to somebody (the registry in draft-ietf-opsawg-pcapng), or left to everybody. A
-/// frame may have been in any other block.
+/// Returns true if a type of blocks is assigned (the registry in draft-ietf-opsawg-pcapng) or open to everyone. A block
+/// of any other type may have been a frame.
 fn is_assigned(kind: u32) -> bool {
     matches!(kind, 0x1..=0xB | 0x101..=0x10F | 0x201..=0x2FF | 0xBAD | 0x4000_0BAD | 0x0A0D_0A00..=0x0A0D_0AFF)
         || kind >= 0x8000_0000

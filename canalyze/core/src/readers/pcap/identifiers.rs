@@ -1,9 +1,9 @@
-//! In which byte order the identifiers of a file stand.
+//! The byte order of a file's identifiers.
 //!
-//! LINKTYPE_CAN_SOCKETCAN has them big-endian, but programs that pack the kernel's structure by themselves write them in
-//! the order of their host. Read the wrong way round, 181h becomes an identifier of 29 bits and nothing looks wrong. So
-//! the first records of a file are looked at before one is given out: an identifier of 11 bits has two bytes that are
-//! zero, and on which side these are is not left to chance. Must not: judge a record by itself.
+//! LINKTYPE_CAN_SOCKETCAN defines big-endian, but programs that dump the kernel's structure write the order of their
+//! host. In the wrong order, 181h becomes an identifier of 29 bits without any visible error. The first records of a
+//! file are therefore examined before any is emitted: an identifier of 11 bits has two zero bytes, whose side is
+//! significant. No record is judged alone.
 
 use super::Order;
 use crate::frame::{Frame, Kind};
@@ -12,28 +12,28 @@ use crate::readers::Unreadable;
 const EXTENDED: u32 = 0x8000_0000;
 const REMOTE: u32 = 0x4000_0000;
 const ERROR: u32 = 0x2000_0000;
-/// Greatest class of an error frame.
+/// Maximum class of an error frame.
 const CLASSES: u32 = 0x3FF;
 
-/// Records that are looked at.
+/// Maximum number of examined records.
 const RECORDS: u32 = 64;
-/// Bytes of the file in which they are looked for.
+/// Number of bytes of the file in which they are examined.
 const HEAD: u64 = 64 * 1024;
-/// Records that can be identifiers of 11 bits in the wrong order only, for that order to be taken at once.
+/// Number of records that can be 11-bit identifiers in the wrong order only from which that order is certain.
 const SURE: u32 = 3;
-/// Records of which most must be identifiers in one order or the other; fewer tell nothing of a file. Where all of them
-/// are in the right order only, that is enough.
+/// Minimum number of records by which a file is judged. It is also enough if all of them are valid in the right order
+/// only.
 const ENOUGH: u32 = 8;
 
-/// How the identifiers of a file are read.
+/// The byte order of a file's identifiers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Reading {
-    /// As the format has them.
+    /// As the format defines.
     #[default]
     Big,
-    /// Against the format.
+    /// Contrary to the format.
     Little,
-    /// Not at all: most are no identifiers in either order.
+    /// Unknown: most are invalid in either order.
     Neither,
 }
 
@@ -43,10 +43,10 @@ impl Reading {
     }
 }
 
-/// What four bytes are in one order.
+/// The meaning of four bytes in one order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sense {
-    /// No identifier.
+    /// Not an identifier.
     Nothing,
     Extended,
     Standard,
@@ -63,27 +63,27 @@ fn sense(id: u32) -> Sense {
     }
 }
 
-/// What the first records of a file show.
+/// The evidence from the first records of a file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Votes {
     decided: Option<Reading>,
     seen: u32,
-    /// Records that are identifiers in this order.
+    /// Number of records that are valid identifiers in this order.
     big: u32,
     little: u32,
-    /// Those of 11 bits in the wrong order.
+    /// Number of 11-bit identifiers in the wrong order.
     standard: u32,
-    /// Those of 11 bits in the wrong order and none at all in the right one.
+    /// Number of 11-bit identifiers in the wrong order that are invalid in the right one.
     sure: u32,
-    /// Those of 11 bits in the wrong order, and of 29 bits, most of them zero, in the right one.
+    /// Number of 11-bit identifiers in the wrong order that have 29 bits, mostly zero, in the right one.
     shifted: u32,
     first: Option<[u8; 4]>,
-    /// These are not all the same.
+    /// True if these are not all the same.
     various: bool,
 }
 
 impl Votes {
-    /// Takes the first bytes of a packet whose record begins at this offset.
+    /// Adds the first bytes of a packet whose record begins at this offset.
     pub(super) fn take(&mut self, packet: &[u8], at: u64) {
         let Some(id) = packet.first_chunk::<4>().filter(|_| self.decided.is_none()) else { return };
         if at >= HEAD || self.seen >= RECORDS {
@@ -114,17 +114,17 @@ impl Votes {
         }
     }
 
-    /// What is known for certain by now, `at` being how far the file was looked at.
+    /// Returns the decision, if certain; the file has been examined up to `at`.
     pub(super) fn decided(&self, at: u64) -> Option<Reading> {
         self.decided.or_else(|| (at >= HEAD).then(|| self.judge()))
     }
 
-    /// What is most likely by all that was seen.
+    /// Returns the most likely order by all evidence.
     pub(super) fn judge(&self) -> Reading {
         if let Some(decided) = self.decided {
             return decided;
         }
-        // What the right order does not allow, or allows only as identifiers that nobody has more than one of.
+        // Invalid in the right order, or valid only as several identifiers that are unlikely together.
         let odd = self.seen - self.big + if self.various { self.shifted } else { 0 };
         let most = |count: u32| count > 0 && count * 2 >= self.seen;
         let extended = self.little == self.seen && self.seen >= ENOUGH;
@@ -136,20 +136,20 @@ impl Votes {
     }
 }
 
-/// What has been read of a file so far, and what that says of records of another order among those of one.
+/// The kinds of identifiers read so far, which show records of another order among them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Orders {
-    /// Identifiers of 11 bits have been read, and identifiers of 29 bits that are none of 11 bits in the other order.
+    /// True if there were 11-bit identifiers, and 29-bit identifiers that are not 11-bit ones in the other order.
     standard: bool,
     extended: bool,
-    /// The first identifier of 29 bits that is one of 11 bits in the other order.
+    /// The first 29-bit identifier that is an 11-bit one in the other order.
     odd: Option<u32>,
-    /// There are records of that order: some are no identifiers in this one, or several identifiers are odd.
+    /// True if there are records of that order: some are invalid in this one, or several identifiers are odd.
     mixed: bool,
 }
 
 impl Orders {
-    /// Gives the frame, unless its identifier is more likely one of 11 bits in the other order.
+    /// Returns the frame, unless its identifier is more likely an 11-bit one in the other order.
     #[inline(always)]
     pub(super) fn take(&mut self, frame: Frame) -> Result<Frame, Unreadable> {
         if !frame.id.is_extended() || frame.kind == Kind::Error {
@@ -166,7 +166,7 @@ impl Orders {
         if self.mixed { Err(Unreadable::Identifier) } else { Ok(frame) }
     }
 
-    /// A record could not be read.
+    /// Records an unreadable record.
     pub(super) fn failed(&mut self, reason: Unreadable) {
         self.mixed |= reason == Unreadable::Identifier;
     }
@@ -222,7 +222,7 @@ mod tests {
             let swapped: Vec<u32> = ids.iter().map(|id: &u32| id.swap_bytes()).collect();
             assert_eq!(judged(&swapped), Reading::Little, "{ids:X?}");
         }
-        // A single identifier that both readings allow is what the format says.
+        // A single identifier that is valid in both orders is read as the format defines.
         assert_eq!(judged(&[0x181_u32.swap_bytes(); 100]), Reading::Big);
     }
 

@@ -1,6 +1,6 @@
-//! An interface of a capture: its bus, its clock, and its packets made frames of.
+//! An interface of a capture: its bus, its clock, and its packets, which become frames without allocations.
 //!
-//! pcap files have one, pcapng files as many as they describe. Must not: allocate for a packet.
+//! pcap files have one, pcapng files any number.
 
 use std::io::Write;
 
@@ -11,16 +11,16 @@ use super::tally::{Passed, Tally};
 use crate::frame::{BusId, Buses, Direction, MAX_BUS_NAME, Stamp, StampForm};
 use crate::readers::{Item, Marker, Place, Unreadable};
 
-/// How the stamps of an interface count.
+/// The unit and offset of an interface's stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Clock {
-    /// if_tsresol: a power of ten, or of two where the upper bit is set.
+    /// if_tsresol: a power of ten, or of two if the upper bit is set.
     resolution: u8,
     scale: Scale,
     offset_ns: i64,
 }
 
-/// From its units to ns.
+/// The conversion from units to ns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scale {
     Times(u64),
@@ -30,24 +30,24 @@ enum Scale {
 }
 
 impl Clock {
-    /// By if_tsresol and if_tsoffset, the latter in s.
+    /// Creates a clock from if_tsresol and if_tsoffset, the latter in s.
     pub(super) fn new(resolution: u8, offset_s: i64) -> Self {
         let scale = match resolution {
             0..=9 => Scale::Times(10u64.pow(9 - u32::from(resolution))),
             10..=28 => Scale::Over(10u64.pow(u32::from(resolution) - 9)),
-            // Finer than 2^64 units could say of a ns.
+            // 2^64 units are less than a ns.
             29..=127 => Scale::Times(0),
             _ => Scale::Binary(resolution & 0x7F),
         };
         Self { resolution, scale, offset_ns: offset_s.saturating_mul(1_000_000_000) }
     }
 
-    /// Units in a second, of a clock of us or ns.
+    /// Returns the units in a second, for a clock in µs or ns.
     pub(super) fn per_second(self) -> u64 {
         if self.resolution == 9 { 1_000_000_000 } else { 1_000_000 }
     }
 
-    /// So many units after the epoch, in ns.
+    /// Returns the time of `units` after the epoch, in ns.
     #[inline(always)]
     fn moment(self, units: u64) -> i64 {
         let ns = match self.scale {
@@ -58,7 +58,7 @@ impl Clock {
         ns.and_then(|ns| i64::try_from(ns).ok()).unwrap_or(i64::MAX).saturating_add(self.offset_ns)
     }
 
-    /// Digits behind the point that a stamp has in it.
+    /// Returns the number of decimals of its stamps.
     fn decimals(self) -> u8 {
         (self.resolution & 0x7F).min(9)
     }
@@ -69,17 +69,17 @@ impl Clock {
     }
 }
 
-/// A packet as its record has it.
+/// A packet of a record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Packet<'a> {
     /// Its stamp in units of the interface's clock.
     pub(super) units: Option<u64>,
-    /// What was captured of it.
+    /// The captured bytes.
     pub(super) data: &'a [u8],
-    /// Its bytes on the wire.
+    /// Number of bytes on the wire.
     pub(super) size: u32,
     pub(super) dir: Option<Direction>,
-    /// Where its record begins.
+    /// Offset of its record.
     pub(super) at: u64,
 }
 
@@ -91,9 +91,9 @@ pub(super) struct Interface {
     link: Link,
     name: Box<[u8]>,
     bus: Option<BusId>,
-    /// The last bus of a cooked capture, by the host's number of the interface.
+    /// The last bus of a cooked capture, with the host's number of the interface.
     numbered: Option<(u32, BusId)>,
-    /// Packets that were said to be lost so far.
+    /// Number of packets reported as lost so far.
     dropped: u64,
 }
 
@@ -105,7 +105,7 @@ impl Interface {
         Self { clock, snaplen, link, name: name.into(), bus: None, numbered: None, dropped: 0 }
     }
 
-    /// Gives the frame in a packet, or says why there is none.
+    /// Emits the frame of a packet, or the reason why there is none.
     #[inline(always)]
     pub(super) fn packet(
         &mut self,
@@ -150,7 +150,7 @@ impl Interface {
         }
     }
 
-    /// Says that so many packets were lost.
+    /// Emits a gap of `count` lost packets.
     #[cold]
     pub(super) fn lost(&mut self, count: u64, at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if count == 0 || !self.link.is_can() {
@@ -162,7 +162,7 @@ impl Interface {
         sink(Item::Marker(Marker::Dropped { bus, count, total: self.dropped, place }), buses);
     }
 
-    /// Says that so many were lost since the capture began: those of which it is not known already.
+    /// Emits a gap for packets lost since the beginning of the capture, unless already reported.
     pub(super) fn lost_in_all(&mut self, total: u64, at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lost(total.saturating_sub(self.dropped), at, buses, sink);
     }
@@ -176,7 +176,7 @@ impl Interface {
         }
     }
 
-    /// A cooked capture has no names, but the host's numbers.
+    /// Adds a bus; a cooked capture has no names but the host's numbers.
     fn new_bus(&mut self, number: Option<u32>, buses: &mut Buses) -> BusId {
         let Some(number) = number else { return *self.bus.insert(buses.intern(&self.name)) };
         let mut name = [0; 12];

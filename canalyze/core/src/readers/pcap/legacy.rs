@@ -1,7 +1,7 @@
-//! pcap files: a header, then packets of one link type, with stamps in us or ns.
+//! pcap files: a header, then packets of one link type, with stamps in µs or ns.
 //!
-//! A packet has nothing that its length could be checked against, so a length that cannot be ends the reading: whatever
-//! was found behind it would be a guess.
+//! Nothing confirms the length of a packet, so an impossible one ends the reading: anything found after it would be a
+//! guess.
 
 use pcap_parser::parse_pcap_header;
 
@@ -11,12 +11,12 @@ use super::{Order, Step};
 use crate::frame::Buses;
 use crate::readers::Item;
 
-/// No packet of any program is longer.
+/// Maximum length of a packet in any program, in bytes.
 const LONGEST: u32 = 262_144;
 const HEADER: usize = 24;
 const RECORD: usize = 16;
 
-/// What the header says.
+/// The header of the file, once read.
 #[derive(Debug, Default)]
 pub(super) struct Legacy {
     open: Option<(Order, Interface)>,
@@ -54,7 +54,7 @@ impl Legacy {
         if header.is_modified_format() {
             return Step::Lost;
         }
-        // The upper half says how long the check sums are that the packets end with.
+        // The upper half is the length of the check sums at the end of packets.
         let link_type = header.network.0 as u16;
         let clock = Clock::new(if header.is_nanosecond_precision() { 9 } else { 6 }, 0);
         tally.version(header.version_major, header.version_minor, order);

@@ -1,8 +1,8 @@
-//! What is in a packet: a CAN frame behind SocketCAN's header, bare or in a cooked capture.
+//! The content of a packet: a CAN frame after SocketCAN's header, bare or in a cooked capture.
 //!
-//! The header of LINKTYPE_CAN_SOCKETCAN has its identifier big-endian (but see `identifiers`). Behind a cooked header it is as the kernel had it,
-//! in the order of the host that wrote the file, which is that of the file's own numbers: libpcap swaps it by that rule
-//! when a file comes from a host of the other kind. Must not: take a frame of which bytes are missing.
+//! In LINKTYPE_CAN_SOCKETCAN the identifier is big-endian (but see `identifiers`). After a cooked header it is in the
+//! order of the host that wrote the file, like the file's own numbers: libpcap swaps it accordingly for files from
+//! other hosts. Frames with missing bytes are rejected.
 
 use super::Order;
 use super::tally::Passed;
@@ -16,25 +16,25 @@ const ERROR: u32 = 0x2000_0000;
 const BRS: u8 = 1;
 const ESI: u8 = 2;
 const FDF: u8 = 4;
-/// The byte where other frames have their length has this bit in a CAN XL frame, and only there.
+/// The flag of a CAN XL frame, in the byte that holds the length of other frames.
 const XLF: u8 = 0x80;
 
-/// SocketCAN's structures with their data in full: a classic frame, an FD frame.
+/// Sizes of SocketCAN's full structures in bytes: a classic frame, an FD frame.
 const CLASSIC_SIZE: u32 = 16;
 const FD_SIZE: u32 = 72;
 
-/// Link types that frames are read from.
+/// Link types that can carry frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Link {
     /// LINKTYPE_CAN_SOCKETCAN.
     SocketCan,
-    /// LINKTYPE_LINUX_SLL: what is captured on `any`, with the kind of packet and its protocol.
+    /// LINKTYPE_LINUX_SLL: captures on `any`, with the kind of packet and its protocol.
     Cooked,
     /// LINKTYPE_LINUX_SLL2: the same with the number of the interface.
     Cooked2,
-    /// LINKTYPE_WIRESHARK_UPPER_PDU: what Wireshark makes of logs of candump and BUSMASTER.
+    /// LINKTYPE_WIRESHARK_UPPER_PDU: Wireshark's form of logs of candump and BUSMASTER.
     Upper,
-    /// Another one.
+    /// Another link type.
     Other(u16),
 }
 
@@ -54,24 +54,24 @@ impl Link {
     }
 }
 
-/// A frame of a packet.
+/// The frame of a packet.
 #[derive(Debug)]
 pub(super) struct Found {
-    /// Its bus and time are not set.
+    /// The frame without its bus and time.
     pub(super) frame: Frame,
-    /// The host's number of the interface, where the packet says it.
+    /// The host's number of the interface, if the packet has it.
     pub(super) interface: Option<u32>,
 }
 
-/// Why a packet gives no frame.
+/// The reason for a packet without a frame.
 #[derive(Debug)]
 pub(super) enum Failed {
     Passed(Passed),
     Unreadable(Unreadable),
 }
 
-/// The frame in a packet, of which `bytes` were captured and which had `size` on the wire. The orders are those of the
-/// file's numbers, and of the identifiers of LINKTYPE_CAN_SOCKETCAN.
+/// Returns the frame of a packet with `bytes` captured of `size` on the wire. `orders`: the byte orders of the file's
+/// numbers, and of identifiers of LINKTYPE_CAN_SOCKETCAN.
 #[inline(always)]
 pub(super) fn frame(link: Link, bytes: &[u8], size: u32, orders: (Order, Order)) -> Result<Found, Failed> {
     let (order, identifiers) = orders;
@@ -108,14 +108,14 @@ fn cooked(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Fa
     frame.dir = match kind {
         0 | 2 | 3 => Some(Direction::Rx),
         4 => Some(Direction::Tx),
-        // What a CAN driver receives is a broadcast, and so is the host's own frame that comes back to it. libpcap throws
-        // away the outgoing packet for the latter's sake, so this kind tells nothing.
+        // A frame that a CAN driver receives is a broadcast, and so is the host's own frame that is looped back.
+        // libpcap drops the outgoing packet for that reason, so this kind shows no direction.
         _ => None,
     };
     Ok(Found { frame, interface })
 }
 
-/// A frame behind tags, one of which names what it is.
+/// Parses a frame after tags, one of which names its kind.
 fn upper(bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
     const NAME: u16 = 12;
     let other = Failed::Passed(Passed::Packet(252));
@@ -144,7 +144,7 @@ fn upper(bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
     Ok(Found { frame, interface: None })
 }
 
-/// A frame behind SocketCAN's header. `fd`: whether it is an FD frame, where that is said outside of it.
+/// Parses a frame after SocketCAN's header. `fd`: true for an FD frame, if known from elsewhere.
 #[inline(always)]
 pub(super) fn socketcan(bytes: &[u8], size: u32, order: Order, fd: Option<bool>) -> Result<Frame, Unreadable> {
     let (head, payload) = bytes.split_first_chunk::<8>().ok_or(Unreadable::Data)?;
@@ -153,9 +153,9 @@ pub(super) fn socketcan(bytes: &[u8], size: u32, order: Order, fd: Option<bool>)
     if len & XLF != 0 {
         return Err(Unreadable::CanXl);
     }
-    // Old programs left the bytes behind the length as they happened to be.
+    // Old programs left the bytes after the length uninitialized.
     let clean = flags & !(BRS | ESI | FDF) == 0 && reserved == 0;
-    // Where no flag says so, the size of the structure does; nothing else than FD has more than 8 bytes.
+    // Without a flag, the size of the structure decides; only FD has more than 8 bytes.
     let fd = fd.unwrap_or(
         clean && dlc == 0 && flags & FDF != 0
             || size == FD_SIZE && id & (REMOTE | ERROR) == 0

@@ -1,9 +1,9 @@
-//! Captures of libpcap and Wireshark, in both their formats: pcap (one link type, one resolution) and pcapng (blocks,
-//! several interfaces).
+//! Captures of libpcap and Wireshark in both formats: pcap (one link type, one resolution) and pcapng (blocks, several
+//! interfaces).
 //!
-//! This file hands whole records to the format at hand and keeps what is not whole yet; `legacy` and `blocks` know the
-//! records, `link` what is in a packet. Which format it is, the first bytes tell. A length that a file claims allocates
-//! nothing, and nothing is skipped on its word alone. Must not: call a packet of another link type a fault.
+//! This file passes complete records to the format and keeps incomplete ones; `legacy` and `blocks` know the records,
+//! `link` the packets. The first bytes show the format. A claimed length allocates nothing and never causes a skip by
+//! itself. Packets of other link types are not faults.
 
 mod blocks;
 mod identifiers;
@@ -21,54 +21,54 @@ use self::tally::Tally;
 use super::{Contents, Damage, DamageKind, Item, Marker, Place, Unreadable};
 use crate::frame::{Buses, Frame};
 
-/// A reader of pcap and pcapng files. One for each file.
+/// A reader of one pcap or pcapng file.
 #[derive(Debug)]
 pub struct Pcap {
     records: Records,
-    /// The beginning of the file, until it is known how its identifiers are read.
+    /// The beginning of the file, until the byte order of its identifiers is known.
     trial: Option<Box<Trial>>,
 }
 
-/// A beginning that is read once before it is read to be given out.
+/// A beginning that is examined before it is emitted.
 #[derive(Debug, Default)]
 struct Trial {
     head: Vec<u8>,
     records: Records,
 }
 
-/// Records as they come.
+/// A stream of records.
 #[derive(Debug, Default)]
 struct Records {
     form: Form,
-    /// Bytes of a record whose end has not come yet; those before `gone` are done with.
+    /// The bytes of an incomplete record; those before `gone` are consumed.
     held: Vec<u8>,
     gone: usize,
-    /// Bytes that the record needs in all, as far as is known.
+    /// Number of bytes that the record needs in total, as far as known.
     need: usize,
-    /// Where in the file the next record begins.
+    /// Offset of the next record in the file.
     at: u64,
     tally: Tally,
 }
 
 #[derive(Debug, Default)]
 enum Form {
-    /// Nothing has come yet.
+    /// Before the first bytes.
     #[default]
     Unknown,
     Legacy(Legacy),
     Blocks(Box<Blocks>),
-    /// From this offset on nothing can be read.
+    /// Unreadable from this offset on.
     Lost(u64),
 }
 
-/// What became of bytes that begin with a record.
+/// The result of reading a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
-    /// So many of them are done with.
+    /// Number of bytes consumed.
     Took(usize),
-    /// So many are needed in all, more than there are.
+    /// Total number of bytes needed, more than available.
     Need(usize),
-    /// No record of this format can follow, and none will be found.
+    /// No record of this format can follow or be found.
     Lost,
 }
 
@@ -81,7 +81,7 @@ impl Default for Pcap {
 }
 
 impl Pcap {
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(trial) = &mut self.trial else { return self.records.feed(bytes, buses, sink) };
         trial.head.extend_from_slice(bytes);
@@ -92,24 +92,24 @@ impl Pcap {
         }
     }
 
-    /// Takes the end: a record that is not whole was cut off.
+    /// Ends the file; an incomplete record was cut off.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         self.records.finish(buses, sink);
     }
 
-    /// Takes the end of what was read so far, where the reading was broken off: the last record is not there yet.
+    /// Ends an interrupted file, ignoring an incomplete last record.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         self.records.interrupt(buses, sink);
     }
 
-    /// Version, resolution and interfaces; packets and blocks that hold no frame.
+    /// Returns version, resolution and interfaces, and the counts of packets and blocks without a frame.
     pub fn contents(&self) -> Contents {
         self.trial.as_ref().map_or(&self.records, |trial| &trial.records).tally.contents()
     }
 
-    /// The file is over before it was certain how its identifiers are read.
+    /// Decides the byte order of identifiers at the end of a file that was too short for certainty.
     fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let votes = self.trial.as_ref().and_then(|trial| trial.records.tally.votes.as_ref());
         if let Some(reading) = votes.map(Votes::judge) {
@@ -117,7 +117,7 @@ impl Pcap {
         }
     }
 
-    /// Gives out what was held back.
+    /// Emits the records held back.
     fn begin(&mut self, reading: Reading, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(trial) = self.trial.take() else { return };
         self.records.tally.identifiers(reading);
@@ -129,9 +129,9 @@ impl Pcap {
 }
 
 impl Records {
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     fn feed(&mut self, mut bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        // A record that was begun gets no more than it needs, so that all others are read where they are.
+        // An incomplete record gets only the bytes that it needs, so that all others are read in place.
         while self.gone < self.held.len() {
             let lacking = self.need.saturating_sub(self.held.len() - self.gone);
             let (taken, rest) = bytes.split_at_checked(lacking).unwrap_or((bytes, &[]));
@@ -152,7 +152,7 @@ impl Records {
         self.held.extend_from_slice(bytes.get(done..).unwrap_or_default());
     }
 
-    /// Takes the end: a record that is not whole was cut off.
+    /// Ends the file; an incomplete record was cut off.
     fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let held = std::mem::take(&mut self.held);
         self.run(held.get(self.gone..).unwrap_or_default(), true, buses, sink);
@@ -163,7 +163,7 @@ impl Records {
         }
     }
 
-    /// Takes the end of what was read so far, where the reading was broken off: the last record is not there yet.
+    /// Ends an interrupted file, ignoring an incomplete last record.
     fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sought = matches!(&self.form, Form::Blocks(blocks) if blocks.seeks());
         if !sought {
@@ -173,7 +173,7 @@ impl Records {
         self.finish(buses, sink);
     }
 
-    /// Reads records to the last whole one. Gives back how many bytes are done with.
+    /// Reads all complete records; returns the number of bytes consumed.
     fn run(&mut self, bytes: &[u8], last: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> usize {
         let mut done = 0;
         while let Some(rest) = bytes.get(done..)
@@ -221,7 +221,7 @@ impl Records {
     }
 }
 
-/// The format, by the first four bytes.
+/// Detects the format by the first four bytes.
 fn begin(bytes: &[u8]) -> Option<Form> {
     Some(match bytes.first_chunk::<4>()? {
         b"\n\r\r\n" => Form::Blocks(Box::default()),
@@ -229,14 +229,14 @@ fn begin(bytes: &[u8]) -> Option<Form> {
     })
 }
 
-/// A frame as this host's own kernel hands it over: `struct can_frame`, or `struct canfd_frame` with `fd`.
+/// Returns a frame as delivered by this host's kernel: `struct can_frame`, or `struct canfd_frame` with `fd`.
 #[inline(always)]
 pub(super) fn native(bytes: &[u8], fd: bool) -> Result<Frame, Unreadable> {
     let order = if cfg!(target_endian = "big") { Order::Big } else { Order::Little };
     link::socketcan(bytes, bytes.len() as u32, order, Some(fd))
 }
 
-/// The order of the bytes in a number: that of the host that wrote the file.
+/// The byte order of numbers: that of the host that wrote the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Order {
     Little,

@@ -1,6 +1,6 @@
-//! What a pcap or pcapng file says beside its frames, for `info`: dialect, interfaces, and what was passed over.
+//! Facts of a pcap or pcapng file beside its frames, for `info`: dialect, interfaces, and other content.
 //!
-//! Counting must cost nothing that grows with the file: kinds are numbers, and at most 64 of them are kept.
+//! Memory does not grow with the file: kinds are numbers, and at most 64 of them are kept.
 
 use std::io::Write;
 
@@ -8,32 +8,32 @@ use super::Order;
 use super::identifiers::{Orders, Reading, Votes};
 use crate::readers::Contents;
 
-/// Kinds that are counted apart; all others are counted together.
+/// Maximum number of separately counted kinds; all others are counted together.
 const KINDS: usize = 63;
-/// Interfaces that are described.
+/// Maximum number of described interfaces.
 const INTERFACES: usize = 64;
-/// Longest text that is kept of what a file says of itself.
+/// Maximum length of a kept text, in bytes.
 const TEXT: usize = 256;
 
-/// What holds no frame.
+/// Content without a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Passed {
     /// A packet of this link type.
     Packet(u16),
-    /// A packet of a cooked capture, of this protocol.
+    /// A packet of this protocol in a cooked capture.
     Protocol(u16),
-    /// A block of a pcapng file, of this type.
+    /// A block of this type in a pcapng file.
     Block(u32),
 }
 
-/// What was met so far.
+/// The facts so far.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
-    /// How identifiers are read where the format has them big-endian.
+    /// The byte order of identifiers that are big-endian by the format.
     pub(super) reading: Reading,
-    /// What they were so far.
+    /// The byte orders seen so far.
     pub(super) orders: Orders,
-    /// Packets are only looked at to find that out.
+    /// Set while packets are only examined for their byte order.
     pub(super) votes: Option<Votes>,
     dialect: Vec<(&'static str, Vec<u8>)>,
     interfaces: usize,
@@ -42,7 +42,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Counts one.
+    /// Counts one item.
     pub(super) fn pass(&mut self, kind: Passed) {
         if let Some((_, count)) = self.passed.iter_mut().find(|(known, _)| *known == kind) {
             *count += 1;
@@ -53,7 +53,7 @@ impl Tally {
         }
     }
 
-    /// Notes a property of the file as a whole, once: what a second section says the same of is not said again.
+    /// Adds a property of the file, unless another section has the same.
     pub(super) fn note(&mut self, name: &'static str, value: &[u8]) {
         let value = value.get(..TEXT).unwrap_or(value);
         let known = self.dialect.iter().any(|(other, text)| *other == name && text == value);
@@ -62,7 +62,7 @@ impl Tally {
         }
     }
 
-    /// Notes how identifiers are read, where that is not as the format has them.
+    /// Adds the byte order of identifiers, if it is not that of the format.
     pub(super) fn identifiers(&mut self, reading: Reading) {
         self.reading = reading;
         match reading {
@@ -72,14 +72,14 @@ impl Tally {
         }
     }
 
-    /// Notes version and byte order.
+    /// Adds version and byte order.
     pub(super) fn version(&mut self, major: u16, minor: u16, order: Order) {
         self.note("version", format!("{major}.{minor}").as_bytes());
         self.note("byte order", if order == Order::Big { b"big-endian" } else { b"little-endian" });
     }
 
-    /// Notes an interface: its name, link type, resolution of its stamps, and the length its packets were cut to (0: no
-    /// such length).
+    /// Adds an interface: its name, link type, resolution of stamps, and the length to which packets were cut (0 for
+    /// none).
     pub(super) fn interface(&mut self, name: &[u8], link_type: u16, resolution: &str, snaplen: u32) {
         self.interfaces += 1;
         if self.interfaces > INTERFACES {
@@ -96,7 +96,7 @@ impl Tally {
         self.note("interface", &text);
     }
 
-    /// All of it.
+    /// Returns all facts.
     pub(super) fn contents(&self) -> Contents {
         let mut passed_over: Vec<(Vec<u8>, u64)> =
             self.passed.iter().map(|(kind, count)| (name(*kind), *count)).collect();
@@ -125,7 +125,7 @@ fn link_name(out: &mut Vec<u8>, link_type: u16) {
     let _ = write!(out, "{name} ({link_type})");
 }
 
-/// Link types that CAN is found beside, by the names that the registry gives them, without their LINKTYPE_.
+/// Link types found beside CAN, by their registered names without LINKTYPE_.
 const LINK_TYPES: &[(u16, &str)] = &[
     (0, "NULL"),
     (1, "ETHERNET"),
@@ -152,7 +152,7 @@ const LINK_TYPES: &[(u16, &str)] = &[
     (276, "LINUX_SLL2"),
 ];
 
-/// Blocks of pcapng that speak of no packet.
+/// Blocks of pcapng without a packet.
 const BLOCKS: &[(u32, &str)] = &[
     (4, "Name Resolution Block"),
     (9, "systemd Journal Export Block"),

@@ -205,6 +205,12 @@ impl<C: Named> Default for Table<C> {
     }
 }
 
+/// Columns that take records in a context.
+pub(in crate::render) trait Append<C, R>: Columns {
+    /// Appends a record, and returns the bytes of its text and data.
+    fn append(&mut self, cx: C, record: R) -> usize;
+}
+
 /// The end of batches.
 pub(super) trait Ends {
     /// Ends the batch, if it has rows.
@@ -248,6 +254,15 @@ impl<C: Columns> Table<C> {
         all.insert("table".to_owned(), name.to_owned());
         let schema = Arc::new(Schema::new(columns.fields()).with_metadata(all));
         Self { name: Arc::from(name), schema, columns, rows: 0, bytes: 0, told: false }
+    }
+
+    /// Appends a record.
+    pub(in crate::render) fn row<X, R>(&mut self, done: &mut Vec<Batch>, cx: X, record: R)
+    where
+        C: Append<X, R>,
+    {
+        let bytes = self.columns.append(cx, record);
+        self.end_row(bytes, done);
     }
 
     /// A row is complete, which has so many bytes of text and data.

@@ -24,7 +24,7 @@ use arrow_array::types::{
 };
 use arrow_schema::Field;
 
-use super::column::{Batch, Column, Columns, Numbers, Table, Words};
+use super::column::{Append, Batch, Column, Columns, Numbers, Table, Words};
 use super::signals::numbers;
 use super::{Ends, Producer, Scene};
 use crate::event::{Event, Placement, ProcessData, Signals, What};

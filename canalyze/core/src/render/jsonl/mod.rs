@@ -15,6 +15,7 @@ pub mod diff;
 pub mod facts;
 mod info;
 pub(super) mod note;
+pub(crate) mod obj;
 mod object;
 pub mod observed;
 pub(super) mod pdo;

@@ -10,13 +10,14 @@ use crate::frame::Frame;
 use crate::message::{Flaw, Message};
 use crate::od::DataType;
 use crate::render::number;
-use crate::services::lss::{Bound, Command, Part, Setting, bit_rate};
+use crate::services::pdo;
 use crate::services::pdo::Multiplexed;
 use crate::services::pdo::mapping::Mapping;
-use crate::services::{error_frame, pdo, time, usdo};
 use crate::text::digits::{Hex, Padded, Put, put};
 use crate::text::escape;
 use crate::text::{Lang, signal, terms};
+use crate::wire::lss::{Bound, Command, Part, Setting, bit_rate};
+use crate::wire::{error_frame, time, usdo};
 
 /// Appends `{...}`: the fields of a message, without what the frame's line already says (node, data).
 ///

@@ -42,7 +42,7 @@ fn heartbeat(no: u64, node: u8, t_ns: i64) -> (Frame, Event) {
     let stamp = Some(Stamp { form: StampForm::Seconds, ns: t_ns, width: 3, decimals: 1 });
     let id = crate::frame::CanId::standard(0x700 + u16::from(node));
     let frame = Frame { no, t_ns: Some(t_ns), stamp, ..Frame::classic(id, &[5]) };
-    let what = What::Message(services::decode(predefined(frame.id), &frame));
+    let what = What::Message(wire::decode(predefined(frame.id), &frame));
     (frame, Event { at: frame.reference(), about: None, bus: BusId(0), node: Some(node), transfer: None, what })
 }
 

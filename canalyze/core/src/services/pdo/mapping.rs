@@ -1,4 +1,4 @@
-//! What lies in a PDO (CiA 301, 7.5.2.36 and 7.5.2.38): the entries of its mapping, and the bits of each.
+//! The content of a PDO (CiA 301, 7.5.2.36 and 7.5.2.38): the entries of its mapping, and the bits of each.
 //!
 //! | bits of an entry | field |
 //! |---|---|
@@ -6,16 +6,16 @@
 //! | 15-8 | sub-index |
 //! | 7-0 | length in bits |
 //!
-//! Entries fill the payload from bit 0 of byte 0 upward, without gaps: of the payload read as one little-endian
-//! number, an entry of L bits at offset o is bits o to o+L-1. Every signal of every PDO comes through here, so
-//! nothing allocates but building a mapping. Which mapping is in force, and since when, is the bus's part.
+//! Entries fill the payload from bit 0 of byte 0 upward, without gaps: of the payload read as one little-endian number,
+//! an entry of L bits at offset o is bits o to o+L-1. Every signal of every PDO comes through here, so only building a
+//! mapping allocates. The bus decides which mapping is in force.
 
 use std::sync::{Arc, OnceLock};
 
 use crate::od::DataType;
 use crate::profiles::Profile;
 
-/// Dummy entries are data types, which stand below this index (CiA 301, 7.4.3, 7.4.7).
+/// End of the data type indices, which are dummy entries (CiA 301, 7.4.3, 7.4.7).
 const DUMMIES_END: u16 = 0x20;
 
 /// One entry of a mapping.
@@ -25,72 +25,72 @@ pub struct Mapped {
     pub index: u16,
     /// Sub-index of the object.
     pub sub: u8,
-    /// Length in bits, 0..=255 as the entry says. Beyond 64 only CANopen FD has room.
+    /// Length in bits, 0..=255 as in the entry; more than 64 only in CANopen FD.
     pub bits: u8,
-    /// Where it begins: bits from bit 0 of byte 0.
+    /// First bit, counted from bit 0 of byte 0.
     pub offset: u16,
-    /// The object's type, if known: from a description, else the standard's by the profile of the device.
+    /// The object's type if known, from a description, else from the standard by the device's profile.
     pub data_type: Option<DataType>,
     /// The profile of the device.
     pub profile: Profile,
-    /// Nothing is mapped here: the bits are skipped.
+    /// Nothing is mapped here, and the bits are skipped.
     pub dummy: bool,
-    /// The name in the device's description. It comes from a file: escape it before it reaches a terminal.
+    /// The name in the device's description. It comes from a file and must be escaped for a terminal.
     pub name: Option<Arc<str>>,
-    /// The unit in the device's description or configuration; to be escaped too.
+    /// The unit in the device's description or configuration; to be escaped as well.
     pub unit: Option<Arc<str>>,
-    /// What the number is multiplied with to be in `unit`; 1 where nothing says so.
+    /// The factor that converts the number to `unit`; 1 by default.
     pub factor: f64,
 }
 
 impl Mapped {
-    /// Whether its type is known and all of it is mapped: its value is the object's.
+    /// Returns true if its type is known and mapped entirely, so that its value is the object's.
     pub fn is_whole(&self) -> bool {
         self.data_type.and_then(DataType::size).is_some_and(|bytes| 8 * bytes == usize::from(self.bits))
     }
 
-    /// The entry as it stands in the mapping parameter: `60410010h`.
+    /// Returns the entry as in the mapping parameter, for example `60410010h`.
     pub fn word(&self) -> u32 {
         u32::from(self.index) << 16 | u32::from(self.sub) << 8 | u32::from(self.bits)
     }
 }
 
-/// The mapping of a PDO: what each of its bits belongs to.
+/// The mapping of a PDO.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mapping {
-    /// In the order of the payload. Empty entries (00000000h) are left out.
+    /// Entries in the order of the payload, without empty ones (00000000h).
     pub entries: Vec<Mapped>,
     /// Length of all entries, in bits.
     pub bits: u16,
-    /// How each entry is written, by language: found by `text` when it is first needed and kept with the mapping,
-    /// since these names and units stand in nine tenths of all lines.
+    /// The constant text of each entry by language, created by `text` on first use, since these names and units are in
+    /// nine tenths of all lines.
     pub written: [OnceLock<Vec<Written>>; 2],
 }
 
-/// How one entry is written: what does not change from frame to frame.
+/// The constant text of an entry.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Written {
-    /// Its name, safe on a terminal.
+    /// Its name, escaped for a terminal.
     pub name: Vec<u8>,
     /// The length of `name` without the object that tells it from others of one name.
     pub own: usize,
-    /// Its unit, safe on a terminal; empty where it has none.
+    /// Its unit, escaped for a terminal; empty if none.
     pub unit: Vec<u8>,
-    /// It is an object of CiA 402 whose value has words: the object's first-axis index, else 0.
+    /// The first-axis index of a CiA 402 object whose value has words, else 0.
     pub words: u16,
-    /// Its value is read as bits.
+    /// Its value is shown as bits.
     pub bit_field: bool,
-    /// The factor is 10 to the power of minus this; 0 where it is not such a one.
+    /// The factor is 10 to the power of minus this; 0 if it is another one.
     pub decimals: u8,
 }
 
 impl Mapping {
-    /// A mapping of these entries, `bits` long.
+    /// Creates a mapping of `bits` bits from its entries.
     pub fn new(entries: Vec<Mapped>, bits: u16) -> Self {
         Self { entries, bits, written: Default::default() }
     }
 
-    /// A mapping from its entries, sub-indices 1 to n, with the types that the standards give: no name, no unit.
+    /// Creates a mapping from sub-indices 1 to n, with the standards' types and without names and units.
     pub fn from_words(words: &[u32]) -> Self {
         let mut mapping = Self::default();
         let profile = Profile::UNKNOWN;
@@ -117,18 +117,18 @@ impl Mapping {
         mapping
     }
 
-    /// Bytes that a frame must have for all entries.
+    /// Returns the minimum frame length for all entries, in bytes.
     pub fn bytes(&self) -> usize {
         usize::from(self.bits).div_ceil(8)
     }
 
-    /// The bits of an entry of this mapping; `None` where the payload does not reach, and for 0 or over 64 bits.
+    /// Returns the bits of an entry; `None` if the payload is too short, and for 0 or more than 64 bits.
     pub fn raw(&self, entry: &Mapped, payload: &[u8]) -> Option<u64> {
         extract(payload, usize::from(entry.offset), usize::from(entry.bits))
     }
 
-    /// The bytes of an entry that is made of whole ones, for strings and what is longer than 64 bits; `None`
-    /// where it is not, or the payload does not reach.
+    /// Returns the bytes of an entry of whole, aligned bytes, for strings and more than 64 bits; `None` otherwise, or
+    /// if the payload is too short.
     pub fn octets<'a>(&self, entry: &Mapped, payload: &'a [u8]) -> Option<&'a [u8]> {
         if entry.bits == 0 || !entry.offset.is_multiple_of(8) || !entry.bits.is_multiple_of(8) {
             return None;
@@ -138,24 +138,24 @@ impl Mapping {
     }
 }
 
-/// Index, sub-index and length in bits of an entry of a mapping parameter.
+/// Returns index, sub-index and length in bits of an entry of a mapping parameter.
 pub fn decode_entry(word: u32) -> (u16, u8, u8) {
     let [bits, sub, low, high] = word.to_le_bytes();
     (u16::from_le_bytes([low, high]), sub, bits)
 }
 
-/// Whether an entry is a dummy: a data type in an object's place.
+/// Returns true if an entry is a dummy: a data type in an object's place.
 pub fn is_dummy(index: u16, sub: u8) -> bool {
     index < DUMMIES_END && sub == 0
 }
 
-/// `bits` bits of the payload from bit `offset` on, 1..=64 of them; `None` where the payload does not reach.
+/// Returns `bits` bits (1..=64) of the payload from bit `offset` on; `None` if it is too short.
 pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
     if bits == 0 || bits > 64 || offset.checked_add(bits)? > payload.len().checked_mul(8)? {
         return None;
     }
     let mask = u64::MAX >> (64 - bits);
-    // Classic frames of eight bytes are nearly all there are.
+    // Nearly all frames are classic frames of eight bytes.
     if let Ok(whole) = <[u8; 8]>::try_from(payload) {
         return Some(u64::from_le_bytes(whole) >> offset & mask);
     }
@@ -163,7 +163,7 @@ pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
         let whole = payload.iter().rev().fold(0, |whole, byte| whole << 8 | u64::from(*byte));
         return Some(whole >> offset & mask);
     }
-    // 64 bits at any bit position touch nine bytes at most.
+    // 64 bits at any position span at most nine bytes.
     let from = payload.get(offset / 8..)?;
     let mut window = [0; 16];
     for (to, byte) in window.iter_mut().zip(from) {
@@ -175,7 +175,7 @@ pub fn extract(payload: &[u8], offset: usize, bits: usize) -> Option<u64> {
 /// The value of an entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Number {
-    /// UNSIGNEDn, an unknown type, and a real whose length is not its type's.
+    /// UNSIGNEDn, an unknown type, or a real of another length than its type's.
     Unsigned(u64),
     /// INTEGERn.
     Signed(i64),
@@ -185,19 +185,19 @@ pub enum Number {
     Real64(f64),
     /// BOOLEAN.
     Bool(bool),
-    /// No number: strings, DOMAIN, dates. The raw bits are its bytes, the first lowest.
+    /// Strings, DOMAIN and dates: the raw bits are the bytes, the first one lowest.
     Bytes,
 }
 
-/// The value of `raw`, of which `bits` bits count. The sign is that of the mapped length, which may be shorter
-/// than the type's.
+/// Returns the value of the lowest `bits` bits of `raw`, with the sign at the mapped length, which may be shorter than
+/// the type's.
 pub fn number(data_type: Option<DataType>, raw: u64, bits: u8) -> Number {
     use DataType as T;
     let unused = 64 - u32::from(bits.clamp(1, 64));
     let raw = raw << unused >> unused;
     match data_type {
         Some(kind) if kind.is_signed() => Number::Signed((raw << unused).cast_signed() >> unused),
-        // Of more than one bit, another value than 0 and 1 is not hidden behind "true".
+        // With more than one bit, a value other than 0 and 1 is not shown as "true".
         Some(T::Boolean) if raw <= 1 => Number::Bool(raw == 1),
         Some(T::Real32) if bits == 32 => Number::Real32(f32::from_bits(raw as u32)),
         Some(T::Real64) if bits == 64 => Number::Real64(f64::from_bits(raw)),
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn lengths_that_are_not_the_types() {
-        // An aligned entry shorter than its type takes its own bits only.
+        // An aligned entry shorter than its type takes only its own bits.
         assert_eq!(extract(&[0xAA, 0xBB, 0xCC, 0xDD], 0, 16), Some(0xBBAA));
         // The most negative value of a bit field has a sign too.
         assert_eq!(number(Some(DataType::Integer8), 0b1000, 4), Number::Signed(-8));
@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(Mapping::from_words(&[u32::MAX; 1000]).bits, u16::MAX);
     }
 
-    /// The formula: the payload as one little-endian number, shifted and masked, here bit by bit.
+    /// The formula: the payload as one little-endian number, shifted and masked, bit by bit.
     fn formula(payload: &[u8], offset: usize, bits: usize) -> u64 {
         (0..bits).fold(0, |value, bit| {
             let at = offset + bit;

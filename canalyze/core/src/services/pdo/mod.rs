@@ -1,4 +1,4 @@
-//! PDO (CiA 301, 7.2.2): process data. An ordinary PDO's bytes mean what its mapping says; a multiplex PDO
+//! PDO (CiA 301, 7.2.2): process data. A mapping gives the bytes of an ordinary PDO their meaning; a multiplex PDO
 //! carries its own address.
 //!
 //! | bytes of an MPDO | field |
@@ -8,8 +8,8 @@
 //! | 3 | sub-index |
 //! | 4-7 | data |
 //!
-//! That a PDO is a multiplex one stands in its mapping parameter (sub-index 0 = 254 SAM, 255 DAM). A frame does
-//! not show it, so `services::decode` never yields an MPDO: the bus asks for one where it knows the mapping.
+//! The mapping parameter marks a multiplex PDO (sub-index 0 = 254 SAM, 255 DAM), its frame does not. So
+//! `wire::decode` never yields an MPDO: the bus asks for one by the mapping.
 
 pub mod mapping;
 pub mod multiplexed;
@@ -18,12 +18,12 @@ pub use self::multiplexed::{Multiplexed, multiplexed};
 use crate::frame::Frame;
 use crate::message::{Flaw, Message};
 
-/// Most PDOs of each direction a node may have.
+/// Maximum number of PDOs of each direction of a node.
 pub const MOST: u16 = 512;
-/// PDOs of each direction that have pre-defined COB-IDs.
+/// Number of PDOs of each direction with pre-defined COB-IDs.
 pub const PREDEFINED: u16 = 4;
 
-/// The message of a frame that its mapping declares a multiplex PDO.
+/// Returns the message of a frame that its mapping declares a multiplex PDO.
 pub fn decode_multiplexed(role: crate::cob_id::Role, transmit: bool, number: u16, node: u8, frame: &Frame) -> Message {
     match multiplexed(frame.payload()) {
         Some(content) => Message::Mpdo { transmit, number, node, content },
@@ -31,23 +31,23 @@ pub fn decode_multiplexed(role: crate::cob_id::Role, transmit: bool, number: u16
     }
 }
 
-/// The index of a PDO's communication parameter: 1400h + n-1 or 1800h + n-1.
+/// Returns the index of a PDO's communication parameter: 1400h + n-1 or 1800h + n-1.
 pub fn communication_parameter(transmit: bool, number: u16) -> u16 {
     (if transmit { 0x1800 } else { 0x1400 }) + number.clamp(1, MOST) - 1
 }
 
-/// The index of a PDO's mapping parameter: 1600h + n-1 or 1A00h + n-1.
+/// Returns the index of a PDO's mapping parameter: 1600h + n-1 or 1A00h + n-1.
 pub fn mapping_parameter(transmit: bool, number: u16) -> u16 {
     communication_parameter(transmit, number) + 0x200
 }
 
-/// What is added to the node-ID for the pre-defined identifier of a PDO (CiA 301, 7.3.5); of the first four only.
+/// Returns the base of the pre-defined identifier of one of the first four PDOs, without node-ID (CiA 301, 7.3.5).
 pub fn predefined_id(transmit: bool, number: u16) -> Option<u16> {
     let first = if transmit { 0x180 } else { 0x200 };
     (1..=PREDEFINED).contains(&number).then(|| first + 0x100 * (number - 1))
 }
 
-/// The PDO of which an object is the communication or the mapping parameter: transmit or receive, and its number.
+/// Returns the PDO of a communication or mapping parameter: true for transmit, and the number.
 pub fn of_parameter(index: u16) -> Option<(bool, u16)> {
     matches!(index, 0x1400..=0x1BFF).then_some((index >= 0x1800, (index & (MOST - 1)) + 1))
 }

@@ -1,11 +1,11 @@
-//! The content of a multiplex PDO (CiA 301, 7.2.2.4): its layout stands at the head of `services::pdo`.
+//! The content of a multiplex PDO (CiA 301, 7.2.2.4), with its layout at the head of `services::pdo`.
 
-/// What a multiplex PDO carries (CiA 301, 7.2.2.4).
+/// The content of a multiplex PDO (CiA 301, 7.2.2.4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Multiplexed {
-    /// Destination address mode: node and object are the consumer's. Otherwise they are the producer's.
+    /// Destination address mode: node and object are the consumer's, otherwise the producer's.
     pub destination: bool,
-    /// Node-ID, 0..=127; in destination address mode 0 means all nodes.
+    /// Node-ID, 0..=127; in destination address mode 0 is all nodes.
     pub node: u8,
     /// Index of the object.
     pub index: u16,

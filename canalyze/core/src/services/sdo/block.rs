@@ -1,11 +1,9 @@
-//! The sub-blocks of one block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.15): which segments count.
+//! The sub-blocks of one block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.15), and the segments that count.
 //!
-//! A segment counts once it is acknowledged. The receiver may acknowledge fewer segments than were sent, and may
-//! do so early; the sender then goes on with the data after the acknowledged ones, numbered from 1 again, while
-//! segments already queued still appear with old numbers. The last acknowledged segment is kept back, since only
-//! the end frame tells how many of its bytes are padding.
-//!
-//! This file judges sequence numbers only. It knows nothing of channels, findings or time.
+//! A segment counts once it is acknowledged. The receiver may acknowledge fewer segments than were sent, and may do so
+//! early; the sender then goes on with the data after the acknowledged ones, numbered from 1 again, while queued
+//! segments still appear with old numbers. The last acknowledged segment is kept back, since only the end frame shows
+//! how many of its bytes are padding. Channels, findings and time are unknown here.
 
 use super::pace::Pace;
 use super::sub_block::{Segment, SubBlock, Taken, Wrong, sequence};
@@ -13,21 +11,21 @@ use super::transfer::Transfer;
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo012;
 
-/// Most segments of a sub-block.
+/// Maximum number of segments in a sub-block.
 pub const MOST: u8 = 127;
 
 /// The end frame of the transfer.
 #[derive(Clone, Copy, Debug)]
 pub struct End {
-    /// Where it stands.
+    /// Its frame.
     pub at: FrameRef,
-    /// Bytes of the last segment without data; `None`: nothing can be read from the frame.
+    /// Number of bytes of the last segment without data; `None` if the frame is unreadable.
     pub unused: Option<u8>,
-    /// The CRC field, where the frame has one.
+    /// The CRC field if the frame has one.
     pub crc: Option<u16>,
 }
 
-/// What an acknowledgement settled.
+/// The effect of an acknowledgement.
 #[derive(Clone, Debug, Default)]
 pub struct Acked {
     /// Part of the sub-block will be sent again.
@@ -36,82 +34,82 @@ pub struct Acked {
     pub again: Option<(u8, u8)>,
     /// A violation, and the earlier frame it is about.
     pub fault: Option<(Sdo012, Option<FrameRef>)>,
-    /// Segments that the receiver has got and that are not in the capture.
+    /// Number of segments that the receiver has got and the capture lacks.
     pub missing: u8,
 }
 
-/// From which segment on frames count again after an acknowledgement.
+/// The segment from which on frames count again after an acknowledgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resume {
-    /// From any.
+    /// Any segment.
     Now,
-    /// From sequence number 1 on; everything sent was acknowledged.
+    /// Sequence number 1; everything sent was acknowledged.
     AtFirst,
-    /// From sequence number 1 on; nothing is known of what was sent.
+    /// Sequence number 1; the segments sent before are unknown.
     Unknown,
-    /// From sequence number 1 on; others may be under way, since a part was acknowledged early.
+    /// Sequence number 1; others may be on their way, since a part was acknowledged early.
     BehindInFlight,
 }
 
-/// Segments in sequence that a partial acknowledgement left: the next segment should be the first of them.
+/// Segments in sequence after a partial acknowledgement; the next segment should be the first of them.
 #[derive(Clone, Debug)]
 struct Rest {
     segments: Vec<Segment>,
     ack: Acknowledgement,
 }
 
-/// An acknowledgement: where it stands, and its number.
+/// The frame and the number of an acknowledgement.
 pub type Acknowledgement = (FrameRef, u8);
 
 /// Frames that findings are about.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Marks {
-    /// The transfer's first segment.
+    /// The first segment of the transfer.
     pub first: Option<FrameRef>,
-    /// Its newest one.
+    /// The newest segment.
     pub newest: Option<FrameRef>,
-    /// The segment that completed the sub-block: since then an acknowledgement is expected.
+    /// The segment that completed the sub-block, after which an acknowledgement is expected.
     pub complete: Option<FrameRef>,
 }
 
 /// The data phase of a block transfer.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Segments in the current sub-block; 0: not known, as the receiver's frames are not in the capture.
+    /// Number of segments in the current sub-block; 0 if unknown, as the capture lacks the receiver's frames.
     blksize: u8,
     /// The number of the newest segment.
     seqno: u8,
     current: SubBlock,
     rest: Option<Rest>,
-    /// The acknowledgement after which the sender went on with other data, until it is reported.
+    /// The acknowledgement after which the sender went on with other data, until that is reported.
     pub not_resent: Option<Acknowledgement>,
-    /// From which segment on frames count.
+    /// The segment from which on frames count.
     pub resume: Resume,
-    /// Segments of the sub-block in which the capture begins: their place shows its acknowledgement.
+    /// Segments of the sub-block at the capture's start; its acknowledgement shows their place.
     unplaced: Vec<Segment>,
-    /// The last acknowledged segment: only the end frame shows how much of it is data.
+    /// The last acknowledged segment; the end frame shows how much of it is data.
     tail: Option<Segment>,
-    /// The last segment was acknowledged: the end frame is expected.
+    /// The last segment was acknowledged, and the end frame is expected.
     pub finished: bool,
     /// A segment marked as last was sent, acknowledged or not.
     pub last_sent: bool,
     /// Frames that findings are about.
     pub marks: Marks,
-    /// How fast its segments follow each other.
+    /// The pace of its segments.
     pub pace: Pace,
     /// The end frame, once seen.
     pub end: Option<End>,
     /// The client's start of an upload has been seen.
     pub started: bool,
-    /// An acknowledgement could not be read: what was sent again is not known.
+    /// An acknowledgement was unreadable, so repeated segments are unknown.
     pub unsure: bool,
-    /// Segments out of sequence that were acknowledged, but have no place in the data; and those since the last
-    /// acknowledgement, which the sender may send again.
+    /// Number of segments out of sequence that were acknowledged without a place in the data, and of those since the
+    /// last acknowledgement, which may be repeated.
     uncounted: (u64, u64),
 }
 
 impl Block {
-    /// A data phase that begins, with the receiver's block size; 0: it is not known.
+    /// Creates a data phase with the receiver's block size; 0 if unknown.
     pub fn new(blksize: u8) -> Self {
         Self {
             blksize: blksize.min(MOST),
@@ -133,34 +131,34 @@ impl Block {
         }
     }
 
-    /// A data phase met in its midst: it counts from the next sub-block on.
+    /// Creates a data phase joined midway, which counts from the next sub-block on.
     pub fn midway() -> Self {
         Self { resume: Resume::Unknown, started: true, ..Self::new(0) }
     }
 
-    /// Segments that came out of sequence, and are no part of the data.
+    /// Returns the number of segments out of sequence, which are no part of the data.
     pub fn uncounted(&self) -> u64 {
         self.uncounted.0.saturating_add(self.uncounted.1)
     }
 
-    /// The most segments of the current sub-block.
+    /// Returns the maximum number of segments in the current sub-block.
     pub fn most(&self) -> u8 {
         if self.blksize == 0 { MOST } else { self.blksize }
     }
 
-    /// Whether the capture shows what the receiver sends.
+    /// Returns true if the capture contains the receiver's frames.
     pub fn is_answered(&self) -> bool {
         self.blksize > 0
     }
 
-    /// Whether a number neither goes on from the newest segment nor begins a sub-block.
+    /// Returns true if a number neither follows the newest segment nor begins a sub-block.
     pub fn is_off(&self, seqno: u8) -> bool {
         seqno != 1 && seqno != self.seqno.saturating_add(1)
     }
 
-    /// Whether an acknowledgement, where the beginning of the transfer is not in the capture, is of the sub-block before
-    /// and listed late: this one has fewer segments so far, and goes on with number `next`, or has had its last one. The
-    /// first one may be, where it is `late` enough.
+    /// Returns true if an acknowledgement, in a transfer without beginning in the capture, belongs to the previous
+    /// sub-block and is listed late: the current one has fewer segments and goes on with number `next`, or is complete.
+    /// The first acknowledgement may be so, too, if it is `late` enough.
     pub fn is_of_before(&self, ackseq: u8, next: Option<u8>, late: bool) -> bool {
         let current = &self.current;
         let fewer = current.sent > 0 && current.wrong.is_none() && ackseq > current.sent;
@@ -168,27 +166,27 @@ impl Block {
         self.resume == Resume::Now && fewer && (current.last_at.is_some() || goes_on || late && !self.is_answered())
     }
 
-    /// Whether an acknowledgement of this many segments asks for one that was sent with these data.
+    /// Returns true if an acknowledgement of this number of segments asks for one that was sent with these data.
     pub fn asks_again(&self, ackseq: u8, data: &[u8]) -> bool {
         let again = self.current.segments.get(usize::from(ackseq));
         again.is_some_and(|segment| segment.data.as_slice() == data)
     }
 
-    /// What the receiver asks for: segments of a sub-block, from the next one on.
+    /// Sets the number of segments that the receiver requests from the next sub-block on.
     pub fn set_size(&mut self, blksize: u8) {
         if (1..=MOST).contains(&blksize) {
             self.blksize = blksize;
         }
     }
 
-    /// Whether a sequence number is the next one, also where the beginning of the sub-block is not in the capture.
+    /// Returns true if a sequence number is the next one, even if the capture lacks the sub-block's beginning.
     pub fn is_next(&self, seqno: u8) -> bool {
         let unknown = self.resume == Resume::Unknown && self.seqno > 0;
         seqno == if unknown { self.seqno.saturating_add(1) } else { self.expected() }
     }
 
-    /// Whether an acknowledgement of this many segments is of the newest ones, of which the number in the sub-block is not
-    /// known otherwise.
+    /// Returns true if an acknowledgement of this number of segments fits the newest ones, whose number is otherwise
+    /// unknown.
     pub fn may_owe(&self, ackseq: u8) -> bool {
         match self.resume {
             Resume::Unknown => self.seqno == ackseq,
@@ -197,36 +195,35 @@ impl Block {
         }
     }
 
-    /// Whether a sub-block runs of which nobody can tell how long it is.
+    /// Returns true if a sub-block of unknown length runs.
     fn runs_open(&self) -> bool {
         !self.is_answered() && !self.owes_ack() && self.current.wrong.is_none()
     }
 
-    /// Whether a segment with number 1 comes where the newest one has another number and was not acknowledged, as far as
-    /// that is known.
+    /// Returns true if a segment with number 1 comes although the newest one was, as far as known, not acknowledged.
     pub fn restarts_early(&self) -> bool {
         let open = self.resume == Resume::Unknown || self.resume == Resume::Now && self.runs_open();
         open && self.seqno > 1
     }
 
-    /// Whether an acknowledgement is expected.
+    /// Returns true if an acknowledgement is expected.
     pub fn owes_ack(&self) -> bool {
         !self.finished && self.current.is_complete(self.most())
     }
 
-    /// The number that the acknowledgement that is expected has to have, if nothing is to be sent again.
+    /// Returns the number of the expected acknowledgement without repetition.
     pub fn owed_ack(&self) -> Option<u8> {
         let whole = self.owes_ack() && self.current.wrong.is_none();
         whole.then_some(self.current.sent)
     }
 
-    /// Whether the end frame may come: the last segment was sent, though perhaps not yet acknowledged.
+    /// Returns true if the end frame may come: the last segment was sent, if perhaps not yet acknowledged.
     pub fn may_end(&self) -> bool {
         let current = &self.current;
         self.finished || (current.last_at.is_some() && current.is_complete(self.most()))
     }
 
-    /// The sequence number of the segment that an empty frame by the sender of the data stands for, where one was
+    /// Returns the sequence number of the segment represented by an empty frame of the data's sender, if one was
     /// expected.
     pub fn unread(&self) -> Option<u8> {
         let current = &self.current;
@@ -234,23 +231,23 @@ impl Block {
         (!ended && current.wrong.is_none() && self.resume != Resume::BehindInFlight).then(|| self.expected())
     }
 
-    /// The sequence number that is expected.
+    /// Returns the expected sequence number.
     pub fn expected(&self) -> u8 {
         if self.owes_ack() { 1 } else { self.current.expected() }
     }
 
-    /// Whether a sequence number begins the next sub-block, or counts on in this one.
+    /// Returns true if a sequence number begins the next sub-block or continues this one.
     pub fn goes_on(&self, seqno: u8) -> bool {
         seqno == 1 || seqno == self.current.expected()
     }
 
-    /// Number in the transfer of the next segment, from 1, behind those that are acknowledged.
+    /// Returns the number of the next segment in the transfer, from 1, after the `committed` ones.
     pub fn ordinal(&self, committed: u32) -> u32 {
         let current = self.current.segments.len() as u32;
         committed.saturating_add(current).saturating_add(1)
     }
 
-    /// How many segments an acknowledgement of `ackseq` covers that were not seen, and may be listed late.
+    /// Returns the number of segments acknowledged by `ackseq` that were not seen and may be listed late.
     pub fn not_seen(&self, ackseq: u8) -> u8 {
         if self.resume == Resume::Unknown {
             return if self.seqno == 0 { 0 } else { ackseq.saturating_sub(self.seqno) };
@@ -259,8 +256,7 @@ impl Block {
         if settled { 0 } else { ackseq.saturating_sub(self.current.segments.len() as u8) }
     }
 
-    /// Takes a segment. Returns how it was taken, and the frame after which an acknowledgement is missing from the
-    /// capture.
+    /// Takes a segment; returns its classification, and the frame after which the capture lacks an acknowledgement.
     pub fn segment(&mut self, transfer: &mut Transfer, at: FrameRef, segment: Segment) -> (Taken, Option<FrameRef>) {
         let Segment { seqno, last, .. } = segment;
         self.marks.first.get_or_insert(at);
@@ -273,7 +269,7 @@ impl Block {
                 return (Taken::InFlight, None);
             }
             if self.place(transfer, None) {
-                // How many of them count is not known: some may come again.
+                // Some of them may be repeated, so their number is unknown.
                 self.miss(transfer);
             }
             self.resume = Resume::Now;
@@ -283,7 +279,7 @@ impl Block {
         let blksize = self.most();
         let mut ack_missing = None;
         if self.blksize == 0 && seqno == 1 && !self.owes_ack() && !self.current.segments.is_empty() {
-            // The next sub-block: the acknowledgement of this one is not in the capture, nor perhaps its end.
+            // The next sub-block: the capture lacks the acknowledgement of this one, and perhaps its end.
             self.settle_whole(transfer);
             (self.finished, self.last_sent) = (false, false);
             self.miss(transfer);
@@ -298,7 +294,7 @@ impl Block {
             if marked {
                 self.miss(transfer);
             }
-            // What was marked as the last segment was not, or is sent again.
+            // The segment marked as last was not last, or is repeated.
             (self.finished, self.last_sent) = (false, false);
         }
         let taken = self.current.take(blksize, at, segment);
@@ -308,8 +304,8 @@ impl Block {
         (taken, ack_missing)
     }
 
-    /// The first segment after an acknowledgement of a part: is it the first of the others? If not, the sender takes
-    /// these for acknowledged as well.
+    /// Takes the first segment after a partial acknowledgement. If it is not the first of the rest, the sender takes
+    /// those for acknowledged as well.
     fn resume(&mut self, transfer: &mut Transfer, segment: &Segment) {
         if let Some(Rest { segments, ack }) = self.rest.take()
             && segments.first().is_some_and(|first| !first.is_like(segment))
@@ -319,8 +315,8 @@ impl Block {
         }
     }
 
-    /// The end frame came though segments up to the last one were not acknowledged: the sender takes them for it.
-    /// Returns whether there were such.
+    /// Takes an end frame before the last segments were acknowledged, which the sender takes for acknowledged; returns
+    /// true if there were such segments.
     pub fn finish_unacknowledged(&mut self, transfer: &mut Transfer) -> bool {
         let Some(Rest { segments, .. }) = self.rest.take().filter(|_| self.last_sent) else { return false };
         self.commit(transfer, &segments);
@@ -328,14 +324,14 @@ impl Block {
         true
     }
 
-    /// Segments go on after a sub-block that was acknowledged with its last one: the mark was wrong. Returns the
-    /// segment that carried it.
+    /// Takes segments after a sub-block acknowledged with its last one: the mark was wrong. Returns the segment that
+    /// carried it.
     pub fn reopen(&mut self) -> Option<FrameRef> {
         (self.finished, self.last_sent) = (false, false);
         self.marks.complete
     }
 
-    /// A segment that does not begin a new sub-block though the current one is complete. One that goes on counting
+    /// Takes a segment that does not begin a new sub-block although the current one is complete. One that continues
     /// after a segment marked as last shows that the mark was wrong.
     fn beyond_complete(&mut self, at: FrameRef, segment: Segment) -> Taken {
         let seqno = segment.seqno;
@@ -356,11 +352,11 @@ impl Block {
         }
     }
 
-    /// The receiver's acknowledgement.
+    /// Takes the receiver's acknowledgement.
     pub fn ack(&mut self, transfer: &mut Transfer, at: FrameRef, ackseq: u8, blksize: u8) -> Acked {
         let mut acked = Acked::default();
         let current = std::mem::take(&mut self.current);
-        // What came in an empty frame may have been the last segment.
+        // The empty frame may have been the last segment.
         let unread = current.ends_unread() && usize::from(ackseq) == current.segments.len();
         let whole = unread || (!self.finished && current.is_complete(self.most()));
         acked.missing = current.not_captured(ackseq, self.most());
@@ -388,7 +384,7 @@ impl Block {
         acked.again = (ackseq < current.sent).then_some((ackseq.saturating_add(1), current.sent));
         self.commit(transfer, current.segments.get(..usize::from(ackseq.min(in_sequence))).unwrap_or(&[]));
         if !self.place(transfer, Some(ackseq)) && ackseq > in_sequence {
-            // Behind the last segment nothing can be missing.
+            // Nothing can be missing after the last segment.
             match self.tail.is_some_and(|tail| tail.last) {
                 true => transfer.data.hole = true,
                 false => self.miss(transfer),
@@ -411,8 +407,7 @@ impl Block {
         acked
     }
 
-    /// An acknowledgement of which nothing can be read: it may leave anything to be sent again. Returns whether one was
-    /// due.
+    /// Takes an unreadable acknowledgement, which may request any repetition; returns true if one was due.
     pub fn ack_unread(&mut self, transfer: &mut Transfer) -> bool {
         if self.finished || self.current.segments.is_empty() {
             return false;
@@ -423,12 +418,12 @@ impl Block {
         self.finished = self.end.is_some();
         self.resume = if self.finished { Resume::Now } else { resume };
         (self.rest, self.last_sent) = (None, false);
-        // It acknowledged something: none of these is owed any more.
+        // It acknowledged something, so none of these is owed any more.
         self.seqno = 0;
         true
     }
 
-    /// Counts everything sent so far: its acknowledgement is missing from the capture.
+    /// Counts everything sent so far, because the capture lacks its acknowledgement.
     pub fn settle_whole(&mut self, transfer: &mut Transfer) {
         let current = std::mem::take(&mut self.current);
         self.commit(transfer, &current.segments);
@@ -445,17 +440,17 @@ impl Block {
         transfer.data.segments = transfer.data.segments.saturating_add(segments.len() as u32);
     }
 
-    /// The end frame came though no segment was marked as the last one: what was sent is all.
+    /// Takes an end frame without a segment marked as last: everything was sent.
     pub fn finish_early(&mut self, transfer: &mut Transfer) {
         self.settle_whole(transfer);
         self.finished = true;
     }
 
-    /// Adds the data bytes of the last segment; returns its padding. `unused`: bytes of it without data, as far as known.
+    /// Adds the data of the last segment; returns its padding. `unused`: number of its bytes without data, if known.
     pub fn close(&mut self, transfer: &mut Transfer, unused: Option<u8>) -> [u8; 7] {
         let mut padding = [0; 7];
         let Some(tail) = self.tail.take() else { return padding };
-        // Where the end frame does not tell, the size may.
+        // Without the end frame, the size may decide.
         let rest = transfer.rest().filter(|rest| *rest <= 7).map(|rest| rest as usize);
         let Some(carried) = unused.map(|unused| 7 - usize::from(unused.min(7))).or(rest) else {
             transfer.miss(None);
@@ -469,8 +464,8 @@ impl Block {
         padding
     }
 
-    /// The capture shows no more of the transfer: what was sent counts as far as its place is known. `unused`: as for
-    /// [`Self::close`], where the end frame was seen.
+    /// Counts the segments of known place when the capture shows no more of the transfer. `unused`: as for
+    /// [`Self::close`], if the end frame was seen.
     pub fn cut_off(&mut self, transfer: &mut Transfer, unused: Option<u8>) {
         self.place(transfer, None);
         let mut current = std::mem::take(&mut self.current);
@@ -494,7 +489,7 @@ impl Block {
         }
     }
 
-    /// Holds a segment of the sub-block in which the capture begins, as long as numbers ascend.
+    /// Holds a segment of the sub-block at the capture's start while numbers ascend.
     fn hold_unplaced(&mut self, transfer: &Transfer, segment: Segment) {
         let begins = self.resume == Resume::Unknown && transfer.outcome.midway && transfer.data.segments == 0;
         if begins && self.unplaced.last().is_none_or(|before| before.seqno < segment.seqno) {
@@ -502,8 +497,8 @@ impl Block {
         }
     }
 
-    /// Counts the segments of the sub-block in which the capture begins, up to `ackseq`, or all of them. Returns whether
-    /// there were such.
+    /// Counts the segments of the sub-block at the capture's start, up to `ackseq` or all; returns true if there were
+    /// any.
     fn place(&mut self, transfer: &mut Transfer, ackseq: Option<u8>) -> bool {
         let unplaced = std::mem::take(&mut self.unplaced);
         let (Some(first), Some(last)) = (unplaced.first(), unplaced.last()) else { return false };
@@ -519,22 +514,22 @@ impl Block {
         true
     }
 
-    /// Behind what was counted some segments are missing, or some come again.
+    /// Marks a hole after the counted segments: some are missing or repeated.
     pub fn miss(&mut self, transfer: &mut Transfer) {
-        // Of one that was marked as the last it is not known how much is data.
+        // The amount of data in a segment marked as last is unknown.
         if let Some(tail) = self.tail.take().filter(|tail| !tail.last) {
             append(transfer, &tail, 7);
         }
         transfer.miss(None);
     }
 
-    /// The first segment out of sequence since the last acknowledgement.
+    /// Returns the first segment out of sequence since the last acknowledgement.
     pub fn wrong(&self) -> Option<(Sdo012, FrameRef)> {
         self.current.wrong.as_ref().map(|wrong| (wrong.what.clone(), wrong.at))
     }
 }
 
-/// Adds the first bytes of a segment to the transfer's data, as far as its frame had them: the others are missing.
+/// Appends the first bytes of a segment to the data; bytes missing in its frame become a hole.
 fn append(transfer: &mut Transfer, segment: &Segment, bytes: usize) {
     let carried = segment.carried().min(bytes);
     transfer.append(segment.data.get(..carried).unwrap_or(&[]));

@@ -1,8 +1,8 @@
-//! What the frames of a block transfer do (CiA 301, 7.2.4.3.8 to 7.2.4.3.16).
+//! Effects of the frames of a block transfer (CiA 301, 7.2.4.3.8 to 7.2.4.3.16).
 //!
 //! The sender's frames are segments here, not commands. In an upload the client's acknowledgement may be captured after
-//! the next segment, or after the end frame; in a download the server may acknowledge one segment more than was seen,
-//! which is then late. Which segments count stands in `block`; which frame comes here stands in `machine`.
+//! the next segment or the end frame; in a download the server may acknowledge one segment more than was seen, which is
+//! then late. `block` decides which segments count, `machine` which frames come here.
 
 use super::block::{Block, End, Resume};
 use super::channel::{Channel, strict_initiate};
@@ -18,11 +18,11 @@ use crate::finding::Code;
 use crate::frame::FrameRef;
 use crate::rules::sdo::{Sdo002, Sdo012, Sdo019, Sdo024, Sdo025};
 
-/// A segment takes at least this long on the bus, in ns: eight bytes at 1 Mbit/s.
+/// Minimum time of a segment on the bus, in ns: eight bytes at 1 Mbit/s.
 const SEGMENT_NS: i64 = 100_000;
 
 impl Channel {
-    /// The command of a frame by the sender of the data.
+    /// Decodes a frame of the data's sender.
     pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
         let plain = wire::decode(side, bytes);
         let [command, ..] = bytes;
@@ -32,8 +32,8 @@ impl Channel {
         }
         if let Command::EndBlock { .. } = plain {
             let [_, _, _, rest @ ..] = bytes;
-            // An end that comes too early follows an acknowledgement; within a sub-block it is rather a segment
-            // after a lost one, or the next one that was under way when a part was acknowledged.
+            // A premature end follows an acknowledgement. Within a sub-block it is rather a segment after a lost one,
+            // or one on its way during a partial acknowledgement.
             let open = matches!(block.resume, Resume::Unknown | Resume::BehindInFlight);
             let known = !open || block.is_off(command & 0x7F);
             let early = known && block.expected() == 1 && command & 0x7F != 1 && rest == [0; 5];
@@ -41,23 +41,23 @@ impl Channel {
                 return plain;
             }
         }
-        // The sub-block is complete, and what comes is neither the next one nor a segment too many.
+        // The sub-block is complete, and this is neither the next one nor a segment too many.
         let restarts = block.finished || (block.owes_ack() && !block.goes_on(command & 0x7F));
         if side == Side::Client && restarts && strict_initiate(&Half { command: plain, ..Half::of(bytes) }) {
             return plain;
         }
-        // The server's answer once more, before any segment.
+        // The server's answer repeated before any segment.
         if matches!(plain, Command::BlockUploadInitiated { .. })
             && block.marks.first.is_none()
             && self.history.last_response == Some(bytes)
         {
             return plain;
         }
-        // After the end, the answer to the request that the client sends once it has confirmed.
+        // After the end, the answer to the client's next request after its confirmation.
         if side == Side::Server && block.end.is_some() && plain.mux().is_some() && !plain.has_reserved_bits(bytes) {
             return plain;
         }
-        // A client that starts anew in mid-transfer: only a read, whose bytes 4..7 are 0, can be told from data.
+        // A client that restarts midway: only a read, whose bytes 4..7 are 0, differs from data.
         if let Command::InitiateUpload(mux) = plain
             && bytes[0] == 0x40
             && block.expected() != 0x40
@@ -85,7 +85,7 @@ impl Channel {
         self.transfer.as_ref().is_some_and(|transfer| transfer.direction == Direction::Upload)
     }
 
-    /// Whether the initiate request of the transfer is not in the capture.
+    /// Returns true if the capture lacks the initiate request of the transfer.
     pub(super) fn is_nameless(&self) -> bool {
         self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none())
     }
@@ -94,8 +94,7 @@ impl Channel {
         if let Phase::Block(block, _) = &self.phase { Some(block) } else { None }
     }
 
-    /// The frame, or, where an empty one stands for the segment that is expected, that segment: its length was
-    /// reported.
+    /// Returns the frame, or the expected segment if the frame is empty; its length was reported.
     pub(super) fn unless_empty(&self, side: Side, half: Half) -> Half {
         match &self.phase {
             Phase::Block(block, _) if half.len == 0 && self.sends_data(side) => {
@@ -106,14 +105,14 @@ impl Channel {
         }
     }
 
-    /// Whether a frame of the server is expected while sub-blocks run; `None` where it is no part of them.
+    /// Returns true if a frame of the server is expected in a sub-block; `None` if it does not belong to one.
     pub(super) fn is_due_in_block(&self, block: &Block, half: &Half) -> Option<bool> {
         let midway = self.is_nameless();
         match half.command {
             Command::BlockSegment { seqno: 1, .. } if (midway || self.proof.requests > 0) && block.restarts_early() => {
                 Some(false)
             }
-            // Until a segment was seen, it may be the response to a late request.
+            // Before the first segment, it may be the response to a late request.
             Command::BlockSegment { .. } if midway && (block.resume != Resume::Now || block.marks.first.is_none()) => {
                 let plain = Half { command: wire::decode(Side::Server, half.bytes), ..*half };
                 Some(!is_strict_answer(&plain))
@@ -127,9 +126,9 @@ impl Channel {
         }
     }
 
-    /// Whether this number of segments can have been sent before an acknowledgement, and be listed behind it.
+    /// Returns true if this number of segments may have been sent before an acknowledgement and be listed after it.
     fn may_be_sent(&self, segments: u8, ack: &Half) -> bool {
-        // The server's frames are listed in time, while the client's last one may be late itself.
+        // The server's frames are listed in time; the client's last one may itself be late.
         let heard = self.history.heard.map(|heard| heard.at);
         let since = heard.or(self.transfer.as_ref().map(|transfer| transfer.last)).and_then(|at| at.t_ns);
         let time = i64::from(segments) * SEGMENT_NS;
@@ -137,7 +136,7 @@ impl Channel {
         segments > 0 && since.zip(ack.at.t_ns).map_or(segments <= FRAMES, fits)
     }
 
-    /// The client starts the upload.
+    /// Takes the client's start of the upload.
     pub(super) fn start_upload(&mut self, half: &Half, cx: &mut Context<'_>) {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if !std::mem::replace(&mut block.started, true) {
@@ -151,7 +150,7 @@ impl Channel {
         }
     }
 
-    /// The client acknowledges segments: it should have started the upload.
+    /// Reports an acknowledgement by a client that has not started the upload.
     fn judge_start(&mut self, half: &Half, cx: &mut Context<'_>) {
         let upload = self.is_upload();
         if let Phase::Block(block, _) = &mut self.phase
@@ -163,7 +162,7 @@ impl Channel {
         }
     }
 
-    /// The client confirms an end that is not there.
+    /// Reports a client's confirmation without an end frame.
     pub(super) fn confirm_unseen(&mut self, half: &Half, cx: &mut Context<'_>) {
         let finished = self.block().is_some_and(|block| block.finished);
         if self.is_nameless() {
@@ -191,7 +190,7 @@ impl Channel {
             if block.is_answered() {
                 self.find(Sdo012::Outside, marked, cx);
             } else if let Some(transfer) = &mut self.transfer {
-                // The receiver has asked for them again, which is not in the capture.
+                // The receiver has requested them again, which the capture lacks.
                 block.miss(transfer);
             }
         }
@@ -218,7 +217,7 @@ impl Channel {
         }
     }
 
-    /// The end frame by the sender of the data. That of a download is a request, which the server confirms.
+    /// Takes the end frame of the data's sender; in a download it is a request, which the server confirms.
     pub(super) fn end_block(&mut self, half: Half, cx: &mut Context<'_>) {
         if !self.may_end_here(&half, cx) {
             return;
@@ -242,7 +241,7 @@ impl Channel {
         }
     }
 
-    /// Whether the transfer can go on with this end frame; if it comes too early, that is a violation.
+    /// Returns true if the transfer can go on with this end frame; reports a premature one.
     fn may_end_here(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let upload = self.is_upload();
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return false };
@@ -259,7 +258,7 @@ impl Channel {
             let (newest, unsure) = (block.marks.newest.unwrap_or(half.at), block.unsure);
             let hole = transfer.data.hole;
             block.finish_early(transfer);
-            // Where segments are missing, the last one is among them, and that was reported.
+            // If segments are missing, the last is among them, and that was reported.
             if !hole && !unsure {
                 self.doubt(Sdo012::NoLast, newest, false, cx);
             }
@@ -271,7 +270,7 @@ impl Channel {
         !again
     }
 
-    /// The end frame of a download awaits its confirmation.
+    /// Makes the end frame of a download wait for its confirmation.
     fn request_end(&mut self, half: Half, cx: &mut Context<'_>) {
         if let Some(pending) = self.pending() {
             if !self.settle_pending(&pending, &half, cx) {
@@ -284,8 +283,7 @@ impl Channel {
         }
     }
 
-    /// A frame of which nothing can be read, where the end of an upload may be expected: how much of the last segment
-    /// is data is not known.
+    /// Takes an unreadable frame in the place of an upload's end: the amount of data in the last segment is unknown.
     pub(super) fn end_unread(&mut self, half: Half, cx: &mut Context<'_>) {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if block.may_end() && block.end.is_none() {
@@ -296,7 +294,7 @@ impl Channel {
         }
     }
 
-    /// A frame of which nothing can be read, where an acknowledgement or a confirmation may be expected.
+    /// Takes an unreadable frame in the place of an acknowledgement or a confirmation.
     pub(super) fn acknowledge_unread(&mut self, side: Side, half: Half, cx: &mut Context<'_>) {
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
         if side == Side::Client && block.finished && block.end.is_some() {
@@ -346,7 +344,7 @@ impl Channel {
             self.doubt(Sdo012::NotResent { ackseq: ackseq.into() }, ack, false, cx);
         }
         if let Some((what, cause)) = acked.fault {
-            // Lost frames explain no number beyond the size of a sub-block.
+            // Lost frames do not explain a number beyond the size of a sub-block.
             let beyond = matches!(what, Sdo012::Sequence { found, .. } if found > most);
             let (at, bad) =
                 (cause.unwrap_or(half.at), matches!(what, Sdo012::Sequence { .. } | Sdo012::Acknowledged { .. }));
@@ -364,7 +362,7 @@ impl Channel {
         }
     }
 
-    /// Size and CRC, once the end frame is seen and all segments are acknowledged.
+    /// Judges size and CRC, once the end frame is seen and all segments are acknowledged.
     fn judge_end(&mut self, cx: &mut Context<'_>) {
         let doubted = self.is_doubted();
         let (Phase::Block(block, _), Some(transfer)) = (&mut self.phase, &mut self.transfer) else { return };
@@ -377,7 +375,7 @@ impl Channel {
         let padding = padding.get(..usize::from(end.unused.unwrap_or(0).min(7))).unwrap_or(&[]);
         let crc = end.crc.map(|found| (found, transfer.check_crc(found, padding)));
         let wrong_crc = crc.filter(|(found, (computed, _))| computed != found);
-        // What was sent again is not known where no acknowledgement can be read.
+        // Without a readable acknowledgement, repeated segments are unknown.
         if (block.unsure || !block.is_answered()) && !(right && wrong_crc.is_none()) {
             transfer.data.hole = true;
             return;
@@ -386,8 +384,8 @@ impl Channel {
         if !right {
             let cause = transfer.data.initiated.unwrap_or(end.at);
             let (size, at) = (wrong_size(transfer), if end.at.no == cx.at.no { cause } else { end.at });
-            // Where the CRC is not that of the bytes either, something else is wrong, or the time shows that others were
-            // sent, some are rather missing.
+            // If the CRC contradicts the bytes as well, another fault exists, or the time leaves room for more,
+            // segments are rather missing.
             let lack = transfer.data.size_indicated.map_or(0, u64::from).saturating_sub(transfer.data.size);
             let checked = transfer.outcome.crc_negotiated == Some(true);
             let room = !checked && lack > 0 && lack % 7 == 0 && block.pace.room_for(lack / 7).is_some();
@@ -400,8 +398,8 @@ impl Channel {
         }
     }
 
-    /// Both sides took the transfer as done. Where bytes are missing that were indicated, the recording lost them: what
-    /// looked like a fault was that.
+    /// Decides the doubts after a transfer that both sides took as complete. If indicated bytes are missing, the
+    /// recording lost them.
     pub(super) fn weigh_doubts(&mut self, cx: &mut Context<'_>) {
         let doubted = self.is_doubted();
         let Some(transfer) = self.transfer.as_mut().filter(|_| doubted) else { return };
@@ -424,7 +422,7 @@ impl Channel {
             Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,
             _ => Status::Ok,
         };
-        // No request from before the capture waits for its answer now.
+        // No request from before the capture waits for its answer any more.
         self.proof.begun = true;
         self.complete(status, cx);
     }
@@ -435,13 +433,13 @@ impl Channel {
         }
     }
 
-    /// The end of a download, once it is known whether the server confirms it.
+    /// Takes the end of a download, once its confirmation is known.
     pub(super) fn settle_end(&mut self, end: &Half, cx: &mut Context<'_>) {
         self.put_end(end);
         self.judge_end(cx);
     }
 
-    /// An upload whose end the client did not confirm before it went on. Returns whether it was one.
+    /// Closes an upload whose end the client did not confirm before it went on; returns true if it was one.
     pub(super) fn leave_ended_block(&mut self, cx: &mut Context<'_>) -> bool {
         let Some(end) = self.block().filter(|block| block.finished).and_then(|block| block.end) else {
             return false;
@@ -451,14 +449,14 @@ impl Channel {
         true
     }
 
-    /// The capture ends long after the end frame of an upload, and nothing confirmed it.
+    /// Reports an unconfirmed end of an upload long before the end of the capture.
     pub(super) fn judge_unconfirmed_end(&mut self, cx: &mut Context<'_>) {
         if let Some(end) = self.block().and_then(|block| block.end) {
             self.find(Sdo012::EndNotConfirmed, end.at, cx);
         }
     }
 
-    /// The client has waited in vain for what the server owes while sub-blocks run: an acknowledgement, or segments.
+    /// Reports an acknowledgement or segments of the server for which the client has waited in vain.
     pub(super) fn judge_stalled_block(&mut self, cx: &mut Context<'_>) {
         let Some(block) = self.block() else { return };
         let Some(transfer) = self.transfer.as_ref().filter(|transfer| transfer.mux.is_some() && !transfer.data.hole)
@@ -478,14 +476,14 @@ impl Channel {
         }
     }
 
-    /// A block transfer is aborted: was a segment out of sequence before?
+    /// Reports a segment out of sequence before an abort.
     pub(super) fn judge_aborted_block(&mut self, cx: &mut Context<'_>) {
         if let Some((what, at)) = self.block().and_then(Block::wrong) {
             self.find(what, at, cx);
         }
     }
 
-    /// The next sequence number of the side that sends the data; 0 outside block transfers.
+    /// Returns the next sequence number of the side that sends the data; 0 outside block transfers.
     pub(super) fn block_seqno(&self, side: Side) -> u8 {
         self.block().filter(|_| self.sends_data(side)).map_or(0, Block::expected)
     }

@@ -1,6 +1,6 @@
-//! One SDO channel: the owner of its state and of its transfer.
+//! One SDO channel: the owner of its state and its transfer.
 //!
-//! It takes a frame, shows what it is, and begins and ends transfers. It must not look at other channels.
+//! It takes a frame, publishes its meaning, and begins and ends transfers.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -21,14 +21,14 @@ use crate::frame::{BusId, CanId, Frame, FrameRef};
 use crate::profiles::Profile;
 use crate::rules::sdo::{Sdo002, Sdo007};
 
-/// Bytes of a running transfer that are gathered before they are handed out.
+/// Number of bytes of a running transfer collected before they are passed on.
 const CHUNK: usize = 4096;
-/// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 leaves the time to the client).
+/// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 sets no limit).
 pub const UNANSWERED_NS: i64 = 1_000_000_000;
-/// Who looks for a server sends at most this many requests to it.
+/// Maximum number of requests in a search for a server.
 const PROBES: u64 = 3;
 
-/// Frames that are kept to show how a duplicate was read the first time.
+/// Number of frames kept to find the first reading of a duplicate.
 const RECENT: usize = 128;
 
 /// The server of a channel.
@@ -36,19 +36,19 @@ const RECENT: usize = 128;
 pub(super) struct Server {
     pub(super) bus: BusId,
     pub(super) node: u8,
-    /// The channel's identifier from client to server, where it is not the server's default channel.
+    /// The identifier from client to server unless it is the default channel.
     id: Option<CanId>,
     description: Option<Arc<Dictionary>>,
     pub(super) profile: Profile,
-    /// It has sent segments after an initiate with e = s = 0; whether that one had other bytes than 0 in the place of
-    /// data.
+    /// Set if it has sent segments after an initiate with e = s = 0; true if that one had bytes other than 0 in place
+    /// of data.
     pub(super) segments_unmarked: Option<bool>,
 }
 
-/// Frames of a channel that later ones are compared with.
+/// Frames that later ones are compared with.
 #[derive(Debug, Default)]
 pub(super) struct History {
-    /// The last request that was aborted by its client, overtaken by the next one, or came before a boot-up.
+    /// The last request that its client aborted or replaced, or that came before a boot-up.
     pub(super) given_up: Option<Half>,
     /// The request that was pending when the server was reset.
     before_reset: Option<Half>,
@@ -60,23 +60,23 @@ pub(super) struct History {
     pub(super) aborted: Option<Half>,
     /// The server's newest frame.
     pub(super) heard: Option<Half>,
-    /// The response that was released last, at this frame.
+    /// The last released response.
     pub(super) released: Option<Half>,
-    /// A client frame outside any transfer: its response is none either.
+    /// A client frame outside any transfer, whose response is outside as well.
     pub(super) stray: Option<Half>,
-    /// The last request that was answered, and its response.
+    /// The last answered request, and its response.
     pub(super) last_request: Option<Command>,
     pub(super) last_response: Option<[u8; 8]>,
-    /// The longest that the server has taken for a response, in ns.
+    /// The server's longest response time, in ns.
     pub(super) slowest_ns: i64,
 }
 
-/// An expedited write that the client gave up.
+/// An expedited write abandoned by the client.
 #[derive(Debug, Default)]
 pub(super) struct GivenUpWrite {
-    /// The last one, where nothing was answered since.
+    /// The last one if no request was answered since.
     pub(super) left: Option<Arc<Transfer>>,
-    /// The same, confirmed by the frame at hand after all.
+    /// The one that the current frame confirms after all.
     pub(super) confirmed: Option<Arc<Transfer>>,
 }
 
@@ -91,20 +91,20 @@ pub struct Channel {
     pub(super) history: History,
     pub(super) proof: Proof,
     pub(super) verdicts: Verdicts,
-    /// Transfers that are no transfers unless the channel shows that it is one.
+    /// Transfers listed only if the channel proves to be SDO.
     pub(super) unlisted: Vec<Arc<Transfer>>,
-    /// The step of the frame at hand.
+    /// The step of the current frame.
     pub(super) step: Step,
-    /// Whether completed transfers belong to the frame at hand.
+    /// True if completed transfers belong to the current frame.
     pub(super) own: bool,
     pub(super) given_up_write: GivenUpWrite,
-    /// The next frame of the channel, where it was read ahead: its side and its first byte.
+    /// Side and first byte of the channel's next frame if it was read ahead.
     pub(super) ahead: Option<(Side, u8)>,
-    /// The last frames and how they were read, while the capture may show frames twice.
+    /// The last frames and their readings, while the capture may contain duplicates.
     recent: VecDeque<(Half, Step)>,
 }
 
-/// Whether a capture that has run for `heard_ns` without a frame of a channel shows it from its first frame on.
+/// Returns true if the capture started early enough to contain the channel's first frame.
 pub fn is_whole(heard_ns: i64) -> bool {
     heard_ns > UNANSWERED_NS
 }
@@ -123,7 +123,7 @@ fn empty_step() -> Step {
 }
 
 impl Channel {
-    /// A channel of the server `node` on `bus`, of which nothing was seen.
+    /// Creates a channel of the server `node` on `bus`.
     pub fn new(bus: BusId, node: u8, id: Option<CanId>) -> Self {
         Self {
             server: Server { bus, node, id, description: None, profile: Profile::UNKNOWN, segments_unmarked: None },
@@ -143,15 +143,15 @@ impl Channel {
         }
     }
 
-    /// The capture has run for `heard_ns` without a frame of the channel, or its server has `booted` since it began:
-    /// what comes first does not belong to what came before the capture.
+    /// Takes the time `heard_ns` since the capture's start without a frame of the channel, or a boot-up of its server:
+    /// the first frame then continues nothing from before the capture.
     pub fn idle_for(&mut self, heard_ns: i64, booted: bool) {
         if booted || is_whole(heard_ns) {
             self.hypotheses.begin_whole();
         }
     }
 
-    /// The last request to this server was one that it must not answer, if any.
+    /// Takes the last request to this server that it must not answer.
     pub fn asked_in_vain(&mut self, request: Option<FrameRef>) {
         let pending = self.pending().map(|pending| pending.at.no);
         if request.is_some_and(|request| pending == Some(request.no)) {
@@ -159,41 +159,40 @@ impl Channel {
         }
     }
 
-    /// The server was only looked for, as all others were.
+    /// Takes that the server was only looked for, like all others.
     pub fn scanned(&mut self, scanned: bool) {
         self.verdicts.scanned |= scanned;
     }
 
-    /// The server's node-ID.
+    /// Returns the server's node-ID.
     pub fn node(&self) -> u8 {
         self.server.node
     }
 
-    /// Whether a server was looked for, and none has answered.
+    /// Returns true if a server was looked for and has not answered.
     pub fn is_probed(&self) -> bool {
         self.proof.responses == 0
             && (1..=PROBES).contains(&self.proof.requests)
             && self.proof.plausible == self.proof.requests
     }
 
-    /// The completed transfer that the frame at hand confirms late.
+    /// Returns the completed transfer that the current frame confirms late.
     pub fn confirmed(&self) -> Option<&Arc<Transfer>> {
         self.given_up_write.confirmed.as_ref()
     }
 
-    /// The transfer that runs, with what the description says of its object; none where the channel's frames are no
-    /// SDO.
+    /// Returns the running transfer with the description of its object; `None` if the channel is not SDO.
     pub fn running(&self) -> Option<(&Transfer, Described)> {
         let transfer = self.transfer.as_deref().filter(|_| !self.is_foreign())?;
         Some((transfer, self.described(transfer.mux)))
     }
 
-    /// Gives the server's objects names and types.
+    /// Sets the description that gives the server's objects names and types.
     pub fn describe(&mut self, description: Option<Arc<Dictionary>>) {
         self.server.description = description;
     }
 
-    /// By which profile the server's objects have names and types beside its description's.
+    /// Sets the profile that gives the server's other objects names and types.
     pub fn follows(&mut self, profile: Profile) {
         self.server.profile = profile;
     }
@@ -204,8 +203,8 @@ impl Channel {
         Described { object, profile: self.server.profile }
     }
 
-    /// Takes one frame of the channel (classic, data): appends one `What::Sdo` event and what follows from it. `next`:
-    /// the next frame of the channel, where it was read ahead.
+    /// Takes one frame of the channel (classic, data); appends a `What::Sdo` event and its consequences. `next`: the
+    /// channel's next frame if it was read ahead.
     pub fn step(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>, cx: &mut Context<'_>) {
         let half = Half {
             at: frame.reference(),
@@ -252,7 +251,7 @@ impl Channel {
         }
     }
 
-    /// Takes a frame that the capture shows for the first time. Returns the transfer that ran before it.
+    /// Takes a frame that is no duplicate; returns the transfer that ran before it.
     fn sight(&mut self, side: Side, half: Half, cx: &mut Context<'_>) -> Option<(TransferId, Option<Mux>)> {
         self.proof.count(side, half.at);
         let half = self.order_before(side, half, cx);
@@ -278,7 +277,7 @@ impl Channel {
         before
     }
 
-    /// How a duplicate was read the first time: as the first equal frame of which no duplicate has come.
+    /// Returns the first reading of a duplicate: that of the first equal frame without one so far.
     fn duplicate(&mut self, side: Side, half: &Half) -> Step {
         let equal =
             |(before, step): &(Half, Step)| step.side == side && before.bytes == half.bytes && before.len == half.len;
@@ -290,7 +289,7 @@ impl Channel {
         self.transfer.as_ref().map(|transfer| (transfer.id, transfer.mux))
     }
 
-    /// The request that awaits its response.
+    /// Returns the request that waits for its response.
     pub(super) fn pending(&self) -> Option<Half> {
         match &self.phase {
             Phase::Idle => None,
@@ -300,7 +299,7 @@ impl Channel {
         }
     }
 
-    /// A request awaits its response.
+    /// Makes a request wait for its response.
     pub(super) fn set_pending(&mut self, half: Half) {
         match &mut self.phase {
             Phase::Idle => {}
@@ -310,7 +309,7 @@ impl Channel {
         }
     }
 
-    /// The pending request is answered. What the response to an initiate request leads to is not known here.
+    /// Marks the pending request as answered, without the effect of an initiate response.
     pub(super) fn clear_pending(&mut self) {
         match &mut self.phase {
             Phase::Idle | Phase::Initiated(_) => {}
@@ -319,7 +318,7 @@ impl Channel {
         }
     }
 
-    /// Which command the frame is, given where the transfer stands.
+    /// Returns the command of a frame in the present phase.
     pub(super) fn decode(&self, side: Side, bytes: [u8; 8], len: u8) -> Command {
         if let Phase::Block(block, _) = &self.phase
             && self.sends_data(side)
@@ -334,7 +333,7 @@ impl Channel {
         self.is_upload() == (side == Side::Server)
     }
 
-    /// A transfer begins with a client's initiate request.
+    /// Begins a transfer with a client's initiate request.
     pub(super) fn begin(&mut self, request: &Half, cx: &mut Context<'_>) {
         let id = self.next_id(cx);
         let (direction, mode) = match request.command {
@@ -373,7 +372,7 @@ impl Channel {
         Beginning { id, bus, node, channel, extract: cx.extract, at }
     }
 
-    /// Ends the transfer, whatever its phase.
+    /// Ends the transfer in any phase.
     pub(super) fn complete(&mut self, status: Status, cx: &mut Context<'_>) {
         self.confirm_doubts(cx);
         let Some(mut transfer) = self.transfer.take() else {
@@ -382,7 +381,7 @@ impl Channel {
         };
         transfer.described = self.described(transfer.mux);
         let status = if transfer.outcome.bad && status == Status::Ok { Status::Failed } else { status };
-        // What began before the capture cannot be judged as a whole.
+        // A transfer from before the capture cannot be judged as a whole.
         let judged = status != Status::Failed || !transfer.outcome.midway;
         let status = if judged { status } else { Status::Incomplete };
         transfer.outcome.status = status;
@@ -392,7 +391,7 @@ impl Channel {
         transfer.settle_holes();
         transfer.last = match status {
             Status::Incomplete => transfer.last,
-            // The frame at hand belongs to what comes behind it.
+            // The current frame belongs to what follows.
             Status::Failed if !self.own => self.newest(&transfer),
             _ if cx.at.no > transfer.last.no => cx.at,
             _ => transfer.last,
@@ -410,7 +409,7 @@ impl Channel {
         self.announce(transfer, cx);
     }
 
-    /// The capture shows no more of the transfer: what was sent and not confirmed was seen all the same.
+    /// Counts data sent and not confirmed, because the capture shows no more of the transfer.
     fn count_seen(&mut self, transfer: &mut Transfer) {
         match &mut self.phase {
             Phase::Block(block, asked) => {
@@ -430,26 +429,25 @@ impl Channel {
         }
     }
 
-    /// Ends the transfer: it ended before the frame at hand.
+    /// Ends the transfer before the current frame.
     pub(super) fn complete_before(&mut self, status: Status, cx: &mut Context<'_>) {
         self.before_frame(|channel| channel.complete(status, cx));
     }
 
-    /// Does something of which the result does not belong to the frame at hand.
+    /// Runs an action whose results do not belong to the current frame.
     pub(super) fn before_frame(&mut self, act: impl FnOnce(&mut Self)) {
         let own = std::mem::replace(&mut self.own, false);
         act(self);
         self.own = own;
     }
 
-    /// The newest frame of a transfer.
+    /// Returns the newest frame of a transfer.
     pub(super) fn newest(&self, transfer: &Transfer) -> FrameRef {
         let segment = self.block().and_then(|block| block.marks.newest);
         segment.filter(|at| at.no > transfer.last.no).unwrap_or(transfer.last)
     }
 
-    /// Number in the transfer of a segment, from 1; 0 where it is none, or where no number would be true since a part
-    /// is not in the capture.
+    /// Returns the number of a segment in the transfer, from 1; 0 if it is no segment, or unknown because of a hole.
     pub(super) fn segment_ordinal(&self, command: &Command) -> u32 {
         match (&self.phase, command, &self.transfer) {
             (Phase::Segments(_), Command::Segment(_), Some(transfer))
@@ -461,7 +459,7 @@ impl Channel {
         }
     }
 
-    /// Reports that a transfer has ended.
+    /// Reports the end of a transfer.
     pub(super) fn announce(&mut self, transfer: Arc<Transfer>, cx: &mut Context<'_>) {
         if self.is_foreign() {
             self.step.result = None;
@@ -473,13 +471,13 @@ impl Channel {
         if !transfer.data.fresh.is_empty() {
             cx.chunks.push(chunk(&transfer, transfer.data.fresh.clone()));
         } else if cx.extract && transfer.data.size == 0 && transfer.outcome.status != Status::Ok {
-            // What should have been written was seen, though not its confirmation.
+            // The data to be written were seen, if not their confirmation.
             cx.chunks.push(chunk(&transfer, transfer.data.requested.clone()));
         }
         self.list(transfer, cx);
     }
 
-    /// The server was reset, or frames were lost: nothing that was open can be judged.
+    /// Closes what was open after a reset of the server or lost frames.
     pub fn lost(&mut self, reset: bool, cx: &mut Context<'_>) {
         self.own = false;
         self.order_rest(cx);
@@ -519,21 +517,21 @@ impl Channel {
         }
     }
 
-    /// The server has booted: nothing that comes from now on was asked for before.
+    /// Takes a boot-up of the server: later frames answer no earlier request.
     pub fn boot_up(&mut self) {
         self.history.given_up = self.history.before_reset.take();
         self.history.booted = true;
         self.hypotheses.begin_whole();
     }
 
-    /// Behind a gap a transfer may be half-way, as at the capture's beginning: block data look like commands until an
-    /// exchange shows where the channel stands.
+    /// Resets the proof after a gap: as at the capture's start, block data look like commands until an exchange shows
+    /// the channel's state.
     fn restart(&mut self) {
         self.proof = Proof { proven: self.proof.proven, ..Proof::default() };
         self.verdicts.withheld.clear();
     }
 
-    /// The capture is over: what is still open is incomplete, and what was withheld is reported once.
+    /// Closes open transfers and reports withheld findings at the end of the capture.
     pub fn finish(&mut self, cx: &mut Context<'_>) {
         self.own = false;
         self.order_rest(cx);
@@ -580,7 +578,7 @@ fn chunk(transfer: &Transfer, bytes: Vec<u8>) -> Chunk {
     Chunk { id: transfer.id, bus: transfer.bus, node: transfer.node, mux: transfer.mux, bytes }
 }
 
-/// Whether a frame can only be meant as an initiate request: a communication or device object, no reserved bits.
+/// Returns true for an unmistakable initiate request: a communication or device object, no reserved bits.
 pub(super) fn strict_initiate(half: &Half) -> bool {
     half.command.is_initiate()
         && half.command.mux().is_some_and(|Mux { index, .. }| index >= 0x1000)

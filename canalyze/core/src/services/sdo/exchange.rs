@@ -1,8 +1,8 @@
-//! What responses and aborts do to the transfer, outside sub-blocks (CiA 301, 7.2.4.3.2 to 7.2.4.3.7 and 7.2.4.3.17).
+//! Effects of responses and aborts outside sub-blocks (CiA 301, 7.2.4.3.2 to 7.2.4.3.7 and 7.2.4.3.17).
 //!
-//! Request and response come here in causal order, whatever order the capture showed them in; toggle bits and sizes are
-//! judged here and nowhere else. An abort ends the transfer, whoever sends it, and is never answered. Its multiplexor
-//! is unreliable, so it belongs to its channel's transfer, not to an object. Frames that were under way may follow it.
+//! Request and response come here in causal order, regardless of the capture's; toggle bits and sizes are judged only
+//! here. An abort by either side ends the transfer and is never answered. Its multiplexor is unreliable, so it belongs
+//! to its channel's transfer, not to an object. Frames that were on their way may follow it.
 
 use std::sync::Arc;
 
@@ -25,13 +25,13 @@ use crate::rules::sdo::{
 
 /// Abort code: SDO protocol timed out.
 const TIMED_OUT: u32 = 0x0504_0000;
-/// Bytes of two segments.
+/// Number of bytes in two segments.
 const PAIR: u64 = 14;
-/// Refused writes that are remembered.
+/// Maximum number of refused writes that are remembered.
 const REFUSED: usize = 64;
 
 impl Channel {
-    /// A request and the response that answers it, in causal order.
+    /// Takes a request and its response, in causal order.
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.end_unasked(cx);
         self.clear_pending();
@@ -67,7 +67,7 @@ impl Channel {
         }
     }
 
-    /// What a pair shows of the recording, of the channel, and of the order of its frames.
+    /// Learns from a pair about the recording, the channel, and the order of its frames.
     fn pair(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
         let fits = wire::fits(&request.command, &response.command);
         if let (Some(asked), Some(answered), true) = (request.at.t_ns, response.at.t_ns, fits) {
@@ -90,13 +90,13 @@ impl Channel {
         }
     }
 
-    /// An initiate response names the object of its request.
+    /// Compares the objects of an initiate response and its request.
     fn compare_objects(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
         if let (Some(expected), Some(found)) = (request.command.mux(), response.command.mux())
             && expected != found
         {
             if !self.proof.trusted && strict_initiate(request) && !response.command.has_reserved_bits(response.bytes) {
-                // Only the object differs: the rest is a request and its response.
+                // Only the object differs, so it is a request and its response.
                 self.trust(cx);
             }
             self.find(Sdo003::Objects { expected, found }, response.at, cx);
@@ -140,7 +140,7 @@ impl Channel {
         self.phase = Phase::Segments(Segments { unmarked, ..Segments::from(false) });
     }
 
-    /// Whether a response answers the request that was given up.
+    /// Returns true if a response answers the abandoned request.
     pub(super) fn is_late(&self, half: &Half) -> bool {
         self.history.given_up.is_some_and(|request| wire::fits(&request.command, &half.command))
     }
@@ -157,8 +157,8 @@ impl Channel {
         self.find(late, self.step.answered_by.as_deref().copied().unwrap_or(half.at), cx);
     }
 
-    /// The late answer to a request that was given up: what it should write is written. The server answers in order, so
-    /// this holds until it answers another.
+    /// Takes the late answer to an abandoned request: its write has succeeded. The server answers in order, so this
+    /// holds until it answers another.
     fn confirm_late(&mut self, request: &Half) {
         let left = self.given_up_write.left.take().filter(|left| left.first == request.at);
         if let (Some(left), Command::InitiateDownload(mux, i)) = (left, request.command)
@@ -189,12 +189,12 @@ impl Channel {
         if request.1 != due && response.1 == due {
             return self.find(toggle, at, cx);
         }
-        // A frame that was lost between the two, or two before them, would look like this.
+        // A frame lost between them, or two before them, would look the same.
         segments.doubtful = by == Side::Server;
         self.doubt(toggle, at, false, cx);
     }
 
-    /// A request for the next segment, or that segment: does the client take the one before for right?
+    /// Takes a request for the next segment, or that segment; it shows if the client accepted the one before.
     pub(super) fn request(&mut self, half: Half, cx: &mut Context<'_>) {
         if let (Phase::Segments(segments), Some(transfer)) = (&mut self.phase, &self.transfer) {
             segments.pace.take(half.at, transfer.data.size);
@@ -213,7 +213,7 @@ impl Channel {
         self.set_pending(half);
     }
 
-    /// The data of a segment that was confirmed (or whose request is not in the capture).
+    /// Adds the data of a confirmed segment (or one whose request is not in the capture).
     pub(super) fn add_segment(&mut self, half: Half, segment: Segment, cx: &mut Context<'_>) {
         if let Some((initiate, i)) = self.take_unmarked() {
             if matches!(initiate.command, Command::UploadInitiated(..)) {
@@ -233,7 +233,7 @@ impl Channel {
         }
     }
 
-    /// Ends a transfer whose data are all there: judges its size.
+    /// Ends a transfer with all its data; judges its size.
     fn close_sized(&mut self, end: FrameRef, cx: &mut Context<'_>) {
         self.weigh_doubts(cx);
         self.weigh_pace(cx);
@@ -248,13 +248,13 @@ impl Channel {
         }
         self.complete(status, cx);
         if status == Status::Failed && !self.is_one_sided() {
-            // Where the last segment was not the last one, the others belong to nothing.
+            // If it was not the last segment, later ones belong to nothing.
             self.hypotheses.report();
         }
     }
 
-    /// An even number of segments that the recording lost leaves the toggle bits as they were: where the data lack as many
-    /// bytes, and one interval has room for their exchanges, they are not in the capture.
+    /// Explains missing bytes by lost segments: an even number leaves the toggle bits unchanged, and one interval must
+    /// have room for their exchanges.
     fn weigh_pace(&mut self, cx: &mut Context<'_>) {
         let (Phase::Segments(segments), Some(transfer)) = (&self.phase, &mut self.transfer) else { return };
         let indicated = transfer.data.size_indicated.map_or(0, u64::from);
@@ -267,7 +267,7 @@ impl Channel {
         }
     }
 
-    /// Whether all indicated bytes were transferred though no segment was marked as the last one.
+    /// Returns true if all indicated bytes were transferred without a segment marked as last.
     pub(super) fn all_bytes_without_last(&self) -> bool {
         matches!(self.phase, Phase::Segments(_))
             && self.transfer.as_ref().is_some_and(|transfer| {
@@ -277,15 +277,15 @@ impl Channel {
             })
     }
 
-    /// Whether an initiate with e = s = 0 that no segment has followed was meant as data. The answer of a server that
-    /// has sent segments after the same announces them; bytes that it does not leave in them otherwise do not.
+    /// Returns true if an initiate with e = s = 0 and no segments was meant as data. It is not if the server has sent
+    /// segments after the same; bytes that it does not leave in them otherwise are data.
     pub(super) fn is_meant_as_data(&self) -> bool {
         let announces = |i: &Initiate| self.server.segments_unmarked.is_some_and(|other| other || !has_data(i));
         self.unmarked()
             .is_some_and(|(initiate, i)| !(matches!(initiate.command, Command::UploadInitiated(..)) && announces(&i)))
     }
 
-    /// The initiate with e = s = 0 that no segment has followed.
+    /// Returns the initiate with e = s = 0 that no segment has followed.
     pub(super) fn unmarked(&self) -> Option<(Half, Initiate)> {
         if let Phase::Segments(segments) = &self.phase { segments.unmarked } else { None }
     }
@@ -294,7 +294,7 @@ impl Channel {
         if let Phase::Segments(segments) = &mut self.phase { segments.unmarked.take() } else { None }
     }
 
-    /// An initiate with e = s = 0 that no segment followed: its four bytes were meant as data.
+    /// Takes the four bytes of an initiate with e = s = 0 and no segments as data.
     pub(super) fn recognise_unmarked(&mut self, cx: &mut Context<'_>) {
         let Some((initiate, i)) = self.take_unmarked() else { return };
         let unused = i.unused.into();
@@ -316,7 +316,7 @@ impl Channel {
         self.own = own;
     }
 
-    /// An abort, from either side: it ends the transfer, and is never answered.
+    /// Takes an abort from either side: it ends the transfer and is never answered.
     fn abort(&mut self, side: Side, at: FrameRef, code: u32, cx: &mut Context<'_>) {
         if let Some(pending) = self.pending() {
             match (side, pending.command) {
@@ -362,7 +362,7 @@ impl Channel {
         }
     }
 
-    /// The client reports a timeout although no response was pending.
+    /// Reports a client's timeout without a pending response.
     fn judge_timed_out(&mut self, cx: &mut Context<'_>) {
         if self.verdicts.fault.is_none()
             && let Some(transfer) = self.transfer.as_deref().filter(|it| it.mux.is_some() && !it.data.hole)
@@ -373,7 +373,7 @@ impl Channel {
         }
     }
 
-    /// An abort should name the object of the transfer that it ends. One that names none (index 0) is let pass.
+    /// Judges the object named by an abort; index 0 is accepted.
     fn judge_object(&mut self, half: &Half, by: Side, found: Mux, cx: &mut Context<'_>) {
         let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
         if let Some(expected) = object.filter(|object| *object != found && found.index != 0) {
@@ -381,7 +381,7 @@ impl Channel {
         }
     }
 
-    /// A last segment that the server refused: was it for its size?
+    /// Reports the size of a last segment that the server refused.
     fn judge_refused_segment(&mut self, pending: Half, cx: &mut Context<'_>) {
         let (Command::Segment(segment), Some(transfer)) = (pending.command, &self.transfer) else { return };
         let Some(indicated) = transfer.data.size_indicated.map(u64::from) else { return };
@@ -424,7 +424,7 @@ impl Channel {
             if pending.command.mux() == Some(mux) {
                 self.proof.paired = true;
                 if strict_initiate(&pending) {
-                    // A refusal of what was asked for is as good a response as any.
+                    // The refusal of a request proves the channel like any response.
                     self.trust(cx);
                 }
             }
@@ -439,12 +439,12 @@ impl Channel {
         self.sequence.under_way = Some(UnderWay { side: Side::Client, at: half.at, seqno, owed, unasked });
     }
 
-    /// The object that the transfer writes.
+    /// Returns the object that the transfer writes.
     fn written(&self) -> Option<Mux> {
         self.transfer.as_ref().filter(|it| it.direction == Direction::Download)?.mux
     }
 
-    /// The server has refused a write of `object`: it stays refused until the same object is written after all.
+    /// Keeps a refused write of `object` until the object is written after all.
     fn refuse(&mut self, object: Option<Mux>, at: FrameRef, code: u32) {
         if let Some(object) = object.filter(|object| self.verdicts.refused.iter().all(|it| it.object != *object))
             && self.verdicts.refused.len() < REFUSED
@@ -453,7 +453,7 @@ impl Channel {
         }
     }
 
-    /// What the server refuses is still what the client wanted to write.
+    /// Adds the data of a refused write, which the client intended.
     fn attempted(&mut self, request: &Half) {
         if let Command::InitiateDownload(object, i) = request.command
             && let Some(transfer) = &mut self.transfer
@@ -464,28 +464,28 @@ impl Channel {
     }
 }
 
-/// That a transfer has moved another number of bytes than was indicated.
+/// Returns the verdict on a number of bytes other than indicated.
 pub(super) fn wrong_size(transfer: &Transfer) -> Sdo006 {
     Sdo006::Size { indicated: transfer.data.size_indicated.map_or(0, u64::from), transferred: transfer.data.size }
 }
 
-/// Whether an initiate that announces segments has something in the place of data.
+/// Returns true if an initiate that announces segments has bytes in place of data.
 fn has_data(i: &Initiate) -> bool {
     i.unused != 0 || i.data != [0; 4]
 }
 
-/// Whether the frame of an expedited transfer is too short for the data that it announces.
+/// Returns true if the frame of an expedited transfer is too short for its announced data.
 pub(super) fn lacks_data(i: &Initiate, len: u8) -> bool {
     lacking(i, len) > 0
 }
 
-/// How many bytes of the data that it announces the frame of an expedited transfer is too short for.
+/// Returns the number of announced data bytes missing in the frame of an expedited transfer.
 fn lacking(i: &Initiate, len: u8) -> u64 {
     if i.size_indicated { i.expedited_len(8).saturating_sub(i.expedited_len(len)) as u64 } else { 0 }
 }
 
-/// The data of an expedited transfer. Where the size is not indicated (e = 1, s = 0), a standard object's data type
-/// tells how many of the four bytes count.
+/// Returns the data of an expedited transfer. If the size is not indicated (e = 1, s = 0), the data type of a standard
+/// object decides.
 pub fn expedited(mux: Option<Mux>, profile: Profile, i: &Initiate, len: u8) -> &[u8] {
     let carried = i.expedited_len(len);
     let typed = mux.and_then(|mux| profile.data_type(mux.index, mux.sub)).and_then(DataType::size);

@@ -1,27 +1,26 @@
-//! The parts of a transfer's data that the capture does not show: where each stands, and how long it is.
+//! The parts of a transfer's data that the capture lacks, with place and length.
 //!
-//! A hole whose length is known keeps its place: what comes behind it has its true offset. Where a length is not known,
-//! the bytes behind follow those before, and their offset in the object is not known. It decides nothing: whoever takes
-//! frames says that something is missing, and when the last byte was seen.
+//! After a hole of known length, data have their true offset. After one of unknown length, the bytes follow those
+//! before it, and their offset in the object is unknown. Holes and the last byte are reported by the takers of frames.
 
 use super::transfer::{KEPT, Mode, Status, Transfer};
 
-/// Most holes of one transfer that are kept; behind the last of them nothing is.
+/// Maximum number of holes kept per transfer; after the last, no data are kept.
 pub const MOST_HOLES: usize = 1024;
 
-/// The longest hole that is measured by the size of the object, which is only claimed.
+/// The longest hole measured by the object's size, which is only claimed, in bytes.
 const LONGEST: u64 = 4096;
 
-/// Bytes that the capture does not show.
+/// Bytes missing in the capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hole {
-    /// Where it begins: bytes from the beginning of the transfer's data, as far as those are known.
+    /// Its first byte, counted from the beginning of the known data.
     pub offset: u64,
-    /// How many bytes are missing. `None`: it is not known.
+    /// Number of missing bytes; `None` if unknown.
     pub length: Option<u64>,
 }
 
-/// The holes of one transfer, by their place.
+/// The holes of one transfer in order.
 #[derive(Clone, Debug, Default)]
 pub struct Holes {
     list: Vec<Hole>,
@@ -30,12 +29,12 @@ pub struct Holes {
 }
 
 impl Holes {
-    /// The holes, by their place.
+    /// Returns the holes in order.
     pub fn list(&self) -> &[Hole] {
         &self.list
     }
 
-    /// There are more holes than are kept: no byte has a place any more.
+    /// Returns true if the limit is reached, so that further bytes have no place.
     fn is_full(&self) -> bool {
         self.list.len() >= MOST_HOLES
     }
@@ -58,17 +57,17 @@ impl Holes {
 }
 
 impl Transfer {
-    /// What comes before the first byte is not in the capture.
+    /// Marks data missing before the first byte.
     pub fn miss_beginning(&mut self) {
         self.data.holes.add(0, None);
     }
 
-    /// The first byte that comes is the first one of the object.
+    /// Makes the next byte the first one of the object.
     pub fn begin_with_first(&mut self) {
         self.data.holes = Holes::default();
     }
 
-    /// The next bytes of the data are not in the capture; `None`: their number is not known.
+    /// Marks the next bytes as missing; `None` if their number is unknown.
     pub fn miss(&mut self, length: Option<u64>) {
         let data = &mut self.data;
         if length == Some(0) {
@@ -89,7 +88,7 @@ impl Transfer {
         }
     }
 
-    /// Bytes before this offset of what was seen are not in the capture, and how many is not known.
+    /// Marks an unknown number of bytes missing before this offset of the seen data.
     pub fn miss_before(&mut self, offset: u64) {
         self.data.hole = true;
         let list = &mut self.data.holes.list;
@@ -99,31 +98,31 @@ impl Transfer {
         }
     }
 
-    /// The last byte of the object has its place.
+    /// Marks the last byte of the object as placed.
     pub fn reach_end(&mut self) {
         self.data.holes.ended = true;
     }
 
-    /// Whether bytes that come have a place.
+    /// Returns true if further bytes have a place.
     pub(super) fn has_place(&self) -> bool {
         !self.data.holes.is_full()
     }
 
-    /// How many bytes the object still has, where that is known.
+    /// Returns the number of remaining bytes of the object if known.
     pub fn rest(&self) -> Option<u64> {
         let size = u64::from(self.data.size_indicated?);
         let placed = !self.data.holes.has_unknown();
         (placed && !self.data.holes.ended).then(|| size.saturating_sub(self.data.size))
     }
 
-    /// The transfer has ended: what is missing of it is settled.
+    /// Settles the holes of a finished transfer.
     pub(super) fn settle_holes(&mut self) {
         let whole =
             self.data.holes.ended && self.data.size_indicated.is_some_and(|size| u64::from(size) == self.data.size);
         let anywhere = self.data.holes.list.is_empty();
         self.measure();
         if self.data.hole && anywhere && !whole && self.outcome.status != Status::Ok {
-            // Something is missing, or came twice, and nothing tells where.
+            // Something is missing or was repeated in an unknown place.
             self.data.holes.list.push(Hole { offset: 0, length: None });
         }
         let open = self.data.holes.list.pop_if(|hole| hole.length.is_none() && hole.offset == self.data.size).is_some();
@@ -131,7 +130,7 @@ impl Transfer {
         let ended = self.data.holes.ended;
         let data = &mut self.data;
         if data.size == 0 && tail == 0 && !ended {
-            // No byte was seen: there is nothing that could have holes.
+            // Without any byte there are no holes.
             data.holes.list.clear();
             return;
         }
@@ -149,13 +148,13 @@ impl Transfer {
         }
     }
 
-    /// Where all but one hole of a whole transfer are measured, its size tells how long that one is. Segments of a block
-    /// may come twice, which the capture need not show.
+    /// Measures the only hole of unknown length in a complete transfer by its size. Segments of a block may be
+    /// repeated, which the capture need not show.
     fn measure(&mut self) {
         let data = &mut self.data;
         let Some(size) = data.size_indicated.map(u64::from).filter(|size| *size >= data.size) else { return };
         if size == data.size && data.holes.ended && self.mode == Mode::Segmented {
-            // All bytes are there: what seemed to be missing was listed late.
+            // All bytes are there; the supposed hole was a frame listed late.
             data.holes.list.retain(|hole| hole.length.is_some());
             return;
         }
@@ -187,7 +186,7 @@ impl Transfer {
         }
     }
 
-    /// The data end with the last byte that was seen. Returns how many are missing behind it.
+    /// Ends the data at the last seen byte; returns the number of bytes missing after it.
     fn trim(&mut self) -> u64 {
         let data = &mut self.data;
         let behind = data.holes.list.pop_if(|hole| hole.length.is_some_and(|length| hole.offset + length == data.size));

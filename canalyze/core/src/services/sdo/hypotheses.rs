@@ -1,8 +1,8 @@
-//! What a channel may be in the midst of where the capture begins, or goes on after lost frames.
+//! Possible states of a channel at the start of the capture, or after lost frames.
 //!
-//! Until the channel's first whole transfer several hypotheses stand: it is idle, a segmented transfer runs, a block
-//! transfer runs. While they do, nothing is a violation and nothing is a value: a block segment can look like any
-//! command. A transfer whose beginning is not in the capture is incomplete.
+//! Until the channel's first complete transfer several hypotheses are open: it is idle, or a segmented or a block
+//! transfer runs. Until then nothing is a violation and nothing a value, because a block segment can look like any
+//! command. A transfer without its beginning in the capture is incomplete.
 
 use super::block::{Block, MOST};
 use super::channel::{Channel, strict_initiate};
@@ -17,17 +17,17 @@ use crate::frame::{Frame, FrameRef};
 use crate::profiles::Profile;
 use crate::rules::sdo::Sdo024;
 
-/// Whether anything but idleness is possible.
+/// The possibility of a transfer that the capture does not show.
 #[derive(Debug)]
 pub(super) struct Hypotheses {
     open: bool,
-    /// Number of the channel's first frame, or of the first since frames were lost.
+    /// Number of the channel's first frame, or of the first after lost frames.
     first: Option<u64>,
-    /// The capture shows the channel from its first frame on.
+    /// The capture contains the channel's first frame.
     whole: bool,
-    /// A frame that belongs to no transfer was reported since the channel was idle.
+    /// A frame outside any transfer was reported since the channel was idle.
     reported: bool,
-    /// The frame before: who sent it, its first byte, and whether it is known to be no segment of a block.
+    /// The previous frame: its side, its first byte, and true if it is known to be no block segment.
     before: Option<(Side, u8, bool)>,
 }
 
@@ -38,60 +38,60 @@ impl Default for Hypotheses {
 }
 
 impl Hypotheses {
-    /// Whether a transfer may run that the capture does not show from its beginning.
+    /// Returns true if a transfer may run whose beginning the capture lacks.
     pub(super) fn are_open(&self) -> bool {
         self.open
     }
 
-    /// All hypotheses stand again.
+    /// Opens all hypotheses again.
     pub(super) fn open(&mut self) {
         (self.open, self.reported) = (true, false);
     }
 
-    /// No transfer runs but one that the capture shows.
+    /// Excludes transfers that the capture does not show.
     pub(super) fn settle(&mut self) {
         (self.open, self.reported) = (false, false);
     }
 
-    /// The same; that frames belong to no transfer was reported.
+    /// Does the same, and notes that frames outside any transfer were reported.
     pub(super) fn report(&mut self) {
         (self.open, self.reported) = (false, true);
     }
 
-    /// Whether it was reported that frames belong to no transfer.
+    /// Returns true if frames outside any transfer were reported.
     pub(super) fn is_reported(&self) -> bool {
         self.reported
     }
 
-    /// What comes first does not belong to what came before the capture.
+    /// Notes that the first frame continues nothing from before the capture.
     pub(super) fn begin_whole(&mut self) {
         self.whole = true;
     }
 
-    /// Whether the capture shows the channel from its first frame on.
+    /// Returns true if the capture contains the channel's first frame.
     pub(super) fn is_whole(&self) -> bool {
         self.whole
     }
 
-    /// Whether this frame is the first one, behind which something may be cut off.
+    /// Returns true if this frame is the first one, before which something may be cut off.
     pub(super) fn is_first(&mut self, no: u64) -> bool {
         !self.whole && *self.first.get_or_insert(no) == no
     }
 
-    /// Whether another frame than this one was the first.
+    /// Returns true if the first frame was another than this one.
     pub(super) fn is_later(&self, no: u64) -> bool {
         self.whole || self.first.is_some_and(|first| first != no)
     }
 }
 
 impl Channel {
-    /// Whether what its next frame is may show only by the one behind it: a transfer may run that began before the
-    /// capture, or of which the capture shows one side only; or it has no place where the channel stands.
+    /// Returns true if only the following frame may show the meaning of the next one: a transfer may run that began
+    /// before the capture or is recorded one-sided, or the frame does not fit the channel's state.
     pub fn is_ambiguous(&self, side: Side, frame: &Frame) -> bool {
         self.is_midway() || self.has_no_place(side, frame)
     }
 
-    /// Whether the channel may be in the midst of anything.
+    /// Returns true if an unknown transfer may run.
     fn is_midway(&self) -> bool {
         match &self.phase {
             Phase::Idle => self.hypotheses.open && (!self.hypotheses.whole || self.is_one_sided()),
@@ -101,9 +101,9 @@ impl Channel {
         }
     }
 
-    /// Whether a frame is no part of what runs on a channel that is known, nor a request that some stack would send.
+    /// Returns true if a frame fits neither the state of a known channel nor a request that some stack would send.
     fn has_no_place(&self, side: Side, frame: &Frame) -> bool {
-        // What follows a fault, or an abort, belongs to that.
+        // Frames after a fault or an abort belong to that.
         let waits = self.sequence.under_way.is_some() || self.sequence.is_waiting() || self.hypotheses.reported;
         if waits || self.hypotheses.open || !self.proof.trusted || frame.len != 8 {
             return false;
@@ -118,22 +118,22 @@ impl Channel {
         odd || matches!(action, Action::Stray | Action::Outside | Action::Misfit | Action::Unasked)
     }
 
-    /// Whether requests were seen, more than the one that may still be answered, and no response.
+    /// Returns true if several requests were seen and no response.
     pub fn is_unanswered(&self) -> bool {
         self.proof.responses == 0 && self.proof.requests > 1
     }
 
-    /// Whether only requests, or only responses, are in the capture.
+    /// Returns true if the capture contains only requests or only responses.
     pub(super) fn is_one_sided(&self) -> bool {
         (self.proof.requests == 0) != (self.proof.responses == 0)
     }
 
-    /// Whether nothing was seen of the channel before that could be another reading of its frame.
+    /// Returns true if no earlier frame of the channel suggests another reading.
     fn is_alone(&self) -> bool {
         self.hypotheses.whole && self.hypotheses.before.is_none()
     }
 
-    /// How the next frame is read where it is ambiguous.
+    /// Returns the reading of the next frame if it is ambiguous.
     pub(super) fn reading(&mut self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Option<Command> {
         let [first, ..] = frame.head();
         let reading = if self.is_midway() {
@@ -146,7 +146,7 @@ impl Channel {
         reading
     }
 
-    /// A block transfer met in its midst has ended unseen where a frame does not belong to it.
+    /// Ends a block transfer joined midway if a frame does not belong to it.
     pub(super) fn leave_midway(&mut self, side: Side, half: &Half, cx: &mut Context<'_>) {
         let sends = self.sends_data(side);
         let belongs = |block: &Block| match half.reading {
@@ -160,8 +160,8 @@ impl Channel {
         }
     }
 
-    /// How a frame is read while the channel may be in the midst of anything: by its command byte, as a segment of a
-    /// block transfer, or not at all. The frames before and behind it tell.
+    /// Returns the reading of a frame in an unknown state, by its neighbours: by its command byte, as a block segment,
+    /// or undetermined.
     fn read_open(&self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Command {
         let bytes = frame.head();
         let plain = wire::decode_frame(side, bytes, frame.len);
@@ -171,7 +171,7 @@ impl Channel {
         }
         let next = next.map(|(by, next)| (*by, next.head(), wire::decode_frame(*by, next.head(), next.len)));
         let block = is_segment(side, bytes[0], before, next.as_ref());
-        // One neighbour alone may count up by chance.
+        // A single neighbour may count up by chance.
         let weak = is_segment(side, bytes[0], None, next.as_ref()) != Some(true)
             || is_segment(side, bytes[0], before, None) != Some(true);
         let half = Half { command: plain, ..Half::of(bytes) };
@@ -189,8 +189,8 @@ impl Channel {
         }
     }
 
-    /// How a frame is read that has no place where the channel stands, but agrees with the next one: both sides are
-    /// elsewhere.
+    /// Returns the reading of a frame that does not fit the state but agrees with the next one: both sides are in
+    /// another state.
     fn read_elsewhere(&self, side: Side, frame: &Frame, next: Option<&(Side, Frame)>) -> Option<Command> {
         let (by, next) = next.filter(|_| self.has_no_place(side, frame))?;
         let bytes = frame.head();
@@ -209,8 +209,8 @@ impl Channel {
         segment.then(|| wire::block_segment(bytes))
     }
 
-    /// Whether a frame is of a kind that the transfer consists of, or about its object. Where none runs, a response that
-    /// names its object begins one without its request.
+    /// Returns true if a frame is of a kind used in the transfer, or names its object. Without a transfer, a response
+    /// that names its object begins one.
     fn is_of_kind(&self, plain: &Command) -> bool {
         use Command as C;
         let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
@@ -225,8 +225,8 @@ impl Channel {
         }
     }
 
-    /// A frame that has no place where the channel stood, and agrees with the next one, shows that the recording lost
-    /// what lies between. Nothing before it tells any more, as behind a gap that is announced.
+    /// Takes a frame that does not fit the state and agrees with the next one: the recording lost the frames between.
+    /// The state is then unknown, as after an announced gap.
     pub(super) fn leave_behind(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.reading.is_some() && !self.is_midway() {
             self.find(Sdo024::Elsewhere, half.at, cx);
@@ -234,12 +234,12 @@ impl Channel {
         }
     }
 
-    /// Whether a request is the channel's first frame: its response may lie before the capture.
+    /// Returns true if a request is the channel's first frame, whose response may precede the capture.
     pub(super) fn is_edge(&self, request: &Half) -> bool {
         !self.hypotheses.whole && self.hypotheses.first == Some(request.at.no)
     }
 
-    /// A transfer met in its midst: its initiate request is not in the capture.
+    /// Begins a transfer whose initiate request the capture lacks.
     fn begin_midway(&mut self, at: FrameRef, direction: Direction, phase: Phase, cx: &mut Context<'_>) {
         let mode = if matches!(phase, Phase::Block(..)) { Mode::Block } else { Mode::Segmented };
         let id = self.next_id(cx);
@@ -250,7 +250,7 @@ impl Channel {
         self.phase = phase;
     }
 
-    /// What was seen so far belonged to a transfer that began before the capture.
+    /// Drops the frames so far, which belonged to a transfer from before the capture.
     pub(super) fn forget_beginning(&mut self) {
         self.verdicts.drop_doubts();
         self.transfer = None;
@@ -262,8 +262,8 @@ impl Channel {
         }
     }
 
-    /// An initiate response without its request, and the client goes on as if it had sent one. Returns whether a
-    /// transfer begins so.
+    /// Begins a transfer with an initiate response whose request the capture lacks, if the client goes on accordingly;
+    /// returns true if it does.
     pub(super) fn begin_from_response(&mut self, response: &Half, next: &Half, cx: &mut Context<'_>) -> bool {
         if self.transfer.is_some() {
             return false;
@@ -297,7 +297,7 @@ impl Channel {
         true
     }
 
-    /// A frame that may belong to a transfer that began before the capture.
+    /// Takes a frame that may belong to a transfer from before the capture.
     pub(super) fn join(&mut self, side: Side, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Uncaptured;
         if matches!(half.command, Command::BlockSegment { .. }) {
@@ -321,14 +321,14 @@ impl Channel {
         }
     }
 
-    /// Whether a client frame may be a segment, or a request for one, of a transfer that began before the capture.
+    /// Returns true if a client frame may be a segment, or request one, of a transfer from before the capture.
     pub(super) fn may_join(&self, half: &Half) -> bool {
         self.hypotheses.open
             && self.transfer.is_none()
             && matches!(half.command, Command::SegmentRequest { .. } | Command::Segment(_))
     }
 
-    /// An acknowledgement without a transfer, at the beginning of the capture: a block transfer runs.
+    /// Takes an acknowledgement without transfer at the start of the capture: a block transfer runs.
     pub(super) fn join_block(&mut self, half: &Half, direction: Direction, cx: &mut Context<'_>) {
         let Command::BlockAck { ackseq, blksize } = half.command else { return };
         let valid = ackseq <= MOST && (1..=MOST).contains(&blksize) && !half.command.has_reserved_bits(half.bytes);
@@ -338,7 +338,7 @@ impl Channel {
         }
     }
 
-    /// Whether two client frames in a row, before any valid exchange, are segments of a block download that began
+    /// Returns true if two client frames in a row, before any valid exchange, are segments of a block download from
     /// before the capture: their first bytes count up.
     pub(super) fn is_midway_block(&self, before: &Half, half: &Half) -> bool {
         !self.proof.trusted && before.bytes[0] < MOST && before.bytes[0] + 1 == half.bytes[0] & 0x7F
@@ -351,8 +351,8 @@ impl Channel {
     }
 }
 
-/// Whether a frame is a segment of a block transfer, by the frames of its channel before and behind it: their numbers
-/// count up, and the receiver acknowledges the last one. `None`: they do not tell.
+/// Returns true if the neighbouring frames show a block segment: numbers count up, and the receiver acknowledges the
+/// last one. `None` if undecided.
 fn is_segment(
     side: Side,
     first: u8,
@@ -374,7 +374,7 @@ fn is_segment(
         Command::StartBlockUpload if seqno == 1 => Some(true),
         _ => Some(false),
     });
-    // Behind the acknowledgement, which may not be recorded, numbers begin again.
+    // Numbers restart after the acknowledgement, which may not be recorded.
     let begins = next.is_some_and(|(by, bytes, _)| *by == side && bytes[0] & 0x7F == 1);
     match (goes_on, ends.flatten()) {
         (Some(true), _) | (_, Some(true)) => Some(true),
@@ -384,14 +384,14 @@ fn is_segment(
     }
 }
 
-/// Whether the other side's next frame, with this first byte, is what follows a frame: its answer, the request that it
-/// answers and that is listed late, or what the other side sends next.
+/// Returns true if the other side's next frame, with this first byte, belongs to a frame: its answer, its request
+/// listed late, or the next step.
 fn follows(plain: &Command, other: &Command, first: u8) -> bool {
     wire::may_answer(plain, other) || wire::may_answer(other, plain) || goes_on(plain, other, first)
 }
 
-/// Whether the other side's next frame, with this first byte, is its answer to a request for a segment, or to one, or what
-/// it sends next.
+/// Returns true if the other side's next frame, with this first byte, answers a segment or a request for one, or is the
+/// next step.
 fn goes_on(plain: &Command, other: &Command, first: u8) -> bool {
     use Command as C;
     let answers = !plain.is_initiate() && !matches!(other, C::Abort(..)) && wire::fits(plain, other);
@@ -409,8 +409,8 @@ fn goes_on(plain: &Command, other: &Command, first: u8) -> bool {
         }
 }
 
-/// Whether bytes are hardly data that happen to look like a command: they name an object, and others of them that have
-/// to be 0 are.
+/// Returns true if bytes are unlikely to be data that look like a command: they name an object, and their unused bytes
+/// are 0.
 fn is_unlike_data(side: Side, plain: &Command, bytes: [u8; 8]) -> bool {
     let half = Half { command: *plain, ..Half::of(bytes) };
     match plain {
@@ -426,12 +426,12 @@ fn is_unlike_data(side: Side, plain: &Command, bytes: [u8; 8]) -> bool {
     }
 }
 
-/// Whether a device may have an object (CiA 301, table 36).
+/// Returns true if a device may have an object (CiA 301, table 36).
 fn is_usable(object: Mux) -> bool {
     (0x1000..0xA000).contains(&object.index)
 }
 
-/// Whether CiA 301 or a profile knows an object.
+/// Returns true if CiA 301 or a profile defines an object.
 fn is_standard(object: Mux) -> bool {
     Profile::UNKNOWN.data_type(object.index, object.sub).is_some()
 }

@@ -1,7 +1,7 @@
-//! Findings of a channel: what is reported, withheld, or linked to what explains it.
+//! Findings of a channel: reported, withheld, or linked to their explanation.
 //!
-//! Findings are withheld until the channel has shown that it is one (`proof`). A finding that follows from another
-//! one is linked to it (`because_of`), not dropped.
+//! Findings are withheld until the channel has proved to be SDO (`proof`). Consequences are linked to their cause
+//! (`because_of`), not dropped.
 
 use super::channel::{Channel, UNANSWERED_NS};
 use super::phase::{Half, Phase};
@@ -15,77 +15,76 @@ use crate::finding::{Code, Finding, Severity, Verdict};
 use crate::frame::FrameRef;
 use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, Sdo023, Sdo024};
 
-/// A write that the server refused.
+/// A write refused by the server.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Refused {
     pub(super) object: Mux,
-    /// The abort, and its code.
+    /// The abort and its code.
     pub(super) at: FrameRef,
     pub(super) code: u32,
-    /// What explains that it was refused.
+    /// The cause of the refusal.
     pub(super) because_of: Option<FrameRef>,
 }
 
-/// Clients wait for an answer for 1 s or less; one that comes when less than a tenth of that is left was luck.
+/// Response time that is nearly too late, in ns: clients wait for 1 s or less.
 const LATE_NS: i64 = 900_000_000;
-/// No client in use gives up sooner, in ns.
+/// The shortest time-out of known clients, in ns.
 pub(super) const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
-/// A server does not take this many times the longest that it has taken before.
+/// Multiple of a server's longest response time that it does not exceed.
 const PROMPT: i64 = 10;
 
-/// What may be a fault, or a hole of the recording.
+/// A possible fault, or a hole of the recording.
 #[derive(Debug)]
 struct Doubt {
     finding: Finding,
-    /// With such a fault the transfer has failed, though both sides took it as done.
+    /// The fault makes the transfer fail although both sides took it as complete.
     bad: bool,
-    /// Bytes of the transfer's data before it.
+    /// Number of data bytes of the transfer before it.
     offset: u64,
 }
 
-/// What was found on a channel, and what keeps findings back.
+/// The findings of a channel, and the reasons to withhold them.
 #[derive(Debug, Default)]
 pub(super) struct Verdicts {
-    /// What waits until the channel has shown that it is one.
+    /// Findings that wait for the proof of the channel.
     pub(super) withheld: Vec<Finding>,
-    /// The first finding above info since the channel was last idle: what else is wrong follows from it.
+    /// The first finding above info since the channel was last idle, which explains later ones.
     pub(super) fault: Option<FrameRef>,
-    /// What may be a fault of the transfer that runs, or frames that the recording lost: its end tells.
+    /// Possible faults of the running transfer, or lost frames; its end decides.
     doubted: Vec<Doubt>,
-    /// Writes that were refused and not made good.
+    /// Refused writes not yet repeated with success.
     pub(super) refused: Vec<Refused>,
-    /// The object of the next finding, where it is not the transfer's.
+    /// The object of the next finding if not the transfer's.
     pub(super) about: Option<Mux>,
     /// The last request to the server while it must not answer.
     pub(super) unanswerable: Option<FrameRef>,
-    /// The server was only looked for, as all others were.
+    /// The server was only looked for, like all others.
     pub(super) scanned: bool,
-    /// Frames of the server without a request, since the client's last frame.
+    /// Frames of the server without request since the client's last frame.
     pub(super) unasked: Option<Unasked>,
-    /// The request of which it is reported that it is not answered, since its time is up: its number, and the frame at
-    /// which that was known.
+    /// The overdue request that was reported: its number, and the frame at that time.
     overdue: Option<(u64, FrameRef)>,
-    /// The first finding that the server has not answered, since it was heard last.
+    /// The first finding on a missing answer since the server's last frame.
     mute: Option<FrameRef>,
-    /// It is reported already that nobody has answered.
+    /// The complete lack of answers was reported.
     pub(super) distrusted: bool,
 }
 
-/// How long a request may wait while no frame comes: clients give up sooner, and servers that are only slow answer.
+/// Maximum waiting time of a request without any frame, in ns; clients give up sooner, slow servers answer sooner.
 const SILENT_NS: i64 = 1_500_000_000;
 
-/// Findings withheld at most.
+/// Maximum number of withheld findings.
 const WITHHELD: usize = 32;
 
 impl Verdicts {
-    /// Nobody can tell any more.
+    /// Drops doubts that can no longer be decided.
     pub(super) fn drop_doubts(&mut self) {
         self.doubted.clear();
     }
 }
 
 impl Channel {
-    /// Flaws of the frame itself, whatever its place.
+    /// Reports flaws of the frame itself, regardless of its place.
     pub(super) fn judge_frame(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.len != 8 {
             self.find(Sdo010::Length { length: half.len.into() }, half.at, cx);
@@ -115,8 +114,7 @@ impl Channel {
         }
     }
 
-    /// Whether a response is of the kind that the pending request asks for: any other is no answer to it. A request
-    /// always is.
+    /// Returns true for a request, and for a response of the kind that the pending request asks for.
     fn is_asked_for(&self, half: &Half) -> bool {
         let fits = |pending: Half| wire::kind_fits(&pending.command, &half.command);
         half.command.is_initiate() || self.pending().is_none_or(fits)
@@ -136,8 +134,8 @@ impl Channel {
         });
     }
 
-    /// A finding about `offender`: at that frame where it is the wrong one, at the frame at hand where something is
-    /// missing after it.
+    /// Reports a finding about `offender`: at that frame if it is wrong, at the current frame if something is missing
+    /// after it.
     pub(super) fn find(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, cx: &mut Context<'_>) {
         let verdict = verdict.into();
         let missing = is_missing(&verdict);
@@ -150,11 +148,11 @@ impl Channel {
         }
     }
 
-    /// A finding that frames missing from the recording would cause as well: it is reported only if the transfer turns out
-    /// to be complete. `bad`: with such a fault the transfer has failed, though both sides took it as done.
+    /// Keeps a finding that lost frames would explain as well; it is reported if the transfer proves complete. `bad`:
+    /// the fault makes the transfer fail although both sides took it as complete.
     pub(super) fn doubt(&mut self, verdict: impl Into<Verdict>, offender: FrameRef, bad: bool, cx: &mut Context<'_>) {
         if let Some(finding) = self.finding(verdict.into(), offender, cx) {
-            // The segment of a download counts once it is confirmed: the one at hand comes before what its response shows.
+            // A download's segment counts once confirmed, so the current one precedes the evidence in its response.
             let (download, awaited) = (!self.is_upload(), matches!(self.phase, Phase::Segments(_)));
             let size = self.transfer.as_ref().map_or(0, |transfer| transfer.data.size);
             let offset = if download && awaited && self.is_of_server(offender) { size.saturating_add(7) } else { size };
@@ -165,18 +163,18 @@ impl Channel {
         }
     }
 
-    /// Whether a frame is the newest one of the server.
+    /// Returns true if a frame is the newest one of the server.
     fn is_of_server(&self, at: FrameRef) -> bool {
         self.history.heard.is_some_and(|heard| heard.at.no == at.no)
     }
 
-    /// Whether something is doubted of the transfer that runs, or some frame of it is not in the capture.
+    /// Returns true if the running transfer has doubts or lacks a frame.
     pub(super) fn is_doubted(&self) -> bool {
         let lacks = |transfer: &Transfer| transfer.outcome.findings.contains(&Code::Sdo002);
         !self.verdicts.doubted.is_empty() || self.transfer.as_deref().is_some_and(lacks)
     }
 
-    /// What was doubted is a fault.
+    /// Reports the doubts as faults.
     pub(super) fn confirm_doubts(&mut self, cx: &mut Context<'_>) {
         for Doubt { finding, bad, .. } in std::mem::take(&mut self.verdicts.doubted) {
             if let Some(transfer) = &mut self.transfer {
@@ -187,7 +185,7 @@ impl Channel {
         }
     }
 
-    /// What was doubted was the recording's doing: frames are missing, with this number of segments.
+    /// Explains the doubts by this number of segments missing in the recording.
     pub(super) fn dismiss_doubts(&mut self, segments: u64, cx: &mut Context<'_>) {
         let doubted = std::mem::take(&mut self.verdicts.doubted);
         let first = doubted.first().map_or(cx.at, |doubt| doubt.finding.at);
@@ -195,7 +193,7 @@ impl Channel {
         self.verdicts.fault = self.verdicts.fault.filter(|fault| !explains(fault));
         if let Some(transfer) = &mut self.transfer {
             transfer.data.hole = true;
-            // In a block transfer, whatever is doubted shows at an acknowledgement or at the end.
+            // In a block transfer doubts appear at an acknowledgement or at the end.
             if matches!(self.phase, Phase::Segments(_)) {
                 doubted.iter().for_each(|doubt| transfer.miss_before(doubt.offset));
             }
@@ -203,8 +201,7 @@ impl Channel {
         self.find(Sdo024::Missing { missing: segments }, first, cx);
     }
 
-    /// Lists a finding with the transfer that runs. Of a channel that shows one side only nobody can tell what was not
-    /// answered.
+    /// Lists a finding with the running transfer. On a one-sided channel missing answers cannot be judged.
     pub(super) fn note_with_transfer(&mut self, code: Code, missing: bool) {
         let told = !missing || !self.is_one_sided();
         if let Some(transfer) = self.transfer.as_mut().filter(|_| told) {
@@ -212,10 +209,10 @@ impl Channel {
         }
     }
 
-    /// What is found of `offender`; none while nothing is judged.
+    /// Returns a finding about `offender`; `None` while nothing is judged.
     pub(super) fn finding(&mut self, verdict: Verdict, offender: FrameRef, cx: &Context<'_>) -> Option<Finding> {
         let code = verdict.code;
-        // No frame of a transfer, in whatever phase, has another length.
+        // No frame of a transfer has another length, in any phase.
         let always = matches!(code, Code::Sdo017 | Code::Sdo010);
         if !self.proof.begun && !self.proof.is_first_exchange() && !always {
             return None;
@@ -242,7 +239,7 @@ impl Channel {
         Some(Finding { code, at, cause, bus, node, object, facts: verdict.facts, because_of })
     }
 
-    /// What explains that an answer is missing: a server that answers nothing any more is one fault.
+    /// Returns the explanation of a missing answer: a server that has stopped answering is one fault.
     fn still_mute(&mut self, because_of: Option<FrameRef>, at: FrameRef) -> Option<FrameRef> {
         let heard = self.history.heard.map_or(0, |heard| heard.at.no);
         let first = self.verdicts.mute.filter(|first| first.no > heard);
@@ -250,7 +247,7 @@ impl Channel {
         because_of.or(first)
     }
 
-    /// What explains a finding at `at`: the first one since the channel was idle; that one has no explanation.
+    /// Returns the explanation of a finding at `at`: the first one since the channel was idle, itself unexplained.
     fn explain(&mut self, verdict: &Verdict, at: FrameRef, offender: FrameRef) -> Option<FrameRef> {
         if *verdict == Sdo020::GivenUp.into() {
             return Some(self.verdicts.fault.unwrap_or(offender));
@@ -263,14 +260,14 @@ impl Channel {
         before
     }
 
-    /// Whether an answer came later than clients wait for one.
+    /// Reports an answer later than clients wait.
     pub(super) fn judge_time(&mut self, request: &Half, response: &Half, cx: &mut Context<'_>) {
         let (Some(asked), Some(answered)) = (request.at.t_ns, response.at.t_ns) else { return };
         let delay = answered.saturating_sub(asked);
         self.history.slowest_ns = self.history.slowest_ns.max(delay);
         let object = self.transfer.as_ref().and_then(|transfer| transfer.mux);
         let recording = &cx.evidence.recording;
-        // Where the whole bus was silent in the meantime, the recorder may have stood still.
+        // During a silence of the whole bus the recorder may have paused.
         let heard = recording.lateness_ns(response.when) < delay / 2;
         let late = heard && recording.certainly_later(response.when, request.when, LATE_NS);
         if late && self.proof.trusted && !self.is_edge(request) && !object.is_some_and(takes_time) {
@@ -288,8 +285,8 @@ impl Channel {
         }
     }
 
-    /// Whether a request has waited so long for its answer at the capture's end that none will come: a read for a
-    /// shorter time, where the server has always answered much sooner.
+    /// Returns true if a request at the capture's end has waited too long for an answer; for a read this is shorter if
+    /// the server has always answered much sooner.
     pub(super) fn is_overdue(&self, request: &Half, cx: &Context<'_>) -> bool {
         let (Some(asked), Some(now)) = (request.at.t_ns, cx.at.t_ns) else { return false };
         let waited = now.saturating_sub(asked);
@@ -298,12 +295,12 @@ impl Channel {
         waited > if reads && prompt { SHORTEST_TIMEOUT_NS } else { UNANSWERED_NS }
     }
 
-    /// Whether it is reported already that a request has no response.
+    /// Returns true if the missing response to a request was reported.
     fn is_reported(&self, request: FrameRef) -> bool {
         self.verdicts.overdue.is_some_and(|(no, _)| no == request.no)
     }
 
-    /// The request that waits for its response, where it will be reported if none comes.
+    /// Returns the request that waits for its response and would be reported without it.
     fn awaited(&self) -> Option<Half> {
         let pending = self.pending().filter(|pending| !self.is_reported(pending.at))?;
         let slow = self.transfer.as_ref().and_then(|transfer| transfer.mux).is_some_and(takes_time);
@@ -311,7 +308,7 @@ impl Channel {
         (judged && !self.sequence.may_be_answered(&pending)).then_some(pending)
     }
 
-    /// When a server that does not answer is reported, in ns, though no frame comes.
+    /// Returns the time at which a silent server is reported without any frame, in ns.
     pub(super) fn overdue_ns(&self) -> Option<i64> {
         // A client that gives up and asks again is still looking for its server.
         let in_vain = || Some(self.proof.last).filter(|_| self.asks_in_vain());
@@ -319,7 +316,7 @@ impl Channel {
         Some(from.t_ns?.saturating_add(SILENT_NS))
     }
 
-    /// Whether the server was asked, and has never answered.
+    /// Returns true if the server was asked and has never answered.
     fn asks_in_vain(&self) -> bool {
         let never = self.proof.requests > 0 && self.proof.responses == 0 && !self.proof.proven;
         never
@@ -329,10 +326,10 @@ impl Channel {
             && self.is_sdo() == Some(true)
     }
 
-    /// It is `now_ns`: reports that a server does not answer.
+    /// Reports a server that has not answered by `now_ns`.
     pub(super) fn judge_silence(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         let Some(due_ns) = self.overdue_ns() else { return };
-        // Where a frame ends a silence of the whole bus, the recorder may have stood still: what it kept comes now.
+        // At the end of a silence of the whole bus, a paused recorder may release its frames now.
         let since_ns = due_ns.saturating_sub(SILENT_NS);
         let heard = cx.at.t_ns == Some(now_ns);
         let silence = cx.evidence.recording.silence(now_ns).filter(|silence| heard && silence.to_ns > since_ns);
@@ -353,8 +350,8 @@ impl Channel {
         self.verdicts.overdue = pending.map(|pending| (pending.at.no, cx.at)).or(self.verdicts.overdue);
     }
 
-    /// The capture is over: writes that were refused stay so, unless the client may have been about to make them
-    /// good. Without stamps nobody knows.
+    /// Reports refused writes at the end of the capture, unless the client may have been about to repeat them, which is
+    /// unknown without stamps.
     pub(super) fn find_refused(&mut self, cx: &mut Context<'_>) {
         let now = cx.at;
         let older =
@@ -371,8 +368,8 @@ impl Channel {
         }
     }
 
-    /// Reports a finding, or withholds it: until the channel has shown that it is one, and while the server sends frames
-    /// without a request.
+    /// Reports a finding, or withholds it until the channel is proved, and while the server sends frames without
+    /// request.
     pub(super) fn report(&mut self, finding: Finding, cx: &mut Context<'_>) {
         let Some(finding) = self.keep_unasked(finding, cx) else { return };
         if self.proof.trusted {
@@ -382,24 +379,24 @@ impl Channel {
         }
     }
 
-    /// Whether a request may be left without a response.
+    /// Returns true if a request may remain without response.
     pub(super) fn is_unanswerable(&self, request: &Half) -> bool {
         self.verdicts.unanswerable.is_some_and(|unanswerable| unanswerable.no == request.at.no)
     }
 }
 
-/// Whether a server may take its time over an object: it stores, or erases, memory that keeps its contents without
-/// power (CiA 301, 7.5.2.13 and 7.5.2.14; CiA 302-3).
+/// Returns true if a server may be slow on an object: it writes or erases non-volatile memory (CiA 301, 7.5.2.13 and
+/// 7.5.2.14; CiA 302-3).
 fn takes_time(object: Mux) -> bool {
     matches!(object.index, 0x1010 | 0x1011 | 0x1F50 | 0x1F51)
 }
 
-/// Whether a finding is about an answer that is not there.
+/// Returns true if a finding is about a missing answer.
 fn is_missing(verdict: &Verdict) -> bool {
     [Sdo002::NoResponse.into(), Sdo012::EndNotConfirmed.into()].contains(verdict)
 }
 
-/// Whether a finding is about a frame that is wrong, and not about one after which something is missing.
+/// Returns true if a finding is about a wrong frame, not about one after which something is missing.
 fn is_wrong(verdict: &Verdict) -> bool {
     let one_of = |verdicts: [Verdict; 2]| verdicts.contains(verdict);
     match verdict.code {

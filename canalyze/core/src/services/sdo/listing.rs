@@ -1,7 +1,7 @@
-//! Which transfers are listed: those of a channel that is certain to be SDO.
+//! The transfers that are listed: those of channels proved to be SDO.
 //!
-//! Values of a sensor on an identifier of SDO look like frames of transfers now and then. Until an exchange has
-//! shown what a channel is, its transfers wait; those of something else are never listed. It must not judge.
+//! Sensor values on an SDO identifier look like transfers now and then. Transfers wait for the proof of their channel;
+//! those of other protocols are never listed.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use crate::context::Context;
 use crate::event::{Event, What};
 use crate::frame::FrameRef;
 
-/// Transfers that wait at most (invariant 6).
+/// Maximum number of waiting transfers (invariant 6).
 const UNLISTED: usize = 64;
 
 impl Channel {
-    /// Lists a transfer that has ended, or lets it wait.
+    /// Lists a finished transfer, or makes it wait.
     pub(super) fn list(&mut self, transfer: Arc<Transfer>, cx: &mut Context<'_>) {
         if self.is_certain() {
             self.list_withheld(cx);
@@ -26,7 +26,7 @@ impl Channel {
         }
     }
 
-    /// Lists what has waited.
+    /// Lists the waiting transfers.
     pub(super) fn list_withheld(&mut self, cx: &mut Context<'_>) {
         for transfer in std::mem::take(&mut self.unlisted) {
             cx.events.push(self.listed(Some(transfer.last), transfer, cx));

@@ -1,9 +1,8 @@
-//! The protocol of a channel as one table (CiA 301, 7.2.4.3): what each frame does in each state.
+//! The protocol of a channel as one table (CiA 301, 7.2.4.3): the effect of each frame in each state.
 //!
-//! [`transition`] is pure; each row names its clause. What a row does stands in `exchange` (expedited and segmented
-//! transfers, aborts) and `block_transfer`. Frames come here in the order in which they were on the bus (`sequence`).
-//!
-//! The exchange is stop-and-wait: at most one request is pending. It must not read raw bytes, except to compare frames.
+//! [`transition`] is pure; each row names its clause. The actions are in `exchange` (expedited and segmented transfers,
+//! aborts) and `block_transfer`. Frames come here in their order on the bus (`sequence`). The exchange is
+//! stop-and-wait: at most one request is pending.
 
 use super::channel::{Channel, strict_initiate};
 use super::judgement::SHORTEST_TIMEOUT_NS;
@@ -17,10 +16,10 @@ use crate::finding::Code;
 use crate::frame::FrameRef;
 use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
 
-/// A client that goes on later than this, in ns, has given up what it waited for.
+/// Time after which a client that goes on has given up waiting, in ns.
 pub(super) const GIVEN_UP_NS: i64 = 20_000_000;
 
-/// What a client asks for with an initiate request.
+/// The service requested by an initiate request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Service {
     Upload,
@@ -29,29 +28,29 @@ pub(super) enum Service {
     BlockDownload,
 }
 
-/// How far a block transfer is.
+/// The stage of a block transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
-    /// Initiated; no segment was sent. An upload has to be started by the client.
+    /// Initiated without segments; the client has to start an upload.
     Initiated,
     /// A sub-block runs.
     SubBlock,
-    /// The sub-block is complete: its acknowledgement is expected.
+    /// The sub-block is complete, and its acknowledgement is expected.
     Acknowledge,
-    /// The last segment was acknowledged: the end frame is expected.
+    /// The last segment was acknowledged, and the end frame is expected.
     End,
-    /// The end frame was sent: its confirmation is expected.
+    /// The end frame was sent, and its confirmation is expected.
     Confirm,
 }
 
-/// Where a channel stands.
+/// The state of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
-    /// The capture does not show yet whether a transfer runs.
+    /// Unknown: the capture does not show yet if a transfer runs.
     Unknown,
-    /// No transfer runs.
+    /// No transfer.
     Idle,
-    /// An initiate request awaits its response.
+    /// An initiate request waits for its response.
     Requested(Service),
     /// A segmented upload, and the side whose frame is expected.
     Upload(Side),
@@ -61,7 +60,7 @@ pub(super) enum State {
     BlockDownload(Stage),
 }
 
-/// What a frame does.
+/// The effect of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     /// An initiate request while no transfer runs.
@@ -70,39 +69,38 @@ pub(super) enum Action {
     Restart,
     /// An initiate request while another request is pending: violation, SDO002.
     GiveUp,
-    /// A segment, or a request for one, that awaits its response.
+    /// A segment, or a request for one, that waits for its response.
     Request,
-    /// The client sends what follows the response, which is not there: violation, SDO002.
+    /// The client sends the next frame without the response: violation, SDO002.
     GoOn,
-    /// The kind of response that is expected.
+    /// A response of the expected kind.
     Answer,
     /// Another frame of the server while a response is expected: violation, SDO002, unless another request explains it.
     Misfit,
-    /// A frame of the server while none is expected: likewise.
+    /// A frame of the server while none is expected: violation, SDO002, unless another request explains it.
     Unasked,
-    /// A frame of the client that is not expected: violation, SDO007, unless the transfer began before the capture.
+    /// An unexpected frame of the client: violation, SDO007, unless the transfer began before the capture.
     Stray,
-    /// A frame of the client that is not expected, while a request is pending or in a block transfer: violation,
-    /// SDO007.
+    /// An unexpected frame of the client while a request is pending or in a block transfer: violation, SDO007.
     Outside,
-    /// The capture begins in the midst of a transfer.
+    /// A transfer is joined midway.
     Join,
-    /// What the frame is cannot be determined: nothing changes.
+    /// An undetermined frame, which changes nothing.
     Pass,
     ClientAbort,
     ServerAbort,
     Start,
     Segment,
     Acknowledge,
-    /// An acknowledgement, or a confirmation, of which nothing can be read.
+    /// An unreadable acknowledgement or confirmation.
     AcknowledgeUnread,
     /// The end frame.
     End,
     EndUnread,
     ConfirmEnd,
-    /// The confirmation of an end that is not there: violation, SDO002 or SDO007.
+    /// The confirmation of a missing end: violation, SDO002 or SDO007.
     ConfirmUnseen,
-    /// The response to the initiate request comes again: violation, SDO002.
+    /// A repeated response to the initiate request: violation, SDO002.
     Duplicate,
 }
 
@@ -110,15 +108,15 @@ pub(super) enum Action {
 #[derive(Clone, Copy)]
 pub(super) struct Row {
     pub(super) action: Action,
-    /// The states that may follow, where both sides keep to the protocol; none: those of the state before.
+    /// The next states in a conformant exchange; if empty, the state does not change.
     #[cfg_attr(not(test), expect(dead_code, reason = "documents the table, and is tested against the machine"))]
     pub(super) to: &'static [State],
-    /// The clause of CiA 301 that the row is from, or that a violation breaks.
+    /// The clause of CiA 301 that defines the row, or that a violation breaks.
     #[cfg_attr(not(test), expect(dead_code, reason = "documents the table"))]
     pub(super) clause: &'static str,
 }
 
-/// The table. Where several rows apply, the first one counts.
+/// Returns the first row of the table that applies.
 #[rustfmt::skip]
 pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
     use Action as A;
@@ -183,14 +181,14 @@ pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
         (S::BlockUpload(_), Client, C::BlockEnded) => (A::ConfirmUnseen, &[S::Idle], "7.2.4.3.15"),
         (S::BlockUpload(_), Client, C::Truncated(_)) => (A::AcknowledgeUnread, &[S::BlockUpload(SubBlock), S::BlockUpload(End), S::Idle], "7.2.4.3.14"),
 
-        // A transfer met in its midst.
+        // Joined midway.
         (S::Unknown, Client, C::SegmentRequest { .. }) => (A::Join, &[S::Upload(Server)], "7.2.4.3.7"),
         (S::Unknown, Client, C::Segment(_)) => (A::Join, &[S::Download(Server)], "7.2.4.3.4"),
         (S::Unknown, Client, C::BlockSegment { .. }) => (A::Join, &[S::BlockDownload(SubBlock)], "7.2.4.3.10"),
         (S::Unknown, Server, C::BlockSegment { .. }) => (A::Join, &[S::BlockUpload(SubBlock)], "7.2.4.3.14"),
         (S::Unknown, Client, C::StartBlockUpload | C::BlockAck { .. }) => (A::Join, &[S::BlockUpload(SubBlock)], "7.2.4.3.14"),
 
-        // What is not expected.
+        // Unexpected frames.
         (S::BlockDownload(_) | S::BlockUpload(_), Client, _) => (A::Outside, &[], "7.2.4.3.8, 7.2.4.3.12"),
         (_, Client, _) if pending => (A::Outside, &[], "7.2.4.1"),
         (_, Client, _) => (A::Stray, &[], "7.2.4.1"),
@@ -201,7 +199,7 @@ pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
 }
 
 impl Channel {
-    /// Where the channel stands, as the table sees it.
+    /// Returns the state of the channel for the table.
     pub(super) fn state(&self) -> State {
         let upload = self.is_upload();
         match &self.phase {
@@ -234,7 +232,7 @@ impl Channel {
         }
     }
 
-    /// A frame by the client, in its turn.
+    /// Takes a client's frame in its turn.
     pub(super) fn client(&mut self, half: Half, cx: &mut Context<'_>) {
         self.hypotheses.is_first(half.at.no);
         self.sequence.ascertain(&half);
@@ -247,7 +245,7 @@ impl Channel {
         }
     }
 
-    /// A frame by the server, in its turn.
+    /// Takes a server's frame in its turn.
     pub(super) fn server(&mut self, half: Half, cx: &mut Context<'_>) {
         self.history.heard = Some(half);
         if !matches!(half.command, Command::Abort(..)) && self.sequence.is_in_flight(&half) {
@@ -257,7 +255,7 @@ impl Channel {
         self.take(Side::Server, half, cx);
     }
 
-    /// Does what the table says.
+    /// Performs the action of the table's row.
     pub(super) fn take(&mut self, side: Side, half: Half, cx: &mut Context<'_>) {
         let half = self.unless_empty(side, half);
         let row = transition(self.state(), side, &half.command);
@@ -296,7 +294,7 @@ impl Channel {
         }
     }
 
-    /// An initiate request. `left`: it leaves a transfer in its midst.
+    /// Takes an initiate request. `left`: it abandons a transfer.
     pub(super) fn begin_request(&mut self, half: Half, left: bool, cx: &mut Context<'_>) {
         if !left {
             self.verdicts.fault = None;
@@ -306,7 +304,7 @@ impl Channel {
         self.history.stray = None;
     }
 
-    /// A frame that is not expected.
+    /// Reports an unexpected frame.
     pub(super) fn violation_outside(&mut self, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Outside;
         if half.command.is_unreadable() || self.hypotheses.is_reported() {
@@ -322,7 +320,7 @@ impl Channel {
         }
     }
 
-    /// A client frame that belongs to no open transfer.
+    /// Takes a client frame that belongs to no open transfer.
     pub(super) fn stray(&mut self, half: &Half, cx: &mut Context<'_>) {
         if self.hypotheses.are_open() {
             self.join(Side::Client, half, cx);
@@ -332,7 +330,7 @@ impl Channel {
         self.history.stray = Some(*half);
     }
 
-    /// A new initiate request while another one has no response. Returns whether a transfer was left in its midst.
+    /// Takes a new initiate request while another is unanswered; returns true if it abandons a transfer.
     fn give_up(&mut self, cx: &mut Context<'_>) -> bool {
         let Some(pending) = self.pending() else { return false };
         let edge = self.is_edge(&pending) || self.hypotheses.are_open();
@@ -341,7 +339,7 @@ impl Channel {
         if matches!(pending.command, Command::EndBlock { .. }) {
             self.find(Sdo012::EndNotConfirmed, pending.at, cx);
             if let (Phase::Block(block, _), Some(transfer)) = (&self.phase, &mut self.transfer) {
-                // The server does not know which segment is the last one: it had no reason to take what it has.
+                // Without knowing the last segment, the server had no reason to accept the data.
                 transfer.outcome.bad |= !block.last_sent && !block.unsure && !transfer.data.hole;
             }
             self.settle_end(&pending, cx);
@@ -359,7 +357,7 @@ impl Channel {
         }
     }
 
-    /// The client goes on as if its last request had been answered: the response is not in the capture.
+    /// Takes a client frame that implies an answer to its last request: the capture lacks the response.
     fn go_on(&mut self, half: Half, cx: &mut Context<'_>) {
         let Some(pending) = self.pending() else { return };
         let edge = self.is_edge(&pending) || self.hypotheses.are_open();
@@ -388,7 +386,7 @@ impl Channel {
                         _ => false,
                     };
                     if behind {
-                        // The first segment is not in the capture either.
+                        // The capture lacks the first segment as well.
                         transfer.miss_beginning();
                     }
                 }
@@ -409,14 +407,14 @@ impl Channel {
         self.take(Side::Client, half, cx);
     }
 
-    /// The next segment has this toggle bit: the frames between are not in the capture.
+    /// Continues with this toggle bit after frames that the capture lacks.
     fn continue_segments(&mut self, next: bool) {
         if let Phase::Segments(segments) = &mut self.phase {
             (segments.toggle, segments.asked) = (next, None);
         }
     }
 
-    /// A new initiate request while a transfer is open. Returns whether the transfer was left in its midst.
+    /// Takes a new initiate request while a transfer is open; returns true if that is abandoned.
     fn leave_open_transfer(&mut self, half: &Half, cx: &mut Context<'_>) -> bool {
         let Some(transfer) = &self.transfer else { return false };
         let (last, newest, uncaptured) = (transfer.last, self.newest(transfer), transfer.mux.is_none());
@@ -440,14 +438,14 @@ impl Channel {
         true
     }
 
-    /// How a transfer ended that the client left after this frame: sooner than any client gives up, and of a server that
-    /// was never heard, frames may not be recorded.
+    /// Returns the status of a transfer abandoned after this frame: within the shortest time-out, or with an unseen
+    /// server, frames may not be recorded.
     fn given_up(&self, newest: FrameRef, cx: &Context<'_>) -> Status {
         let soon = within(newest, cx.at, SHORTEST_TIMEOUT_NS);
         if soon || self.proof.responses == 0 { Status::Incomplete } else { Status::Failed }
     }
 
-    /// A frame of the server while a response is expected.
+    /// Takes a server's frame while a response is expected.
     pub(super) fn respond(&mut self, half: Half, cx: &mut Context<'_>) {
         let Some(pending) = self.pending() else { return self.respond_unasked(half, cx) };
         if wire::fits(&pending.command, &half.command) {
@@ -458,7 +456,7 @@ impl Channel {
         }
     }
 
-    /// A response that is not the one the pending request asks for, nor one to another request.
+    /// Takes a response that answers neither the pending nor another request.
     fn misfit(&mut self, pending: Half, half: Half, cx: &mut Context<'_>) {
         let fits = wire::kind_fits(&pending.command, &half.command);
         if matches!(half.command, Command::Segment(_)) && self.history.last_response == Some(half.bytes) {
@@ -479,7 +477,7 @@ impl Channel {
         }
     }
 
-    /// A frame of the server while no response is expected.
+    /// Takes a server's frame while no response is expected.
     pub(super) fn respond_unasked(&mut self, half: Half, cx: &mut Context<'_>) {
         let midway = self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_none());
         if matches!(self.phase, Phase::Block(..)) && midway && half.command == Command::BlockEnded {
@@ -510,7 +508,7 @@ impl Channel {
         self.without_request(&half, false, cx);
     }
 
-    /// A response without its request. `first`: the request may be before the capture.
+    /// Takes a response without its request. `first`: the request may precede the capture.
     pub(super) fn without_request(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
         if !first {
             let duplicate = self.history.last_response == Some(half.bytes);
@@ -520,7 +518,7 @@ impl Channel {
         self.history.released = Some(*half);
     }
 
-    /// A response whose request is not in the capture still carries its data.
+    /// Takes the data of a response whose request the capture lacks.
     pub(super) fn continue_without_request(&mut self, half: &Half, cx: &mut Context<'_>) {
         let upload = self.is_upload();
         let Phase::Segments(segments) = &mut self.phase else { return };

@@ -1,24 +1,24 @@
-//! SDO (CiA 301, 7.2.4): the one service whose frames mean nothing alone.
+//! SDO (CiA 301, 7.2.4): the only service whose frames have no meaning alone.
 //!
-//! | file | what it does |
+//! | file | purpose |
 //! |---|---|
-//! | `wire` | reads eight bytes |
-//! | `transfer`, `holes` | hold what was moved; where the capture lacks a part of it |
+//! | `wire` | decodes eight bytes |
+//! | `transfer`, `holes` | the data moved, and the parts missing in the capture |
 //! | `channel` | owns the state, takes a frame, begins and ends transfers |
-//! | `sequence` | puts the frames in the order in which they were on the bus |
+//! | `sequence` | restores the order of frames on the bus |
 //! | `machine` | the protocol as one table: state, side and command to action and next state |
-//! | `exchange` | what responses and aborts do to the transfer |
-//! | `pace` | how fast the exchanges of a segmented transfer follow each other |
-//! | `block_transfer`, `block` | what the frames of a block transfer do; which segments count |
-//! | `hypotheses` | what may run where the capture begins, or goes on after lost frames |
+//! | `exchange` | effects of responses and aborts on the transfer |
+//! | `pace` | the pace of a transfer's exchanges |
+//! | `block_transfer`, `block` | effects of the frames of a block transfer; the segments that count |
+//! | `hypotheses` | possible states at the capture's start or after lost frames |
 //! | `unasked` | frames of the server without a request, and floods of them |
-//! | `proof` | how sure it is that the frames are SDO |
+//! | `proof` | evidence that the frames are SDO |
 //! | `judgement` | reports, withholds or links findings |
-//! | `listing` | which transfers are listed |
+//! | `listing` | the transfers that are listed |
 //!
-//! A channel is a pair of COB-IDs on a bus; at most one transfer runs on it. A capture taken on the client's own
-//! host may show client frames one frame late, after their answers, since a driver echoes what it sent later
-//! than it delivers what it received. Everything here must hold for such captures too.
+//! A channel is a pair of COB-IDs on a bus with at most one running transfer. A capture from the client's own host may
+//! list client frames one frame late, after their answers, because a driver echoes a sent frame later than it delivers
+//! a received one. Everything here supports such captures.
 
 pub mod block;
 mod block_transfer;

@@ -1,11 +1,10 @@
-//! How fast the requests of a segmented transfer, or the segments of a block transfer, follow each other.
+//! The pace of the requests of a segmented transfer, or of the segments of a block transfer.
 //!
-//! Frames that the recording lost leave the time that they took. It must not judge: whoever misses bytes asks whether
-//! there was room for them.
+//! Lost frames leave the time that they took, which shows if there was room for missing bytes.
 
 use crate::frame::FrameRef;
 
-/// Fewer intervals show no pace.
+/// Number of intervals that show no pace yet.
 const FEW: i64 = 3;
 
 /// The intervals between requests, or segments, of a transfer, in ns.
@@ -15,14 +14,14 @@ pub struct Pace {
     sum_ns: i64,
     count: i64,
     longest_ns: i64,
-    /// The longest of the others.
+    /// The second longest interval.
     second_ns: i64,
-    /// Bytes of the data before the frame behind the longest one.
+    /// Number of data bytes before the frame after the longest interval.
     offset: u64,
 }
 
 impl Pace {
-    /// Takes a request or a segment, behind this number of bytes of the data.
+    /// Takes a request or a segment after this number of data bytes.
     pub(super) fn take(&mut self, request: FrameRef, offset: u64) {
         let Some(now) = request.t_ns else { return };
         let Some(last) = self.last_ns.replace(now) else { return };
@@ -35,12 +34,12 @@ impl Pace {
         }
     }
 
-    /// Where this number of exchanges, or segments, may be missing: bytes of the data before them. None where no interval
-    /// is longer than the others by what they take.
+    /// Returns the number of data bytes before this number of missing exchanges or segments; `None` if no interval has
+    /// room for them.
     pub(super) fn room_for(&self, exchanges: u64) -> Option<u64> {
         let others = self.sum_ns.saturating_sub(self.longest_ns) / (self.count - 1).max(1);
         let exchanges = i64::try_from(exchanges).unwrap_or(i64::MAX);
-        // Half an exchange is what the pace may vary.
+        // The pace may vary by half an exchange.
         let taken = others.saturating_mul(exchanges).saturating_add(others / 2);
         let stands_out = self.longest_ns / 3 > self.second_ns / 2;
         (self.count > FEW && others > 0 && stands_out && self.longest_ns > taken).then_some(self.offset)

@@ -1,6 +1,4 @@
-//! Where a transfer stands on its channel, and the frame that waits for its other half.
-//!
-//! Must not: take a frame; that does the channel.
+//! The phase of a channel's transfer, and the frame that waits for its other half.
 
 use super::block::Block;
 use super::pace::Pace;
@@ -14,14 +12,14 @@ pub(super) struct Half {
     pub(super) at: FrameRef,
     pub(super) when: When,
     pub(super) command: Command,
-    /// How it is read while the channel may be in the midst of anything.
+    /// Its reading while the state is unknown.
     pub(super) reading: Option<Command>,
     pub(super) bytes: [u8; 8],
     pub(super) len: u8,
 }
 
 impl Half {
-    /// Eight bytes without a place in the capture.
+    /// Creates a frame without a place in the capture.
     pub(super) fn of(bytes: [u8; 8]) -> Self {
         Self {
             at: FrameRef::default(),
@@ -34,16 +32,16 @@ impl Half {
     }
 }
 
-/// Segments of a transfer.
+/// The state of a segmented transfer.
 #[derive(Debug)]
 pub(super) struct Segments {
     /// The toggle bit of the next request.
     pub(super) toggle: bool,
-    /// The request that awaits its response.
+    /// The request that waits for its response.
     pub(super) asked: Option<Half>,
-    /// The initiate with e = s = 0 that began the transfer, until a segment shows what it means.
+    /// The initiate with e = s = 0 that began the transfer, until a segment explains it.
     pub(super) unmarked: Option<(Half, Initiate)>,
-    /// The last response had another toggle bit than its request: the next request tells which was right.
+    /// The last response had another toggle bit than its request; the next request decides.
     pub(super) doubtful: bool,
     pub(super) pace: Box<Pace>,
 }
@@ -54,15 +52,15 @@ impl From<bool> for Segments {
     }
 }
 
-/// Where the transfer stands.
+/// The phase of a transfer.
 #[derive(Debug)]
 pub(super) enum Phase {
     /// No transfer.
     Idle,
-    /// The initiate request awaits its response.
+    /// The initiate request waits for its response.
     Initiated(Half),
     /// Segmented transfer.
     Segments(Segments),
-    /// Block transfer; the end frame of a download that awaits its confirmation.
+    /// Block transfer, and the end frame of a download that waits for its confirmation.
     Block(Box<Block>, Option<Half>),
 }

@@ -1,8 +1,7 @@
-//! How sure it is that the frames of a channel are SDO, and what is reported of a channel that is none, or of which one
-//! side is not in the capture.
+//! Evidence that the frames of a channel are SDO, and reports on a channel that is not SDO or is recorded one-sided.
 //!
-//! Nothing is judged before the first request that can be one; findings are withheld until the channel has shown one valid
-//! request with its response. It must not judge a transfer.
+//! Nothing is judged before the first plausible request; findings are withheld until the channel has shown a valid
+//! request with its response.
 
 use super::channel::{Channel, UNANSWERED_NS, strict_initiate};
 use super::judgement::SHORTEST_TIMEOUT_NS;
@@ -14,44 +13,44 @@ use crate::finding::{Finding, Verdict};
 use crate::frame::FrameRef;
 use crate::rules::sdo::{Sdo030, Sdo031};
 
-/// Odd frames on a channel that has shown no valid exchange, from which on it is not taken for SDO.
+/// Number of odd frames without any valid exchange that make a channel foreign.
 const FOREIGN: u64 = 16;
-/// Lost answers do not explain that one of this number of frames is one that no stack would send.
+/// Number of frames among which one impossible frame is not explained by lost answers.
 const ODD: u64 = 8;
-/// Fewer frames say nothing of the whole channel.
+/// Minimum number of frames that describe a channel.
 const FEW: u64 = 20;
-/// Requests beside responses of which none answers them: neither is SDO.
+/// Number of requests never answered by any of the responses that shows both to be foreign.
 const IN_VAIN: u64 = 4;
-/// Frames are SDO where more than three of this number are such as stacks send.
+/// Frames are SDO if more than three out of this number are plausible.
 const PART: u64 = 4;
-/// Requests that follow others sooner than a client gives up: the answers were there.
+/// Number of requests sooner than a client gives up that shows answers outside the capture.
 const WENT_ON: u64 = 2;
-/// Where no request is in the capture: frames of the server in a flood.
+/// Number of server frames in a flood without any request in the capture.
 const FLOOD: u64 = 100;
 
-/// How sure it is that a channel's frames are SDO.
+/// The evidence that a channel's frames are SDO.
 #[derive(Debug, Default)]
 pub(super) struct Proof {
-    /// A valid request with its response was seen, since frames were lost if they were.
+    /// A valid request with its response was seen since the last loss of frames.
     pub(super) trusted: bool,
-    /// The same was seen at any time.
+    /// A valid request with its response was seen at any time.
     pub(super) proven: bool,
-    /// A request that can be one was seen: from here on there is something to judge.
+    /// A plausible request was seen, from which on frames are judged.
     pub(super) begun: bool,
-    /// Some request and response were seen that fit each other, whatever they are about.
+    /// A matching request and response were seen, about any object.
     pub(super) paired: bool,
     pub(super) requests: u64,
     pub(super) responses: u64,
-    /// Frames among them that no stack would send: undefined commands, reserved bits.
+    /// Number of frames that no stack would send: undefined commands, reserved bits.
     pub(super) odd: u64,
-    /// The same, of the whole capture.
+    /// The same number for the whole capture.
     pub(super) strange: u64,
-    /// Requests among them that can only be meant as such.
+    /// Number of unmistakable requests.
     pub(super) plausible: u64,
-    /// The same, and responses, of an object such as devices have.
+    /// Number of requests and responses about objects that devices usually have.
     pub(super) usual: u64,
-    /// The client's last request, while nothing is answered; how often another one followed sooner than a client gives up,
-    /// and how often it gave up.
+    /// The client's last request while nothing is answered; the number of requests sooner than a client gives up, and
+    /// of those abandoned.
     pub(super) last_request: Option<(Mux, FrameRef)>,
     pub(super) went_on: u64,
     pub(super) given_up: u64,
@@ -59,14 +58,14 @@ pub(super) struct Proof {
     pub(super) last: FrameRef,
 }
 
-/// A channel of which the capture shows one direction only.
+/// A channel recorded in one direction only.
 #[derive(Clone, Copy, Debug)]
 pub struct OneSided {
-    /// The side that is there.
+    /// The recorded side.
     pub side: Side,
-    /// Its frames.
+    /// Number of frames.
     pub frames: u64,
-    /// The first of them.
+    /// The first frame.
     pub first: FrameRef,
     /// The server's node-ID.
     pub node: u8,
@@ -81,7 +80,7 @@ impl Proof {
         *frames = frames.saturating_add(1);
     }
 
-    /// Takes what a frame shows of whether the channel is SDO. `later`: it is not the channel's first one.
+    /// Takes a frame as evidence. `later`: it is not the channel's first one.
     pub(super) fn weigh(&mut self, half: &Half, later: bool) {
         let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
         self.odd = self.odd.saturating_add(u64::from(odd));
@@ -101,19 +100,19 @@ impl Proof {
         self.usual = self.usual.saturating_add(u64::from(is_usual(half)));
         self.begun |= later;
         if !matches!(half.command, Command::InitiateDownload(..)) {
-            // What was odd may have been block data of a transfer that began before the capture.
+            // Odd frames may have been block data of a transfer from before the capture.
             self.odd = 0;
         }
     }
 
-    /// Whether the client goes on as if it were answered: at least every other request is about another object than the one
-    /// before, comes soon, and none was given up.
+    /// Returns true if the client goes on as if answered: at least every other request names a new object and comes
+    /// soon, and none was abandoned.
     pub(super) fn goes_on(&self) -> bool {
         self.given_up == 0 && self.went_on > 0 && 2 * self.went_on + 1 >= self.plausible
     }
 
-    /// What is wrong with the channel's first frame itself, or with what answers it, counts if it can only be a
-    /// request.
+    /// Returns true if the channel's first frame is an unmistakable request, so that its flaws and those of its answer
+    /// count.
     pub(super) fn is_first_exchange(&self) -> bool {
         self.plausible > 0 && self.requests <= 1 && self.responses <= 1
     }
@@ -129,18 +128,18 @@ impl Channel {
         self.list_withheld(cx);
     }
 
-    /// Whether the traffic looks so little like SDO that no transfer is made of it.
+    /// Returns true if the traffic is too unlike SDO to form transfers.
     pub(super) fn is_foreign(&self) -> bool {
         let frames = self.proof.requests.saturating_add(self.proof.responses);
         !self.proof.proven && self.proof.odd >= FOREIGN && self.proof.odd > frames / 2
     }
 
-    /// Frames of the channel.
+    /// Returns the number of frames.
     pub fn frames(&self) -> u64 {
         self.proof.requests.saturating_add(self.proof.responses)
     }
 
-    /// Whether the frames are SDO: by an exchange, or by how many of them can be one; `None` where nobody can tell.
+    /// Returns true if the frames are SDO, by an exchange or by the number of plausible ones; `None` if undecided.
     pub fn is_sdo(&self) -> Option<bool> {
         let Proof { usual, odd, .. } = self.proof;
         let frames = self.frames();
@@ -151,22 +150,22 @@ impl Channel {
         (odd > frames / ODD || self.is_strange()).then_some(false)
     }
 
-    /// Whether frames that fit each other are chance: many frames are such as no stack sends, or none of several requests
-    /// was answered by what a server sends.
+    /// Returns true if matching frames are chance: many are implausible, or none of several requests was answered by a
+    /// server's response.
     fn is_strange(&self) -> bool {
         let Proof { strange, plausible, responses, .. } = self.proof;
         let in_vain = responses > 0 && plausible >= IN_VAIN;
         !self.proof.proven && self.frames() >= FEW && (in_vain || strange > self.frames() / ODD)
     }
 
-    /// Whether the channel is known to be SDO before the capture is over: by an exchange, or since every frame of it is a
-    /// request, or a response, such as stacks send.
+    /// Returns true if the channel is known to be SDO before the capture's end: by an exchange, or because all its
+    /// frames are plausible.
     pub(super) fn is_certain(&self) -> bool {
         self.proof.proven || self.proof.usual == self.frames()
     }
 
-    /// The side that the capture shows alone, where that is the recording's doing: answers without any request, or a
-    /// client that goes on as if it were answered.
+    /// Returns the only recorded side if the recording is the cause: answers without any request, or a client that goes
+    /// on as if answered.
     pub fn one_sided(&self) -> Option<OneSided> {
         let Proof { requests, responses, went_on, first, .. } = self.proof;
         if !self.is_one_sided() || self.is_sdo() != Some(true) || self.verdicts.scanned {
@@ -177,7 +176,7 @@ impl Channel {
         Some(OneSided { side, frames: self.frames(), first: first?, node: self.server.node }).filter(|_| shown)
     }
 
-    /// The capture is over, or it is `now_ns` and no answer has come: what was withheld is no SDO, or nobody has answered.
+    /// Reports at the capture's end, or at `now_ns`, that a channel is not SDO or was never answered.
     pub(super) fn report_distrust(&mut self, now_ns: Option<i64>, cx: &mut Context<'_>) {
         let Some(first) = self.proof.first.filter(|_| !self.verdicts.distrusted) else { return };
         if self.proof.proven || self.verdicts.scanned || self.proof.paired && !self.is_strange() {
@@ -185,14 +184,14 @@ impl Channel {
         }
         let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);
         let frames = self.proof.requests.saturating_add(self.proof.responses);
-        // A request at the capture's end may still be answered, and its answer may have been before the capture.
+        // A request at either edge of the capture may have been answered beyond it.
         let waited = first.t_ns.zip(now_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
         if frames < 2 && !(unanswered && waited) || unanswered && self.proof.goes_on() {
             return;
         }
         let lasted = self.proof.last.since(first).unwrap_or(0);
         let flood = self.proof.requests == 0 && frames >= FLOOD && (1..APART_NS * frames as i64).contains(&lasted);
-        // A few frames that nobody can tell are no sign of another protocol while each of them can be one of SDO.
+        // A few undecided frames are no sign of another protocol while each may be SDO.
         let other = self.is_sdo().map_or(self.proof.odd > 0 || frames >= FEW, |is_sdo| !is_sdo);
         if !unanswered && !flood && !other {
             return;
@@ -208,8 +207,8 @@ impl Channel {
     }
 }
 
-/// Whether stacks send such an initiate, of an object such as devices have: the standard reserves indices from C000h on,
-/// and node-IDs are the greatest sub-indices in use but for FFh.
+/// Returns true if stacks send such an initiate about an object that devices have: indices from C000h on are reserved,
+/// and sub-indices beyond the node-IDs unused, except FFh.
 fn is_usual(half: &Half) -> bool {
     let usual = |object: Mux| object.index < 0xC000 && matches!(object.sub, 0..=0x7F | 0xFF);
     half.len == 8 && !half.command.has_invalid_unused() && half.command.mux().is_some_and(usual)

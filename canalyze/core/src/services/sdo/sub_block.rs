@@ -1,12 +1,10 @@
-//! One sub-block of a block transfer: the segments that came since the last acknowledgement, in sequence or not.
-//!
-//! Must not: know what an acknowledgement settles, or touch a transfer.
+//! One sub-block of a block transfer: the segments since the last acknowledgement, in sequence or not.
 
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo012;
 
-/// A segment as it came. Where its frame was too short, its data has a hole; of an empty frame not even the mark of the
-/// last segment is known.
+/// A received segment. If its frame was too short, its data have a hole; in an empty frame the mark of the last segment
+/// is unknown.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
     /// Sequence number in the sub-block.
@@ -15,18 +13,17 @@ pub struct Segment {
     pub last: bool,
     /// Seven data bytes.
     pub data: [u8; 7],
-    /// Bytes of the frame.
+    /// Length of the frame in bytes.
     pub len: u8,
 }
 
 impl Segment {
-    /// Bytes of data that the frame had.
+    /// Returns the number of data bytes in the frame.
     pub(super) fn carried(&self) -> usize {
         usize::from(self.len.saturating_sub(1)).min(self.data.len())
     }
 
-    /// Whether it and another are the same, but for a byte or two that were damaged on the way. Of what was too short
-    /// nobody knows.
+    /// Returns true if two segments agree except for a damaged byte or two; short ones agree with any.
     pub(super) fn is_like(&self, other: &Self) -> bool {
         let same = self.data.iter().zip(&other.data).filter(|(one, other)| one == other).count();
         same > 4 || self.carried().min(other.carried()) < self.data.len()
@@ -37,23 +34,23 @@ impl Segment {
 #[derive(Clone, Debug)]
 pub(super) struct Wrong {
     pub(super) at: FrameRef,
-    /// The number that was expected when it came: an acknowledgement of it accepts what is wrong.
+    /// The number expected at that time; its acknowledgement accepts the fault.
     pub(super) expected: u8,
     pub(super) what: Sdo012,
 }
 
-/// How a segment was taken.
+/// The classification of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taken {
-    /// It is the next one.
+    /// The next one.
     InSequence,
-    /// It was under way when the sub-block was acknowledged early; it does not count.
+    /// On its way during an early acknowledgement; it does not count.
     InFlight,
-    /// Another number was expected.
+    /// Out of sequence, with the expected number.
     OutOfSequence(u8),
 }
 
-/// A sub-block: segments in sequence since the last acknowledgement.
+/// A sub-block with its segments in sequence.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SubBlock {
     pub(super) segments: Vec<Segment>,
@@ -62,11 +59,11 @@ pub(super) struct SubBlock {
     /// Sequence number of the segment with c = 1.
     pub(super) last_at: Option<u8>,
     pub(super) wrong: Option<Wrong>,
-    /// Segments out of sequence.
+    /// Number of segments out of sequence.
     pub(super) astray: u64,
-    /// Those behind a gap, while numbers ascend: whether the receiver has got what is missing shows its acknowledgement.
+    /// Segments after a gap while numbers ascend; the acknowledgement shows if the receiver has got the missing ones.
     pub(super) behind: Vec<Segment>,
-    /// Some number came again, or is lower than one before.
+    /// A number was repeated or lower than one before.
     pub(super) descends: bool,
 }
 
@@ -80,7 +77,7 @@ impl SubBlock {
         taken >= usize::from(blksize) || self.last_at.is_some_and(|seqno| usize::from(seqno) == taken)
     }
 
-    /// Whether its newest segment came in an empty frame: it may have been the last one.
+    /// Returns true if its newest segment came in an empty frame and may be the last one.
     pub(super) fn ends_unread(&self) -> bool {
         self.wrong.is_none() && self.segments.last().is_some_and(|segment| segment.len == 0)
     }
@@ -106,14 +103,14 @@ impl SubBlock {
         Taken::OutOfSequence(expected)
     }
 
-    /// Segments out of sequence that an acknowledgement covers.
+    /// Returns the number of segments out of sequence covered by an acknowledgement.
     pub(super) fn acknowledged_astray(&self, ackseq: u8) -> u64 {
         let covered = || self.behind.iter().filter(|segment| segment.seqno <= ackseq).count() as u64;
         if self.descends { self.astray } else { covered() }
     }
 
-    /// How many segments up to `ackseq` the receiver has got that were not seen, of a sub-block of up to `most`: numbers
-    /// ascend, none of them is behind the last one, and it acknowledges beyond the gap, or the whole sub-block.
+    /// Returns the number of segments up to `ackseq` that the receiver has got and the capture lacks, in a sub-block of
+    /// up to `most`: numbers ascend up to the last one, and it acknowledges beyond the gap, or the whole sub-block.
     pub(super) fn not_captured(&self, ackseq: u8, most: u8) -> u8 {
         let seen = self.segments.len() + self.behind.len();
         let ends = self.last_at.is_none_or(|last| last == ackseq) && ackseq <= most;
@@ -122,7 +119,7 @@ impl SubBlock {
         if self.descends || !ends || !(gap || tail) { 0 } else { ackseq.saturating_sub(seen as u8) }
     }
 
-    /// All segments up to `ackseq`, in their places; what was not captured is empty.
+    /// Returns all segments up to `ackseq` in place; missing ones are empty.
     pub(super) fn in_place(self, ackseq: u8) -> Vec<Segment> {
         let mut seen = self.segments.into_iter().chain(self.behind).peekable();
         let at = |seqno| {
@@ -133,7 +130,7 @@ impl SubBlock {
     }
 }
 
-/// The violation by a number that is not the expected one.
+/// Returns the violation of an unexpected number.
 pub(super) fn sequence(expected: u8, found: u8) -> Sdo012 {
     Sdo012::Sequence { expected: expected.into(), found: found.into() }
 }

@@ -1,7 +1,7 @@
-//! One SDO transfer: what it is about, the bytes moved so far, how it ended.
+//! One SDO transfer: its object, its data so far, its end.
 //!
-//! Memory is bounded: [`KEPT`] bytes are kept, length and CRC run on. A claimed size allocates nothing. The
-//! transfer decides nothing: its channel tells it what happened.
+//! Memory is bounded: [`KEPT`] bytes are kept, length and CRC go on. A claimed size allocates nothing. The channel
+//! decides and updates the transfer.
 
 use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 
@@ -12,12 +12,12 @@ use crate::finding::{Code, CrcMatch};
 use crate::frame::{BusId, CanId, FrameRef};
 use crate::od::DataType;
 
-/// Most bytes of one transfer that are kept for its value.
+/// Maximum number of bytes of a transfer kept for its value.
 pub const KEPT: usize = 65_536;
-/// FNV-1a, 64 bits: where it begins, and what each step multiplies with.
+/// FNV-1a, 64 bits: offset basis and prime.
 const FNV_OFFSET: u64 = 0xCBF2_9CE4_8422_2325;
 const FNV_PRIME: u64 = 0x0000_0100_0000_01B3;
-/// Most findings listed with one transfer.
+/// Maximum number of findings listed with a transfer.
 const FINDINGS: usize = 16;
 
 static XMODEM: Crc<u16, Table<1>> = Crc::<u16, Table<1>>::new(&CRC_16_XMODEM);
@@ -28,7 +28,7 @@ static REFLECTED: Crc<u16, Table<1>> = Crc::<u16, Table<1>>::new(&CRC_16_KERMIT)
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TransferId(pub u64);
 
-/// Which way the data go.
+/// The direction of the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Read from the server.
@@ -38,7 +38,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The word in machine output.
+    /// Returns the word in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Upload => "upload",
@@ -47,19 +47,19 @@ impl Direction {
     }
 }
 
-/// How the data go.
+/// The mode of transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// In the initiate frames.
     Expedited,
-    /// Seven bytes a segment, each confirmed.
+    /// In segments of seven bytes, each confirmed.
     Segmented,
-    /// Sub-blocks of up to 127 segments, with CRC.
+    /// In sub-blocks of up to 127 segments, with CRC.
     Block,
 }
 
 impl Mode {
-    /// The word in machine output.
+    /// Returns the word in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Expedited => "expedited",
@@ -69,7 +69,7 @@ impl Mode {
     }
 }
 
-/// How a transfer stands.
+/// The status of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// Still running.
@@ -80,12 +80,12 @@ pub enum Status {
     Aborted,
     /// Cut by the edge of the capture, by lost frames or by a reset of the node: no violation.
     Incomplete,
-    /// Ended against the protocol: its data cannot be trusted.
+    /// Ended in violation of the protocol: its data cannot be trusted.
     Failed,
 }
 
 impl Status {
-    /// The word in machine output.
+    /// Returns the word in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Open => "open",
@@ -102,7 +102,7 @@ impl Status {
 pub struct Abort {
     /// Abort code (CiA 301, table 22).
     pub code: u32,
-    /// Who sent it.
+    /// The sender.
     pub by: Side,
 }
 
@@ -119,46 +119,46 @@ struct Sums {
 pub struct Data {
     /// Size in bytes as indicated by the sender of the data.
     pub size_indicated: Option<u32>,
-    /// The frame that initiated the transfer on the other side: where the size was indicated for an upload.
+    /// The other side's frame that initiated the transfer; it indicates the size of an upload.
     pub initiated: Option<FrameRef>,
-    /// Bytes transferred, up to the last one that was seen; holes of known length count.
+    /// Number of transferred bytes up to the last seen one, including holes of known length.
     pub size: u64,
     /// The first [`KEPT`] of them; 0 in holes.
     pub kept: Vec<u8>,
-    /// The bytes in the request of an expedited download: they count as transferred only when the server has confirmed.
+    /// The bytes in the request of an expedited download, which count once the server has confirmed them.
     pub requested: Vec<u8>,
-    /// FNV-1a over all of them: whether two transfers carry the same, whatever their length.
+    /// FNV-1a over all of them, to compare the data of transfers of any length.
     pub digest: u64,
     /// Segments transferred; 0 for an expedited transfer.
     pub segments: u32,
     /// Every segment but the last carried seven bytes.
     pub even: bool,
-    /// A part was not captured: size and CRC cannot be judged.
+    /// The capture lacks a part: size and CRC cannot be judged.
     pub hole: bool,
-    /// Where.
+    /// The missing parts.
     pub holes: Holes,
-    /// Bytes seen since they were last handed out, where data are extracted.
+    /// Bytes seen since they were last passed on, if data are extracted.
     pub fresh: Vec<u8>,
     extract: bool,
     sums: Option<Box<Sums>>,
 }
 
-/// How a transfer went.
+/// The course of a transfer.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// How it stands.
+    /// Its status.
     pub status: Status,
     /// The abort that ended it.
     pub abort: Option<Abort>,
-    /// Some client frame was captured after its answer.
+    /// A client frame was captured after its answer.
     pub reordered: bool,
-    /// Sub-blocks of which a part was sent again.
+    /// Number of sub-blocks that were partly repeated.
     pub retransmissions: u32,
     /// Both sides announced that they support a CRC. `None` outside block transfers.
     pub crc_negotiated: Option<bool>,
-    /// Its initiate request is not in the capture.
+    /// The capture lacks its initiate request.
     pub midway: bool,
-    /// It cannot have been what it says, though both sides took it as done: another object was answered.
+    /// Its content is wrong although both sides took it as complete: another object was answered.
     pub bad: bool,
     /// Findings of this transfer, the first sixteen.
     pub findings: Vec<Code>,
@@ -173,23 +173,23 @@ pub struct Transfer {
     pub bus: BusId,
     /// The server's node-ID.
     pub node: u8,
-    /// The identifier (client to server) of its channel, where that is not the server's default one.
+    /// The identifier (client to server) of its channel unless it is the default one.
     pub channel: Option<CanId>,
     /// Upload or download.
     pub direction: Direction,
     /// Expedited, segmented or block.
     pub mode: Mode,
-    /// The object; `None` where the initiate request was not captured.
+    /// The object; `None` if the initiate request was not captured.
     pub mux: Option<Mux>,
-    /// What is known of the object.
+    /// The description of the object.
     pub described: Described,
     /// First frame.
     pub first: FrameRef,
     /// Last frame so far.
     pub last: FrameRef,
-    /// What was moved.
+    /// The transferred data.
     pub data: Data,
-    /// How it went.
+    /// Its course.
     pub outcome: Outcome,
 }
 
@@ -208,7 +208,7 @@ impl std::fmt::Debug for Transfer {
     }
 }
 
-/// What a transfer needs to begin.
+/// The parameters of a new transfer.
 #[derive(Clone, Copy, Debug)]
 pub struct Beginning {
     /// Its number.
@@ -217,21 +217,21 @@ pub struct Beginning {
     pub bus: BusId,
     /// The server's node-ID.
     pub node: u8,
-    /// The identifier of its channel, where that is not the default one.
+    /// The identifier of its channel unless it is the default one.
     pub channel: Option<CanId>,
-    /// Whether its data are handed out as they come.
+    /// True if its data are passed on as they come.
     pub extract: bool,
     /// Its first frame.
     pub at: FrameRef,
 }
 
 impl Transfer {
-    /// The type of its object: that of the server's description, else the standard's.
+    /// Returns the type of its object by the server's description, else by the standard.
     pub fn data_type(&self) -> Option<DataType> {
         self.mux.and_then(|mux| self.described.data_type(mux.index, mux.sub))
     }
 
-    /// A transfer that begins.
+    /// Creates a transfer.
     pub fn new(beginning: Beginning, direction: Direction, mode: Mode, mux: Option<Mux>) -> Self {
         let Beginning { id, bus, node, channel, extract, at } = beginning;
         let data = Data {
@@ -275,7 +275,7 @@ impl Transfer {
         }
     }
 
-    /// Counts data bytes and keeps what may be kept.
+    /// Appends data bytes and keeps as many as allowed.
     pub fn append(&mut self, bytes: &[u8]) {
         if !self.has_place() {
             return;
@@ -298,7 +298,7 @@ impl Transfer {
         }
     }
 
-    /// Adds the data of a segment, in a frame of `len` bytes. What a short frame should have carried is missing.
+    /// Appends the data of a segment in a frame of `len` bytes; bytes missing in a short frame become a hole.
     pub fn append_segment(&mut self, segment: &Segment, len: u8) {
         let announced = 7 - usize::from(segment.unused.min(7));
         let carried = announced.min(usize::from(len.saturating_sub(1)));
@@ -306,8 +306,8 @@ impl Transfer {
         self.miss(Some(announced.saturating_sub(carried) as u64));
     }
 
-    /// The CRC over the data so far, and what a different `found` would be right for. `padding` are the bytes
-    /// of the last segment that carry no data.
+    /// Returns the CRC over the data so far, and the variant that explains a different `found`. `padding`: bytes of the
+    /// last segment without data.
     pub fn check_crc(&self, found: u16, padding: &[u8]) -> (u16, CrcMatch) {
         let Some(sums) = &self.data.sums else { return (0, CrcMatch::Nothing) };
         let computed = sums.xmodem.clone().finalize();
@@ -332,12 +332,12 @@ impl Transfer {
         }
     }
 
-    /// Whether all indicated bytes have come, or whether the transfer cannot tell.
+    /// Returns true if all indicated bytes have come, or if the transfer cannot tell.
     pub fn size_is_right(&self) -> bool {
         self.data.hole || self.data.size_indicated.is_none_or(|size| u64::from(size) == self.data.size)
     }
 
-    /// Duration from the first to the last frame in ns, where both have a stamp.
+    /// Returns the duration from the first to the last frame in ns if both have stamps.
     pub fn duration_ns(&self) -> Option<i64> {
         Some(self.last.t_ns?.saturating_sub(self.first.t_ns?))
     }

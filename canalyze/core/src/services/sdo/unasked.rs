@@ -1,8 +1,8 @@
-//! Frames of the server in a row that no request asks for: single ones, or a flood.
+//! Frames of the server in a row without a request: single ones, or a flood.
 //!
-//! They wait until the client sends something, the server something else, or the channel is quiet: a flood is one
-//! finding with its count. One that lasts is reported while it runs, and its whole count when it is over. It must not
-//! call a flood what lost requests explain: responses to one object after another, and segments that continue a transfer.
+//! They wait until the client sends a frame, the server another one, or the channel is quiet: a flood is one finding
+//! with its count. A lasting flood is reported while it runs, and its total at the end. Frames that lost requests
+//! explain are no flood: responses to one object after another, and segments that continue a transfer.
 
 use super::channel::{Channel, UNANSWERED_NS};
 use super::phase::{Half, Phase};
@@ -13,25 +13,25 @@ use crate::finding::{Finding, Verdict};
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo002;
 
-/// Frames in a row from which on they are a flood, if lost requests explain at most one of this number.
+/// Number of frames in a row that make a flood; lost requests may explain one out of this number.
 const FLOOD: u64 = 4;
-/// How far apart the frames of a flood are at most on average, in ns.
+/// Maximum mean interval between the frames of a flood, in ns.
 pub(super) const APART_NS: i64 = 50_000_000;
-/// Findings that wait at most (invariant 6).
+/// Maximum number of waiting findings (invariant 6).
 const KEPT: usize = 32;
 
-/// Frames of the server without a request, and the findings about them.
+/// Frames of the server without a request, and their findings.
 #[derive(Debug)]
 pub(super) struct Unasked {
     first: FrameRef,
     last: FrameRef,
     frames: u64,
-    /// Frames among them that lost requests do not explain.
+    /// Number of frames that lost requests do not explain.
     unexplained: u64,
-    /// The object that the last of them names.
+    /// The object named by the last of them.
     object: Option<Mux>,
     findings: Vec<Finding>,
-    /// Frames of which a flood was reported.
+    /// Number of frames when a flood was reported.
     reported: Option<u64>,
 }
 
@@ -47,7 +47,7 @@ impl Unasked {
         self.object = half.command.mux();
     }
 
-    /// Whether a flood has lasted so long that it is reported before it is over.
+    /// Returns true if a flood has lasted long enough to be reported before its end.
     fn lasts(&self) -> bool {
         let long = self.last.since(self.first).is_some_and(|lasted| lasted > UNANSWERED_NS);
         self.reported.is_none() && long && self.is_flood()
@@ -61,7 +61,7 @@ impl Unasked {
 }
 
 impl Channel {
-    /// A frame of the server without a request.
+    /// Reports a frame of the server without a request.
     pub(super) fn find_unasked(&mut self, what: Sdo002, half: &Half, cx: &mut Context<'_>) {
         let Some(finding) = self.finding(what.into(), half.at, cx) else { return };
         self.note_with_transfer(finding.code, false);
@@ -74,7 +74,7 @@ impl Channel {
         self.report_running(cx);
     }
 
-    /// A frame of the server that cannot be read: in a row of frames without a request it is one more.
+    /// Counts an unreadable frame in a row of frames without a request.
     pub(super) fn count_unreadable(&mut self, half: &Half, cx: &mut Context<'_>) {
         if let Some(run) = &mut self.verdicts.unasked {
             run.count(half, false);
@@ -82,7 +82,7 @@ impl Channel {
         self.report_running(cx);
     }
 
-    /// Whether a frame of the server is the next of the segmented transfer that runs, but for its request.
+    /// Returns true if a frame of the server continues the running segmented transfer, except for the missing request.
     fn continues(&self, command: &Command) -> bool {
         let Phase::Segments(segments) = &self.phase else { return false };
         match command {
@@ -92,7 +92,7 @@ impl Channel {
         }
     }
 
-    /// Keeps a finding while frames without a request come; gives it back where none do.
+    /// Keeps a finding in a row of frames without a request; returns it otherwise.
     pub(super) fn keep_unasked(&mut self, finding: Finding, cx: &mut Context<'_>) -> Option<Finding> {
         let Some(run) = &mut self.verdicts.unasked else { return Some(finding) };
         if run.reported.is_none() && run.findings.len() < KEPT {
@@ -104,8 +104,7 @@ impl Channel {
         None
     }
 
-    /// The client sends something, the server what is expected, or nobody anything: what was found of the frames before
-    /// is reported.
+    /// Reports the waiting findings when the client sends a frame, the server an expected one, or the channel is quiet.
     pub(super) fn end_unasked(&mut self, cx: &mut Context<'_>) {
         let Some(run) = self.verdicts.unasked.take() else { return };
         match run.reported {
@@ -127,13 +126,13 @@ impl Channel {
         }
     }
 
-    /// Of a flood its first finding stands for all.
+    /// Reports a flood with its first finding.
     fn report_flood(&mut self, first: Finding, frames: u64, cx: &mut Context<'_>) {
         let Verdict { code, facts } = Sdo002::Flood { frames }.into();
         self.report(Finding { code, facts, ..first }, cx);
     }
 
-    /// A flood that lasts is reported while it runs.
+    /// Reports a lasting flood while it runs.
     fn report_running(&mut self, cx: &mut Context<'_>) {
         let Some(mut run) = self.verdicts.unasked.take_if(|run| run.lasts()) else { return };
         let frames = run.frames;
@@ -144,18 +143,18 @@ impl Channel {
         self.verdicts.unasked = Some(run);
     }
 
-    /// When something has to be decided though no frame comes, in ns.
+    /// Returns the time of the next decision without a frame, in ns.
     pub fn due(&self) -> Option<i64> {
         [self.quiet(), self.overdue_ns()].into_iter().flatten().min()
     }
 
-    /// When the channel is quiet, where something waits for that, in ns.
+    /// Returns the time at which the channel counts as quiet, if anything waits for that, in ns.
     fn quiet(&self) -> Option<i64> {
         let unasked = || Some(self.verdicts.unasked.as_ref()?.last.t_ns?.saturating_add(UNANSWERED_NS));
         self.sequence.due().or_else(unasked)
     }
 
-    /// It is `now_ns`: what has waited long enough is decided.
+    /// Decides everything that has waited long enough at `now_ns`.
     pub fn rest(&mut self, now_ns: i64, cx: &mut Context<'_>) {
         while self.sequence.due().is_some_and(|due| due < now_ns) {
             self.release(cx);
@@ -166,12 +165,12 @@ impl Channel {
         self.aside(|channel| channel.judge_silence(now_ns, cx));
     }
 
-    /// Whether a flood runs: its end is no reason to take its last frames for responses that are listed early.
+    /// Returns true during a flood, whose last frames are no responses listed early.
     pub(super) fn is_flooded(&self) -> bool {
         self.verdicts.unasked.as_ref().is_some_and(Unasked::is_flood)
     }
 
-    /// Whether the server sends a segment though no segmented upload runs.
+    /// Returns true if the server sends a segment although no segmented upload runs.
     pub(super) fn is_stray_segment(&self, half: &Half) -> bool {
         let duplicate = self.history.last_response == Some(half.bytes);
         let upload = self.is_upload() || self.sequence.holds_upload();

@@ -1,4 +1,4 @@
-//! One SDO frame's eight bytes (CiA 301, 7.2.4.3): command byte, multiplexor, data. Pure; knows no transfer.
+//! The eight bytes of an SDO frame (CiA 301, 7.2.4.3): command byte, multiplexor, data. Pure; independent of transfers.
 //!
 //! | byte | initiate, abort | segment | block sub-frames |
 //! |---|---|---|---|
@@ -7,8 +7,8 @@
 //! | 3 | sub-index | data | data |
 //! | 4-7 | data, size, abort code, or blksize and pst | data | data |
 //!
-//! The same byte means different things by direction, so every function takes the side. Whether a byte is the
-//! sequence number of a block segment only the transfer knows: [`decode`] never returns `BlockSegment`.
+//! The meaning of a byte depends on the direction, so every function takes the side. Only the transfer knows if a byte
+//! is the sequence number of a block segment: [`decode`] never returns `BlockSegment`.
 
 /// The abort codes of CiA 301 (table 22), ascending.
 #[rustfmt::skip]
@@ -22,13 +22,13 @@ const ABORT_CODES: [u32; 31] = [
 /// The two ends of an SDO channel. They are roles of the channel, not NMT master and slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
-    /// Asks: sends on 600h + node-ID of the server by default.
+    /// The requesting side, by default on 600h + node-ID of the server.
     Client,
-    /// Answers: sends on 580h + node-ID by default.
+    /// The answering side, by default on 580h + node-ID.
     Server,
 }
 
-/// Multiplexor: the object a transfer is about.
+/// A multiplexor: the object of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Mux {
     /// Index in the object dictionary.
@@ -51,12 +51,12 @@ pub struct Initiate {
 }
 
 impl Initiate {
-    /// The indicated size of a segmented transfer, in bytes.
+    /// Returns the indicated size of a segmented transfer, in bytes.
     pub fn size(&self) -> Option<u32> {
         (!self.expedited && self.size_indicated).then(|| u32::from_le_bytes(self.data))
     }
 
-    /// The number of data bytes of an expedited transfer: 4-n with e and s, up to 4 (by the frame) with e alone.
+    /// Returns the length of expedited data in bytes: 4-n with e and s, up to 4 (by the frame) with e alone.
     pub fn expedited_len(&self, payload_len: u8) -> usize {
         let carried = usize::from(payload_len.saturating_sub(4)).min(4);
         if self.size_indicated { (4 - usize::from(self.unused & 3)).min(carried) } else { carried }
@@ -76,7 +76,7 @@ pub struct Segment {
     pub data: [u8; 7],
 }
 
-/// What an SDO frame says, given who sent it.
+/// A decoded SDO frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Client, ccs 1.
@@ -89,12 +89,12 @@ pub enum Command {
     UploadInitiated(Mux, Initiate),
     /// Client ccs 0 (download) or server scs 0 (upload).
     Segment(Segment),
-    /// Client ccs 3: asks for the next segment of an upload.
+    /// Client ccs 3: request for the next segment of an upload.
     SegmentRequest {
         /// t.
         toggle: bool,
     },
-    /// Server scs 1: confirms a download segment.
+    /// Server scs 1: confirmation of a download segment.
     SegmentResponse {
         /// t.
         toggle: bool,
@@ -114,7 +114,7 @@ pub enum Command {
         mux: Mux,
         /// sc: the server can generate a CRC.
         crc: bool,
-        /// Segments in the next sub-block, 1..=127.
+        /// Number of segments in the next sub-block, 1..=127.
         blksize: u8,
     },
     /// Client ccs 5, sub-command 0.
@@ -123,9 +123,9 @@ pub enum Command {
         mux: Mux,
         /// cc: the client can generate a CRC.
         crc: bool,
-        /// Segments in the next sub-block, 1..=127.
+        /// Number of segments in the next sub-block, 1..=127.
         blksize: u8,
-        /// Protocol switch threshold in bytes; 0: switching is not allowed.
+        /// Protocol switch threshold in bytes; 0 forbids switching.
         threshold: u8,
     },
     /// Server scs 6, sub-command 0.
@@ -137,23 +137,23 @@ pub enum Command {
         /// Size in bytes, if indicated.
         size: Option<u32>,
     },
-    /// Client ccs 5, sub-command 3: start the upload.
+    /// Client ccs 5, sub-command 3: start of the upload.
     StartBlockUpload,
     /// Receiver of a block transfer, sub-command 2.
     BlockAck {
-        /// Last segment received in sequence; 0: none.
+        /// Last segment received in sequence; 0 is none.
         ackseq: u8,
-        /// Segments in the next sub-block, 1..=127.
+        /// Number of segments in the next sub-block, 1..=127.
         blksize: u8,
     },
     /// Sender of a block transfer, sub-command 1: end.
     EndBlock {
-        /// Bytes of the last segment without data, 0..=7.
+        /// Number of bytes of the last segment without data, 0..=7.
         unused: u8,
         /// CRC over the data.
         crc: u16,
     },
-    /// Receiver of a block transfer, sub-command 1: end confirmed.
+    /// Receiver of a block transfer, sub-command 1: confirmation of the end.
     BlockEnded,
     /// A segment of a block transfer.
     BlockSegment {
@@ -166,11 +166,11 @@ pub enum Command {
     },
     /// Either side, cs 4.
     Abort(Mux, u32),
-    /// A command specifier or sub-command that is not defined for this side.
+    /// A command specifier or sub-command undefined for this side.
     Unknown(u8),
-    /// The frame ends before the object that its command byte calls for.
+    /// A frame too short for the object that its command byte requires.
     Truncated(u8),
-    /// Not known: the capture does not show the transfer, and the bytes can be read in several ways.
+    /// Undetermined: the capture lacks the transfer, and the bytes are ambiguous.
     Undetermined([u8; 8]),
 }
 
@@ -195,7 +195,7 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
     let size = (command & 2 != 0).then(|| u32::from_le_bytes(tail));
     let toggle = command & 0x10 != 0;
     match (side, command >> 5) {
-        // Byte 81h..9Fh is rather a block segment met in mid-transfer than an abort with reserved bits.
+        // A byte 81h..9Fh is rather a block segment joined midway than an abort with reserved bits.
         (_, 4) if command == 0x80 || ABORT_CODES.contains(&u32::from_le_bytes(tail)) => {
             Command::Abort(mux, u32::from_le_bytes(tail))
         }
@@ -221,8 +221,8 @@ pub fn decode(side: Side, bytes: [u8; 8]) -> Command {
     }
 }
 
-/// The same, given how many bytes the frame has: a frame too short for its object names none, and an
-/// acknowledgement without its numbers acknowledges nothing.
+/// Decodes a frame of `len` bytes: one too short for its object is truncated, as is an acknowledgement without its
+/// numbers.
 pub fn decode_frame(side: Side, bytes: [u8; 8], len: u8) -> Command {
     let command = decode(side, bytes);
     let names_object = command.mux().is_some() || matches!(command, Command::Abort(..));
@@ -235,7 +235,7 @@ pub fn decode_frame(side: Side, bytes: [u8; 8], len: u8) -> Command {
     if len < least { Command::Truncated(first) } else { command }
 }
 
-/// The frame read as a segment of a block transfer (sub-block phase). Byte 80h there is an abort.
+/// Decodes the frame as a segment of a block transfer (sub-block phase). Byte 80h is an abort there.
 pub fn block_segment(bytes: [u8; 8]) -> Command {
     let [command, b1, b2, b3, b4, b5, b6, b7] = bytes;
     if command == 0x80 {
@@ -246,7 +246,7 @@ pub fn block_segment(bytes: [u8; 8]) -> Command {
 }
 
 impl Command {
-    /// The object, for commands that carry one. An abort's multiplexor is unreliable and not among them.
+    /// Returns the object of commands that carry one; an abort's multiplexor is unreliable and excluded.
     pub fn mux(&self) -> Option<Mux> {
         match *self {
             Self::InitiateDownload(mux, _)
@@ -261,22 +261,22 @@ impl Command {
         }
     }
 
-    /// Whether the frame says nothing that could belong to a transfer.
+    /// Returns true if the frame cannot belong to a transfer.
     pub fn is_unreadable(&self) -> bool {
         matches!(self, Self::Unknown(_) | Self::Truncated(_) | Self::Undetermined(_))
     }
 
-    /// Whether the sender of a block transfer's data may send it.
+    /// Returns true if the sender of a block transfer's data may send it.
     pub fn is_of_sender(&self) -> bool {
         matches!(self, Self::BlockSegment { .. } | Self::EndBlock { .. } | Self::Abort(..))
     }
 
-    /// Whether the receiver of a block transfer's data may send it once it has begun.
+    /// Returns true if the receiver of a block transfer's data may send it after the beginning.
     pub fn is_of_receiver(&self) -> bool {
         matches!(self, Self::BlockAck { .. } | Self::BlockEnded | Self::StartBlockUpload | Self::Abort(..))
     }
 
-    /// Whether a client starts a transfer with it.
+    /// Returns true if it begins a transfer.
     pub fn is_initiate(&self) -> bool {
         matches!(
             self,
@@ -287,12 +287,12 @@ impl Command {
         )
     }
 
-    /// Whether a client starts a block transfer with it.
+    /// Returns true if it begins a block transfer.
     pub fn is_block_initiate(&self) -> bool {
         matches!(self, Self::InitiateBlockDownload { .. } | Self::InitiateBlockUpload { .. })
     }
 
-    /// A block size that is not 1..=127.
+    /// Returns true if the block size is not 1..=127.
     pub fn has_invalid_block_size(&self) -> bool {
         match self {
             Self::InitiateBlockUpload { blksize, .. } | Self::BlockDownloadInitiated { blksize, .. } => {
@@ -302,7 +302,7 @@ impl Command {
         }
     }
 
-    /// n of an initiate that is not zero though e and s are not both set (CiA 301: n shall then be 0).
+    /// Returns true if n of an initiate is not 0 although e and s are not both set (CiA 301 requires 0).
     pub fn has_invalid_unused(&self) -> bool {
         match self {
             Self::InitiateDownload(_, i) | Self::UploadInitiated(_, i) => {
@@ -312,10 +312,10 @@ impl Command {
         }
     }
 
-    /// Whether reserved bits of the command byte, reserved bytes, or bytes said to carry no data are not 0.
+    /// Returns true if reserved bits of the command byte, reserved bytes, or bytes marked as unused are not 0.
     ///
-    /// An initiate with e = s = 0 is left to the rules for that quirk. The CRC field is not reserved here:
-    /// stacks leave stale values in it.
+    /// An initiate with e = s = 0 is left to the rules for that quirk. The CRC field is not reserved here: stacks leave
+    /// stale values in it.
     pub fn has_reserved_bits(&self, bytes: [u8; 8]) -> bool {
         let [command, b1, b2, b3, b4, b5, b6, b7] = bytes;
         let any = |bytes: &[u8]| bytes.iter().any(|byte| *byte != 0);
@@ -343,7 +343,7 @@ impl Command {
     }
 }
 
-/// Whether `response` can be the answer to `request`: the right kind, the same object, the same toggle bit.
+/// Returns true if `response` can answer `request`: kind, object and toggle bit agree.
 pub fn fits(request: &Command, response: &Command) -> bool {
     kind_fits(request, response)
         && match (request, response) {
@@ -353,7 +353,7 @@ pub fn fits(request: &Command, response: &Command) -> bool {
         }
 }
 
-/// Whether `response` is of the kind that answers `request`, whatever its object and toggle bit.
+/// Returns true if `response` is of the kind that answers `request`, with any object and toggle bit.
 pub fn kind_fits(request: &Command, response: &Command) -> bool {
     use Command as C;
     matches!(
@@ -368,7 +368,7 @@ pub fn kind_fits(request: &Command, response: &Command) -> bool {
     )
 }
 
-/// Whether a response, or an abort for the same object, can be the answer to a request.
+/// Returns true if a response, or an abort for the same object, can answer a request.
 pub fn may_answer(request: &Command, answer: &Command) -> bool {
     match answer {
         Command::Abort(object, _) => request.mux() == Some(*object),

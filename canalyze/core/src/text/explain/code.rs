@@ -8,13 +8,13 @@
 
 use crate::cob_id::predefined;
 use crate::diagnosis;
-use crate::diagnosis::kinds::{Impact, KINDS};
+use crate::diagnosis::kinds::{Impact, KINDS, Kind};
 use crate::drive::State;
 use crate::frame::CanId;
 use crate::network::Description;
 use crate::od::{self, DataType};
 use crate::profiles::Profile;
-use crate::rules::{Code, RULES};
+use crate::rules::{Code, RULES, Words};
 use crate::text::digits::{Hex, put};
 use crate::text::explain::{described, term};
 use crate::text::services::role::Named;
@@ -52,6 +52,12 @@ const SORTS: &[(&str, Sort)] = &[
     ("state", Sort::State),
     ("状态", Sort::State),
 ];
+
+/// A kind of problem; the clause or practice on which it rests, or `-`; the rules that show it beside those that are
+/// problems by themselves; the usual cause; what ends it.
+type Problem = (Kind, &'static str, &'static [Code], Words, Words);
+
+static PROBLEMS: &[Problem] = words!("problems");
 
 /// Appends what a code is; `false`, and nothing, where it is none that is known. `devices`: descriptions that were given,
 /// of nodes; of node 0 where it is not known which.
@@ -136,18 +142,17 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
         Impact::E => ("供参考", "for information"),
     };
     put!(out; lang.pick("影响", "impact "), row.impact.name(), ": ", lang.pick(impact.0, impact.1), "\n");
-    if let Some(known) = super::incident::of(row.kind) {
-        let (cause, ends) = (lang.pick(known.cause.0, known.cause.1), lang.pick(known.ends.0, known.ends.1));
-        put!(out; lang.pick("  常见原因: ", "  Usual cause: "), cause, "\n");
-        put!(out; lang.pick("  恢复条件: ", "  Resolved when: "), ends, "\n");
-        let codes = || diagnosis::shown_by(row.kind).chain(known.codes.iter().copied());
+    if let Some((_, clause, codes, cause, ends)) = PROBLEMS.iter().find(|one| one.0 == row.kind) {
+        put!(out; lang.pick("  常见原因: ", "  Usual cause: "), lang.of(*cause), "\n");
+        put!(out; lang.pick("  恢复条件: ", "  Resolved when: "), lang.of(*ends), "\n");
+        let codes = || diagnosis::shown_by(row.kind).chain(codes.iter().copied());
         for (place, code) in codes().enumerate() {
             put!(out; if place > 0 { lang.pick("、", ", ") } else { lang.pick("  相关规则: ", "  Rules: ") });
             put!(out; code.rule().id, " ", code.rule().name);
         }
         put!(out; if codes().next().is_some() { "\n" } else { "" });
-        if known.clause != "-" {
-            put!(out; "  ", known.clause, "\n");
+        if *clause != "-" {
+            put!(out; "  ", *clause, "\n");
         }
     }
     true
@@ -247,6 +252,7 @@ fn clause(lang: Lang, index: u16) -> &'static str {
     let row = CLAUSES.iter().find(|row| (row.0..=row.1).contains(&index));
     row.map_or_else(
         || match index {
+            0x1000..=0x1FFF => "CiA 301, CiA 302",
             0x2000..=0x5FFF => lang.pick("制造商区: 见设备手册", "manufacturer-specific area: see the device manual"),
             _ => lang.pick("设备规范 (CiA 4xx)", "device profile (CiA 4xx)"),
         },
@@ -255,42 +261,7 @@ fn clause(lang: Lang, index: u16) -> &'static str {
 }
 
 /// First and last index, and the clause.
-static CLAUSES: &[(u16, u16, &str)] = &[
-    (0x1000, 0x1000, "CiA 301 7.5.2.1"),
-    (0x1001, 0x1001, "CiA 301 7.5.2.2"),
-    (0x1002, 0x1002, "CiA 301 7.5.2.3"),
-    (0x1003, 0x1003, "CiA 301 7.5.2.4"),
-    (0x1005, 0x1005, "CiA 301 7.5.2.5"),
-    (0x1006, 0x1006, "CiA 301 7.5.2.6"),
-    (0x1007, 0x1007, "CiA 301 7.5.2.7"),
-    (0x1008, 0x1008, "CiA 301 7.5.2.8"),
-    (0x1009, 0x1009, "CiA 301 7.5.2.9"),
-    (0x100A, 0x100A, "CiA 301 7.5.2.10"),
-    (0x100C, 0x100C, "CiA 301 7.5.2.11"),
-    (0x100D, 0x100D, "CiA 301 7.5.2.12"),
-    (0x1010, 0x1010, "CiA 301 7.5.2.13"),
-    (0x1011, 0x1011, "CiA 301 7.5.2.14"),
-    (0x1012, 0x1012, "CiA 301 7.5.2.15"),
-    (0x1013, 0x1013, "CiA 301 7.5.2.16"),
-    (0x1014, 0x1014, "CiA 301 7.5.2.17"),
-    (0x1015, 0x1015, "CiA 301 7.5.2.18"),
-    (0x1016, 0x1016, "CiA 301 7.5.2.19"),
-    (0x1017, 0x1017, "CiA 301 7.5.2.20"),
-    (0x1018, 0x1018, "CiA 301 7.5.2.21"),
-    (0x1019, 0x1019, "CiA 301 7.5.2.22"),
-    (0x1020, 0x1020, "CiA 301 7.5.2.23"),
-    (0x1029, 0x1029, "CiA 301 7.5.2.32"),
-    (0x1200, 0x127F, "CiA 301 7.5.2.33"),
-    (0x1280, 0x12FF, "CiA 301 7.5.2.34"),
-    (0x1300, 0x13FF, "CiA 304"),
-    (0x1400, 0x15FF, "CiA 301 7.5.2.35"),
-    (0x1600, 0x17FF, "CiA 301 7.5.2.36"),
-    (0x1800, 0x19FF, "CiA 301 7.5.2.37"),
-    (0x1A00, 0x1BFF, "CiA 301 7.5.2.38"),
-    (0x1F50, 0x1F5F, "CiA 302-3"),
-    (0x1F80, 0x1F9F, "CiA 302-2"),
-    (0x1000, 0x1FFF, "CiA 301, CiA 302"),
-];
+static CLAUSES: &[(u16, u16, &str)] = words!("clauses");
 
 fn cob_id(out: &mut Vec<u8>, lang: Lang, value: u32, devices: &[Description]) {
     let Some(id) = u16::try_from(value).ok().filter(|id| *id <= 0x7FF) else { return };

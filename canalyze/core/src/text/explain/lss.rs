@@ -2,10 +2,10 @@
 
 use super::{data, line, node_id, reserved};
 use crate::frame::Frame;
-use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 use crate::text::digits::{Hex, Spaced, put};
 use crate::text::services::lss;
 use crate::text::{Lang, say, terms};
+use crate::wire::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 
 /// Appends the breakdown, whole lines.
 pub fn command(out: &mut Vec<u8>, lang: Lang, from_master: bool, command: Command, frame: &Frame) {

@@ -7,7 +7,6 @@
 pub mod code;
 pub mod command_byte;
 mod described;
-mod incident;
 pub mod lss;
 pub mod mapping;
 pub mod parameter;

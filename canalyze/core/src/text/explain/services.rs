@@ -6,10 +6,10 @@ use crate::frame::Frame;
 use crate::message::Message;
 use crate::profiles::Profile;
 use crate::services::pdo::{Multiplexed, communication_parameter, mapping_parameter};
-use crate::services::{error_frame, usdo};
 use crate::text::digits::{Bin, Hex, Nibbles, Spaced, put};
 use crate::text::services::time::{Clock, Date};
 use crate::text::{Depth, Lang, say, services as words, terms};
+use crate::wire::{error_frame, usdo};
 
 /// Appends the breakdown of a frame, whole lines.
 pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {

@@ -1,9 +1,9 @@
 //! SocketCAN's error frames in words: classes, details and error counters.
 
 use crate::frame::Frame;
-use crate::services::error_frame;
 use crate::text::digits::{Hex, put};
 use crate::text::{Lang, say, terms};
+use crate::wire::error_frame;
 
 /// `错误帧: 控制器问题 (发送错误达到警告水平), 发送错误计数=96, 接收错误计数=0`; only its first word unless `full`.
 pub fn errors(out: &mut Vec<u8>, lang: Lang, full: bool, frame: &Frame) {

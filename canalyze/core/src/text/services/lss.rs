@@ -1,8 +1,8 @@
 //! LSS in words (CiA 305): switching, configuring, inquiring and Fastscan.
 
-use crate::services::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 use crate::text::digits::{Hex, put};
 use crate::text::{Lang, say, terms};
+use crate::wire::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, bit_rate};
 
 /// Who speaks and what it asks or answers; where `full`, also the values.
 pub fn command(out: &mut Vec<u8>, lang: Lang, full: bool, from_master: bool, command: Command) {

@@ -1,10 +1,10 @@
 //! NMT in words: node control, heartbeats and node guarding (CiA 301, 7.2.8). Must not judge a state.
 
-use crate::services::nmt;
 use crate::text::digits::{Hex, put};
 use crate::text::services::role::Nodes;
 use crate::text::value::Size;
 use crate::text::{Lang, say, terms};
+use crate::wire::nmt;
 
 /// A command to one node or to all: `NMT主站命令: 启动节点5 (进入操作状态)`.
 pub fn node_control(out: &mut Vec<u8>, lang: Lang, full: bool, command: u8, node: u8) {

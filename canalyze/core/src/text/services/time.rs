@@ -1,10 +1,10 @@
 //! TIME in words (CiA 301, 7.2.6): the date and the time of day that it sets.
 
 use crate::cob_id::Role;
-use crate::services::time;
 use crate::text::digits::{Hex, Padded, Put, put};
 use crate::text::services::role::Named;
 use crate::text::{Lang, say};
+use crate::wire::time;
 
 /// A time of day: `12:34:56.789`; hours exceed 23 where it is beyond a day.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,11 @@
 //! USDO in words (CiA 1301): what its first frames carry.
 
 use crate::od::DataType;
-use crate::services::usdo;
 use crate::text::digits::{Hex, Spaced, put};
 use crate::text::services::role::Nodes;
 use crate::text::value::Size;
 use crate::text::{Lang, say, terms};
+use crate::wire::usdo;
 
 /// Who asks or answers whom.
 pub fn parties(out: &mut Vec<u8>, lang: Lang, request: bool, source: u8, to: Nodes) {

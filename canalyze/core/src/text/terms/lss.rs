@@ -1,8 +1,8 @@
 //! LSS's terms (CiA 305): the parts of an address, settings and their error codes.
 
 use super::{Row, find};
-use crate::services::lss::{Bound, Part, Setting};
 use crate::text::Lang;
+use crate::wire::lss::{Bound, Part, Setting};
 
 /// Parts of the LSS address.
 pub static PARTS: &[Row<Part>] = &[

@@ -1,11 +1,11 @@
-//! Values as ROS 2 puts them on the wire: CDR (XCDR1), little-endian. A value stands at a multiple of its own size,
-//! counted from behind the four bytes of the encapsulation.
+//! Values in the wire format of ROS 2: CDR (XCDR1), little-endian. A value is aligned to its own size, counted from the
+//! end of the four-byte encapsulation.
 //!
-//! Must not: know a message; who writes one puts its fields in the order of its definition.
+//! The caller writes the fields of a message in the order of its definition.
 
 use std::ops::Range;
 
-/// The encapsulation: plain CDR, little-endian, no options.
+/// The encapsulation header: plain CDR, little-endian, no options.
 const HEAD: [u8; 4] = [0, 1, 0, 0];
 
 /// One message.
@@ -15,14 +15,14 @@ pub(super) struct Cdr {
 }
 
 impl Cdr {
-    /// Begins a message; what was there is forgotten.
+    /// Begins a message, dropping the previous one.
     pub(super) fn begin(&mut self) -> &mut Self {
         self.bytes.clear();
         self.bytes.extend_from_slice(&HEAD);
         self
     }
 
-    /// The message.
+    /// Returns the message.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -33,7 +33,7 @@ impl Cdr {
         }
     }
 
-    /// A number of 1, 2, 4 or 8 bytes: the low ones of `number`.
+    /// Appends the low 1, 2, 4 or 8 bytes of `number`.
     pub(super) fn number(&mut self, number: u64, size: usize) -> &mut Self {
         self.align(size);
         let bytes = number.to_le_bytes();
@@ -41,38 +41,38 @@ impl Cdr {
         self
     }
 
-    /// `bool`.
+    /// Appends a `bool`.
     pub(super) fn bool(&mut self, yes: bool) -> &mut Self {
         self.u8(u8::from(yes))
     }
 
-    /// `uint8`.
+    /// Appends a `uint8`.
     pub(super) fn u8(&mut self, number: u8) -> &mut Self {
         self.bytes.push(number);
         self
     }
 
-    /// `uint16`.
+    /// Appends a `uint16`.
     pub(super) fn u16(&mut self, number: u16) -> &mut Self {
         self.number(u64::from(number), 2)
     }
 
-    /// `uint32`.
+    /// Appends a `uint32`.
     pub(super) fn u32(&mut self, number: u32) -> &mut Self {
         self.number(u64::from(number), 4)
     }
 
-    /// `uint64`.
+    /// Appends a `uint64`.
     pub(super) fn u64(&mut self, number: u64) -> &mut Self {
         self.number(number, 8)
     }
 
-    /// `float64`.
+    /// Appends a `float64`.
     pub(super) fn f64(&mut self, number: f64) -> &mut Self {
         self.number(number.to_bits(), 8)
     }
 
-    /// `string`: its length with the final NUL, its bytes, NUL. What is not UTF-8 becomes U+FFFD.
+    /// Appends a `string`: its length including the final NUL, its bytes, NUL. Invalid UTF-8 becomes U+FFFD.
     pub(super) fn string(&mut self, text: &[u8]) -> &mut Self {
         let count = self.open();
         for chunk in text.utf8_chunks() {
@@ -86,30 +86,30 @@ impl Cdr {
         self
     }
 
-    /// `uint8[]`: its length, its bytes.
+    /// Appends a `uint8[]`: its length, its bytes.
     pub(super) fn sequence(&mut self, bytes: &[u8]) -> &mut Self {
         self.u32(bytes.len() as u32);
         self.array(bytes)
     }
 
-    /// `uint8[N]`.
+    /// Appends a `uint8[N]`.
     pub(super) fn array(&mut self, bytes: &[u8]) -> &mut Self {
         self.bytes.extend_from_slice(bytes);
         self
     }
 
-    /// `builtin_interfaces/Time` of a moment in ns, 0 where it has no room for it; see [`stamp`].
+    /// Appends a `builtin_interfaces/Time` for a time in ns; see [`stamp`].
     pub(super) fn time(&mut self, time: u64) -> &mut Self {
         let (seconds, nanoseconds) = stamp(time);
         self.u32(seconds).u32(nanoseconds)
     }
 
-    /// `std_msgs/Header`.
+    /// Appends a `std_msgs/Header`.
     pub(super) fn header(&mut self, time: u64, frame_id: &[u8]) -> &mut Self {
         self.time(time).string(frame_id)
     }
 
-    /// Leaves room for a length.
+    /// Appends a placeholder for a length.
     fn open(&mut self) -> Range<usize> {
         self.u32(0);
         self.bytes.len() - 4..self.bytes.len()
@@ -123,8 +123,8 @@ impl Cdr {
     }
 }
 
-/// Seconds and nanoseconds of a moment. `int32` seconds end in 2038: later moments are 0, which says that the stamp is
-/// not known, and the message's log time still has them.
+/// Returns seconds and nanoseconds of a time. `int32` seconds end in 2038: later times become 0 for unknown; the log
+/// time of the message still has them.
 fn stamp(time: u64) -> (u32, u32) {
     match i32::try_from(time / 1_000_000_000) {
         Ok(seconds) => (seconds.unsigned_abs(), (time % 1_000_000_000) as u32),

@@ -1,24 +1,24 @@
-//! The records of an MCAP file (its specification, version 0): chunks, indexes, summary. What the messages say is not
+//! The records of an MCAP file (specification version 0): chunks, indexes, summary. The content of messages is not
 //! known here.
 //!
 //! ```text
-//! magic | Header | { Chunk { Schema Channel Message ... } MessageIndex ... } ... | Metadata | DataEnd |
-//! Schema ... Channel ... Statistics ChunkIndex ... MetadataIndex | SummaryOffset ... | Footer | magic
+//! magic | Header | { Chunk { Schema Channel Message ... } MessageIndex ... } ... | Metadata
+//! | DataEnd | Schema ... Channel ... Statistics ChunkIndex ... MetadataIndex | SummaryOffset ... | Footer | magic
 //! ```
 //!
-//! A chunk holds every schema and channel that its messages use, so that each is readable by itself when others are
-//! damaged. Memory: one chunk, the schemas and channels, and an index that grows by one entry a chunk. Must not: depend
-//! on when the output is taken away; chunks end where their size says so, or the age of live frames.
+//! A chunk holds every schema and channel that its messages use, so that it is readable if others are damaged. Memory
+//! holds one chunk, the schemas and channels, and one index entry for each chunk. Chunks end at a size, or by the age
+//! of live frames, regardless of when the output is taken.
 
 use std::collections::BTreeMap;
 
-/// Bytes of records after which a chunk ends, uncompressed.
+/// Size of the records after which a chunk ends, in bytes, uncompressed.
 const CHUNK: usize = 1 << 20;
 /// Age of a live chunk's messages after which it ends, in ns.
 const OLD: u64 = 1_000_000_000;
-/// Level of compression; 3 is Zstandard's own default.
+/// Compression level; 3 is the default of Zstandard.
 const LEVEL: i32 = 3;
-/// First and last bytes of a file.
+/// The first and the last bytes of a file.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Opcodes.
@@ -38,12 +38,12 @@ mod op {
     pub(super) const DATA_END: u8 = 0x0F;
 }
 
-/// Numbers and strings as records have them: little-endian, lengths in front.
+/// Numbers and strings of records: little-endian, with the length first.
 trait Put {
     fn u16(&mut self, number: u16);
     fn u32(&mut self, number: u32);
     fn u64(&mut self, number: u64);
-    /// Bytes behind their number, 32 bits.
+    /// Appends bytes after their 32-bit length.
     fn sized(&mut self, bytes: &[u8]);
 }
 
@@ -73,7 +73,7 @@ fn record(out: &mut Vec<u8>, opcode: u8, content: &[u8]) {
     out.extend_from_slice(content);
 }
 
-/// A map of strings as a record has it: behind its length in bytes.
+/// Appends a map of strings after its length in bytes.
 fn map(out: &mut Vec<u8>, pairs: &[(&str, &str)]) {
     let mut content = Vec::new();
     for (key, value) in pairs {
@@ -83,7 +83,7 @@ fn map(out: &mut Vec<u8>, pairs: &[(&str, &str)]) {
     out.sized(&content);
 }
 
-/// A schema or a channel: its record, and since which chunk it stands in the current one.
+/// The record of a schema or channel, and its latest chunk.
 #[derive(Debug)]
 struct Declared {
     record: Vec<u8>,
@@ -101,15 +101,15 @@ struct Channel {
     index: Vec<u8>,
 }
 
-/// The number of a schema, from 1.
+/// The ID of a schema, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SchemaId(u16);
 
-/// The number of a channel, from 0.
+/// The ID of a channel, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ChannelId(u16);
 
-/// First and last time of some messages.
+/// The first and the last time of a set of messages.
 #[derive(Clone, Copy, Debug)]
 struct Span(u64, u64);
 
@@ -121,12 +121,12 @@ impl Span {
     }
 }
 
-/// A file being written.
+/// A file that is being written.
 #[derive(Debug)]
 pub(super) struct Container {
-    /// Whether chunks have an index of their messages.
+    /// True if chunks have an index of their messages.
     indexed: bool,
-    /// Bytes of the file so far.
+    /// Number of bytes of the file so far.
     offset: u64,
     schemas: Vec<Declared>,
     channels: Vec<Channel>,
@@ -135,7 +135,7 @@ pub(super) struct Container {
     chunk_span: Option<Span>,
     /// The number of the current chunk, from 1.
     chunks: u64,
-    /// Records of the summary: one a chunk.
+    /// Records of the summary, one for each chunk.
     chunk_indexes: Vec<u8>,
     metadata: u32,
     metadata_indexes: Vec<u8>,
@@ -144,7 +144,7 @@ pub(super) struct Container {
 }
 
 impl Container {
-    /// A file of no bytes yet.
+    /// Creates an empty file.
     pub(super) fn new(indexed: bool) -> Self {
         Self {
             indexed,
@@ -162,12 +162,12 @@ impl Container {
         }
     }
 
-    /// Whether anything has been written.
+    /// Returns true if anything has been written.
     pub(super) fn is_begun(&self) -> bool {
         self.offset > 0
     }
 
-    /// Appends what a file begins with.
+    /// Appends the beginning of a file.
     pub(super) fn begin(&mut self, out: &mut Vec<u8>, profile: &str, library: &str) {
         let start = out.len();
         out.extend_from_slice(MAGIC);
@@ -178,7 +178,7 @@ impl Container {
         self.offset += (out.len() - start) as u64;
     }
 
-    /// Declares a schema; `None` when there is no number left.
+    /// Declares a schema; `None` if no ID is left.
     pub(super) fn schema(&mut self, name: &str, encoding: &str, text: &str) -> Option<SchemaId> {
         let id = u16::try_from(self.schemas.len() + 1).ok()?;
         let mut content = Vec::new();
@@ -192,7 +192,7 @@ impl Container {
         Some(SchemaId(id))
     }
 
-    /// Declares a channel; `None` when there is no number left.
+    /// Declares a channel; `None` if no ID is left.
     pub(super) fn channel(
         &mut self,
         topic: &str,
@@ -214,7 +214,7 @@ impl Container {
         Some(ChannelId(id))
     }
 
-    /// Takes a message that was logged and published at `time`, in ns. Appends a chunk when it is full.
+    /// Adds a message logged and published at `time`, in ns. Appends the chunk when it is full.
     pub(super) fn message(&mut self, out: &mut Vec<u8>, channel: ChannelId, sequence: u32, time: u64, data: &[u8]) {
         let Self { schemas, channels, chunk, chunks, indexed, .. } = self;
         let Some(known) = channels.get_mut(usize::from(channel.0)) else { return };
@@ -248,7 +248,7 @@ impl Container {
         }
     }
 
-    /// It is `time`: appends the current chunk if its messages are old.
+    /// Appends the current chunk if its messages are old at `time`.
     pub(super) fn until(&mut self, out: &mut Vec<u8>, time: u64) {
         if self.chunk_span.is_some_and(|Span(first, _)| time >= first.saturating_add(OLD)) {
             self.end_chunk(out);
@@ -262,7 +262,7 @@ impl Container {
         }
         let start = out.len();
         let Span(first, last) = self.chunk_span.take().unwrap_or(Span(0, 0));
-        // What the library refuses, if ever, stands there uncompressed.
+        // Records that the library fails to compress are stored uncompressed.
         let compressed = zstd::bulk::compress(&self.chunk, LEVEL);
         let (compression, records): (&[u8], &[u8]) = match &compressed {
             Ok(compressed) => (b"zstd", compressed),
@@ -311,7 +311,7 @@ impl Container {
         self.chunks += 1;
     }
 
-    /// Appends a metadata record, after the chunk that is not full yet.
+    /// Appends a metadata record, after the unfinished chunk.
     pub(super) fn metadata(&mut self, out: &mut Vec<u8>, name: &str, pairs: &[(&str, &str)]) {
         self.end_chunk(out);
         let start = out.len();
@@ -329,11 +329,11 @@ impl Container {
         self.metadata += 1;
     }
 
-    /// Appends what is left, the summary, and the end of the file.
+    /// Appends the rest, the summary, and the end of the file.
     pub(super) fn finish(&mut self, out: &mut Vec<u8>) {
         self.end_chunk(out);
         let start = out.len();
-        // 0: the data section has no check sum of its own, since every chunk has one.
+        // 0: the data section has no check sum, since every chunk has one.
         record(out, op::DATA_END, &0_u32.to_le_bytes());
         let summary = out.len();
         let summary_start = self.offset + (summary - start) as u64;
@@ -363,7 +363,7 @@ impl Container {
         out.u64(20);
         out.u64(summary_start);
         out.u64(offsets_start);
-        // From the summary's beginning to here.
+        // From the beginning of the summary to here.
         let crc = crc32fast::hash(out.get(summary..).unwrap_or(&[]));
         out.u32(crc);
         out.extend_from_slice(MAGIC);

@@ -1,26 +1,26 @@
-//! Message definitions in ROS's own form, whole: readers decode by what stands in the file, so every type that a
-//! message contains is there too.
+//! Message definitions in the form of ROS. Readers decode by the definitions in the file, so each includes every type
+//! that its message contains.
 //!
-//! The first three are other people's types, field by field; their order is the order on the wire and must not be
-//! changed. The rest (`canalyze_msgs`) are ours.
+//! The first three are types of other packages, field by field; the order of fields is the order on the wire and must
+//! not change. The rest (`canalyze_msgs`) are ours.
 
 /// A definition and its name.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Definition {
     /// `package/msg/Name`.
     pub(super) name: &'static str,
-    /// Its fields, without the types that they contain.
+    /// Its fields, without the contained types.
     pub(super) fields: &'static str,
 }
 
 impl Definition {
-    /// The whole text.
+    /// Returns the complete text.
     pub(super) fn text(self) -> String {
         whole(self.fields)
     }
 }
 
-/// What follows the fields of a message that has a header.
+/// The contained types of a message with a header.
 const CONTAINED: &str = "\
 ================================================================================
 MSG: std_msgs/Header
@@ -32,12 +32,12 @@ int32 sec
 uint32 nanosec
 ";
 
-/// The whole text of a message with these fields, the first of which is a header or a time.
+/// Returns the complete text of a message with these fields, the first of which is a header or a time.
 pub(super) fn whole(fields: &str) -> String {
     [fields, CONTAINED].concat()
 }
 
-/// Classic frames, as ROS's `ros2_socketcan` publishes them.
+/// Classic frames as published by `ros2_socketcan`.
 pub(super) const FRAME: Definition = Definition {
     name: "can_msgs/msg/Frame",
     fields: "\
@@ -51,7 +51,7 @@ uint8[8] data
 ",
 };
 
-/// CAN FD frames, as `ros2_socketcan` publishes them.
+/// CAN FD frames as published by `ros2_socketcan`.
 pub(super) const FD_FRAME: Definition = Definition {
     name: "ros2_socketcan_msgs/msg/FdFrame",
     fields: "\
@@ -79,7 +79,7 @@ uint8[<=64] data
 ",
 };
 
-/// A line of a log: log panels show it as it is.
+/// A line of a log, which log panels show.
 pub(super) const LOG: Definition = Definition {
     name: "rcl_interfaces/msg/Log",
     fields: "\
@@ -98,7 +98,7 @@ uint32 line
 ",
 };
 
-/// A state of a node.
+/// The NMT state of a node.
 pub(super) const NMT_STATE: Definition = Definition {
     name: "canalyze_msgs/msg/NmtState",
     fields: "\
@@ -109,7 +109,7 @@ string name
 ",
 };
 
-/// A state of a drive.
+/// The state of a drive.
 pub(super) const DRIVE_STATE: Definition = Definition {
     name: "canalyze_msgs/msg/DriveState",
     fields: "\

@@ -1,16 +1,15 @@
-//! MCAP with ROS 2 messages: each frame a `can_msgs/msg/Frame` or, with CAN FD, a `ros2_socketcan_msgs/msg/FdFrame`,
-//! on the topics that ROS's `ros2_socketcan` uses.
+//! MCAP with ROS 2 messages: each frame is a `can_msgs/msg/Frame` or, with CAN FD, a `ros2_socketcan_msgs/msg/FdFrame`,
+//! on the topics of `ros2_socketcan`.
 //!
 //! | topic | frames |
 //! |---|---|
-//! | `/<bus>/from_can_bus` | classic, remote and error frames that were received, or whose direction is not known |
-//! | `/<bus>/to_can_bus` | those that the capturing host sent |
+//! | `/<bus>/from_can_bus` | classic, remote and error frames, received or of unknown direction |
+//! | `/<bus>/to_can_bus` | the same, sent by the capturing host |
 //! | `/<bus>/from_can_bus_fd`, `/<bus>/to_can_bus_fd` | CAN FD frames |
 //!
-//! Log time, publish time and the header's stamp are the frame's moment; `frame_id` is the bus. An error frame has
+//! Log time, publish time and the header's stamp are the time of the frame; `frame_id` is the bus. An error frame has
 //! `is_error` and its class in `id`, without flag bits. The metadata record `canalyze.source` names files, formats and
-//! buses. `decoded` adds what the frames mean. Must not: alter a frame
-//! to make it fit without counting a loss.
+//! buses. `decoded` adds the decoded content.
 
 mod cdr;
 mod container;
@@ -30,67 +29,67 @@ use crate::frame::{BusId, CanId, Direction, Frame, Kind};
 use crate::readers::Marker;
 use crate::text::Lang;
 
-/// Encodings of schemas and messages.
+/// The encodings of schemas and messages.
 const ROS2: (&str, &str) = ("ros2msg", "cdr");
-/// Most files that are named in the metadata.
+/// Maximum number of files named in the metadata.
 const FILES: usize = 64;
-/// From one frame without a stamp to the next, in ns.
+/// Time between frames without a stamp, in ns.
 const STEP: u64 = 1_000_000;
 
-/// How CAN FD frames are written.
+/// The schema of CAN FD frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FdSchema {
     /// `ros2_socketcan_msgs/msg/FdFrame`: the usual one, without BRS and ESI.
     #[default]
     Ros2,
-    /// `dataspeed_can_msgs/msg/Frame`, which has them.
+    /// `dataspeed_can_msgs/msg/Frame`, with BRS and ESI.
     Dataspeed,
 }
 
 impl FdSchema {
-    /// All of them, with their names.
+    /// All schemas by their names.
     pub const NAMES: &[(&str, FdSchema)] = &[("ros2", FdSchema::Ros2), ("dataspeed", FdSchema::Dataspeed)];
 }
 
-/// How a file is written.
+/// The options of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
-    /// How CAN FD frames are written.
+    /// The schema of CAN FD frames.
     pub fd_schema: FdSchema,
-    /// Without message indexes: almost half as large, but some readers refuse it.
+    /// Without message indexes: almost half the size, but refused by some readers.
     pub archive: bool,
-    /// Topics of decoded signals, states and transfers as well, with words in this language.
+    /// The language of additional topics with decoded signals, states and transfers; `None` without such topics.
     pub decoded: Option<Lang>,
 }
 
 /// The topics of one bus.
 #[derive(Clone, Debug, Default)]
 struct Topics {
-    /// Its name as it stands in topics; empty until a frame needs it.
+    /// Its name in topics; empty until a frame needs it.
     name: String,
-    /// Its name is another one than in the capture.
+    /// True if this differs from its name in the capture.
     renamed: bool,
-    /// By direction (from the bus, to it), classic and FD.
+    /// Channels by direction (from the bus, to it), classic and FD.
     channels: [[Option<ChannelId>; 2]; 2],
 }
 
 /// A writer of MCAP.
 #[derive(Debug)]
 pub struct Mcap {
-    /// What could not be written.
+    /// The losses.
     pub losses: Losses,
     settings: Settings,
     container: Container,
     cdr: Cdr,
     frame: Option<SchemaId>,
     fd: Option<SchemaId>,
-    /// By bus.
+    /// Topics by bus.
     topics: Vec<Topics>,
-    /// Names of the files whose frames are written, without folders, and their formats.
+    /// The names of the source files, without folders, and their formats.
     sources: Vec<(String, String)>,
     decoded: Option<Box<Decoded>>,
     frames: u64,
-    /// The moment of the last frame.
+    /// The time of the last frame, in ns.
     now: u64,
 }
 
@@ -101,7 +100,7 @@ impl Default for Mcap {
 }
 
 impl Mcap {
-    /// A writer at the beginning of a file.
+    /// Creates a writer at the beginning of a file.
     pub fn new(settings: Settings) -> Self {
         Self {
             losses: Losses::default(),
@@ -118,7 +117,7 @@ impl Mcap {
         }
     }
 
-    /// A file begins whose frames are written, in this format.
+    /// Records that the next frames come from `file` in this format.
     pub fn source(&mut self, file: &[u8], format: &str) {
         if self.sources.len() < FILES {
             let name = file.rsplit(|byte| *byte == b'/').next().unwrap_or(file);
@@ -126,7 +125,7 @@ impl Mcap {
         }
     }
 
-    /// Whether it writes down what frames mean.
+    /// Returns true if it writes decoded content.
     pub fn wants_events(&self) -> bool {
         self.decoded.is_some()
     }
@@ -140,7 +139,7 @@ impl Mcap {
             None => self.frames.saturating_mul(STEP),
         };
         self.frames += 1;
-        // A moment before 1970 has no place either: it becomes 0.
+        // A time before 1970 cannot be written either and becomes 0.
         if moment.is_none_or(|ns| ns < 0) {
             self.losses.count(Loss::NoStamp);
         }
@@ -172,7 +171,7 @@ impl Mcap {
         self.container.message(out, channel, self.frames as u32, self.now, self.cdr.bytes());
     }
 
-    /// An error marker becomes an error frame of no class.
+    /// Appends an error marker as an error frame without a class; other markers are counted as losses.
     pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { .. } | Marker::LeftOut { .. } => self.losses.count(Loss::Gap),
@@ -185,8 +184,7 @@ impl Mcap {
         }
     }
 
-    /// Appends what the last frame means, where decoded topics are wanted. Without a frame: what is known only at the
-    /// capture's end.
+    /// Appends the events of the last frame, if decoded topics are wanted. Without a frame: later knowledge.
     pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
         if self.decoded.is_none() {
             return;
@@ -203,7 +201,7 @@ impl Mcap {
         }
     }
 
-    /// Appends a finding about the capture, which belongs to no frame.
+    /// Appends a finding about the capture, which has no frame.
     pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
         if self.decoded.is_none() {
             return;
@@ -215,15 +213,15 @@ impl Mcap {
         decoded.finding(&mut decoded::Place { out, container, cdr, losses, setting, now: *now }, bus, finding);
     }
 
-    /// It is `now_ns` on the clock of live frames: a chunk that is old is not held back any longer.
+    /// Appends a chunk that is old at `now_ns` on the clock of live frames.
     pub fn until(&mut self, out: &mut Vec<u8>, now_ns: i64) {
         self.container.until(out, u64::try_from(now_ns).unwrap_or(0));
     }
 
-    /// Appends what belongs at the end of the file.
+    /// Appends the end of the file.
     pub fn finish(&mut self, out: &mut Vec<u8>, _setting: Setting<'_>) {
         self.begin(out);
-        // A line each: names may hold anything else.
+        // One line for each, since names may contain anything else.
         let lines = |words: Vec<&str>| words.join("\n");
         let buses = self.topics.iter().map(|topics| &*topics.name).filter(|name| !name.is_empty());
         let rows = [
@@ -242,7 +240,7 @@ impl Mcap {
         }
     }
 
-    /// The topics of a bus, named when it is first needed.
+    /// Returns the topics of a bus, naming them on first use.
     fn bus(&mut self, setting: Setting<'_>, bus: BusId) -> Option<&mut Topics> {
         let place = usize::from(bus.0);
         if self.topics.len() <= place {
@@ -260,7 +258,7 @@ impl Mcap {
         self.topics.get_mut(place)
     }
 
-    /// The channel of a frame, declared when it is first needed.
+    /// Returns the channel of a frame, declaring it on first use.
     fn channel(&mut self, setting: Setting<'_>, frame: &Frame) -> Option<ChannelId> {
         let fd = matches!(frame.kind, Kind::Fd { .. });
         let sent = frame.dir == Some(Direction::Tx);
@@ -294,7 +292,7 @@ impl Mcap {
     }
 }
 
-/// The number of a schema, declared when it is first needed.
+/// Returns the ID of a schema, declaring it on first use.
 fn declare(container: &mut Container, slot: &mut Option<SchemaId>, definition: Definition) -> Option<SchemaId> {
     if slot.is_none() {
         *slot = container.schema(definition.name, ROS2.0, &definition.text());
@@ -302,8 +300,8 @@ fn declare(container: &mut Container, slot: &mut Option<SchemaId>, definition: D
     *slot
 }
 
-/// A bus's name in topics: `can0` where the capture names none; what would end the name, or is not text, becomes `_`.
-/// Names that become the same by that are told apart by a number.
+/// Returns the name of a bus in topics: `can0` if the capture names none; characters that would end the name, or are
+/// not text, become `_`. Names made equal by this are numbered.
 fn topic_name(given: &[u8], taken: &[&str]) -> String {
     let mut name = String::new();
     for chunk in given.utf8_chunks() {

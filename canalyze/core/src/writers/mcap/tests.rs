@@ -5,7 +5,7 @@ use super::*;
 use crate::frame::Buses;
 use crate::frame::LengthForm;
 
-/// The records of some bytes: opcode and content.
+/// Returns the records of some bytes: opcode and content.
 fn records(mut bytes: &[u8]) -> Vec<(u8, &[u8])> {
     let mut found = Vec::new();
     while let [opcode, rest @ ..] = bytes {
@@ -16,7 +16,7 @@ fn records(mut bytes: &[u8]) -> Vec<(u8, &[u8])> {
     found
 }
 
-/// The records of a file, magic left out, chunks opened.
+/// Returns the records of a file without the magic, with chunks opened.
 fn open(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
     let inner = &file[8..file.len() - 8];
     assert_eq!((&file[..8], &file[file.len() - 8..]), (&b"\x89MCAP0\r\n"[..], &b"\x89MCAP0\r\n"[..]));
@@ -37,7 +37,7 @@ fn open(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
     all
 }
 
-/// The messages of a file: topic, sequence, log time, data.
+/// Returns the messages of a file: topic, sequence, log time, data.
 pub(super) fn messages(file: &[u8]) -> Vec<(String, u32, u64, Vec<u8>)> {
     let mut topics = BTreeMap::new();
     let mut found = Vec::new();
@@ -60,7 +60,7 @@ pub(super) fn messages(file: &[u8]) -> Vec<(String, u32, u64, Vec<u8>)> {
     found
 }
 
-/// Names and texts of the schemas of a file.
+/// Returns the names and texts of the schemas of a file.
 pub(super) fn texts(file: &[u8]) -> Vec<(String, String)> {
     let schemas = open(file).into_iter().filter(|(opcode, _)| *opcode == 3);
     let read = |(_, content): (u8, Vec<u8>)| {
@@ -96,7 +96,7 @@ fn plain(frame: Frame) -> Frame {
 
 const STAMP: [u8; 8] = [0xA4, 0xD0, 0x5A, 0x5C, 0xE9, 0xBF, 0xD4, 0x0F];
 
-/// Encapsulation and header of a message on `can1`, as far as the first field.
+/// Returns the encapsulation and header of a message on `can1`, up to the first field.
 fn head() -> Vec<u8> {
     let mut bytes = vec![0, 1, 0, 0];
     bytes.extend(STAMP);
@@ -166,7 +166,7 @@ fn what_the_format_cannot_hold() {
     assert_eq!(messages(&file)[1].0, "/a_b_c/from_can_bus");
     assert_eq!(messages(&file)[1].2, 0);
     assert_eq!(losses, [(Loss::BusName, 2), (Loss::NoStamp, 1), (Loss::RawDlc, 1)]);
-    // After 2038 the stamp says that it is not known; the log time still has the moment.
+    // After 2038 the stamp is 0 for unknown; the log time is still right.
     let (file, losses) = write(Settings::default(), &[Frame { t_ns: Some(i64::MAX), ..plain(bare) }]);
     let (_, _, time, data) = messages(&file).remove(0);
     assert_eq!((time, &data[4..12]), (i64::MAX as u64, &[0; 8][..]));
@@ -198,13 +198,14 @@ fn summary_and_indexes() {
         }
         counts
     };
-    // 75 bytes a message: 4.5 MB are five chunks. Of the summary: a schema, a channel, five chunks, a metadata record.
+    // With 75 bytes a message, 4.5 MB are five chunks. The summary has a schema, a channel, five chunks and a metadata
+    // record.
     let expected =
         [(1, 1), (2, 1), (3, 1), (4, 1), (6, 5), (7, 5), (8, 5), (0xB, 1), (0xC, 1), (0xD, 1), (0xE, 5), (0xF, 1)];
     assert_eq!(kinds(&file), BTreeMap::from(expected));
     assert_eq!(messages(&file).len(), frames.len());
 
-    // Every place that an index names holds what it says.
+    // Each indexed offset points to the described record.
     let at = |offset: u64| -> (u8, &[u8]) {
         let rest = &file[offset as usize..];
         let length = u64::from_le_bytes(rest[1..9].try_into().unwrap()) as usize;

@@ -1,6 +1,6 @@
-//! Nodes that restart or leave Operational though nobody has told them to.
+//! Nodes that restart or leave Operational without a command.
 //!
-//! Must not: decide whether somebody has (`checks/nmt` does).
+//! `checks/nmt` decides if there was a command.
 
 use super::Nodes;
 use super::losses::lost_with;
@@ -12,19 +12,19 @@ use crate::diagnosis::scene::Scene;
 use crate::diagnosis::trackers::AGAIN_NS;
 use crate::finding::{Finding, Quantity};
 use crate::frame::FrameRef;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
-/// A state that is left within this time of an emergency, in ns, is left because of it.
+/// Maximum time from an emergency to a change of state caused by it, in ns.
 const REACTION_NS: i64 = 2_000_000_000;
-/// Boot-ups without a command from which on they are a loop.
+/// Number of boot-ups without a command that are a loop.
 const LOOP: u64 = 3;
-/// Boot-ups of nodes that were lost together come within this time, in ns.
+/// Maximum distance of boot-ups of nodes that were lost together, in ns.
 const BACK_NS: i64 = 1_000_000_000;
-/// What a second node with a node-ID shows comes within this time, in ns.
+/// Maximum distance of the signs of a second node with the same node-ID, in ns.
 const DOUBLE_NS: i64 = 15_000_000_000;
 
 impl Nodes {
-    /// A boot-up that nobody had asked for (NMT003).
+    /// Records a boot-up without a command (NMT003).
     pub(in crate::diagnosis) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
         let at = finding.at;
         if let Some(place) = self.waiting.get(&node).and_then(|places| places.last()).copied()
@@ -82,15 +82,15 @@ impl Nodes {
         }
     }
 
-    /// A boot-up that comes with those of other nodes that were lost together: a node that is heard so seldom that it was not
-    /// missed was lost with them.
+    /// Adds a boot-up to the loss of other nodes that boot together: a node with so few frames that it was not missed
+    /// was lost with them.
     fn comes_with_others(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let (at, Some(before)) = (finding.at, self.before.get(&node).copied()) else { return false };
         let others = scene.ledger.last(scene.id, |one| {
             let lost = matches!(one.kind, Kind::SegmentLost | Kind::NodeSilent) && one.has("boot_up");
             let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
             let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.saturating_abs() <= BACK_NS));
-            // Its last frame is older than the loss, or came within the time in which the others were lost.
+            // Its last frame is older than the loss, or came while the others were being lost.
             let period = one.ns("period").unwrap_or(0);
             lost && near && before.since(one.begin).is_some_and(|since| since <= period)
         });
@@ -100,7 +100,7 @@ impl Nodes {
         true
     }
 
-    /// A node has changed its state by itself (NMT004, NMT005).
+    /// Records a change of state without a command (NMT004, NMT005).
     pub(in crate::diagnosis) fn changed(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let Some(measured) = finding.measured() else { return };
         let (Some(Quantity::State(from)), Some(Quantity::State(to))) = (measured.get("from"), measured.get("to"))
@@ -112,7 +112,7 @@ impl Nodes {
         }
         let at = finding.about().unwrap_or(finding.at);
         let trouble = scene.ledger.last(scene.id, |one| {
-            // It could hear nobody while nobody could hear it.
+            // It could hear no node while it could not be heard.
             let lost = matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) && one.ended_within(at, REACTION_NS);
             lost && one.subject.concerns(node)
         });
@@ -141,8 +141,8 @@ impl Nodes {
         self.wait(node, place);
     }
 
-    /// The same node has left Operational shortly before. Where it was Operational in between though nobody had started it,
-    /// and does so again and again, two nodes answer by one node-ID.
+    /// Returns the recent incident of the same node leaving Operational. If it became Operational in between without a
+    /// command, and repeatedly so, two nodes share the node-ID.
     fn left_again(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
         let place = scene.ledger.last(scene.id, |one| {
             let left = matches!(one.kind, Kind::LeftOperational | Kind::DuplicateNodeId);

@@ -1,6 +1,6 @@
-//! What nodes are commanded to, by NMT and by RPDOs, and what becomes of that.
+//! Commands to nodes by NMT and RPDOs, and their outcome.
 //!
-//! Must not: decide that a command had no effect (`checks/nmt` does).
+//! `checks/nmt` decides if a command had no effect.
 
 use super::Nodes;
 use crate::diagnosis::incident::{Role, Subject, bit, members};
@@ -10,13 +10,13 @@ use crate::diagnosis::scene::Scene;
 use crate::diagnosis::trackers::commanded::Commanded;
 use crate::finding::{Code, Finding, Quantity};
 
-/// RPDOs to a node that is not Operational that are more than a controller's start.
+/// Number of RPDOs to a node that is not Operational beyond the start of a controller.
 const COMMANDS: u64 = 50;
-/// Resets within this time are one restart of the plant, in ns.
+/// Maximum distance of resets that are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
 impl Nodes {
-    /// The NMT master has commanded a node, or all (0); `before`: the nodes that were Operational until now.
+    /// Processes an NMT command to a node or to all (0); `before`: the nodes that were Operational until now.
     pub(in crate::diagnosis) fn commanded(&mut self, command: u8, node: u8, before: u128, scene: &mut Scene<'_>) {
         let meant = if node == 0 { scene.heard.known } else { bit(node) & scene.heard.known };
         let hit = meant & before;
@@ -71,7 +71,7 @@ impl Nodes {
         }
     }
 
-    /// An RPDO was sent to a node; `taken`: the node is Operational, for all that is known.
+    /// Processes an RPDO to a node; `taken`: the node is Operational as far as known.
     #[inline]
     pub(in crate::diagnosis) fn controlled(&mut self, node: u8, taken: bool, scene: &mut Scene<'_>) {
         if taken {
@@ -91,7 +91,7 @@ impl Nodes {
         *place = scene.ledger.open(kind, scene.id, Subject::node(node), *first, scene.at);
     }
 
-    /// A command had no effect (NMT002), or no boot-up has come (NMT006).
+    /// Records a command without effect (NMT002) or a missing boot-up (NMT006).
     pub(in crate::diagnosis) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let kind = if finding.code == Code::Nmt006 { Kind::NoBootUp } else { Kind::StartWithoutEffect };
         let mut begin = finding.cause.unwrap_or(finding.at);
@@ -101,7 +101,7 @@ impl Nodes {
         {
             begin = *first;
         }
-        // A master that tries again does not make it another trouble.
+        // Further attempts of the master belong to the same problem.
         if let Some(one) = self.owing.get(&node).and_then(|place| scene.ledger.get_mut(*place))
             && one.kind == kind
         {

@@ -1,6 +1,6 @@
-//! Nodes that are not heard any more: since when, which of them together, and by whom they are missed.
+//! Nodes that are not heard any more: their last frames, common losses, and the consumers that miss them.
 //!
-//! Must not: decide when a heartbeat is overdue (`checks/heartbeat` does).
+//! `checks/heartbeat` decides if a heartbeat is overdue.
 
 use super::Nodes;
 use crate::diagnosis::incident::{Grade, Incident, Role, Subject, bit, members};
@@ -12,13 +12,13 @@ use crate::diagnosis::trackers::AGAIN_NS;
 use crate::finding::{Finding, Quantity};
 use crate::frame::FrameRef;
 
-/// Nodes that fall silent within this time of each other, in ns, have one cause.
+/// Maximum distance of silences with one cause, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
-/// A node of which nothing was heard for so long may be the one that a consumer misses, in ns.
+/// Minimum time without a frame after which a node may be the one that a consumer misses, in ns.
 const UNHEARD_NS: i64 = 400_000_000;
 
 impl Nodes {
-    /// A node has sent something that is no boot-up.
+    /// Processes a frame of a node that is not a boot-up.
     pub(in crate::diagnosis) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
         if self.silent.is_empty() {
             return;
@@ -40,7 +40,7 @@ impl Nodes {
         }
     }
 
-    /// A heartbeat is overdue (HBT002).
+    /// Records an overdue heartbeat (HBT002).
     pub(in crate::diagnosis) fn lost(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         if let Some(one) = self.silent.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
             return one.found(finding);
@@ -49,7 +49,7 @@ impl Nodes {
         let period = scene.bus.heartbeat_period(node);
         let sync = scene.heard.sync;
         let (begin, producer) = last_sign(node, heartbeat, finding.at, scene);
-        // Other frames that come after the next heartbeat was due show that the node goes on.
+        // Other frames after the next heartbeat was due show that the node goes on.
         let rest = finding.at.since(begin).unwrap_or(i64::MAX);
         let beyond = begin.since(heartbeat).unwrap_or(0);
         let goes_on = period.is_some_and(|period| beyond > period.saturating_add(period / 2) && rest < beyond);
@@ -83,9 +83,9 @@ impl Nodes {
         self.remember(node, scene);
     }
 
-    /// A consumer reports a loss, and no rule has found one: the node of which nothing was heard for longest, where one
-    /// alone is missed. `watched`: whom the consumer is known to watch, with its times in ns; `named`: the bytes of the
-    /// emergency that may name it.
+    /// Attributes a loss reported by a consumer, but found by no rule, to the node that has not been heard for longest,
+    /// if only one is missing. `watched`: the nodes that the consumer monitors, with their times in ns; `named`: the
+    /// bytes of the emergency that may name the node.
     pub(in crate::diagnosis) fn missed(
         &mut self,
         consumer: u8,
@@ -106,7 +106,7 @@ impl Nodes {
             let beats = scene.heard.last_heartbeat(*node).is_some_and(|beat| {
                 self.booted.get(node).is_none_or(|boot| beat.no >= boot.no) || scene.heard.last(*node) == Some(beat)
             });
-            // Who was reset by command boots.
+            // A node reset by command is booting.
             let reset = self.commanded.as_ref().is_some_and(|commanded| {
                 let kind = scene.ledger.get(commanded.place).map(|one| one.kind);
                 commanded.waits_for(*node) && kind == Some(Kind::CommandedReset)
@@ -143,7 +143,7 @@ impl Nodes {
         self.remember(node, scene);
     }
 
-    /// The capture is over: nodes whose other frames have stopped, too.
+    /// Completes nodes whose other frames have stopped as well, at the end of the capture.
     pub(in crate::diagnosis) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (node, place) in &self.silent {
             let last = scene.heard.last(*node);
@@ -153,7 +153,7 @@ impl Nodes {
         }
     }
 
-    /// A node that was not heard since others were lost was lost with them, though nobody has missed it.
+    /// Adds a node to the loss of others if it has not been heard since then, although it was not missed.
     fn was_away(&self, node: u8, scene: &mut Scene<'_>) {
         let Some(last) = scene.heard.last(node) else { return };
         let away = scene.at.since(last).unwrap_or(0);
@@ -171,14 +171,14 @@ impl Nodes {
         }
     }
 
-    /// Whether a node that is gone was Operational: one that waits to be started was, before.
+    /// Remembers if a lost node was Operational; one that waits to be started was so before.
     fn remember(&mut self, node: u8, scene: &Scene<'_>) {
         if !self.waiting.contains_key(&node) {
             self.was_operational = self.was_operational & !bit(node) | scene.heard.operational & bit(node);
         }
     }
 
-    /// The same trouble of the node, where it has come again soon.
+    /// Returns the same incident of the node if it recurs soon.
     fn again(&mut self, kind: Kind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
         let place = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node))?;
         let one = scene.ledger.get_mut(place)?;
@@ -191,7 +191,7 @@ impl Nodes {
         Some(place)
     }
 
-    /// The silence of other nodes that began when this one's did.
+    /// Returns the silence of other nodes that began together with this one.
     fn join(
         &mut self,
         node: u8,
@@ -202,7 +202,7 @@ impl Nodes {
     ) -> Option<Place> {
         let place = self.silent.values().copied().max()?;
         let since = scene.heard.last(node)?;
-        // When the other's next heartbeat was due it was gone already, and so was this one.
+        // When the next heartbeat of the other was due, it was already lost, and so was this one.
         let one = scene.ledger.get_mut(place).filter(|one| kind == Kind::NodeSilent && one.end.is_none())?;
         if !matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) {
             return None;
@@ -225,30 +225,31 @@ impl Nodes {
     }
 }
 
-/// Whether what comes with SYNC, and came last at a frame, has stopped.
+/// Returns true if messages that accompany SYNC, the last of them at a frame, have stopped.
 fn has_stopped(last: FrameRef, at: FrameRef, scene: &Scene<'_>) -> bool {
     let since = at.since(last).zip(scene.heard.sync_period_ns);
     last.no > 0 && since.is_some_and(|(since, period)| since > 2 * period)
 }
 
-/// The last sign of a node that is missed, whose last heartbeat is known, and whether it produces SYNC.
+/// Returns the last sign of a missed node with a known last heartbeat, and true if it produces SYNC.
 fn last_sign(node: u8, heartbeat: FrameRef, at: FrameRef, scene: &Scene<'_>) -> (FrameRef, bool) {
     let begin = scene.heard.last(node).filter(|last| last.no > heartbeat.no).unwrap_or(heartbeat);
     let (sync, control) = (scene.heard.sync, scene.heard.control);
-    // Who only sends heartbeats controls the others: where that has stopped with them, it went on until then.
+    // A node that sends only heartbeats is the controller; if control traffic has stopped with its heartbeats, it lived
+    // until then.
     let controls = scene.heard.serving & bit(node) == 0 && has_stopped(control, at, scene);
     let producer = scene.produces_sync(node) || controls && has_stopped(sync, at, scene);
     let last = if controls { control } else { sync };
     (if producer && last.no > begin.no { last } else { begin }, producer)
 }
 
-/// A period as a person says it: in whole ms, where it is not a short one.
+/// Rounds a period for people: to whole ms unless it is short.
 fn rounded(ns: i64) -> i64 {
     const MS: i64 = 1_000_000;
     if ns < 10 * MS { ns } else { ns.saturating_add(MS / 2) / MS * MS }
 }
 
-/// A node of which only heartbeats were missing is silent where nothing else of it has come for as long.
+/// Turns a loss of heartbeats into a silence if the node has sent nothing else for as long.
 fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
     let limit = one.ns("limit");
     let Some(last) = last.filter(|last| one.kind == Kind::HeartbeatStopped && last.no >= one.begin.no) else { return };
@@ -259,7 +260,7 @@ fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
     }
 }
 
-/// A node was lost with the others of an incident; what is its own stays so.
+/// Adds a node to an incident of lost nodes; its own facts stay.
 pub(super) fn lost_with(one: &mut Incident, node: u8) {
     one.subject.nodes |= bit(node);
     if one.subject.nodes.count_ones() > 1 {

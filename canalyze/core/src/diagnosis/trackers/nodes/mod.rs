@@ -1,9 +1,8 @@
-//! Nodes that are lost, restart, leave Operational or are commanded to: who was heard, and what it did then.
+//! Nodes that are lost, restart, leave Operational or receive commands.
 //!
-//! A silence begins with the last frame of the node, not with the moment at which it is noticed. It ends when the node is
-//! heard again; where that is a boot-up of a node that was Operational, when it is Operational again. Here stands what is
-//! open and what ends it; what opens it is in `losses`, `changes` and `commands`. Must not: decide when a heartbeat is
-//! overdue (`checks/heartbeat` does).
+//! A silence begins with the last frame of the node, not when it is noticed. It ends when the node is heard again, or,
+//! for a node that was Operational and boots, when it is Operational again. This module holds the open incidents and
+//! ends them; `losses`, `changes` and `commands` open them. `checks/heartbeat` decides if a heartbeat is overdue.
 
 mod changes;
 mod commands;
@@ -19,35 +18,35 @@ use crate::diagnosis::sayings::Saying;
 use crate::diagnosis::scene::Scene;
 use crate::finding::Quantity;
 use crate::frame::FrameRef;
-use crate::services::heartbeat::OPERATIONAL;
+use crate::wire::error_control::OPERATIONAL;
 
-/// What is open about the nodes of a bus.
+/// The open incidents of the nodes of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::diagnosis) struct Nodes {
     silent: BTreeMap<u8, Place>,
-    /// Nodes that are back, or left Operational, and are over it once they are Operational again.
+    /// Incidents of nodes that are back or left Operational, which end once the node is Operational.
     waiting: BTreeMap<u8, Vec<Place>>,
-    /// Nodes that were to boot or to reach a state.
+    /// Nodes that have to boot or to reach a state.
     owing: BTreeMap<u8, Place>,
     commanded: Option<Commanded>,
-    /// Which of the nodes were Operational before their last boot-up or reset.
+    /// Nodes that were Operational before their last boot-up or reset, one bit each.
     was_operational: u128,
-    /// The first start of each node that it has not obeyed yet.
+    /// The first start command to each node that it has not obeyed yet.
     started: BTreeMap<u8, FrameRef>,
     /// The boot-up of each node that ended its last silence.
     returned: BTreeMap<u8, u64>,
     /// The last frame of each node before its last boot-up.
     before: BTreeMap<u8, FrameRef>,
-    /// The last start of each node, and of all (0), by command.
+    /// The last start command to each node, and to all (0).
     ordered: BTreeMap<u8, FrameRef>,
-    /// RPDOs to nodes that are not Operational: the first, how many, and what was opened.
+    /// RPDOs to nodes that are not Operational: the first one, their number, and the incident.
     ignored: BTreeMap<u8, (FrameRef, u64, Option<Place>)>,
     /// The last boot-up of each node.
     booted: BTreeMap<u8, FrameRef>,
 }
 
 impl Nodes {
-    /// A node has booted; `asked`: by command.
+    /// Records a boot-up of a node.
     pub(in crate::diagnosis) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
         let was = scene.heard.is_operational(node) || self.was_operational & bit(node) != 0;
@@ -89,7 +88,7 @@ impl Nodes {
         }
     }
 
-    /// Error control has shown a state.
+    /// Processes a state shown by error control.
     pub(in crate::diagnosis) fn state(&mut self, node: u8, state: u8, scene: &mut Scene<'_>) {
         if state != OPERATIONAL {
             return;
@@ -120,12 +119,12 @@ impl Nodes {
         }
     }
 
-    /// Whether an incident of a node is over only once the node is Operational again.
+    /// Returns true if an incident ends only once its node is Operational.
     pub(in crate::diagnosis) fn waits(&self, place: Place) -> bool {
         self.waiting.values().flatten().any(|other| *other == place)
     }
 
-    /// Whether a node is waited for to be Operational.
+    /// Returns true if a node is expected to become Operational.
     pub(in crate::diagnosis) fn is_waiting(&self, node: u8) -> bool {
         self.waiting.contains_key(&node)
             || self.owing.contains_key(&node)
@@ -133,12 +132,12 @@ impl Nodes {
             || self.commanded.is_some()
     }
 
-    /// Whether a node is silent.
+    /// Returns true if a node is silent.
     pub(in crate::diagnosis) fn is_silent(&self, node: u8) -> bool {
         self.silent.contains_key(&node)
     }
 
-    /// Since when nodes are back without being Operational again.
+    /// Returns the last boot-up of the nodes of an incident that are back without being Operational.
     pub(in crate::diagnosis) fn back(&self, place: Place) -> Option<FrameRef> {
         let waiting = self.waiting.iter().filter(|(_, places)| places.contains(&place));
         waiting.filter_map(|(node, _)| self.booted.get(node).copied()).max_by_key(|at| at.no)

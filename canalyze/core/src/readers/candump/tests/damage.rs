@@ -1,6 +1,5 @@
-//! What damage leaves of a text capture: lines that the file's end cuts, and wrecks of lines.
-//!
-//! Must not: take a comment or a remark of a person for damage.
+//! Damaged text captures: lines cut by the end of the file, and remains of lines. Comments and remarks of people are
+//! not damage.
 
 use super::*;
 
@@ -45,7 +44,7 @@ fn the_last_line() {
 
 #[test]
 fn a_last_line_that_may_go_on() {
-    // What a longer frame would begin with is told, not read.
+    // The beginning of a longer frame is reported and not read.
     for (before, line) in [
         ("(1.5) can0 601#4008100000000000", "(2.5) can0 601#4008"),
         ("(1.5) can0 601#40", "(2.5) can0 602#41"),
@@ -67,7 +66,7 @@ fn a_last_line_that_may_go_on() {
         let got = read(&format!("{before}\n{line}\n"));
         assert!(got.lines().nth(1).unwrap().starts_with("2: "), "{line:?}: {got}");
     }
-    // Whole lines without a newline are read.
+    // Complete lines without a newline are read.
     for (before, line) in [
         ("(1.5) can0 601#40", "(2.5) can0 601#41"),
         ("(1.5) can0 602#4008100000000000", "(2.5) can0 601#4008100000000000"),
@@ -122,7 +121,7 @@ fn damage_is_no_comment() {
     }
 }
 
-/// What is read of a line alone, without the count of lines.
+/// Returns the items of a single line, without the number of lines.
 fn first(line: &str) -> String {
     read(&format!("{line}\n")).trim_end_matches("1 lines\n").to_owned()
 }

@@ -1,6 +1,6 @@
-//! Every dialect by a line of its own, and the laws that hold for any input.
+//! A line for each dialect, and the laws that hold for any input.
 //!
-//! Lines are written for these tests, after the forms of can-utils' sources and of captures met in the field.
+//! The lines are written for these tests, in the forms of can-utils' sources and of captures from the field.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
 mod damage;
@@ -13,7 +13,7 @@ use super::*;
 use crate::frame::Direction;
 use crate::readers::lines::MAX_LINE;
 
-/// All items of a capture, one a line, in a short notation.
+/// Returns all items of a capture, one on each line, in a short notation.
 fn items(text: &[u8], stamps: Stamps, regular: bool, cuts: &[usize]) -> String {
     let mut reader = Candump::new(stamps, regular);
     let mut buses = Buses::default();
@@ -42,7 +42,7 @@ fn read(text: &str) -> String {
     items(text.as_bytes(), Stamps::Auto, true, &[])
 }
 
-/// `line time bus direction id kind length bytes form`, parts that say nothing left out.
+/// Returns `line time bus direction id kind length bytes form` without empty parts.
 fn shown(frame: &Frame, buses: &Buses) -> String {
     let mut out = frame.line.map(|line| format!("{line}: ")).unwrap_or_default();
     if let Some(t) = frame.t_ns {
@@ -232,7 +232,7 @@ fn console_lines() {
     }
 }
 
-/// One line, between two that must not matter, with every end of line.
+/// Checks one line, between two others that must not matter, with every kind of line end.
 fn check(line: &str, expected: &str) {
     let expected = if expected.starts_with('!') { format!("2{expected}") } else { format!("2: {expected}") };
     for end in ["\n", "\r\n"] {
@@ -371,7 +371,7 @@ fn numbers_of_rows() {
     }
     assert_eq!(numbered(&["13)", "14)", "20)", "21)"]), with(3, 4, 5, (14, 20)));
     assert_eq!(numbered(&["[1]", "> [3]"]), with(2, 2, 1, (1, 3)));
-    // The mark is where the numbers tell how many, and an unreadable row is a row.
+    // The mark is where the numbers show the gap, and an unreadable row is a row.
     let marked = read("1) can0 601 [1] 40\n...\n9) can0 601 [1] 40\n10) can0 601 [1] 4\n11) can0 601 [1] 40\n");
     let marker = Marker::LeftOut { count: Some(7), rows: Some((1, 9)), place: Place::Line(3) };
     assert_eq!(marked, format!("1: can0 601 1 40\n{marker:?}\n3: can0 601 1 40\n4! Data\n5: can0 601 1 40\n5 lines\n"));
@@ -404,7 +404,7 @@ fn what_people_write_before_a_frame() {
 
 #[test]
 fn a_number_is_a_row_or_a_bus() {
-    // Three that grow are rows; else they name the interface.
+    // Three increasing ones are row numbers; otherwise they name the interface.
     assert_eq!(read("1 601 [1] 40\n2 601 [1] 41\n3 601 [1] 42\n"), "1: 601 1 40\n2: 601 1 41\n3: 601 1 42\n3 lines\n");
     assert_eq!(
         read("1 601 [1] 40\n2 601 [1] 41\n1 601 [1] 42\n"),
@@ -469,7 +469,7 @@ fn explained_error_frames_are_one_record() {
     assert_eq!(read("  can0  701   [1]  05\n\tbus-error\n").lines().nth(1), Some("2! NoFrame"));
 }
 
-/// Times of the frames in ms, and the line of a marker `Backward`.
+/// Returns the times of the frames in ms, and the line of a `Backward` marker.
 fn times(text: &str, stamps: Stamps, regular: bool) -> String {
     let items = items(text.as_bytes(), stamps, regular, &[]);
     let times = items.lines().filter_map(|line| match line.strip_prefix("Backward { place: Line(") {
@@ -559,7 +559,7 @@ fn regex(pattern: &str) -> impl Strategy<Value = String> + use<> {
     proptest::string::string_regex(pattern).unwrap()
 }
 
-/// Text that looks like captures, whole and in pieces.
+/// Generates text similar to captures, whole and in pieces.
 fn captures() -> impl Strategy<Value = Vec<u8>> {
     let stamp =
         "(\\((0{1,3}|1549455524|7)\\.[0-9]{1,10}\\) {1,2}|\\(2026-11-2[0-9] 00:38:39\\.[0-9]{6}\\) |\\([0-9]\\) )?";
@@ -619,7 +619,7 @@ proptest! {
         let _ = super::line(&text, &mut Buses::default());
     }
 
-    // No line is lost: each gives a frame, a marker, an unreadable one, or is one that may say nothing.
+    // Each line gives a frame, a marker, an unreadable one, or may be ignored.
     #[test]
     fn a_damaged_frame_is_never_silent(frame in "can0  601   \\[8\\]  ([0-9A-F]{2} ){7}[0-9A-F]{2}", at in any::<prop::sample::Index>(), new in "[!-~]") {
         let mut text = frame.clone();

@@ -1,4 +1,4 @@
-//! Blocks as a receiver makes them, and what comes of them.
+//! Blocks as a receiver makes them, and their results.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic, dead_code)]
 
@@ -10,7 +10,7 @@ use super::messages::{CONTROL, FRAME};
 use crate::frame::{Frame, Kind};
 use crate::writers::{Setting, packed::Packed};
 
-/// One block.
+/// Makes one block.
 pub(super) fn block(kind: u8, bus: u8, which: u8, number: i64, body: &[u8]) -> Vec<u8> {
     let mut out = vec![kind, bus, which, 0];
     out.extend_from_slice(&(body.len() as u32).to_le_bytes());
@@ -27,7 +27,7 @@ pub(super) fn until(now_ns: i64) -> Vec<u8> {
     block(kind::UNTIL, 0, 0, now_ns, b"")
 }
 
-/// What the kernel has of one message.
+/// The kernel's data for one message.
 #[derive(Clone, Debug)]
 pub(super) struct Sent {
     /// `struct can_frame` or `struct canfd_frame`.
@@ -39,7 +39,7 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// A frame as the kernel hands it over.
+    /// Makes a frame as the kernel delivers it.
     pub(super) fn new(frame: &Frame) -> Self {
         let fd = matches!(frame.kind, Kind::Fd { .. });
         let bit = |set: bool, bit: u32| if set { bit } else { 0 };
@@ -59,7 +59,7 @@ impl Sent {
     }
 }
 
-/// A control message, and what it is filled up with.
+/// Appends a control message with its padding.
 fn control(out: &mut Vec<u8>, word: usize, kind: u32, data: &[u8]) {
     let head = (word + 8).next_multiple_of(word);
     out.extend_from_slice(&size(head + data.len(), word));
@@ -79,7 +79,7 @@ fn timespec(ns: i64, word: usize) -> Vec<u8> {
     if word == 8 { wide } else { [s as i32, ns as i32].map(i32::to_ne_bytes).concat() }
 }
 
-/// The structures and slots of messages, as wide as a host of such words has them.
+/// Makes the structures and slots of messages for a host with this word size.
 pub(super) fn messages(sent: &[Sent], word: usize) -> Vec<u8> {
     let (mut headers, mut slots) = (Vec::new(), Vec::new());
     for one in sent {
@@ -94,7 +94,7 @@ pub(super) fn messages(sent: &[Sent], word: usize) -> Vec<u8> {
         if let Some(ns) = one.kernel {
             control(&mut controls, word, 35, &timespec(ns, word));
         }
-        // name, namelen and what fills it up, iov, iovlen, control: pointers are garbage.
+        // name, namelen with padding, iov, iovlen, control: pointers are garbage.
         headers.extend_from_slice(&vec![0x5A; 5 * word]);
         headers.extend_from_slice(&size(controls.len(), word));
         headers.extend_from_slice(&size(one.flags as usize, word));
@@ -108,12 +108,12 @@ pub(super) fn messages(sent: &[Sent], word: usize) -> Vec<u8> {
     [headers, slots].concat()
 }
 
-/// A block of messages of this host.
+/// Makes a block of messages for this host.
 pub(super) fn received(bus: u8, which: u8, sent: &[Sent]) -> Vec<u8> {
     block(kind::MESSAGES, bus, which, sent.len() as i64, &messages(sent, size_of::<usize>()))
 }
 
-/// A block of frames of python-can.
+/// Makes a block of frames of python-can.
 pub(super) fn records(bus: u8, frames: &[Frame], setting: Setting<'_>) -> Vec<u8> {
     let (mut writer, mut out) = (Packed::default(), Vec::new());
     for frame in frames {

@@ -1,4 +1,4 @@
-//! Live buses through a whole session: the same as a capture of the same frames, and what only live buses have.
+//! Live buses through a whole session: the same results as for a capture of the same frames, and live-only behaviour.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -52,7 +52,7 @@ fn logs() -> Vec<PathBuf> {
     found
 }
 
-/// The frames of a log whose stamps are what a kernel gives.
+/// Returns the frames of a log if its stamps have the form of a kernel's.
 fn frames_of(path: &Path) -> Option<(Vec<Frame>, Buses)> {
     let mut reader = Reader::new(Input::Candump, &Settings { regular: true, ..Settings::default() });
     let (mut buses, mut frames, mut fit) = (Buses::default(), Vec::new(), true);
@@ -73,7 +73,7 @@ fn names(buses: &Buses) -> Vec<u8> {
     named.flatten().collect()
 }
 
-/// What a receiver makes of frames: pieces of them bus by bus, and a word of how far it has come behind each.
+/// Returns the blocks of a receiver for these frames: pieces of them bus by bus, each followed by a tick.
 fn live(frames: &[Frame], buses: &Buses, piece: usize) -> Vec<u8> {
     let mut out = names(buses);
     for frames in frames.chunks(piece) {
@@ -86,7 +86,7 @@ fn live(frames: &[Frame], buses: &Buses, piece: usize) -> Vec<u8> {
     out
 }
 
-/// JSON lines without what only a file has.
+/// Returns JSON lines without the fields that only a file has.
 fn without_lines(jsonl: &[u8]) -> Vec<Value> {
     fn strip(value: &mut Value) {
         match value {
@@ -127,11 +127,11 @@ fn live_frames_read_as_their_log_does() {
             if format == Format::Text {
                 let texts = [&whole, &of_log].map(|out| String::from_utf8_lossy(out).into_owned());
                 assert!(texts[0] == texts[1], "{path:?}");
-                // The log as it came tells no direction.
+                // The original log has no directions.
                 let bare = texts[0].replace("RX - -  ", "").replace("RX B -  ", "").replace("RX - E  ", "");
                 let given = run_as(Input::Candump, english(format), &[&fs::read(&path).unwrap()]);
-                // A SYNC that is marked as received has an exact stamp; one without a mark may be the host's own. A limit
-                // that is passed by less than an own frame may be late is certain some frames later.
+                // A SYNC marked as received has an exact stamp; an unmarked one may be the host's own. A limit exceeded
+                // by less than the possible delay of an own frame is certain some frames later.
                 let exact = ["SYN011.log", "SYN011.clean.log"].iter().any(|name| path.ends_with(name))
                     || path.components().any(|part| part.as_os_str() == "stories");
                 if !exact && frames.iter().all(|frame| frame.dir.is_none()) && buses.names().count() == 1 {
@@ -145,7 +145,7 @@ fn live_frames_read_as_their_log_does() {
     assert!(compared > 5, "{compared}");
 }
 
-/// Code and severity of findings, in order of what they are.
+/// Returns the codes of findings with their nodes and objects, sorted.
 fn findings(jsonl: &str) -> Vec<(String, String)> {
     let lines = jsonl.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     let text = |line: &Value, key: &str| line[key].as_str().unwrap_or_default().to_owned();
@@ -159,7 +159,7 @@ fn findings(jsonl: &str) -> Vec<(String, String)> {
 
 #[test]
 fn ticks_that_lag_find_nothing_further() {
-    // A tick says that the bus was silent: then nothing is missing from the recording.
+    // A tick shows that the bus was silent, so that nothing is missing from the recording.
     let holed = ["CAP007.log", "t20-recorder-stall.log"];
     for path in logs().into_iter().filter(|path| !holed.iter().any(|name| path.ends_with(name))) {
         let Some((frames, buses)) = frames_of(&path) else { continue };
@@ -202,7 +202,7 @@ fn nothing_is_found_across_a_gap() {
                 for tick in [MS, 100 * MS, 1_000 * MS, 10_000 * MS, 3_600_000 * MS] {
                     session.feed(&until(end + tick), &mut out);
                 }
-                // A bus that is back tells of others' silence no more than one that is away.
+                // A bus that is back shows no more about the silence of others than one that is away.
                 let back = Frame {
                     t_ns: Some(end + 3_600_001 * MS),
                     bus: BusId(0),
@@ -210,7 +210,7 @@ fn nothing_is_found_across_a_gap() {
                 };
                 session.feed(&received(0, 0, &[Sent::new(&back)]), &mut out);
                 session.feed(&until(end + 3_700_000 * MS), &mut out);
-                // What waited is told at the gap, at its own frame.
+                // Waiting findings are released at the gap, with their own frames.
                 let told = String::from_utf8(out).unwrap();
                 let later = |line: &&str| {
                     let row = serde_json::from_str::<Value>(line).unwrap();
@@ -229,12 +229,12 @@ fn heartbeat(node: u8, ms: i64) -> Vec<u8> {
     received(0, 0, &[Sent::new(&Frame { t_ns: Some(START + ms * MS), ..frame })])
 }
 
-/// Twenty heartbeats every 100 ms, the last one at 1900 ms.
+/// Makes twenty heartbeats every 100 ms, the last one at 1900 ms.
 fn heartbeats(node: u8) -> Vec<u8> {
     [named(0, "can0"), (0..20).flat_map(|no| heartbeat(node, no * 100)).collect()].concat()
 }
 
-/// Ticks every 20 ms, 20 ms behind.
+/// Makes ticks every 20 ms, delayed by 20 ms.
 fn ticks(from_ms: i64, to_ms: i64) -> Vec<u8> {
     (from_ms / 20..to_ms / 20).flat_map(|no| until(START + (no * 20 - 20) * MS)).collect()
 }
@@ -295,7 +295,7 @@ fn a_gap_is_no_silence() {
     let stream = [heartbeats(5), gap, ticks(1_900, 30_000), heartbeat(6, 30_000), ticks(30_020, 60_000)].concat();
     let text = run(english(Format::Text), &stream);
     assert!(!text.contains('!') && !text.contains("HBT"), "{text}");
-    // Back, and gone again: that is one.
+    // A return and another loss: one finding.
     let again = (0..5).flat_map(|no| heartbeat(5, 61_000 + no * 100)).collect();
     let stream = [stream, again, ticks(61_420, 70_000)].concat();
     assert_eq!(run(english(Format::Text), &stream).matches("HBT").count(), 1);
@@ -312,7 +312,7 @@ fn a_clock_that_is_set_back_at_a_gap() {
     assert_eq!(findings(&run(english(Format::Jsonl), &stream)), []);
 }
 
-/// Findings above info but CAP002.
+/// Returns findings above info except CAP002.
 fn verdicts(jsonl: &str) -> Vec<String> {
     let lines = jsonl.lines().filter(|line| line.starts_with("{\"kind\":\"finding\""));
     let verdict = |line: &&str| !line.contains("\"severity\":\"info\"") && !line.contains("CAP002");
@@ -322,7 +322,7 @@ fn verdicts(jsonl: &str) -> Vec<String> {
 #[test]
 fn what_follows_a_gap_is_not_judged_by_what_was_before() {
     let (mut clean, mut wrong) = (0, Vec::new());
-    // In a story something goes wrong, whatever is found.
+    // Stories contain faults on purpose.
     for path in logs().into_iter().filter(|path| path.components().all(|part| part.as_os_str() != "stories")) {
         let Some((frames, buses)) = frames_of(&path) else { continue };
         let whole = run(english(Format::Jsonl), &live(&frames, &buses, 50));
@@ -351,7 +351,7 @@ fn who_is_back_with_the_bus_is_not_lost() {
     let mut stream = named(0, "can0");
     let pair = |from: i64| (0..20).flat_map(move |no| [(5, from + no * 100), (6, from + no * 100 + 70)]);
     stream.extend(pair(0).flat_map(|(node, ms)| heartbeat(node, ms)));
-    // The silence is said again and again on the way, at any phase of the nodes' deadlines.
+    // The silence is reported repeatedly, at any phase of the nodes' deadlines.
     for silent in (3_000..4_000).step_by(37) {
         let mut stream = [stream.clone(), ticks(1_980, silent)].concat();
         stream.extend(pair(silent).flat_map(|(node, ms)| [heartbeat(node, ms), until(START + ms * MS)].concat()));
@@ -380,7 +380,7 @@ fn a_time_limit_is_over_when_it_is_over() {
             assert_eq!(count(&out, "EXP0"), 0);
             session.feed(&ticks(2_500, 9_000), &mut out);
             session.finish(&mut out);
-            // Frames that are missing may have shown it.
+            // Missing frames may have fulfilled it.
             let told = if gap { "\"EXP015\"" } else { &format!("\"{code}\"") };
             assert_eq!((count(&out, "\"code\":\"EXP"), count(&out, told)), (1, 1), "{code} {gap}");
         }
@@ -482,7 +482,7 @@ fn a_recording_is_readable_while_it_grows() {
     for no in 0..50 {
         session.feed(&heartbeat(5, no * 100), &mut out);
         session.feed(&until(START + no * 100 * MS), &mut out);
-        // As it stands on a disk by now.
+        // The content on a disk at this time.
         let mut reader = Session::new(english(Format::Jsonl));
         let mut text = Vec::new();
         reader.begin(b"x.mcap", Input::Mcap, false);
@@ -492,7 +492,7 @@ fn a_recording_is_readable_while_it_grows() {
     }
     assert!(read.iter().zip(1..).all(|(read, seen)| read + 11 >= seen), "{read:?}");
     assert!(*read.last().unwrap() >= 40 && read[5] == 0, "{read:?}");
-    // Without time it would all be one chunk.
+    // Without ticks it would be a single chunk.
     session.finish(&mut out);
     let mut reader = Session::new(english(Format::Summary));
     let mut text = Vec::new();

@@ -1,4 +1,4 @@
-//! The reader by itself: every kind of block, every chunking, several buses, and what is no block.
+//! The reader by itself: every kind of block, every chunking, several buses, and invalid blocks.
 
 use proptest::prelude::*;
 
@@ -23,7 +23,7 @@ fn frames(items: &[Item]) -> Vec<Frame> {
     items.iter().filter_map(|item| if let Item::Frame(frame) = item { Some(*frame) } else { None }).collect()
 }
 
-/// Bus and time of frames, and what else there is, in short.
+/// Returns bus and time of frames, and short forms of other items.
 fn told(items: &[Item]) -> Vec<String> {
     let one = |item: &Item| match item {
         Item::Frame(frame) => format!("{}:{}", frame.bus.0, frame.t_ns.unwrap_or(-1)),
@@ -86,7 +86,7 @@ fn messages_of_both_widths() {
             };
             assert_eq!(found.overflow, Some(no as u32));
             assert_eq!(format!("{:?}", found.frame().unwrap()), stamped(1_700_000_000_123_456_000, 6));
-            // What has no stamp of the adapter's stands behind what had one by as much as in the kernel's.
+            // An item without an adapter stamp follows one with a stamp at the distance of their kernel stamps.
             let (ns, decimals) = match no {
                 3 | 4 => (5_000_000_007, 9),
                 5.. => (5_000_000_007 + no as i64 - 4, 9),
@@ -153,7 +153,7 @@ fn a_socket_counts_what_it_has_lost() {
     let told_of = |blocks: &[Vec<u8>]| told(&read(&[&named(0, "can0"), &blocks.concat()]).0);
     let all = with(&[None, Some(3), Some(3), None, Some(10)]);
     assert_eq!(told_of(&[all]), ["0:1000", "dropped 0 3 3", "0:1000", "0:1000", "0:1000", "dropped 0 7 10", "0:1000"]);
-    // A socket goes on counting behind a gap; opened anew it is named again, or has counted less; 32 bits run over.
+    // A socket continues counting after a gap; opened anew it is named again, or its count is lower; 32 bits overflow.
     let gap = block(kind::GAP, 0, 0, 0, b"");
     let twice = [with(&[Some(5)]), gap, with(&[Some(6)]), with(&[Some(2)]), named(0, "can0"), with(&[Some(2)])];
     assert_eq!(
@@ -189,7 +189,7 @@ fn several_buses_are_joined_by_time() {
         until(5_500),
         until(9_000),
     ];
-    // 4 came behind 5 on its bus, and 5 behind 6: they stay there. What has no stamp goes with what came before it.
+    // 4 came after 5 on its bus, and 5 after 6: they keep that order. Items without a stamp stay with the one before.
     let expected = [
         "0:1000",
         "1:2000",
@@ -203,7 +203,7 @@ fn several_buses_are_joined_by_time() {
         "until 9000",
     ];
     assert_eq!(told(&read(&[&stream.concat()]).0), expected);
-    // Without a last word the end gives the rest; time that stands gives all, and no time.
+    // Without a final tick the end releases the rest; a stopped time releases all, without a tick.
     let cut = stream[..7].concat();
     assert_eq!(told(&read(&[&cut]).0)[4..], ["0:5000", "0:4000", "1:6000"]);
     let all = [cut, until(i64::MAX)].concat();
@@ -219,7 +219,7 @@ fn a_clock_that_is_set_back_holds_nothing_up() {
         [DAY + 500_000, DAY + 1_000_000].iter().zip([1, 0]).map(|(ns, bus)| format!("{bus}:{ns}")).collect::<Vec<_>>();
     expected.insert(0, format!("until {DAY}"));
     expected.push(format!("until {}", DAY - 3_600_000_000_000));
-    // The second time back nothing is held that is later than it.
+    // At the second step back no later item is held.
     expected.extend(["1:6000", "0:7000", "until 8000"].map(str::to_owned));
     assert_eq!(told(&read(&[&back]).0), expected);
 }
@@ -300,7 +300,7 @@ proptest! {
         prop_assert_eq!(format!("{:?}", read(&bytes).0), format!("{whole:?}"));
     }
 
-    /// Joined or alone, what is of one bus comes in its order, and nothing is lost.
+    /// Joined or alone, the items of one bus keep their order, and none is lost.
     #[test]
     fn the_order_within_a_bus_is_kept(stream in blocks(), bus in 0..3_u8) {
         let of = |items: &[Item]| {
@@ -313,7 +313,7 @@ proptest! {
             let unnumbered = told(&mine);
             unnumbered.iter().map(|text| text.replacen(&bus.to_string(), "", 1)).collect::<Vec<_>>()
         };
-        // The same bus alone: every block of others left out.
+        // The same bus alone, without the blocks of others.
         let (mut alone, mut rest) = (named(bus, "x"), stream.as_slice());
         while rest.len() >= HEAD {
             let length = u32::from_le_bytes(rest[4..8].try_into().unwrap()) as usize;
@@ -333,7 +333,7 @@ proptest! {
         prop_assert_eq!(format!("{:?}", read(&chunks).0), format!("{:?}", read(&[&bytes]).0));
     }
 
-    /// Headers and slots of anything.
+    /// Headers and slots with any content.
     #[test]
     fn messages_of_anything(bytes in prop::collection::vec(any::<u8>(), 528..=528), word in any::<bool>()) {
         let layout = if word { Layout::WIDE } else { Layout::NARROW };

@@ -1,9 +1,9 @@
-//! Damaged files: what is whole is read, and what is not is said once.
+//! Damaged files: complete parts are read, and each damage is reported once.
 
 use super::made::{block, classic, four, legacy, record, sample};
 use super::{ORDERS, Order, items, read};
 
-/// Frames, and lines that speak of damage.
+/// Returns the number of frames, and the lines about damage.
 fn counted(text: &str) -> (usize, Vec<&str>) {
     let damage = |line: &&str| line.starts_with("Byte(");
     (
@@ -60,7 +60,7 @@ fn pcap_cut_at_every_byte() {
 fn a_bad_length_costs_its_block() {
     for order in ORDERS {
         let file = sample(order);
-        // A frame's block, at either end; the description of an interface.
+        // The block of a frame, at either end; the description of an interface.
         for (no, gone) in [(3, 1), (5, 1), (8, 1), (1, 3), (2, 3)] {
             let start = file.starts[no];
             let end = file.starts.get(no + 1).copied().unwrap_or(file.bytes.len());
@@ -84,7 +84,7 @@ fn a_bad_length_costs_its_block() {
                     let told = format!("Byte({start}) {lost} {}", end - start);
                     let (frames, damage) = counted(&text);
                     if no < 3 {
-                        // Its frames have no interface now.
+                        // Its frames now have no interface.
                         assert_eq!((frames, damage[0]), (6 - gone, &*told), "{no} {length} {text}");
                     } else {
                         assert_eq!((frames, damage), (6 - gone, vec![&*told]), "{no} {length} {text}");
@@ -107,7 +107,7 @@ fn every_flipped_bit_is_survived() {
             assert_eq!(text, items(&bytes, &[bit / 8]));
             let no = file.starts.iter().filter(|start| **start * 8 <= bit).count() - 1;
             if no >= 3 {
-                // The frames of all other blocks are there as ever.
+                // The frames of all other blocks are unchanged.
                 let missing = whole.lines().filter(|line| !text.contains(*line)).count();
                 assert!(missing <= 1, "{bit} {text}");
                 assert!(counted(&text).1.len() <= 1, "{bit} {text}");
@@ -127,7 +127,7 @@ fn what_follows_lost_bytes_is_found() {
             let (frames, damage) = counted(&text);
             assert_eq!((frames, damage.len()), (if lost <= 40 { 5 } else { 4 }, 1), "{lost}");
         }
-        // Zeros at the end, as a file system leaves them.
+        // Zeros at the end, as left by a file system.
         let bytes = [&file.bytes[..], &[0; 100]].concat();
         assert_eq!(counted(&read(&bytes)), (6, vec![&*format!("Byte({}) Rest 100", file.bytes.len())]));
         // A packet longer than its block.

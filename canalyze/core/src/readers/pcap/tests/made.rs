@@ -14,14 +14,14 @@ pub(super) fn eight(order: Order, value: u64) -> [u8; 8] {
     if order == Order::Big { value.to_be_bytes() } else { value.to_le_bytes() }
 }
 
-/// SocketCAN's classic structure.
+/// Makes the classic structure of SocketCAN.
 pub(super) fn classic(id: u32, data: &[u8]) -> Vec<u8> {
     let mut out = [&id.to_be_bytes()[..], &[data.len() as u8, 0, 0, 0], data].concat();
     out.resize(16, 0);
     out
 }
 
-/// SocketCAN's FD structure.
+/// Makes the FD structure of SocketCAN.
 pub(super) fn fd(id: u32, flags: u8, data: &[u8]) -> Vec<u8> {
     let mut out = [&id.to_be_bytes()[..], &[data.len() as u8, flags, 0, 0], data].concat();
     out.resize(72, 0);
@@ -82,7 +82,7 @@ pub(super) fn epb(order: Order, interface: u32, units: u64, packet: &[u8], optio
     block(order, 6, &[&head, &packet, options].concat())
 }
 
-/// A file that knows where its records begin.
+/// A file with the offsets of its records.
 #[derive(Clone, Default)]
 pub(super) struct Made {
     pub(super) bytes: Vec<u8>,
@@ -96,7 +96,7 @@ impl Made {
     }
 }
 
-/// A section, two interfaces and six frames, of which the ones on the first bus are `001`, `003`, `005`.
+/// Makes a section with two interfaces and six frames; those on the first bus are `001`, `003`, `005`.
 pub(super) fn sample(order: Order) -> Made {
     let mut file = Made::default();
     file.add(shb(order));

@@ -16,7 +16,7 @@ mod made;
 
 use made::{Made, classic, epb, fd, four, idb, legacy, option, record, shb, sll, sll2};
 
-/// All items of a file, one a line, in a short notation.
+/// Returns all items of a file, one on each line, in a short notation.
 fn items(bytes: &[u8], cuts: &[usize]) -> String {
     let mut reader = Pcap::default();
     let mut buses = Buses::default();
@@ -49,7 +49,7 @@ fn items(bytes: &[u8], cuts: &[usize]) -> String {
     out
 }
 
-/// Frames and what else comes between them, without the file's own properties.
+/// Returns frames and other items, without the properties of the file.
 fn read(bytes: &[u8]) -> String {
     let text = items(bytes, &[]);
     assert_eq!(text, items(bytes, &vec![1; bytes.len()]), "one byte at a time");
@@ -60,7 +60,7 @@ fn read(bytes: &[u8]) -> String {
     lines.map(|line| format!("{line}\n")).collect()
 }
 
-/// `time bus direction id kind length bytes`, parts that say nothing left out.
+/// Returns `time bus direction id kind length bytes` without empty parts.
 fn shown(frame: &Frame, buses: &Buses) -> String {
     let mut out = String::new();
     assert_eq!((frame.line, frame.no, frame.t_ns), (None, 0, frame.stamp.map(|stamp| stamp.ns)));
@@ -157,7 +157,7 @@ fn socketcan_headers() {
         (fd(0x123, 7, &[0xAA, 0xBB]), "123 fdBE 2 AABB"),
         (fd(0x8000_0123, 5, &[0xAA]), "00000123 fdB 1 AA"),
         (fd(0x123, 4, &long), &format!("123 fd 64 {digits}")),
-        // libpcap 1.10 clears the flags; the size tells
+        // libpcap 1.10 clears the flags; the size shows it
         (fd(0x123, 0, &[1]), "123 fd 1 01"),
         (fd(0x123, 2, &[1]), "123 fdE 1 01"),
         (dirty, "123 fd 1 01"),
@@ -188,7 +188,7 @@ fn socketcan_headers() {
 #[test]
 fn cooked_packets() {
     for order in ORDERS {
-        // Behind a cooked header the identifier is in the order of the file.
+        // After a cooked header the identifier is in the order of the file.
         let own = |packet: Vec<u8>| match order {
             Order::Big => packet,
             Order::Little => [packet[..4].iter().rev().copied().collect(), packet[4..].to_vec()].concat(),
@@ -409,12 +409,12 @@ fn records_of_another_order_among_those_of_one() {
     };
     let swapped = |id: u32| id.swap_bytes();
     for (ids, unreadable) in [
-        // Several identifiers of 29 bits that are ones of 11 bits in the other order are none, nor is one where a record
-        // is of that order for certain.
+        // Several 29-bit identifiers that are 11-bit ones in the other order are invalid, and so is a single one if a
+        // record is certainly of that order.
         (&[0x701, swapped(0x181), 0x702, swapped(0x281), swapped(0x181), swapped(0x080)][..], 3),
         (&[0x701, swapped(0x601), swapped(0x181), swapped(0x181)], 3),
         (&[0x701, 0x98FE_F103, swapped(0x601), swapped(0x181)], 2),
-        // Nothing but one odd identifier tells of another order.
+        // A single odd identifier is the only sign of another order.
         (&[0x701, 0x98FE_F103, 0x8C00_0000], 0),
         (&[0x8C00_0000, 0x98FE_F103, 0x701], 0),
         (&[0x701, 0x8000_0000, 0x98FE_F103, 0x8C00_0000], 0),
@@ -444,7 +444,7 @@ fn memory_stays_bounded() {
         reader.records.held.capacity() + trial
     };
     let order = Order::Little;
-    // A length that is claimed, and nothing but zeros behind it.
+    // A claimed length with nothing but zeros after it.
     let claims = |kind: u32, len: u32| [shb(order), four(order, kind).to_vec(), four(order, len).to_vec()].concat();
     for (file, most) in [
         (claims(6, 15 << 20), 40 << 20),
@@ -563,7 +563,7 @@ proptest! {
         prop_assert_eq!(&whole, &items(&bytes, &vec![1; bytes.len()]));
     }
 
-    // The library reads the same packets out of sound files.
+    // The library reads the same packets from valid files.
     #[test]
     fn packets_are_those_of_the_library(count in 1usize..20, big in any::<bool>(), sizes in prop::collection::vec(0usize..90, 20)) {
         let order = ORDERS[usize::from(big)];

@@ -40,12 +40,12 @@ use crate::profiles::Profile;
 use crate::render::selection::Selection;
 use crate::render::setting::Setting;
 use crate::render::table::{Moment, U64, Word as Choice, table};
-use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::services::nmt;
 use crate::services::sdo::transfer::{Direction, Status, Transfer};
 use crate::services::sdo::wire::Side;
 use crate::text::lane::Word;
 use crate::text::{Lang, signal, value};
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::nmt;
 
 /// A change of a lane.
 #[derive(Clone, Copy)]

@@ -8,9 +8,9 @@ use crate::drive::State;
 use crate::frame::FrameRef;
 use crate::message::Errors;
 use crate::profiles::Profile;
-use crate::services::heartbeat::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::text::lane::{self, Word};
 use crate::text::terms;
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 
 /// A reset command captured so soon after a boot-up was sent before it, in ns: an echo may be late.
 const LATE_NS: i64 = 10_000_000;

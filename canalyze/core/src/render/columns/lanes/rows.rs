@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use super::{Change, Changes};
 use crate::frame::{BusId, Frame, FrameRef};
-use crate::render::columns::column::{Batch, Table};
+use crate::render::columns::column::{Append, Batch, Table};
 use crate::render::columns::cycle_numbers::CycleNumbers;
 use crate::text::Lang;
 use crate::text::escape::unsafe_on_a_terminal;

@@ -1,12 +1,10 @@
-//! The order of a channel's frames on the bus, where the capture lists the client's late.
+//! The order of a channel's frames on the bus, if the capture lists the client's late.
 //!
-//! A host lists the frames that it sends itself later than those that it receives: a response may stand before its
-//! request, several exchanges deep. Each side's own frames stay in order. So a frame of the server that answers nothing
-//! yet waits here for the client's frames, as long as these may still come, and `machine` takes all frames as they were
-//! on the bus. A capture in causal order is never held up.
+//! A host lists its own frames later than received ones: a response may precede its request, by several exchanges. The
+//! frames of each side stay in order. So a server's frame that answers nothing yet waits here while client frames may
+//! still come, and `machine` takes all frames in their order on the bus. A capture in causal order is never delayed.
 //!
-//! What a late request shows stands in `requests`. It must not judge: a frame whose turn never comes is handed to the
-//! machine as it is.
+//! Late requests are assigned in `requests`. A frame whose turn never comes is passed on unchanged.
 
 mod requests;
 
@@ -20,22 +18,22 @@ use crate::event::Place;
 use crate::frame::FrameRef;
 use crate::rules::sdo::Sdo017;
 
-/// Without stamps, as many later frames of the channel may stand before the request.
+/// Maximum number of later frames of the channel listed before the request, used without stamps.
 pub(super) const FRAMES: u8 = 2;
-/// Most frames that wait.
+/// Maximum number of waiting frames.
 const MOST_HELD: usize = 256;
 
-/// A frame of the server that came before its turn.
+/// A server's frame that waits for its turn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Held {
     pub(super) half: Half,
-    /// Its request may be before the capture.
+    /// Its request may precede the capture.
     pub(super) first: bool,
-    /// Frames of the channel since.
+    /// Number of frames of the channel since.
     age: u8,
 }
 
-/// After an abort: frames of the other side may still be under way.
+/// The state after an abort, while frames of the other side may be on their way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnderWay {
     pub(super) side: Side,
@@ -43,14 +41,14 @@ pub(super) struct UnderWay {
     pub(super) at: FrameRef,
     /// The next sequence number of a block transfer's segments; 0 outside block transfers.
     pub(super) seqno: u8,
-    /// The number in the acknowledgement that the client owed: it may be slow.
+    /// The number in the acknowledgement that the client owed and may send late.
     pub(super) owed: Option<u8>,
-    /// No request was pending when the server aborted: the one that it refuses may be late.
+    /// No request was pending when the server aborted; the refused one may be late.
     pub(super) unasked: bool,
 }
 
 impl UnderWay {
-    /// Whether a frame is the next block segment; the one behind it is the next then.
+    /// Returns true if a frame is the next block segment, and counts it.
     fn continues(&mut self, half: &Half) -> bool {
         let [command, ..] = half.bytes;
         let continues = self.seqno != 0 && command & 0x7F == self.seqno;
@@ -60,86 +58,85 @@ impl UnderWay {
         continues
     }
 
-    /// Whether a client frame is the acknowledgement that was owed, still in time.
+    /// Returns true if a client frame is the owed acknowledgement in time.
     fn is_owed(&mut self, half: &Half) -> bool {
         let Command::BlockAck { ackseq, .. } = half.command else { return false };
         self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
     }
 }
 
-/// Frames whose turn has not come, and what is known of the order of the others.
+/// The waiting frames, and knowledge of the order of the others.
 #[derive(Debug, Default)]
 pub(super) struct Sequence {
     held: VecDeque<Held>,
-    /// A request that fits the first of them, and may as well be the next: the frame behind it decides.
+    /// A request that fits the first or the next of them; the following frame decides.
     undecided: Option<Half>,
-    /// How late the recording host lists its own frames at most, in ns.
+    /// Maximum delay with which the recording host lists its own frames, in ns.
     lag_ns: i64,
     pub(super) under_way: Option<UnderWay>,
-    /// The last response or refusal, where its request was captured before it.
+    /// The last response or refusal if its request was captured before it.
     pub(super) answered: Option<Half>,
-    /// It is known which responses belong to which requests: where a capture begins with requests for one object that
-    /// are late, each may stand before the response to the next.
+    /// The assignment of responses to requests is known. At the start of a capture, late requests for one object may
+    /// each precede the response to the next.
     certain: bool,
 }
 
 impl Sequence {
-    /// Whether two frames are close enough for the second to be a late echo; without stamps, always.
+    /// Returns true if the second of two frames may be a late echo; without stamps, always.
     pub(super) fn within_lag(&self, from: FrameRef, to: FrameRef) -> bool {
         within(from, to, self.lag_ns)
     }
 
-    /// A client frame shows which request the last response belongs to, where it follows later than an echo, or is for
-    /// another object.
+    /// Takes a client frame that assigns the last response: it is later than an echo, or names another object.
     pub(super) fn ascertain(&mut self, next: &Half) {
         let own =
             |answer: Half| !self.within_lag(answer.at, next.at) || !wire::may_answer(&next.command, &answer.command);
         self.certain |= self.answered.is_some_and(own);
     }
 
-    /// Whether the response before this request may be its own, captured before it.
+    /// Returns true if the response before this request may be its own.
     pub(super) fn may_be_answered(&self, request: &Half) -> bool {
         !self.certain
             && request.command.is_initiate()
             && self.answered.is_some_and(|answer| wire::may_answer(&request.command, &answer.command))
     }
 
-    /// Whether one of the frames that wait can be the answer to a request.
+    /// Returns true if a waiting frame can answer a request.
     pub(super) fn holds_answer(&self, request: &Command) -> bool {
         self.held.iter().any(|held| wire::may_answer(request, &held.half.command))
     }
 
-    /// Whether one of the frames that wait begins a segmented upload.
+    /// Returns true if a waiting frame begins a segmented upload.
     pub(super) fn holds_upload(&self) -> bool {
         let begins = |held: &Held| matches!(held.half.command, Command::UploadInitiated(_, i) if !i.expedited);
         self.held.iter().any(begins)
     }
 
-    /// When the first frame that waits has waited long enough though none of the channel comes, in ns.
+    /// Returns the time at which the first waiting frame is released without further frames, in ns.
     pub(super) fn due(&self) -> Option<i64> {
         let front = self.held.front().filter(|_| self.undecided.is_none())?;
         Some(front.half.at.t_ns?.saturating_add(UNANSWERED_NS))
     }
 
-    /// Whether the newest of the frames that wait is the last segment of a block transfer.
+    /// Returns true if the newest waiting frame is the last segment of a block transfer.
     pub(super) fn holds_last(&self) -> bool {
         let newest = self.held.back().filter(|held| !matches!(held.half.command, Command::Abort(..)));
         newest.is_some_and(|held| held.half.bytes[0] & 0x80 != 0)
     }
 
-    /// Whether frames of the server wait for a client frame that is listed late.
+    /// Returns true if frames of the server wait for a late client frame.
     pub(super) fn is_waiting(&self) -> bool {
         !self.held.is_empty()
     }
 
-    /// Whether a frame of the server was on its way when the client aborted.
+    /// Returns true if a frame of the server was on its way when the client aborted.
     pub(super) fn is_in_flight(&mut self, half: &Half) -> bool {
         self.under_way.as_mut().is_some_and(|it| it.side == Side::Server && it.continues(half))
     }
 }
 
 impl Channel {
-    /// A frame has come: what it shows about those that wait. Returns the frame as it is read after that.
+    /// Settles the waiting frames by a new one; returns that with its reading.
     pub(super) fn order_before(&mut self, side: Side, half: Half, cx: &mut Context<'_>) -> Half {
         if side == Side::Client {
             self.history.released = None;
@@ -200,16 +197,16 @@ impl Channel {
             self.hold(half, fresh);
             return;
         }
-        // Before the transfer completes with this frame: the finding is the transfer's.
+        // Before the frame completes the transfer, so that the finding belongs to it.
         self.judge_frame(&half, cx);
         self.server(half, cx);
     }
 
-    /// The capture is over, or interrupted: what waits is taken as it stands.
+    /// Takes the waiting frames unchanged at the end or an interruption of the capture.
     pub(super) fn order_rest(&mut self, cx: &mut Context<'_>) {
         self.decide(None, cx);
         while let Some(held) = self.sequence.held.front() {
-            // The frame it waits for may lie beyond the edge, unless there was time enough.
+            // The frame it waits for may be beyond the edge, unless there was time enough.
             if within(held.half.at, cx.at, UNANSWERED_NS) && !self.is_flooded() {
                 let Some(held) = self.sequence.held.pop_front() else { return };
                 if self.pending().is_some_and(|pending| strict_initiate(&pending)) {
@@ -222,32 +219,32 @@ impl Channel {
         self.end_unasked(cx);
     }
 
-    /// The frame as it is read where the transfer stands now.
+    /// Returns a frame with its reading in the present state.
     pub(super) fn decoded(&self, side: Side, half: Half) -> Half {
         let reading = half.reading.filter(|_| self.hypotheses.are_open() && matches!(self.phase, Phase::Idle));
         let command = reading.unwrap_or_else(|| self.decode(side, half.bytes, half.len));
-        // Where the capture begins with a request, its response may lie before it, and data follow.
+        // The response to a request at the start of the capture may precede it, followed by data.
         let data = matches!(half.reading, Some(Command::BlockSegment { .. })) && side == Side::Server;
         let edge = |request: &Half| self.is_edge(request) && !wire::may_answer(&request.command, &command);
         let unknown = data && matches!(&self.phase, Phase::Initiated(request) if edge(request));
         Half { command: if unknown { Command::Undetermined(half.bytes) } else { command }, ..half }
     }
 
-    /// Whether a frame names another object than that of the transfer that runs.
+    /// Returns true if a frame names another object than the running transfer.
     fn is_about_other(&self, command: &Command) -> bool {
         let runs = self.transfer.as_ref().and_then(|transfer| transfer.mux);
         let named = if let Command::Abort(object, _) = command { Some(*object) } else { command.mux() };
         runs.is_some() && named.is_some() && named != runs
     }
 
-    /// Whether the frame at hand waits, and is no part of the transfer that runs.
+    /// Returns true if the current frame waits and does not belong to the running transfer.
     pub(super) fn waits_for_other(&self, half: &Half) -> bool {
         let held = self.sequence.held.back().map(|held| held.half.at.no);
         let undecided = self.sequence.undecided.map(|request| request.at.no);
         [held, undecided].contains(&Some(half.at.no)) && self.is_about_other(&half.command)
     }
 
-    /// The line of a frame that waits: what it is if its request comes.
+    /// Makes a frame wait; its line shows its meaning if its request comes.
     fn hold(&mut self, half: Half, fresh: bool) {
         let before = self.sequence.held.len() as u32;
         self.step.ordinal = match (&self.phase, half.command) {
@@ -258,7 +255,7 @@ impl Channel {
             _ => self.segment_ordinal(&half.command),
         };
         let half = match (&self.phase, half.command) {
-            // In a transfer met in its midst it may be the answer to a late request.
+            // In a transfer joined midway it may answer a late request.
             (Phase::Block(block, _), Command::BlockSegment { .. }) if !block.owes_ack() => {
                 self.step.place = Place::Uncaptured;
                 Half { command: wire::decode(Side::Server, half.bytes), ..half }
@@ -268,12 +265,12 @@ impl Channel {
         if fresh {
             self.step.place = Place::Uncaptured;
         }
-        // Where nothing of the channel can lie before it, an answer without a request counts as the first request does.
+        // If no frame can precede it, an answer without request begins the proof like a request.
         self.proof.begun |= self.hypotheses.is_whole() && is_strict_answer(&half);
         self.sequence.held.push_back(Held { half, first: fresh || !self.proof.begun, age: 0 });
     }
 
-    /// Hands on what waited and is expected now.
+    /// Passes on waiting frames that are expected now.
     fn follow(&mut self, cx: &mut Context<'_>) {
         while let Some(held) = self.sequence.held.front().copied() {
             let half = self.decoded(Side::Server, held.half);
@@ -298,7 +295,7 @@ impl Channel {
         }
     }
 
-    /// Hands on the first of the frames that wait: the client's frame before it is not in the capture.
+    /// Passes on the first waiting frame: the capture lacks the client's frame before it.
     pub(super) fn release(&mut self, cx: &mut Context<'_>) {
         let Some(held) = self.sequence.held.pop_front() else { return };
         self.aside(|channel| {
@@ -317,7 +314,7 @@ impl Channel {
         }
     }
 
-    /// Does something that is not about the frame at hand.
+    /// Runs an action that does not concern the current frame.
     pub(super) fn aside(&mut self, act: impl FnOnce(&mut Self)) {
         let step = self.step.clone();
         let own = std::mem::replace(&mut self.own, false);
@@ -341,11 +338,11 @@ impl Channel {
         }
     }
 
-    /// Whether the first frame that waits may come after this one of the client.
+    /// Returns true if the first waiting frame may follow this one of the client.
     fn may_precede(&self, half: &Half, front: &Held) -> bool {
         let half = self.decoded(Side::Client, *half);
         let answer = match half.command.is_initiate() {
-            // A request ends the block transfer, and its answer is no segment of it.
+            // A request ends the block transfer, so its answer is no segment.
             true => wire::decode_frame(Side::Server, front.half.bytes, front.half.len),
             false => self.decoded(Side::Server, front.half).command,
         };
@@ -366,7 +363,7 @@ impl Channel {
         refused || wire::fits(&half.command, &answer)
     }
 
-    /// Whether the frames that wait are a whole sub-block of this number of segments, the last of them marked.
+    /// Returns true if the waiting frames are a whole sub-block of this number of segments, with the last one marked.
     fn holds_sub_block(&self, segments: u8) -> bool {
         let mut held = self.sequence.held.iter().filter_map(|held| match held.half.command {
             Command::BlockSegment { seqno, last, .. } => Some((seqno, last)),
@@ -375,8 +372,8 @@ impl Channel {
         held.any(|(seqno, last)| last && seqno == segments)
     }
 
-    /// Whether a frame of the server is expected, or a fault whatever the client sends: one that is not may have come
-    /// before the client's frame that it answers.
+    /// Returns true if a frame of the server is expected, or a fault in any case. Otherwise it may precede the client's
+    /// frame that it answers.
     pub(super) fn is_due(&self, half: &Half) -> bool {
         let in_flight = |mut it: UnderWay| it.side == Side::Server && it.continues(half);
         if half.command.is_unreadable() || self.sequence.under_way.is_some_and(in_flight) {
@@ -384,7 +381,7 @@ impl Channel {
         }
         let pending = self.pending();
         if let Command::Abort(object, _) = half.command {
-            // Where the capture begins, it may be the answer to a request that is listed behind it.
+            // At the start of the capture it may answer a request listed after it.
             let ends = match pending {
                 Some(pending) if self.is_edge(&pending) => pending.command.mux() == Some(object),
                 _ => self.transfer.as_ref().is_some_and(|transfer| transfer.mux.is_some()),
@@ -413,8 +410,8 @@ impl Channel {
         misfit || block || wire::fits(&pending.command, &half.command)
     }
 
-    /// The client's frame before a frame of the server is not in the capture, or not on the bus.
-    /// `first`: it may be before the capture.
+    /// Takes a server's frame without the client's frame before it, in the capture or on the bus. `first`: that may
+    /// precede the capture.
     fn unrequested(&mut self, half: &Half, first: bool, cx: &mut Context<'_>) {
         let in_turn = self.pending().is_some() || matches!(half.command, Command::Abort(..));
         if in_turn || matches!(self.phase, Phase::Block(..)) {
@@ -426,7 +423,7 @@ impl Channel {
     }
 }
 
-/// Whether a frame can only be meant as the response to an initiate request.
+/// Returns true for an unmistakable response to an initiate request.
 pub(super) fn is_strict_answer(half: &Half) -> bool {
     !half.command.is_initiate()
         && half.command.mux().is_some_and(|mux| mux.index >= 0x1000)
@@ -434,7 +431,7 @@ pub(super) fn is_strict_answer(half: &Half) -> bool {
         && half.len == 8
 }
 
-/// Whether a frame follows another by no more than a time in ns; without stamps, always.
+/// Returns true if a frame follows another within a time in ns; without stamps, always.
 pub(super) fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
     match (from.t_ns, to.t_ns) {
         (Some(from), Some(to)) => to.saturating_sub(from) <= limit_ns,

@@ -1,6 +1,4 @@
-//! Requests that are listed late: to which of the frames of the server, before or behind them, they belong.
-//!
-//! Must not: keep frames back (`mod` does), or judge.
+//! Assigns requests listed late to frames of the server before or after them.
 
 use super::super::channel::{Channel, UNANSWERED_NS, strict_initiate};
 use super::super::phase::{Half, Phase};
@@ -13,8 +11,8 @@ use crate::evidence::recording::USUAL_ECHO_NS;
 use crate::finding::Code;
 
 impl Channel {
-    /// Whether a request that fits the first frame that waits may as well be answered by the next: that one is the
-    /// first of the channel, or the client reads one object again and again.
+    /// Returns true if a request fits the first and the next waiting frame alike: the first is the channel's first, or
+    /// the client polls one object.
     pub(super) fn fits_next_as_well(&self, half: &Half, front: &Held) -> bool {
         if !half.command.is_initiate() || matches!(self.phase, Phase::Block(..)) {
             return false;
@@ -24,8 +22,8 @@ impl Channel {
         front.first || (stamped && again && !within(front.half.at, half.at, USUAL_ECHO_NS))
     }
 
-    /// The frame behind an undecided request shows which response is its own: a second one that fits, soon after it and
-    /// long after the first, or where the first may belong to a request before the capture.
+    /// Assigns a response to an undecided request by the following frame: the second that fits if it is soon after the
+    /// request and long after the first, or if the first may answer a request before the capture.
     pub(super) fn decide(&mut self, next: Option<(Side, &Half)>, cx: &mut Context<'_>) {
         let Some(request) = self.sequence.undecided.take() else { return };
         let lag_ns = self.sequence.lag_ns;
@@ -51,7 +49,7 @@ impl Channel {
         });
     }
 
-    /// What a client frame is that was on its way when the server aborted.
+    /// Returns the command of a client frame that was on its way when the server aborted.
     pub(in crate::services::sdo) fn is_under_way(&mut self, half: &Half) -> Option<Command> {
         let (idle, lag_ns) = (matches!(self.phase, Phase::Idle), self.sequence.lag_ns);
         let sent_before = |it: &&mut UnderWay| it.side == Side::Client && !half.command.is_initiate();
@@ -64,8 +62,8 @@ impl Channel {
         late.then_some(half.command)
     }
 
-    /// What a client frame shows of its last request and of the response before it. Returns the frame as it is read
-    /// then; none where it needs nothing more.
+    /// Takes the evidence of a client frame on its last request and the response before it; returns the frame with its
+    /// reading, or `None` if it is settled.
     pub(in crate::services::sdo) fn reconsider(&mut self, half: Half, cx: &mut Context<'_>) -> Option<Half> {
         if matches!(self.phase, Phase::Block(..)) && !half.command.is_initiate() {
             return Some(half);
@@ -96,8 +94,8 @@ impl Channel {
         Some(half)
     }
 
-    /// A client frame while its last request was not answered: was it, before it was captured? Returns whether the
-    /// frame needs nothing more.
+    /// Decides by a client frame if its unanswered request was answered before it was captured; returns true if the
+    /// frame is settled.
     pub(in crate::services::sdo) fn settle_pending(
         &mut self,
         pending: &Half,
@@ -112,7 +110,7 @@ impl Channel {
             self.repeated(pending, half, cx);
             return true;
         }
-        // Of initiates only those with reserved bytes can be told from data.
+        // Only initiates with reserved bytes differ from data.
         let initiate = strict_initiate(half) && !matches!(half.command, Command::InitiateDownload(..));
         let midway = !initiate && self.is_midway_block(pending, half);
         if midway {
@@ -128,10 +126,10 @@ impl Channel {
         false
     }
 
-    /// The pending request comes again.
+    /// Takes a repetition of the pending request.
     fn repeated(&mut self, pending: &Half, half: &Half, cx: &mut Context<'_>) {
         self.step.place = Place::Repeated;
-        // Both may still be answered.
+        // Either may still be answered.
         (self.history.given_up, self.history.booted) = (Some(*pending), false);
         if self.is_sent_again(pending, half, cx) {
             self.find(Code::Sdo015, pending.at, cx);
@@ -140,12 +138,11 @@ impl Channel {
         self.set_pending(*half);
     }
 
-    /// Whether a request was sent again, and not captured twice, though no response to the first can be meant by
-    /// anything that came.
+    /// Returns true if a request was sent again, not captured twice, although no frame can be a response to the first.
     fn is_sent_again(&self, before: &Half, half: &Half, cx: &Context<'_>) -> bool {
         let known = self.proof.trusted || self.hypotheses.is_whole();
         let edge = self.is_edge(before) || self.hypotheses.are_open();
-        // Something else came in the response's place, or it may be listed before its request.
+        // Another frame came in the response's place, or it may be listed before its request.
         let answered = self.is_unanswerable(before)
             || self.history.heard.is_some_and(|heard| {
                 let ahead = self.sequence.within_lag(heard.at, before.at);
@@ -154,19 +151,19 @@ impl Channel {
         known && !edge && !answered && cx.evidence.recording.is_sent_again(before.at, half.at)
     }
 
-    /// Whether the segments that are about to come may be those of this request, captured after the response to it, and
-    /// not those of the request before, whose response is not in the capture.
+    /// Returns true if the coming segments may belong to this request, captured after its response, rather than to the
+    /// request before it.
     fn has_begun(&self, half: &Half) -> bool {
         matches!(self.phase, Phase::Segments(_)) && self.pending().is_none() && self.sequence.may_be_answered(half)
     }
 
-    /// The pending request was answered before it was captured, by what was taken for the response to another request.
+    /// Ends the transfer: its request was answered before it was captured, by a frame assigned to another request.
     pub(super) fn leave_answered(&mut self, cx: &mut Context<'_>) {
         self.sequence.certain = true;
         self.complete_before(Status::Incomplete, cx);
     }
 
-    /// Whether a response that does not fit the pending request belongs to another one, or to a transfer that began
+    /// Returns true if a response that does not fit the pending request belongs to another one, or to a transfer from
     /// before the capture.
     pub(in crate::services::sdo) fn belongs_elsewhere(
         &mut self,
@@ -189,7 +186,7 @@ impl Channel {
     }
 }
 
-/// Whether the response at `next` is rather the request's own than the one that waits.
+/// Returns true if the response at `next` is the request's own rather than the waiting one.
 fn is_rather(request: &Half, front: &Held, next: &Half, lag_ns: i64) -> bool {
     // An abort may still follow a response that begins a segmented transfer.
     let over = match (request.command, front.half.command) {

@@ -21,7 +21,7 @@ mod wire;
 
 type Bytes = (Side, Vec<u8>);
 
-/// `c 40 08 10 00` or `s 41 ...`, one frame a `/`; short frames are padded to eight bytes.
+/// Parses `c 40 08 10 00` or `s 41 ...`, frames separated by `/`; short frames are padded to eight bytes.
 fn frames(text: &str) -> Vec<Bytes> {
     text.split('/')
         .map(|frame| {
@@ -60,7 +60,7 @@ fn run(frames: &[Bytes]) -> Outcome {
     run_timed(frames, |_| None)
 }
 
-/// A frame of the channel of server 10 at a place in a capture.
+/// Creates a frame of server 10's channel at a place in a capture.
 fn placed(side: Side, bytes: &[u8], no: usize, t_ns: Option<i64>) -> Frame {
     let id = if side == Side::Client { 0x60A } else { 0x58A };
     let mut frame = Frame::classic(CanId::standard(id), bytes);
@@ -375,7 +375,7 @@ fn traffic_that_is_no_sdo_says_so_once() {
     assert_eq!(run(&goes_on).codes(), [], "its answers may not have been recorded");
 }
 
-/// Every client frame followed by a server frame may be captured one frame late.
+/// Delays chosen client frames by one frame, after the server frame that follows them.
 fn displace(causal: &[Bytes], chosen: u128) -> Vec<Bytes> {
     let mut shown = causal.to_vec();
     for no in 0..shown.len().saturating_sub(1) {
@@ -394,7 +394,7 @@ fn essence(outcome: &Outcome) -> Vec<Essence> {
         .transfers
         .iter()
         .map(|t| {
-            // What an aborted transfer had moved is no value.
+            // The data of an aborted transfer are no value.
             let value = if t.outcome.status == Status::Ok { t.data.kept.clone() } else { Vec::new() };
             (t.direction, t.mode, t.mux, t.outcome.status, value, t.outcome.abort.map(|abort| abort.code))
         })
@@ -425,7 +425,7 @@ fn mux_bytes(index: u16, sub: u8) -> [u8; 3] {
     [low, high, sub]
 }
 
-/// One causal transfer: what client and server of a conformant pair of stacks put on the bus.
+/// Returns the frames of one conformant transfer in causal order.
 fn session(index: u16, kind: u8, data: &[u8], blksize: u8, cut: usize, code: u32) -> Vec<Bytes> {
     use Side::{Client, Server};
     let [low, high, sub] = mux_bytes(index, 1);
@@ -493,7 +493,7 @@ fn session(index: u16, kind: u8, data: &[u8], blksize: u8, cut: usize, code: u32
         }
     }
     if code != 0 && cut > 0 && cut < out.len() {
-        // The server refuses what the client asked last.
+        // The server refuses the client's last request.
         let at = (cut..out.len()).find(|no| out[*no].0 == Server && out[*no - 1].0 == Client);
         if let Some(at) = at {
             let [a, b, c, d] = code.to_le_bytes();
@@ -551,7 +551,7 @@ proptest! {
         prop_assert_eq!(seen, values.iter().map(|v| v.as_slice()).collect::<Vec<_>>());
     }
 
-    /// Every suffix: what begins in it has the same value, and what was cut raises nothing.
+    /// Every suffix of a capture keeps the values of transfers that begin in it, and a cut raises nothing.
     #[test]
     fn every_suffix(
         sessions in proptest::collection::vec(any_session(), 2..4),
@@ -577,7 +577,7 @@ proptest! {
         }
     }
 
-    /// Any bytes: no panic, one step a frame, and what is kept is what was counted.
+    /// Any bytes: no panic, one step per frame, and the kept data agree with their count.
     #[test]
     fn any_bytes(frames in proptest::collection::vec((any::<bool>(), any::<[u8; 8]>()), 0..200)) {
         let frames: Vec<Bytes> = frames

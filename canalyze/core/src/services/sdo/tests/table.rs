@@ -1,9 +1,9 @@
-//! The table of the protocol beside the machine: each frame of a conformant session leads to a state that its row names.
+//! Compares the protocol's table with the machine: each conformant frame leads to a state that its row names.
 
 use super::*;
 use crate::services::sdo::machine::{Action, State, transition};
 
-/// The actions that no frame of a conformant session may need.
+/// Actions that no frame of a conformant session needs.
 const VIOLATIONS: [Action; 8] = [
     Action::Restart,
     Action::GiveUp,
@@ -15,7 +15,7 @@ const VIOLATIONS: [Action; 8] = [
     Action::ConfirmUnseen,
 ];
 
-/// The states of a channel, and the action of each frame.
+/// Returns the state before, the action, and the state after each frame.
 fn walk(frames: &[Bytes]) -> Vec<(State, Action, State)> {
     let mut channel = Channel::new(BusId(0), 10, None);
     channel.idle_for(i64::MAX, true);
@@ -66,7 +66,7 @@ fn the_worked_examples() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Each frame of a conformant session does what its row says, and no row of a violation is needed.
+    /// Each frame of a conformant session follows its row, and none needs a violation's row.
     #[test]
     fn conformant_sessions(sessions in proptest::collection::vec(any_session(), 1..5)) {
         let mut causal = Vec::new();

@@ -1,12 +1,12 @@
-//! Single faults and their nearest clean neighbours: one verdict each, at the frame at fault, and the next transfer
-//! right again. And what looks like a fault but is none.
+//! Single faults and their nearest clean neighbours: one verdict each, at the frame at fault, and a correct transfer
+//! after it; and clean traffic that looks like a fault.
 
 use super::*;
 
-/// What every capture here begins and ends with: an exchange whose value is known.
+/// An exchange of known value that ends every capture here.
 const NEXT: &str = "/c 40 03 20 00/s 4F 03 20 00 77";
 
-/// Codes above info with the frame they are about, for `GOOD` + text + `NEXT`; the last transfer must be right.
+/// Returns the codes above info with their frames for `GOOD` + text + `NEXT`; the last transfer must be correct.
 #[track_caller]
 fn loud(text: &str) -> Vec<(Code, u64)> {
     let outcome = run(&frames(&format!("{GOOD}{text}{NEXT}")));
@@ -124,7 +124,7 @@ fn a_lost_request_while_polling_with_stamps_shifts_no_value() {
     assert_eq!(found, [(Code::Sdo002, 3)]);
 }
 
-/// The last transfer but the one of `NEXT`, as `GOOD` + text + `NEXT` shows it.
+/// Returns the last transfer before that of `NEXT`, for `GOOD` + text + `NEXT`.
 fn before_next(text: &str) -> (Status, Vec<u8>) {
     let outcome = run(&frames(&format!("{GOOD}{text}{NEXT}")));
     let transfer = outcome.transfers.iter().nth_back(1).unwrap();
@@ -133,7 +133,7 @@ fn before_next(text: &str) -> (Status, Vec<u8>) {
 
 #[test]
 fn a_block_download_without_a_segment() {
-    // The server acknowledges nothing, says nothing, or refuses.
+    // The server acknowledges nothing, is silent, or refuses.
     let still_there = "s A2 00 7F/c A4 04 20 00 7F/s A2 00 7F/c 80 00 00 00 01 00 04 05";
     for server in ["s A2 00 7F", "", "s 80 04 20 00 01 00 04 05", still_there] {
         let text = format!("c C6 04 20 00/s A4 04 20 00 7F/c C1/{server}").trim_end_matches('/').to_owned();
@@ -141,10 +141,10 @@ fn a_block_download_without_a_segment() {
         let (status, kept) = before_next(&text);
         assert!(matches!(status, Status::Failed | Status::Aborted) && kept.is_empty(), "{server}: {status:?}");
     }
-    // Where a segment carries no data, it is a transfer like any other.
+    // If a segment carries no data, it is an ordinary transfer.
     let text = "c C6 04 20 00/s A4 04 20 00 7F/c 81/s A2 01 7F/c DD/s A1";
     assert_eq!((loud(text), before_next(text).0), (vec![], Status::Ok));
-    // An acknowledgement too many is one where the end was as it should be.
+    // An acknowledgement too many is a fault if the end was correct.
     let text = "c C2 04 20 00 02/s A4 04 20 00 7F/c 81 01 02/s A2 01 7F/c D5/s A2 01 7F/s A1";
     assert_eq!(loud(text), [(Code::Sdo007, 8)]);
 }
@@ -158,7 +158,7 @@ fn a_server_that_segments_without_a_size() {
     let left = format!("{segmented}c 40 04 20 00/s 40 04 20 00");
     assert_eq!(loud(&left), [(Code::Sdo008, 9)]);
     assert_eq!(before_next(&left), (Status::Incomplete, vec![]));
-    // It leaves 0 where data would stand.
+    // It leaves 0 in the place of data.
     assert_eq!(loud(&format!("{segmented}{alone}")), [(Code::Sdo022, 8)]);
     assert_eq!(loud(format!("{segmented}{segmented}").trim_end_matches('/')), []);
 }
@@ -177,7 +177,7 @@ fn the_acknowledgement_that_was_owed_when_the_server_aborted() {
     for delay in [0, 1, 10, 200, 900] {
         assert_eq!(told(2, delay, ""), [], "{delay} ms");
     }
-    // Not what was sent, too late, or once more.
+    // Other data than sent, too late, or repeated.
     assert_eq!(told(1, 50, ""), [(Code::Sdo007, 9)]);
     assert_eq!(told(3, 50, ""), [(Code::Sdo007, 9)]);
     assert_eq!(told(2, 1500, ""), [(Code::Sdo007, 9)]);
@@ -186,7 +186,7 @@ fn the_acknowledgement_that_was_owed_when_the_server_aborted() {
 
 #[test]
 fn late_requests_behind_a_transfer_met_in_its_midst() {
-    // Each request is listed behind its answer; what the capture begins with belongs to a transfer before it.
+    // Each request is listed after its answer; the first frames belong to a transfer before the capture.
     let answers = "s 4F 02 20 01/c 40 02 20 01";
     for (text, status) in [
         ("c A2 01 01/s 4F 01 20 01/c 40 01 20 01", Status::Ok),
@@ -211,7 +211,7 @@ fn a_block_upload_that_was_not_started() {
 
 #[test]
 fn what_follows_from_a_fault_is_linked_to_it() {
-    // An unknown command in the place of a request, and the response that nobody asked for.
+    // An unknown command in the place of a request, and the response without request.
     let outcome = run(&frames(&format!("{GOOD}c E0/s 43 00 20 00 01/{}", NEXT.trim_start_matches('/'))));
     assert_eq!(
         outcome.loud().iter().map(|finding| (finding.code, finding.at.no)).collect::<Vec<_>>(),

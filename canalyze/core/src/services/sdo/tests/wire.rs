@@ -1,4 +1,4 @@
-//! One frame's eight bytes: the same byte by direction, lengths, block commands, and what answers what.
+//! The eight bytes of a frame: one byte by direction, lengths, block commands, and matching answers.
 
 use crate::services::sdo::wire::{Command, Mux, Side, block_segment, decode, fits, kind_fits};
 

@@ -1,4 +1,4 @@
-//! What one LSS frame says (CiA 305), as values. How it is read from bytes stands in `services::lss`.
+//! What one LSS frame says (CiA 305), as values. Its bytes are read in `wire::lss`.
 
 /// The four numbers of an LSS address (object 1018h, sub-index 1 to 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,0 +1,178 @@
+//! Turns the tables in `words/` into Rust: each becomes the expression of a slice, which `words!` includes. Nothing is
+//! parsed at run time.
+//!
+//! A table is text: a row a line, a tab between cells, `#` before a comment; the first row names the columns. A line that
+//! begins with a tab continues the row above. A column's name says what its cells are:
+//!
+//! | column | cell | in Rust |
+//! |---|---|---|
+//! | `index` | four hexadecimal digits | a number |
+//! | `range` | one index, or two with a hyphen between them | two numbers |
+//! | `code` | hexadecimal digits, the same number in each row | a number |
+//! | `value`, `profile` | a decimal number | a number |
+//! | `sub` | a decimal number: the row is a part of the row above; empty: it is a row of its own | a slice of parts, behind the other cells |
+//! | `type` | a data type, with `[]` an array of it; `RECORD`; `-`: not standardized | a `Shape`, of a part a `DataType` |
+//! | `names` | texts with `, ` between them | a slice |
+//! | `codes` | codes of rules, likewise; may be empty | a slice of `Code`s |
+//! | capitalized, as `State` | a variant of that type | the variant |
+//! | `zh`, `en` | Chinese and English | two texts |
+//! | `cause.zh`, `cause.en` | Chinese and English | one `Words` |
+//! | any other | text | a text |
+//!
+//! Rows with numbers are in ascending order of them; other rows differ in their first cell.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::{env, fs, io};
+
+fn main() -> io::Result<()> {
+    println!("cargo::rerun-if-changed=words");
+    let out = env::var_os("OUT_DIR").ok_or(io::ErrorKind::NotFound)?;
+    for entry in fs::read_dir("words")? {
+        let path = entry?.path();
+        let made = path.file_name().map(|name| Path::new(&out).join(name).with_extension("rs"));
+        if let (Some(made), Some("tsv")) = (made, path.extension().and_then(|extension| extension.to_str())) {
+            match rows(&fs::read_to_string(&path)?) {
+                Ok(rows) => fs::write(made, rows)?,
+                Err((line, fault)) => println!("cargo::error={}:{line}: {fault}", path.display()),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The numbers by which rows are in order: those of a range are its ends.
+#[derive(Default, PartialEq)]
+struct Key {
+    first: Vec<i64>,
+    last: Vec<i64>,
+    sub: Option<i64>,
+}
+
+/// Returns the rows of a table in Rust, or the line of the first fault and what it is. Each row ends on the line on which
+/// it ends in the table, so that errors of the compiler have the same line.
+pub fn rows(table: &str) -> Result<String, (usize, String)> {
+    let mut lines = table.lines().zip(1..).peekable();
+    let (mut out, mut columns, mut above, mut seen) = (String::from("&["), Vec::new(), Key::default(), HashSet::new());
+    let mut open = false;
+    while let Some((line, mut at)) = lines.next() {
+        if !line.is_empty() && !line.starts_with('#') {
+            let mut cells: Vec<&str> = line.split('\t').collect();
+            while let Some((more, end)) = lines.next_if(|(line, _)| line.starts_with('\t')) {
+                cells.extend(more.split('\t').skip(1));
+                out.push('\n');
+                at = end;
+            }
+            if columns.is_empty() {
+                columns = cells;
+            } else {
+                let (key, row) = row(&columns, &cells).map_err(|fault| (at, fault))?;
+                let fits = match key.sub {
+                    Some(_) => open && key.first == above.first && key.last == above.last && key.sub > above.sub,
+                    None if key.first.is_empty() => seen.insert(cells.first().copied()),
+                    None => key.first > above.last && key.first <= key.last,
+                };
+                if !fits {
+                    return Err((at, "is there already, or not in order".to_owned()));
+                }
+                if open && key.sub.is_none() {
+                    out.push_str("]),");
+                }
+                open = columns.contains(&"sub");
+                let end = if open && key.sub.is_none() { ", &[" } else { ")," };
+                _ = write!(out, "({row}{end}");
+                above = key;
+            }
+        }
+        out.push('\n');
+    }
+    Ok(out + if open { "])]" } else { "]" })
+}
+
+/// The cells of a row in Rust, with commas between them.
+fn row(columns: &[&str], cells: &[&str]) -> Result<(Key, String), String> {
+    if cells.len() != columns.len() {
+        return Err(format!("{} cells for {} columns", cells.len(), columns.len()));
+    }
+    let mut key = Key::default();
+    let part = columns.iter().zip(cells).any(|(name, cell)| *name == "sub" && !cell.is_empty());
+    let mut made = Vec::new();
+    for (place, (name, cell)) in columns.iter().zip(cells).enumerate() {
+        let fault = || format!("{name}: '{cell}' does not fit");
+        let number = |text: &str, radix| i64::from_str_radix(text, radix).map_err(|_| fault());
+        let hexadecimal = |text: &str, digits: &[usize]| match digits.contains(&text.len()) {
+            true => number(text, 16),
+            false => Err(fault()),
+        };
+        match *name {
+            "index" | "range" | "code" => {
+                let (first, last) = cell.split_once('-').filter(|_| *name == "range").unwrap_or((cell, cell));
+                let digits: &[usize] = if *name == "code" { &[4, 8] } else { &[4] };
+                key.first.push(hexadecimal(first, digits)?);
+                key.last.push(hexadecimal(last, digits)?);
+                made.extend((!part).then(|| format!("0x{first}")));
+                made.extend((!part && *name == "range").then(|| format!("0x{last}")));
+            }
+            "value" | "profile" => {
+                key.first.push(number(cell, 10)?);
+                key.last.push(number(cell, 10)?);
+                made.push((*cell).to_owned());
+            }
+            "sub" if part => {
+                key.sub = Some(number(cell, 10)?);
+                made.push((*cell).to_owned());
+            }
+            "sub" => {}
+            "type" => made.push(data_type(cell, part)),
+            "codes" => made.push(format!("&[{}]", list(cell, |code| format!("Code::{}", camel(code))))),
+            "names" => made.push(format!("&[{}]", list(cell, |name| format!("{name:?}")))),
+            name if name.starts_with(char::is_uppercase) => made.push(format!("{name}::{cell}")),
+            name => {
+                let chinese = cell.chars().any(|one| ('\u{4E00}'..='\u{9FFF}').contains(&one));
+                let fits = match name.rsplit('.').next() {
+                    // Words are put into sentences with half-width punctuation.
+                    Some("zh") => {
+                        (chinese || cells.get(place + 1) == Some(cell))
+                            && !cell.contains(['，', '（', '）', '：', '；'])
+                    }
+                    Some("en") => cell.chars().all(|one| one.is_ascii() || "±Ωµ×".contains(one)),
+                    _ => true,
+                };
+                if !fits || cell.is_empty() || cell.trim() != *cell {
+                    return Err(fault());
+                }
+                made.push(match name.split_once('.') {
+                    Some((_, "zh")) => {
+                        format!("Words {{ zh: {cell:?}, en: {:?} }}", cells.get(place + 1).unwrap_or(&""))
+                    }
+                    Some((_, "en")) => continue,
+                    _ => format!("{cell:?}"),
+                });
+            }
+        }
+    }
+    Ok((key, made.join(", ")))
+}
+
+/// `UNSIGNED8` as the variant `Unsigned8`; of a row that is no part as its shape.
+fn data_type(cell: &str, part: bool) -> String {
+    match (cell, cell.strip_suffix("[]")) {
+        _ if part => camel(cell),
+        ("-", _) => "Own".to_owned(),
+        ("RECORD", _) => "Record".to_owned(),
+        (_, Some(of)) => format!("Array({})", camel(of)),
+        _ => format!("Var({})", camel(cell)),
+    }
+}
+
+/// `TIME_OF_DAY` as `TimeOfDay`, `SDO001` as `Sdo001`.
+fn camel(name: &str) -> String {
+    let word =
+        |word: &str| word.chars().take(1).chain(word.chars().skip(1).map(|one| one.to_ascii_lowercase())).collect();
+    name.split('_').map(word).collect::<Vec<String>>().concat()
+}
+
+fn list(cell: &str, one: impl Fn(&str) -> String) -> String {
+    cell.split(", ").filter(|text| !text.is_empty()).map(one).collect::<Vec<_>>().join(", ")
+}
