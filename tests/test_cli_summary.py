@@ -166,7 +166,7 @@ def test_keys_are_those_that_are_documented(canalyze: Runner, capture: str) -> N
                     assert set(one) == wanted, (record["kind"], key)
                     inner.add((record["kind"], key))
     assert inner >= set(INNER) - {("summary_pdo", "delay")}
-    source = Path(__file__).parent.parent / "canalyze/core/src/render/jsonl/summary.rs"
+    source = Path(__file__).parent.parent / "canalyze/core/src/tables/jsonl/summary.rs"
     declared = source.read_text()
     for keys in (*KEYS.values(), *INNER.values()):
         for key in keys:

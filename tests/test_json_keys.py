@@ -9,7 +9,7 @@ from pathlib import Path
 from captures import SAMPLES, Row, analyze, described_beside, session_output
 from conftest import Runner
 
-SOURCE = Path(__file__).parent.parent / "canalyze/core/src/render/jsonl"
+SOURCE = Path(__file__).parent.parent / "canalyze/core/src/tables/jsonl"
 
 KEYS = {
     "frame": {

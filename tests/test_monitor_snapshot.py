@@ -14,7 +14,7 @@ from captures import SAMPLES, Row, described_beside, session_output
 from canalyze import _core
 from canalyze.running.options import SessionOptions
 
-SOURCE = Path(__file__).parent.parent / "canalyze/core/src/monitor/snapshot.rs"
+SOURCE = Path(__file__).parent.parent / "canalyze/core/src/views/monitor/snapshot.rs"
 TRANSFER = {"transfer", "bus", "node", "direction", "mode", "index", "sub", "name", "size"}
 KEYS = {
     "": {"now_ns", "start_ns", "tally", "buses", "nodes", "objects", "objects_more", "transfers", "findings"}

@@ -1,6 +1,6 @@
 """The verdicts of `check` as JSON lines: one object a kind of finding, and one at the end of each capture.
 
-Keys are only ever added, never renamed. `finding` has those of the core's (`canalyze/core/src/render/jsonl`), of the
+Keys are only ever added, never renamed. `finding` has those of the core's (`canalyze/core/src/tables/jsonl`), of the
 first of its kind, and
 
 | key | is |

@@ -1,6 +1,6 @@
 """What a file is, for people: one block a file, a line a fact.
 
-It lays out the object that the core hands over (`canalyze/core/src/render/jsonl/info.rs` documents it) and computes
+It lays out the object that the core hands over (`canalyze/core/src/tables/jsonl/info.rs` documents it) and computes
 nothing but units. What a file does not have is left out.
 """
 

@@ -1,6 +1,6 @@
 """Files that are made of the objects of one node: a DCF, a concise DCF, an EDS; and the lines about them.
 
-Records are those of the core (`canalyze/core/src/render/jsonl/inventory.rs` documents them). Must not: decide what is
+Records are those of the core (`canalyze/core/src/tables/jsonl/inventory.rs` documents them). Must not: decide what is
 configuration.
 """
 

@@ -1,6 +1,6 @@
 """Objects of devices for people, by what the traffic shows of them: a heading and a table a node, or all values.
 
-It lays out the records that the core hands over (`canalyze/core/src/render/jsonl/inventory.rs` documents them). Must
+It lays out the records that the core hands over (`canalyze/core/src/tables/jsonl/inventory.rs` documents them). Must
 not: decide what an object is.
 """
 

@@ -1,6 +1,6 @@
 """A capture in figures for people: the capture, its buses, nodes, SYNC, PDOs and findings, one block each.
 
-It lays out the records that the core hands over (`canalyze/core/src/render/jsonl/summary.rs` documents them) and
+It lays out the records that the core hands over (`canalyze/core/src/tables/jsonl/summary.rs` documents them) and
 computes nothing but units. A block that has nothing to tell is left out. What a block looks like, its sheet says.
 """
 

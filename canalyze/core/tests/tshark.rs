@@ -7,10 +7,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use canalyze_core::frame::{Buses, CanId, Direction, Frame, Kind};
-use canalyze_core::readers::{Format, Item, Marker, Place, Reader, Settings};
-use canalyze_core::writers::pcapng::Pcapng;
-use canalyze_core::writers::{Loss, Setting};
+use canalyze_core::bytes::frame::{Buses, CanId, Direction, Frame, Kind};
+use canalyze_core::bytes::readers::{Format, Item, Marker, Place, Reader, Settings};
+use canalyze_core::bytes::writers::pcapng::Pcapng;
+use canalyze_core::bytes::writers::{Loss, Setting};
 
 /// One of every kind, on two buses.
 fn frames(buses: &mut Buses) -> Vec<Frame> {
@@ -57,8 +57,8 @@ fn written(name: &str) -> (PathBuf, Buses, Vec<Frame>) {
     (path, buses, frames)
 }
 
-fn buses_first() -> canalyze_core::frame::BusId {
-    canalyze_core::frame::BusId(0)
+fn buses_first() -> canalyze_core::bytes::frame::BusId {
+    canalyze_core::bytes::frame::BusId(0)
 }
 
 /// What the program says; `None` where there is none.

@@ -3,8 +3,8 @@
 //! The first byte sets the size of the pieces.
 #![no_main]
 
-use canalyze_core::frame::Buses;
-use canalyze_core::readers::asc::{Asc, line};
+use canalyze_core::bytes::frame::Buses;
+use canalyze_core::bytes::readers::asc::{Asc, line};
 use libfuzzer_sys::fuzz_target;
 
 fn items(text: &[u8], size: usize) -> Vec<String> {

@@ -3,8 +3,8 @@
 //! The first byte sets the options and the size of the pieces, so that the fuzzer can find both.
 #![no_main]
 
-use canalyze_core::frame::Buses;
-use canalyze_core::readers::candump::{Candump, Stamps, line};
+use canalyze_core::bytes::frame::Buses;
+use canalyze_core::bytes::readers::candump::{Candump, Stamps, line};
 use libfuzzer_sys::fuzz_target;
 
 fn items(text: &[u8], stamps: Stamps, regular: bool, size: usize) -> Vec<String> {

@@ -4,9 +4,9 @@
 //! that describe all frames at once and have no checksum (the head of an ASC or pcapng file) stay as they are.
 #![no_main]
 
-use canalyze_core::frame::{Buses, CanId, Frame, Stamp, StampForm};
-use canalyze_core::readers::{self, Item, Reader};
-use canalyze_core::writers::{Format, Setting, Settings, Writer};
+use canalyze_core::bytes::frame::{Buses, CanId, Frame, Stamp, StampForm};
+use canalyze_core::bytes::readers::{self, Item, Reader};
+use canalyze_core::bytes::writers::{Format, Setting, Settings, Writer};
 use libfuzzer_sys::fuzz_target;
 
 /// Each format, how it is read, and whether a checksum covers every frame.

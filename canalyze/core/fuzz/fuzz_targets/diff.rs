@@ -8,14 +8,14 @@ mod traffic;
 
 use std::sync::Arc;
 
-use canalyze_core::diff::digest::Digest;
-use canalyze_core::diff::{Comparison, Settings, compare};
-use canalyze_core::frame::Frame;
-use canalyze_core::network::Network;
-use canalyze_core::render::diff::{Setting, body, head};
-use canalyze_core::render::jsonl;
+use canalyze_core::views::diff::digest::Digest;
+use canalyze_core::views::diff::{Comparison, Settings, compare};
+use canalyze_core::bytes::frame::Frame;
+use canalyze_core::world::network::Network;
+use canalyze_core::tables::diff::{Setting, body, head};
+use canalyze_core::tables::jsonl;
 use canalyze_core::session::{Format, Options, Session};
-use canalyze_core::text::Lang;
+use canalyze_core::words::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 

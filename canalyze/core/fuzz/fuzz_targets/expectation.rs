@@ -8,10 +8,10 @@ mod traffic;
 
 use std::sync::Arc;
 
-use canalyze_core::expectation::Expectations;
-use canalyze_core::frame::Frame;
+use canalyze_core::views::expectation::Expectations;
+use canalyze_core::bytes::frame::Frame;
 use canalyze_core::session::{Format, Options, Session};
-use canalyze_core::text::Lang;
+use canalyze_core::words::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::{Map, Value, json};
 

@@ -4,8 +4,8 @@
 //! The first byte sets the size of the pieces, the second the number of frames (0: all).
 #![no_main]
 
-use canalyze_core::masks::Masks;
-use canalyze_core::readers::Format as Input;
+use canalyze_core::bytes::masks::Masks;
+use canalyze_core::bytes::readers::Format as Input;
 use canalyze_core::session::{Format, Options, Session};
 use libfuzzer_sys::fuzz_target;
 

@@ -4,8 +4,8 @@
 //! The first byte sets the options, the second the size of the pieces.
 #![no_main]
 
-use canalyze_core::frame::Buses;
-use canalyze_core::readers::mcap::{Choice, Mcap};
+use canalyze_core::bytes::frame::Buses;
+use canalyze_core::bytes::readers::mcap::{Choice, Mcap};
 use libfuzzer_sys::fuzz_target;
 
 fn items(data: &[u8], size: usize) -> Vec<String> {

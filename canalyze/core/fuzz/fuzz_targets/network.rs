@@ -9,12 +9,12 @@ mod traffic;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use canalyze_core::expectation::Expectations;
-use canalyze_core::finding_context::MOST;
-use canalyze_core::frame::Frame;
-use canalyze_core::render::columns::Name;
+use canalyze_core::views::expectation::Expectations;
+use canalyze_core::views::finding_context::MOST;
+use canalyze_core::bytes::frame::Frame;
+use canalyze_core::tables::columns::Name;
 use canalyze_core::session::{Format, Options, Session};
-use canalyze_core::text::{Depth, Lang};
+use canalyze_core::words::{Depth, Lang};
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 

@@ -3,8 +3,8 @@
 //! The first byte sets the size of the pieces, so that the fuzzer can find it too.
 #![no_main]
 
-use canalyze_core::frame::Buses;
-use canalyze_core::readers::pcap::Pcap;
+use canalyze_core::bytes::frame::Buses;
+use canalyze_core::bytes::readers::pcap::Pcap;
 use libfuzzer_sys::fuzz_target;
 
 fn items(bytes: &[u8], size: usize) -> Vec<String> {

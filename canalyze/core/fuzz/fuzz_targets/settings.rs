@@ -3,7 +3,7 @@
 //! The whole input is the file, once as `canalyze.toml` and once as expectations. It must not judge what is read.
 #![no_main]
 
-use canalyze_core::expectation::Expectations;
+use canalyze_core::views::expectation::Expectations;
 use canalyze_core::settings::{Mistake, expectations, settings};
 use libfuzzer_sys::fuzz_target;
 

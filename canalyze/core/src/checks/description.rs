@@ -5,16 +5,16 @@
 
 use std::collections::BTreeSet;
 
-use crate::configuration::{Provenance, number};
-use crate::context::Context;
-use crate::dictionary::Object;
-use crate::finding::{Quantity, Verdict};
-use crate::node::{Node, PerNode};
-use crate::od::{self, DataType};
 use crate::rules::description::{Eds001, Eds002, Eds003, Eds004, Eds005};
+use crate::rules::finding::{Quantity, Verdict};
 use crate::rules::sdo::{Sdo013, Sdo014};
-use crate::services::sdo::transfer::{Direction, Mode, Transfer};
-use crate::services::sdo::wire::{Mux, Side};
+use crate::sdo::transfer::{Direction, Mode, Transfer};
+use crate::sdo::wire::{Mux, Side};
+use crate::world::configuration::{Provenance, number};
+use crate::world::context::Context;
+use crate::world::dictionary::Object;
+use crate::world::node::{Node, PerNode};
+use crate::world::od::{self, DataType};
 
 /// Maximum number of addresses kept per node (invariant 6).
 const KEPT: usize = 4096;

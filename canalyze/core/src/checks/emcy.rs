@@ -6,15 +6,15 @@
 
 use std::collections::VecDeque;
 
-use crate::configuration::Provenance;
-use crate::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::evidence::When;
-use crate::finding::{Finding, Severity, Verdict};
-use crate::frame::FrameRef;
-use crate::message::{ERRORS, Errors};
-use crate::node::{Node, PerNode};
-use crate::profiles::Profile;
 use crate::rules::emcy::{Emc001, Emc002, Emc003, Emc005, Emc007, Emc008, Emc009, Emc010};
+use crate::rules::finding::{Finding, Severity, Verdict};
+use crate::wire::message::{ERRORS, Errors};
+use crate::words::profiles::Profile;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{Node, PerNode};
 
 /// The reserved bit of the error register.
 const RESERVED: u8 = 1 << 6;

@@ -8,11 +8,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::context::Context;
-use crate::finding::{Finding, Verdict};
-use crate::frame::{Frame, FrameRef};
+use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::bus::{Bus001, Bus002, Bus003, Bus004, Bus005, Bus006, Bus007, Bus008};
+use crate::rules::finding::{Finding, Verdict};
 use crate::wire::error_frame::{self, Condition, Recovery};
+use crate::world::context::Context;
 
 /// Time without error frames that ends a disturbance, and after which an ongoing one is raised, in ns.
 const QUIET_NS: i64 = 1_000_000_000;

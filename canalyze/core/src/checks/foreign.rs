@@ -1,10 +1,10 @@
 //! Reports once the traffic of a bus that is not CANopen, by the evidence of SDO channels, LSS and
 //! [`evidence::services`](crate::evidence::services).
 
-use crate::context::Context;
 use crate::evidence::services::{Alien, Other};
-use crate::finding::Finding;
 use crate::rules::bus::Bus009;
+use crate::rules::finding::Finding;
+use crate::world::context::Context;
 
 /// Reports foreign traffic at the end of the capture. `sdo`: for each channel whether it is SDO, if known, and its
 /// frame count. `lss`: number of foreign frames on the identifiers of LSS. `proven`: LSS itself was seen.

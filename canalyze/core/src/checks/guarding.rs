@@ -7,17 +7,17 @@
 
 use super::heartbeat::Heartbeats;
 use super::nmt::Nmt;
-use crate::configuration::Provenance;
-use crate::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::evidence::{Obligations, When};
-use crate::finding::Finding;
-use crate::frame::FrameRef;
-use crate::node::{Node, PerNode};
+use crate::rules::finding::Finding;
 use crate::rules::guarding::{Grd001, Grd002, Grd003, Grd004, Grd005};
 use crate::rules::heartbeat::Hbt003;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{Node, PerNode};
 
 /// Maximum time from a request to its answer, in ns.
 const ANSWER_NS: i64 = 500_000_000;

@@ -25,18 +25,18 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::configuration;
-use crate::context::Context;
-use crate::event::{Signals, Unmapped};
-use crate::frame::Frame;
-use crate::message::Message;
-use crate::network::Network;
-use crate::node::{Node, Pdo, PerNode};
+use crate::bytes::frame::Frame;
 use crate::rules::pdo::Mpd001;
-use crate::services::pdo::communication_parameter;
-use crate::services::sdo::transfer::{Direction, Status, Transfer};
-use crate::services::sdo::wire::{Mux, Side};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::{Mux, Side};
 use crate::wire::lss::Command;
+use crate::wire::message::Message;
+use crate::wire::pdo::communication_parameter;
+use crate::world::configuration;
+use crate::world::context::Context;
+use crate::world::event::{Signals, Unmapped};
+use crate::world::network::Network;
+use crate::world::node::{Node, Pdo, PerNode};
 
 use description::Descriptions;
 use drive::Drives;

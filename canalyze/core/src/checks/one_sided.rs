@@ -1,10 +1,10 @@
 //! Reports once per bus that only one direction of SDO was recorded.
 
-use crate::context::Context;
-use crate::finding::{Finding, Verdict};
+use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::Sdo032;
-use crate::services::sdo::proof::OneSided;
-use crate::services::sdo::wire::Side;
+use crate::sdo::proof::OneSided;
+use crate::sdo::wire::Side;
+use crate::world::context::Context;
 
 /// Reports one-sided channels at the end of the capture.
 pub fn conclude(found: &[OneSided], cx: &mut Context<'_>) {

@@ -7,15 +7,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::pdo::timing::tolerance;
-use crate::configuration::Provenance;
-use crate::context::Context;
+use crate::bytes::frame::{CanId, Frame};
 use crate::evidence::{Recording, Rules, When};
-use crate::finding::Verdict;
-use crate::frame::{CanId, Frame};
-use crate::node::{CobId, Node, PerNode};
+use crate::rules::finding::Verdict;
 use crate::rules::srdo::{Srd001, Srd002, Srd003, Srd004, Srd005};
-use crate::services::sdo::wire::Mux;
+use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{CobId, Node, PerNode};
 
 /// Pairs: 101h and 102h to 17Fh and 180h.
 const PAIRS: usize = 64;

@@ -1,9 +1,9 @@
 //! TIME (CiA 301, 7.2.6): impossible times of day, and jumps against the capture's clock.
 
-use crate::context::Context;
 use crate::evidence::{Recording, When};
 use crate::rules::time::{Tim001, Tim002};
 use crate::wire::time::DAY_MS;
+use crate::world::context::Context;
 
 /// Maximum deviation of two TIMEs from the time between them: in ns, and as the fraction by which clocks differ.
 const JUMP_NS: i64 = 1_000_000_000;

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 
 use super::recording::Recording;
 use super::when::When;

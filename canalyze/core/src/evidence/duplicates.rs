@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use crate::frame::{CanId, Frame, Kind};
+use crate::bytes::frame::{CanId, Frame, Kind};
 
 /// Maximum time from an original to its duplicate, in ns.
 pub(super) const APART_NS: i64 = 10_000_000;

@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::frame::{Frame, Kind};
+use crate::bytes::frame::{Frame, Kind};
 
 use super::duplicates::PATIENCE_NS;
 use super::senders::{Even, identifier};

@@ -2,7 +2,7 @@
 //!
 //! Checks compare times, open obligations and find excuses only through this room, so that each property of a capture
 //! (late echoes, duplicate frames, stalls, coarse stamps, lost frames) is modelled once. One [`Evidence`] belongs to
-//! one bus and travels in the [`Context`](crate::context::Context). It knows no rules of services and raises no
+//! one bus and travels in the [`Context`](crate::world::context::Context). It knows no rules of services and raises no
 //! findings of its own.
 
 pub mod circumstance;

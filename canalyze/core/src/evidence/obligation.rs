@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 
 use super::recording::Recording;
 use super::when::When;

@@ -4,8 +4,8 @@
 //! listed late. It is then released unchanged, linked to its cause or, if that command permits the observation,
 //! dropped. The queue is bounded in time and count; findings beyond the bounds are released at once.
 
-use crate::finding::{Code, Finding};
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Code, Finding};
 
 use super::recording::{Recording, Verdict};
 use super::when::When;

@@ -5,7 +5,7 @@
 //! ([`Learnt::Changed`]). A configured value is a prior that traffic confirms or contradicts. The user of a period
 //! leaves out gaps across a burst or a hole of the recording.
 
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 
 /// Number of kept gaps.
 const KEPT: usize = 16;

@@ -10,7 +10,7 @@
 //! Later frames may show how a frame was recorded. Each frame is therefore observed first ([`Recording::observe`]), and
 //! taken for verdicts once nothing about it is open ([`Recording::undecided_since`]).
 
-use crate::frame::{CanId, Direction, Frame, FrameRef, Kind};
+use crate::bytes::frame::{CanId, Direction, Frame, FrameRef, Kind};
 
 use super::duplicates::{Duplicates, Sighting};
 use super::holes::Holes;

@@ -6,7 +6,7 @@
 
 use super::duplicates::Sighting;
 use super::senders::{comes_by_itself, identifier};
-use crate::frame::Frame;
+use crate::bytes::frame::Frame;
 
 /// Maximum common divisor of the stamps that is taken for their resolution by itself, in ns: software that prints
 /// hundredths of a second. Frames may come at rounder times.

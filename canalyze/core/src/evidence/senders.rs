@@ -3,7 +3,7 @@
 //! The recording itself is measured by these gaps; checks learn periods of their own
 //! ([`Period`](super::period::Period)).
 
-use crate::frame::{Frame, Kind};
+use crate::bytes::frame::{Frame, Kind};
 
 /// Number of CAN-IDs with a usual gap: all 11-bit ones, and their remote frames behind them.
 const IDENTIFIERS: usize = 0x1000;

@@ -6,10 +6,10 @@
 //! certainly another protocol; until then findings wait. A single frame like an emergency is not judged if nothing else
 //! looks like CANopen. SDO and LSS have their own proofs, which rest on requests and responses.
 
-use crate::cob_id::Role;
-use crate::finding::Finding;
-use crate::frame::{CanId, Frame, FrameRef, Kind};
+use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
 use crate::rules::Family;
+use crate::rules::finding::Finding;
+use crate::wire::cob_id::Role;
 
 use super::recording::Recording;
 use super::when::When;

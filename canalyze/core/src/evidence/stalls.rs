@@ -10,7 +10,7 @@
 //! them; and, after an unusual silence, as many frames as were due in it. At the beginning of a capture no CAN-ID is
 //! known: a burst in which one repeats waits for the frames after it, which show the usual gap.
 
-use crate::frame::{Frame, Kind};
+use crate::bytes::frame::{Frame, Kind};
 
 use super::duplicates::{Duplicates, PATIENCE_NS};
 use super::senders::{Even, Late, Run, Seen, Senders};

@@ -3,7 +3,7 @@ use super::duplicates::Sighting;
 use super::period::{Confidence, Learnt};
 use super::recording::{Happened, Verdict};
 use super::*;
-use crate::frame::{CanId, Frame, FrameRef};
+use crate::bytes::frame::{CanId, Frame, FrameRef};
 
 fn frame(no: u64, id: u16, payload: &[u8], us: i64) -> Frame {
     Frame { no, t_ns: Some(1_700_000_000_000_000_000 + us * 1000), ..Frame::classic(CanId::standard(id), payload) }

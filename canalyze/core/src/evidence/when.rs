@@ -3,7 +3,7 @@
 //! A stamp is not the time on the wire. Its interval may be known only later (frames after a burst prove it), so a
 //! [`When`] keeps the facts, and [`Recording`](super::recording::Recording) derives the interval and compares.
 
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 
 /// The place of a frame in the recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

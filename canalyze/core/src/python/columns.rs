@@ -18,7 +18,7 @@ use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyList};
 
-use crate::render::columns;
+use crate::tables::columns;
 
 fn refused(error: &ArrowError) -> PyErr {
     PyValueError::new_err(error.to_string())

@@ -1,4 +1,4 @@
-//! The comparison of two captures for Python; `diff` and `render::diff` do the work.
+//! The comparison of two captures for Python; `diff` and `tables::diff` do the work.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -6,10 +6,10 @@ use pyo3::types::PyBytes;
 
 use super::language;
 use super::session::Session;
-use crate::diff;
-use crate::diff::digest::Digest;
-use crate::render;
-use crate::text::Lang;
+use crate::tables;
+use crate::views::diff;
+use crate::views::diff::digest::Digest;
+use crate::words::Lang;
 
 #[pyclass(module = "canalyze._core", frozen)]
 pub(super) struct Comparison {
@@ -20,9 +20,9 @@ pub(super) struct Comparison {
 }
 
 impl Comparison {
-    fn setting(&self) -> render::diff::Setting<'_> {
+    fn setting(&self) -> tables::diff::Setting<'_> {
         let [a, b] = &self.digests;
-        render::diff::Setting { lang: self.lang, digests: [a, b] }
+        tables::diff::Setting { lang: self.lang, digests: [a, b] }
     }
 
     fn bytes<'py>(py: Python<'py>, write: impl FnOnce(&mut Vec<u8>) + Send) -> Bound<'py, PyBytes> {
@@ -81,16 +81,16 @@ impl Comparison {
     }
 
     fn head<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        Self::bytes(py, |out| render::diff::head(out, self.setting(), &self.compared))
+        Self::bytes(py, |out| tables::diff::head(out, self.setting(), &self.compared))
     }
 
     fn body<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        Self::bytes(py, |out| render::diff::body(out, self.setting(), &self.compared))
+        Self::bytes(py, |out| tables::diff::body(out, self.setting(), &self.compared))
     }
 
     fn jsonl<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let [a, b] = &self.names;
         let names = [a.as_bytes(), b.as_bytes()];
-        Self::bytes(py, |out| render::jsonl::diff::write(out, self.setting(), &self.compared, names))
+        Self::bytes(py, |out| tables::jsonl::diff::write(out, self.setting(), &self.compared, names))
     }
 }

@@ -8,13 +8,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::{choose, language};
-use crate::dictionary::{Access, Described, Dictionary as Table, Form, Object, Preset};
-use crate::od::DataType;
-use crate::preset::{self, Doubt, What};
-use crate::profiles::Profile;
-use crate::services::pdo::{communication_parameter, mapping_parameter, predefined_id};
-use crate::services::sdo::wire::Mux;
-use crate::text::{terms, value};
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::{communication_parameter, mapping_parameter, predefined_id};
+use crate::words::profiles::Profile;
+use crate::words::{terms, value};
+use crate::world::dictionary::{Access, Described, Dictionary as Table, Form, Object, Preset};
+use crate::world::od::DataType;
+use crate::world::preset::{self, Doubt, What};
 
 /// A row of a description: index, sub-index, name, type, access, value, relative to the node-ID, configured by a DCF,
 /// mappable, unit, factor.
@@ -177,7 +177,7 @@ fn defect(pdo: &Pdo, doubt: &Doubt) -> Defect {
 fn pdo_parameters(direction: &str, number: u16) -> PyResult<(u16, u16, String)> {
     let transmit = choose("direction", direction, &[("tpdo", true), ("rpdo", false)])?;
     let default = predefined_id(transmit, number)
-        .map_or_else(|| format!("{:#x}", crate::node::CobId::INVALID), |base| format!("$NODEID+{base:#x}"));
+        .map_or_else(|| format!("{:#x}", crate::world::node::CobId::INVALID), |base| format!("$NODEID+{base:#x}"));
     Ok((communication_parameter(transmit, number), mapping_parameter(transmit, number), default))
 }
 

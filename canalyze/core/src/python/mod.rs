@@ -21,19 +21,19 @@ use self::columns::{Batch, Table};
 use self::comparison::Comparison;
 use self::network::Network;
 use self::session::Session;
-use crate::diagnosis::kinds::KINDS;
-use crate::filter::SERVICES;
-use crate::frame::Buses;
-use crate::network::Network as Known;
-use crate::readers::candump;
-use crate::readers::{Format as Input, listing, sniff};
-use crate::render;
-use crate::render::colour::{COLOURS, PLAIN};
-use crate::render::columns::Name;
+use crate::bytes::frame::Buses;
+use crate::bytes::readers::candump;
+use crate::bytes::readers::{Format as Input, listing, sniff};
+use crate::bytes::writers::Format as Written;
 use crate::rules::{RULES, SEVERITIES};
 use crate::session::{Options, Session as Core};
-use crate::text::{Depth, Lang, complaints};
-use crate::writers::Format as Written;
+use crate::stories::kinds::KINDS;
+use crate::tables;
+use crate::tables::columns::Name;
+use crate::views::colour::{COLOURS, PLAIN};
+use crate::views::filter::SERVICES;
+use crate::words::{Depth, Lang, complaints};
+use crate::world::network::Network as Known;
 
 fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T> {
     choices.iter().find(|(word, _)| *word == value).map(|(_, choice)| *choice).ok_or_else(|| {
@@ -90,13 +90,13 @@ fn explain(line: &str, lang: &str, network: Option<&Network>) -> PyResult<Option
         Ok(frame) => {
             match network {
                 Some(network) => within(&mut out, lang, line, &network.known),
-                None => render::text::explain(&mut out, lang, &frame, &buses),
+                None => crate::views::lines::explain(&mut out, lang, &frame, &buses),
             }
             true
         }
         Err(reason) => {
             let devices = network.map_or(&[][..], |network| &network.known.descriptions);
-            let known = crate::text::explain::code::code(&mut out, lang, line, devices);
+            let known = crate::words::explain::code::code(&mut out, lang, line, devices);
             if let (false, Some(reason)) = (known, reason) {
                 return Err(PyValueError::new_err(complaints::no_frame(lang, line.as_bytes(), reason)));
             }
@@ -139,12 +139,12 @@ fn may_hold_command(lines: &[u8]) -> bool {
 
 #[pyfunction]
 fn class_of(kind: &str, number: u16) -> Option<&'static str> {
-    render::columns::class_of(kind, number)
+    tables::columns::class_of(kind, number)
 }
 
 #[pyfunction]
 fn schema(py: Python<'_>) -> Bound<'_, PyBytes> {
-    PyBytes::new(py, &render::columns::schema())
+    PyBytes::new(py, &tables::columns::schema())
 }
 
 #[pymodule]

@@ -7,9 +7,9 @@ use pyo3::prelude::*;
 
 use super::choose;
 use super::dictionary::Dictionary;
-use crate::frame::CanId;
-use crate::network::{Cob, Description, Network as Known, Sdo};
+use crate::bytes::frame::CanId;
 use crate::session::known_pdos;
+use crate::world::network::{Cob, Description, Network as Known, Sdo};
 
 fn identifier(id: u32, extended: bool) -> CanId {
     if extended { CanId::extended(id) } else { CanId::standard((id & 0x7FF) as u16) }

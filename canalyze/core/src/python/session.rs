@@ -11,21 +11,21 @@ use super::columns::Batch;
 use super::network::Network;
 use super::settings::Expectations;
 use super::{choose, language};
-use crate::filter::Filter;
-use crate::inputs::Refusal;
-use crate::masks::Masks;
-use crate::monitor::{Line, Wanted};
-use crate::readers::candump::Stamps;
-use crate::readers::mcap::{Choice, Clock, Map};
-use crate::readers::{Damage, Format as Input, Place};
-use crate::render;
-use crate::render::columns::Name;
-use crate::render::text::{Look, Time};
-use crate::select::Select;
+use crate::bytes::inputs::Refusal;
+use crate::bytes::masks::Masks;
+use crate::bytes::readers::candump::Stamps;
+use crate::bytes::readers::mcap::{Choice, Clock, Map};
+use crate::bytes::readers::{Damage, Format as Input, Place};
+use crate::bytes::select::Select;
+use crate::bytes::writers::mcap::{self, FdSchema};
+use crate::bytes::writers::{self, Format as Written, Loss};
 use crate::session::{Format, Options, Session as Core};
-use crate::text::{Depth, Lang, complaints};
-use crate::writers::mcap::{self, FdSchema};
-use crate::writers::{self, Format as Written, Loss};
+use crate::tables;
+use crate::tables::columns::Name;
+use crate::views::filter::Filter;
+use crate::views::lines::{Look, Time};
+use crate::views::monitor::{Line, Wanted};
+use crate::words::{Depth, Lang, complaints};
 
 #[pyclass(module = "canalyze._core", frozen)]
 pub(super) struct Session {
@@ -197,7 +197,7 @@ impl Session {
 
     #[pyo3(signature = (kind, offset, bytes = None, input = 0))]
     fn damaged(&self, py: Python<'_>, kind: &str, offset: u64, bytes: Option<u64>, input: usize) -> PyResult<()> {
-        let kind = choose("kind", kind, render::jsonl::DAMAGES)?;
+        let kind = choose("kind", kind, tables::jsonl::DAMAGES)?;
         self.run(py, |core| core.damaged(input, Damage { place: Place::Byte(offset), kind, bytes, frames: None }));
         Ok(())
     }
@@ -277,7 +277,7 @@ impl Session {
         extracted
             .into_iter()
             .map(|one| {
-                let status = one.status.map_or("", crate::services::sdo::transfer::Status::name);
+                let status = one.status.map_or("", crate::sdo::transfer::Status::name);
                 let holes = one.holes.iter().map(|hole| (hole.offset, hole.length)).collect();
                 let about = String::from_utf8_lossy(&one.about).into_owned();
                 (one.name, PyBytes::new(py, &one.bytes), status, holes, about)

@@ -10,8 +10,8 @@ use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
-use crate::expectation::Expectations as Expected;
 use crate::settings::{self, Mistake};
+use crate::views::expectation::Expectations as Expected;
 
 create_exception!(canalyze._core, SettingsError, PyException);
 

@@ -9,6 +9,7 @@
 //! the standard or the configuration; an info is worth knowing.
 
 mod facts;
+pub mod finding;
 pub(crate) mod quantity;
 
 pub mod bus;

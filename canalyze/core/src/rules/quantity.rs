@@ -6,9 +6,9 @@
 use std::sync::Arc;
 
 use super::Words;
-use crate::frame::CanId;
-use crate::profiles::Profile;
-use crate::services::sdo::wire::{self, Mux};
+use crate::bytes::frame::CanId;
+use crate::sdo::wire::{self, Mux};
+use crate::words::profiles::Profile;
 
 /// Something measured or expected. Its kind says how it is printed and what it is in JSON.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,9 +9,9 @@
 use std::collections::VecDeque;
 
 use super::capture::Origin;
+use crate::bytes::frame::{Frame, FrameRef};
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
-use crate::frame::{Frame, FrameRef};
 
 /// For how long the next frame of an SDO channel is awaited, in ns, and in frames where there are no stamps: servers
 /// answer sooner.

@@ -6,16 +6,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::filter::Clock;
-use crate::finding::{Code, Finding, Verdict};
-use crate::frame::{BusId, Buses, Frame, FrameRef, Stamp};
-use crate::inputs::{ABSOLUTE_NS, File, Unreadable};
-use crate::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
-use crate::render::jsonl;
-use crate::render::text::{Clocked, Time};
+use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, Stamp};
+use crate::bytes::inputs::{ABSOLUTE_NS, File, Unreadable};
+use crate::bytes::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
+use crate::bytes::writers;
 use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005, Cap008};
-use crate::text::{Lang, complaints};
-use crate::writers;
+use crate::rules::finding::{Code, Finding, Verdict};
+use crate::tables::jsonl;
+use crate::views::filter::Clock;
+use crate::views::lines::{Clocked, Time};
+use crate::words::{Lang, complaints};
 
 /// Unreadable lines and damaged places of a file that are named one by one as they come.
 const NAMED: u64 = 5;

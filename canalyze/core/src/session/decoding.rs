@@ -5,25 +5,25 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use crate::bus::Bus;
-use crate::context::{Chunk, Context};
-use crate::diagnosis::incident::IncidentId;
-use crate::diagnosis::{Diagnosis, Phase};
-use crate::event::{Event, What};
+use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
 use crate::evidence::services::Nature;
 use crate::evidence::{Evidence, Recording, When};
-use crate::expectation::{Expectations, Verification};
-use crate::finding::{Finding, Verdict};
-use crate::frame::{BusId, Buses, Frame, FrameRef};
-use crate::network::Network;
-use crate::render::jsonl;
-use crate::render::text::Clocked;
-use crate::repeats::Repeats;
-use crate::services::sdo::holes::Hole;
-use crate::services::sdo::transfer::Status;
-use crate::services::sdo::wire::Mux;
+use crate::rules::finding::{Finding, Verdict};
+use crate::sdo::holes::Hole;
+use crate::sdo::transfer::Status;
+use crate::sdo::wire::Mux;
+use crate::stories::incident::IncidentId;
+use crate::stories::{Diagnosis, Phase};
+use crate::tables::jsonl;
+use crate::views::expectation::{Expectations, Verification};
+use crate::views::lines::Clocked;
+use crate::views::repeats::Repeats;
+use crate::world::bus::Bus;
+use crate::world::context::{Chunk, Context};
+use crate::world::event::{Event, What};
+use crate::world::network::Network;
 
 /// Bytes of a transfer for a file of its own.
 #[derive(Clone, Debug)]

@@ -6,19 +6,19 @@ use std::sync::Arc;
 use super::capture::View;
 use super::options::Format;
 use super::sink::{Passing, Sink};
-use crate::bus::Bus;
-use crate::event::Event;
-use crate::filter::Filter;
-use crate::frame::{BusId, Buses};
-use crate::inventory::Inventory;
-use crate::inventory::pdos::Pdos as Kept;
-use crate::inventory::sighting::{self, Sighting};
-use crate::network::Network;
-use crate::readers::Marker;
-use crate::render::columns::{od, od_nodes, od_values};
-use crate::render::jsonl;
-use crate::services::sdo::transfer::Transfer;
-use crate::text::Lang;
+use crate::bytes::frame::{BusId, Buses};
+use crate::bytes::readers::Marker;
+use crate::sdo::transfer::Transfer;
+use crate::tables::columns::{od, od_nodes, od_values};
+use crate::tables::jsonl;
+use crate::views::filter::Filter;
+use crate::views::inventory::Inventory;
+use crate::views::inventory::pdos::Pdos as Kept;
+use crate::views::inventory::sighting::{self, Sighting};
+use crate::words::Lang;
+use crate::world::bus::Bus;
+use crate::world::event::Event;
+use crate::world::network::Network;
 
 /// What is known of each object, at the end.
 #[derive(Debug)]

@@ -4,17 +4,17 @@
 
 use std::sync::Arc;
 
-use crate::expectation::Expectations;
-use crate::filter::Filter;
-use crate::masks::Masks;
-use crate::network::Network;
-use crate::readers::candump::Stamps;
-use crate::readers::mcap::Choice;
-use crate::render::columns;
-use crate::render::text::{Look, Time};
-use crate::select::Select;
-use crate::text::{Depth, Lang};
-use crate::writers;
+use crate::bytes::masks::Masks;
+use crate::bytes::readers::candump::Stamps;
+use crate::bytes::readers::mcap::Choice;
+use crate::bytes::select::Select;
+use crate::bytes::writers;
+use crate::tables::columns;
+use crate::views::expectation::Expectations;
+use crate::views::filter::Filter;
+use crate::views::lines::{Look, Time};
+use crate::words::{Depth, Lang};
+use crate::world::network::Network;
 
 /// What comes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

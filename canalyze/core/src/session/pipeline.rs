@@ -14,15 +14,15 @@ use super::capture::View;
 use super::sink::{Nothing, Passing, Sink};
 use super::stream::Stream;
 use super::subject::service;
-use crate::event::Event;
-use crate::filter::{Clock, Filter};
-use crate::finding::Finding;
-use crate::frame::{Buses, Frame};
-use crate::readers::{Item, Marker, Reader};
-use crate::render::jsonl;
-use crate::render::text::Clocked;
-use crate::text::Lang;
-use crate::writers;
+use crate::bytes::frame::{Buses, Frame};
+use crate::bytes::readers::{Item, Marker, Reader};
+use crate::bytes::writers;
+use crate::rules::finding::Finding;
+use crate::tables::jsonl;
+use crate::views::filter::{Clock, Filter};
+use crate::views::lines::Clocked;
+use crate::words::Lang;
+use crate::world::event::Event;
 
 /// Bytes of a piece below which threads cost more than they gain.
 const LEAST: usize = 32 << 10;
@@ -356,7 +356,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::super::{Options, Session};
     use super::*;
-    use crate::readers::{Format, Settings};
+    use crate::bytes::readers::{Format, Settings};
 
     /// Whether a piece with this number of lines was shared, and what came out of it.
     fn fed(lines: usize, threads: usize) -> (bool, Vec<u8>) {

@@ -9,19 +9,19 @@ use super::capture::View;
 use super::options::Format;
 use super::sink::{Passing, Sink};
 use super::subject::Seen;
-use crate::diagnosis::Diagnosis;
-use crate::event::{Event, What};
-use crate::expectation::observed::Observed;
-use crate::filter::Filter;
-use crate::finding::{Code, Finding};
-use crate::finding_context::{FindingContext, Held};
-use crate::network::Network;
-use crate::readers::Marker;
-use crate::render::columns::transfers;
-use crate::render::jsonl;
-use crate::services::sdo::transfer::Transfer;
-use crate::summary::Summary;
-use crate::text::Lang;
+use crate::bytes::readers::Marker;
+use crate::rules::finding::{Code, Finding};
+use crate::sdo::transfer::Transfer;
+use crate::stories::Diagnosis;
+use crate::tables::columns::transfers;
+use crate::tables::jsonl;
+use crate::views::expectation::observed::Observed;
+use crate::views::filter::Filter;
+use crate::views::finding_context::{FindingContext, Held};
+use crate::views::summary::Summary;
+use crate::words::Lang;
+use crate::world::event::{Event, What};
+use crate::world::network::Network;
 
 /// What of a capture is written; of each part what it keeps.
 #[derive(Debug)]

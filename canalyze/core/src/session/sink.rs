@@ -7,24 +7,24 @@ use std::fmt::Debug;
 
 use super::capture::View;
 use super::subject::said_of;
-use crate::bus::Bus;
-use crate::diagnosis::incident::IncidentId;
-use crate::diagnosis::{Diagnosis, Phase};
-use crate::diff::digest::Digest;
-use crate::event::{Event, What};
-use crate::filter::Filter;
-use crate::finding::Finding;
-use crate::frame::{BusId, Frame};
-use crate::info::Info;
-use crate::monitor::Monitor;
-use crate::readers::{Item, Marker};
-use crate::render::columns::signals::Lines as Signals;
-use crate::render::columns::{Columns, Seen};
-use crate::render::jsonl;
-use crate::render::text::Lines;
-use crate::services::sdo::transfer::Transfer;
-use crate::text::incidents;
-use crate::writers::{Losses, Writer};
+use crate::bytes::frame::{BusId, Frame};
+use crate::bytes::info::Info;
+use crate::bytes::readers::{Item, Marker};
+use crate::bytes::writers::{Losses, Writer};
+use crate::rules::finding::Finding;
+use crate::sdo::transfer::Transfer;
+use crate::stories::incident::IncidentId;
+use crate::stories::{Diagnosis, Phase};
+use crate::tables::columns::signals::Lines as Signals;
+use crate::tables::columns::{Columns, Seen};
+use crate::tables::jsonl;
+use crate::views::diff::digest::Digest;
+use crate::views::filter::Filter;
+use crate::views::lines::Lines;
+use crate::views::monitor::Monitor;
+use crate::words::incidents;
+use crate::world::bus::Bus;
+use crate::world::event::{Event, What};
 
 /// A frame, and what is known of it beside what it means.
 #[derive(Clone, Copy, Debug)]

@@ -7,13 +7,13 @@ use super::capture::Capture;
 use super::decoding::Decoding;
 use super::output::Output;
 use super::tally::Tally;
+use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
+use crate::bytes::readers::{Contents, Damage, Item, Marker};
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
-use crate::finding::{Code, Finding};
-use crate::frame::{BusId, Buses, Frame, FrameRef};
-use crate::readers::{Contents, Damage, Item, Marker};
-use crate::render::jsonl;
 use crate::rules::capture::{Cap006, Cap007};
+use crate::rules::finding::{Code, Finding};
+use crate::tables::jsonl;
 
 /// Everything behind the reader.
 #[derive(Debug)]

@@ -3,15 +3,15 @@
 //! What is said of it is put together only where a filter asks for that. Must not: compare; that does the filter.
 
 use super::capture::View;
-pub(super) use crate::event::service;
-use crate::event::{Event, Signals, What};
-use crate::filter::Subject;
-use crate::finding::{Finding, Severity};
-use crate::frame::Frame;
-use crate::render::text::Lines;
-use crate::services::sdo::transfer::Transfer;
-use crate::services::sdo::wire::Mux;
-use crate::text::{Depth, Lang, lane};
+use crate::bytes::frame::Frame;
+use crate::rules::finding::{Finding, Severity};
+use crate::sdo::transfer::Transfer;
+use crate::sdo::wire::Mux;
+use crate::views::filter::Subject;
+use crate::views::lines::Lines;
+use crate::words::{Depth, Lang, lane};
+pub(super) use crate::world::event::service;
+use crate::world::event::{Event, Signals, What};
 
 /// A frame with its events.
 #[derive(Clone, Copy, Debug)]
@@ -56,8 +56,7 @@ impl Subject for Seen<'_> {
 
 /// Whether an event is about an object that is wanted.
 fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
-    let mapped =
-        |one: &crate::services::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
+    let mapped = |one: &crate::wire::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
     match what {
         What::Sdo(step) => step.mux.or(step.command.mux()).is_some_and(wanted),
         What::Pdo(data) => match &data.content {

@@ -2,14 +2,14 @@
 //!
 //! It counts what it is given, and nothing twice. Must not: judge, or keep a frame.
 
-use crate::bus::Bus;
-use crate::event::{Event, What};
-use crate::finding::{Finding, Severity};
-use crate::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
-use crate::node::PerNode;
-use crate::services::sdo::transfer::Status;
-use crate::text::digits::put;
-use crate::text::{Lang, escape, terms};
+use crate::bytes::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
+use crate::rules::finding::{Finding, Severity};
+use crate::sdo::transfer::Status;
+use crate::words::digits::put;
+use crate::words::{Lang, escape, terms};
+use crate::world::bus::Bus;
+use crate::world::event::{Event, What};
+use crate::world::node::PerNode;
 
 /// The numbers.
 #[derive(Debug, Default)]

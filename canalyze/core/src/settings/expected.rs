@@ -1,6 +1,6 @@
 //! Files of expectations: their tables and keys, and how the keys of each go together.
 //!
-//! What is read becomes the normalized form that [`crate::expectation`] takes: numbers for what is written in
+//! What is read becomes the normalized form that [`crate::views::expectation`] takes: numbers for what is written in
 //! hexadecimal, times in ns. Must not: judge a capture, or know what an expectation means beyond its own table.
 
 use serde_json::{Map, Value as Json, json};
@@ -10,10 +10,10 @@ use super::near::near;
 use super::schema::{Form, Found, Key, Schema, at, key, needed, row, tables, unknown};
 use super::toml::parse;
 use super::value::{Table, Value};
-use crate::diagnosis::kinds::KINDS;
-use crate::drive::State;
-use crate::expectation::state_names;
-use crate::select::Select;
+use crate::bytes::select::Select;
+use crate::stories::kinds::KINDS;
+use crate::views::expectation::state_names;
+use crate::world::drive::State;
 
 const NS: i64 = 1_000_000_000;
 const MS: i64 = 1_000_000;
@@ -147,7 +147,7 @@ pub(super) fn schema() -> Schema {
 }
 
 /// Reads a file of expectations of this content and name, and checks every key. Gives what
-/// [`normalized`](crate::expectation::Expectations::normalized) takes: `file`, and a list for each kind.
+/// [`normalized`](crate::views::expectation::Expectations::normalized) takes: `file`, and a list for each kind.
 pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
     let root = parse(content, file)?;
     names(&root, file)?;

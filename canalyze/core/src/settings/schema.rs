@@ -9,7 +9,7 @@ use super::Mistake;
 use super::near::near;
 use super::spelled::{self, once};
 use super::value::{Table, Value, short};
-use crate::select::Select;
+use crate::bytes::select::Select;
 
 /// Most characters of a glob of file names; no name that it could be about is much longer.
 const GLOB: usize = 500;

@@ -5,7 +5,7 @@
 use proptest::prelude::*;
 
 use super::{Mistake, expectations, schemas, settings};
-use crate::expectation::Expectations;
+use crate::views::expectation::Expectations;
 
 /// Parts that a file may be made of, in order or not.
 const PARTS: &[&str] = &[

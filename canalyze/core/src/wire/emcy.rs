@@ -9,9 +9,9 @@
 //! The words for codes and register bits are terms; of which profile the device is, is the bus's part.
 
 use super::length;
-use crate::cob_id::Role;
-use crate::message::{Errors, Message};
-use crate::profiles::Profile;
+use crate::wire::cob_id::Role;
+use crate::wire::message::{Errors, Message};
+use crate::words::profiles::Profile;
 
 /// Decodes a frame on a node's EMCY identifier.
 pub fn decode(role: Role, node: u8, payload: &[u8]) -> Message {

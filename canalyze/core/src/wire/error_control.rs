@@ -7,8 +7,8 @@
 //! A value without bit 7 may be either of the two protocols: which one runs is seen from the history, not here.
 
 use super::length;
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// Initialisation: sent once, as the boot-up message.
 pub const BOOT_UP: u8 = 0x00;

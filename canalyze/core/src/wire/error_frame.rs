@@ -12,7 +12,7 @@
 //!
 //! The report is the listener's own view of the bus. Nothing here names a node.
 
-use crate::frame::Frame;
+use crate::bytes::frame::Frame;
 
 /// Transmission timed out.
 pub const TX_TIMEOUT: u32 = 0x001;
@@ -164,7 +164,7 @@ pub fn counters(frame: &Frame) -> Option<(u8, u8)> {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::frame::{CanId, Kind};
+    use crate::bytes::frame::{CanId, Kind};
 
     fn error(class: u32, payload: &[u8]) -> Frame {
         Frame { kind: Kind::Error, ..Frame::classic(CanId::extended(class), payload) }

@@ -10,8 +10,8 @@
 //! | 076 | force a flying-master negotiation | - |
 
 use super::length;
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// Decodes a frame on 070h + `kind`.
 pub fn decode(role: Role, kind: u8, payload: &[u8]) -> Message {

@@ -26,8 +26,8 @@ pub mod command;
 
 pub use self::command::{Bound, Command, Part, Setting};
 use super::length;
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// What is sent with BitCheck 80h: asks for any unconfigured slave.
 pub const BIT_CHECK_ANY: u8 = 0x80;

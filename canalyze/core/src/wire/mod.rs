@@ -4,20 +4,23 @@
 //! Each file begins with the byte table of its frames. None may look at another frame, at time or at a device
 //! description: that is the bus's part.
 
+pub mod cob_id;
 pub mod emcy;
 pub mod error_control;
 pub mod error_frame;
 pub mod flying_master;
 pub mod lss;
+pub mod message;
 pub mod nmt;
+pub mod pdo;
 pub mod srdo;
 pub mod sync;
 pub mod time;
 pub mod usdo;
 
-use crate::cob_id::Role;
-use crate::frame::{Frame, Kind};
-use crate::message::{Flaw, Message};
+use crate::bytes::frame::{Frame, Kind};
+use crate::wire::cob_id::Role;
+use crate::wire::message::{Flaw, Message};
 
 /// What a frame says by itself, given the role of its identifier. Every frame gets an answer.
 ///
@@ -92,8 +95,8 @@ fn length(role: Role, least: u8, most: u8) -> Message {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::cob_id::predefined;
-    use crate::frame::CanId;
+    use crate::bytes::frame::CanId;
+    use crate::wire::cob_id::predefined;
 
     fn kind(id: u16, kind: Kind, payload: &[u8]) -> Message {
         let mut frame = Frame::classic(CanId::standard(id), payload);

@@ -8,8 +8,8 @@
 //! An unknown command or a node-ID above 127 is still an NMT frame; only another length is not.
 
 use super::length;
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// Start remote node: to Operational.
 pub const START: u8 = 0x01;

@@ -9,8 +9,8 @@
 //! Whether the two frames of a pair fit (inversion, delay) is the bus's question: it needs both.
 
 use super::length;
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// Decodes one frame of an SRDO pair.
 pub fn decode(role: Role, number: u8, inverted: bool, payload: &[u8]) -> Message {

@@ -7,8 +7,8 @@
 //! Whether the counter runs on as it should is the bus's question: it needs the frame before and 1019h.
 
 use super::length;
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// Decodes a frame on the SYNC identifier.
 pub fn decode(role: Role, payload: &[u8]) -> Message {

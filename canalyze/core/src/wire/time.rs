@@ -8,9 +8,9 @@
 //! The wire names no time zone, and none is assumed here.
 
 use super::length;
-use crate::calendar::{date_of, days_to};
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::bytes::calendar::{date_of, days_to};
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// Milliseconds of a day; a time of day has fewer.
 pub const DAY_MS: u32 = 86_400_000;

@@ -15,8 +15,8 @@
 //! sources are few, so what is not certain (segments, bulk transfer) is left as bytes.
 
 use super::length;
-use crate::cob_id::Role;
-use crate::message::Message;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
 
 /// The abort command.
 pub const ABORT: u8 = 0x7F;

@@ -4,9 +4,9 @@
 
 use super::cut::Excerpt;
 use super::{Input, Sent, Truth, conversation};
-use canalyze_core::readers::Format as Reader;
+use canalyze_core::bytes::readers::Format as Reader;
 use canalyze_core::session::{Format, Options, Session};
-use canalyze_core::text::Lang;
+use canalyze_core::words::Lang;
 use serde_json::Value;
 
 /// What is true of every excerpt that lacks frames: so many were lost, and requests have no response in it.

@@ -1,8 +1,8 @@
 //! The controlwords sent to an axis (CiA 402), as far as the capture contains them.
 
 use super::Sample;
-use crate::drive;
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
+use crate::world::drive;
 
 /// Maximum number of controlwords kept per axis.
 const KEPT: usize = 16;

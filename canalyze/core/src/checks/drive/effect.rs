@@ -1,12 +1,12 @@
 //! Reports drive commands (CiA 402) that should lead out of a state and do not.
 
 use super::{Axis, PROMPT, Place, Sample, controlword, elapsed};
-use crate::context::Context;
-use crate::drive::{self, Command, State};
-use crate::finding::Finding;
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 use crate::rules::drive::Drv002;
+use crate::rules::finding::Finding;
 use crate::wire::error_control::OPERATIONAL;
+use crate::world::context::Context;
+use crate::world::drive::{self, Command, State};
 
 /// Time for a command that leads towards operation enabled, in ns: capacitors charge, brakes release.
 const UPWARD: i64 = 5_000_000_000;

@@ -2,13 +2,13 @@
 //! it, which may come before or after it.
 
 use super::{Place, Sample, statusword};
-use crate::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::evidence::Obligations;
 use crate::evidence::obligation::Owed;
-use crate::finding::{Code, Finding};
-use crate::frame::FrameRef;
 use crate::rules::drive::{Drv003, Drv005};
+use crate::rules::finding::{Code, Finding};
 use crate::wire::error_control::STOPPED;
+use crate::world::context::Context;
 
 /// Maximum time between a fault and its EMCY, in ns.
 const EMCY: i64 = 500_000_000;

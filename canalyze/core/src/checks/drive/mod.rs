@@ -15,17 +15,17 @@ use self::effect::{Order, leads_out};
 use self::fault::EmcyDue;
 use self::watch::{Watch, Watched};
 use super::PdoName;
-use crate::context::Context;
-use crate::drive::{self, Command, Object, Reach, State};
-use crate::finding::{Code, Finding};
-use crate::frame::{Frame, FrameRef};
-use crate::node::{Node, PerNode};
-use crate::profiles::Profile;
+use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::drive::{Drv001, Drv004};
-use crate::services::pdo::mapping::extract;
-use crate::services::sdo::transfer::{Direction, Status, Transfer};
-use crate::services::sdo::wire::Mux;
+use crate::rules::finding::{Code, Finding};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
+use crate::wire::pdo::mapping::extract;
+use crate::words::profiles::Profile;
+use crate::world::context::Context;
+use crate::world::drive::{self, Command, Object, Reach, State};
+use crate::world::node::{Node, PerNode};
 
 /// Time for a command that removes power, and for a change of mode, in ns.
 const PROMPT: i64 = 1_000_000_000;
@@ -217,7 +217,7 @@ impl Drives {
         let drive = self.nodes.entry(transfer.node);
         let place = Place { node: known.unwrap_or(&nobody), axis, at: cx.at, state, by_pdo: false };
         let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
-        let fits = Profile::DRIVE.data_type(mux.index, mux.sub).and_then(crate::od::DataType::size);
+        let fits = Profile::DRIVE.data_type(mux.index, mux.sub).and_then(crate::world::od::DataType::size);
         if !whole || fits != Some(transfer.data.kept.len()) || transfer.data.size != transfer.data.kept.len() as u64 {
             if object == Object::Controlword && transfer.direction == Direction::Download {
                 drive.blind(cx);

@@ -5,13 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::bytes::frame::CanId;
 use crate::checks::PdoName;
-use crate::drive::{self, Object};
-use crate::frame::CanId;
-use crate::node::{Content, Node, Pdo, PerNode};
-use crate::od::DataType;
-use crate::profiles::Profile;
-use crate::services::pdo::mapping::Mapping;
+use crate::wire::pdo::mapping::Mapping;
+use crate::words::profiles::Profile;
+use crate::world::drive::{self, Object};
+use crate::world::node::{Content, Node, Pdo, PerNode};
+use crate::world::od::DataType;
 
 /// An object of a drive in a PDO.
 #[derive(Clone, Copy, Debug)]

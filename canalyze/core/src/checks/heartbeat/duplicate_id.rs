@@ -3,13 +3,13 @@
 //! A second series shows if the heartbeats of a known period go on in turn and others come evenly between them, or,
 //! with no known period, if gaps alternate. Single additional heartbeats are legal.
 
-use crate::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::evidence::Period;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::period::Confidence;
-use crate::finding::Code;
-use crate::frame::FrameRef;
+use crate::rules::finding::Code;
 use crate::rules::heartbeat::Hbt004;
+use crate::world::context::Context;
 
 /// Number of gaps between heartbeats that are kept.
 const GAPS: usize = 8;

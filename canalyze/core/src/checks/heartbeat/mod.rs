@@ -11,19 +11,19 @@ mod duplicate_id;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::duplicate_id::{DuplicateId, Place};
-use crate::configuration::Provenance;
-use crate::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::evidence::circumstance::Kind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::{Confidence, Expected, Learnt};
 use crate::evidence::recording::Silence;
 use crate::evidence::{Obligations, Period, When};
-use crate::finding::Finding;
-use crate::frame::FrameRef;
-use crate::node::{Node, PerNode};
+use crate::rules::finding::Finding;
 use crate::rules::heartbeat::{Hbt001, Hbt002, Hbt003, Hbt005, Hbt007};
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{Node, PerNode};
 
 /// Minimum tolerance for a late heartbeat, in ns: hosts and small controllers are late by this now and then.
 const LEAST_SLACK_NS: i64 = 20_000_000;

@@ -1,13 +1,13 @@
 //! A bit timing configured by LSS (CiA 305): its activation in time, and the silence that follows.
 
 use super::withheld::Withheld;
-use crate::context::Context;
-use crate::event::{Event, Note, What};
-use crate::finding::Code;
-use crate::frame::FrameRef;
-use crate::message::Message;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Code;
 use crate::rules::lss::Lss008;
 use crate::wire::lss::bit_rate;
+use crate::wire::message::Message;
+use crate::world::context::Context;
+use crate::world::event::{Event, Note, What};
 
 /// Maximum time from the return to waiting to the activation of a bit timing, in ns; masters do it at once.
 const ACTIVATION_NS: i64 = 500_000_000;

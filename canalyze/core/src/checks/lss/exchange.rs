@@ -2,7 +2,7 @@
 //!
 //! LSS frames carry no number, so only the last request of each kind is kept. Verdicts are given in `checks::lss`.
 
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 use crate::wire::lss::{Bound, Command, Part, Setting};
 
 /// Maximum number of kept answers that may have been captured before their request.

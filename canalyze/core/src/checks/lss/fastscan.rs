@@ -6,9 +6,9 @@
 //! `checks::lss`.
 
 use super::exchange::close;
-use crate::event::Scanned;
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 use crate::wire::lss::BIT_CHECK_ANY;
+use crate::world::event::Scanned;
 
 /// A step of the master.
 #[derive(Clone, Copy, Debug)]

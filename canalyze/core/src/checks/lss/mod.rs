@@ -18,19 +18,19 @@ use self::fastscan::{Fastscan, Over, Step};
 use self::node_id::{Before, NodeIds};
 use self::selection::{Selected, Selection};
 use self::withheld::Withheld;
-use crate::cob_id::Role;
-use crate::configuration::Provenance;
-use crate::context::Context;
-use crate::event::{Note, What};
+use crate::bytes::frame::{Frame, FrameRef};
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Verdict;
-use crate::finding::Code;
-use crate::frame::{Frame, FrameRef};
-use crate::message::{Flaw, Message};
-use crate::node::{Node, PerNode};
+use crate::rules::finding::Code;
 use crate::rules::lss::{Lss001, Lss002, Lss003, Lss004, Lss007, Lss009, Lss010, Lss011, Lss012};
+use crate::wire::cob_id::Role;
 use crate::wire::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, is_plain};
+use crate::wire::message::{Flaw, Message};
 use crate::wire::nmt;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::event::{Note, What};
+use crate::world::node::{Node, PerNode};
 
 /// Time after its last step for which a Fastscan counts as in progress, in ns.
 const PATIENCE_NS: i64 = 5_000_000_000;

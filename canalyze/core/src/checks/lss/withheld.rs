@@ -3,9 +3,9 @@
 //! A network other than CANopen may use any identifier for something else. An answer to a request is proof; at the end
 //! of the capture, a sufficient number of valid frames is.
 
-use crate::context::Context;
-use crate::finding::{Code, Finding, Verdict};
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Code, Finding, Verdict};
+use crate::world::context::Context;
 
 /// Maximum number of withheld findings.
 const KEPT: usize = 16;

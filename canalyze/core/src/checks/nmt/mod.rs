@@ -11,20 +11,20 @@ pub mod permissions;
 
 use self::commandless::Commandless;
 use self::node_state::{Command, NodeState, Reports, Spontaneous, Suspect, bit, bits_of};
-use crate::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::evidence::Obligations;
 use crate::evidence::Rules;
 use crate::evidence::circumstance::Kind as Circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
-use crate::finding::{Finding, Verdict};
-use crate::frame::FrameRef;
-use crate::node::PerNode;
+use crate::rules::finding::{Finding, Verdict};
 use crate::rules::heartbeat::Hbt004;
 use crate::rules::nmt::{Nmt001, Nmt003, Nmt004, Nmt005, Nmt006};
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::lss::Command as Lss;
 use crate::wire::nmt;
+use crate::world::context::Context;
+use crate::world::node::PerNode;
 
 /// Silence of the bus, in ns, after which boot-ups belong to a network that was switched on.
 pub(super) const SWITCHED_ON_NS: i64 = 2_000_000_000;

@@ -1,11 +1,11 @@
 //! One node's NMT state as far as the capture shows it: its reports, commands, and unexplained changes.
 
 use super::{BOOT_NS, LEAST_BOOT_NS, RESETS_NS};
-use crate::context::Context;
-use crate::finding::Finding;
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Finding;
 use crate::rules::nmt::Nmt002;
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::world::context::Context;
 
 /// Time after its boot-up in which a slave starts itself, in ns; it reports Pre-operational at most once.
 const SELF_START_NS: i64 = 5_000_000_000;

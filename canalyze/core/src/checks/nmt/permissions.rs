@@ -5,17 +5,17 @@
 //! per stay in a state.
 
 use super::{KnownState, Nmt, OBEYED_NS};
-use crate::context::Context;
+use crate::bytes::frame::FrameRef;
 use crate::evidence::duplicates::Sighting;
-use crate::finding::{Code, Finding};
-use crate::frame::FrameRef;
-use crate::node::PerNode;
 use crate::rules::emcy::Emc004;
+use crate::rules::finding::{Code, Finding};
 use crate::rules::pdo::{Pdo002, Pdo003};
 use crate::rules::sdo::Sdo011;
-use crate::services::pdo::communication_parameter;
-use crate::services::sdo::wire::{Mux, Side};
+use crate::sdo::wire::{Mux, Side};
 use crate::wire::error_control::{OPERATIONAL, STOPPED};
+use crate::wire::pdo::communication_parameter;
+use crate::world::context::Context;
+use crate::world::node::PerNode;
 
 /// Time in which queued frames follow a reported state or, for TPDOs, a command, in ns.
 const QUEUED_NS: i64 = 5_000_000;

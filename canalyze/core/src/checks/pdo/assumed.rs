@@ -7,9 +7,9 @@
 use std::collections::BTreeMap;
 
 use super::length::misfit;
-use crate::configuration::Provenance;
-use crate::event::Signals;
-use crate::frame::Frame;
+use crate::bytes::frame::Frame;
+use crate::world::configuration::Provenance;
+use crate::world::event::Signals;
 
 /// The bytes behind the assumed mappings of PDOs, by node, direction and number.
 #[derive(Debug, Default)]

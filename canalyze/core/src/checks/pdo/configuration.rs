@@ -6,17 +6,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::configuration::Provenance;
-use crate::context::Context;
-use crate::finding::{Code, Finding, Verdict};
-use crate::frame::{CanId, Frame, FrameRef, Kind};
-use crate::node::{CobId, Content, Node, Pdo, PerNode};
+use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
+use crate::rules::finding::{Code, Finding, Verdict};
 use crate::rules::pdo::{Pdo008, Pdo009, Pdo010, Pdo011, Pdo014, Pdo015, Pdo016, Pdo018, Pdo019};
-use crate::services::pdo::communication_parameter;
-use crate::services::pdo::mapping::decode_entry;
-use crate::services::sdo::transfer::Transfer;
-use crate::services::sdo::wire::Mux;
+use crate::sdo::transfer::Transfer;
+use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
+use crate::wire::pdo::communication_parameter;
+use crate::wire::pdo::mapping::decode_entry;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{CobId, Content, Node, Pdo, PerNode};
 
 /// Maximum number of bits in a classic PDO.
 const CLASSIC_BITS: u32 = 64;

@@ -7,14 +7,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::bytes::frame::{CanId, FrameRef};
 use crate::checks::PdoName;
-use crate::configuration::Provenance;
-use crate::context::Context;
-use crate::frame::{CanId, FrameRef};
-use crate::node::{Content, Node, Pdo, PerNode};
 use crate::rules::pdo::Pdo020;
-use crate::services::pdo::communication_parameter;
-use crate::services::sdo::wire::Mux;
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::communication_parameter;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{Content, Node, Pdo, PerNode};
 
 /// A TPDO: its node and its number.
 type Name = (u8, u16);

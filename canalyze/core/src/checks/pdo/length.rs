@@ -7,16 +7,16 @@
 use std::collections::BTreeMap;
 
 use super::series::Series;
-use crate::configuration::Provenance;
-use crate::context::Context;
-use crate::event::{Signals, Unmapped};
-use crate::finding::{Code, Finding, Verdict};
-use crate::frame::{Frame, FrameRef, Kind};
-use crate::node::{Node, PerNode};
+use crate::bytes::frame::{Frame, FrameRef, Kind};
 use crate::rules::description::Eds001;
+use crate::rules::finding::{Code, Finding, Verdict};
 use crate::rules::pdo::{Pdo001, Pdo006, Pdo012, Pdo021};
-use crate::services::pdo::{communication_parameter, mapping_parameter};
-use crate::services::sdo::wire::Mux;
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::{communication_parameter, mapping_parameter};
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::event::{Signals, Unmapped};
+use crate::world::node::{Node, PerNode};
 
 /// Lengths of a CAN FD frame beyond eight bytes; others are filled up.
 const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];

@@ -2,7 +2,7 @@
 //!
 //! A PDO sent by a second node, or mapped otherwise, is wrong in every frame or every other one.
 
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 
 /// Number of correct frames in a row after which the next fault is new; a second sender leaves fewer between its own.
 const ENOUGH: u8 = 8;

@@ -6,17 +6,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::series::Series;
-use crate::configuration::Provenance;
-use crate::context::Context;
 use crate::evidence::obligation::Owed;
 use crate::evidence::{Obligations, Rules, When};
-use crate::finding::{Finding, Verdict};
-use crate::node::Pdo;
+use crate::rules::finding::{Finding, Verdict};
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
-use crate::services::pdo::communication_parameter;
-use crate::services::sdo::wire::Mux;
+use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
 use crate::wire::nmt::START;
+use crate::wire::pdo::communication_parameter;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::Pdo;
 
 /// Error of a node's timers: its tick of 1 ms, and the fraction by which its oscillator differs (up to 1 %).
 const TICK_NS: i64 = 1_000_000;

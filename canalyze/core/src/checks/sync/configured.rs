@@ -4,12 +4,12 @@
 
 use super::period::SyncPeriod;
 use super::settings::{Settings, ns};
-use crate::configuration::Provenance;
-use crate::context::Context;
-use crate::frame::FrameRef;
-use crate::node::{Node, PerNode};
+use crate::bytes::frame::FrameRef;
 use crate::rules::sync::{Syn003, Syn006, Syn007};
-use crate::services::sdo::wire::Mux;
+use crate::sdo::wire::Mux;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::node::{Node, PerNode};
 
 /// Fraction by which a configured period may differ from the measured one; clocks may be 1 % apart.
 const DIFFERS: i64 = 40;

@@ -3,7 +3,7 @@
 //!
 //! An unexpected value is held until the next one explains it: a gap, one wrong byte, or a SYNC of another producer.
 
-use crate::frame::FrameRef;
+use crate::bytes::frame::FrameRef;
 
 /// Number of fitting SYNCs in a row after which a foreign one is not from a producer seen before.
 const ALONE: u8 = 3;

@@ -1,9 +1,9 @@
 //! The length of SYNC (CiA 301, 7.2.5.3.1): one byte with a counter, none without. Longer ones are malformed and not
 //! judged here.
 
-use crate::context::Context;
 use crate::rules::sync::Syn001;
-use crate::services::sdo::wire::Mux;
+use crate::sdo::wire::Mux;
+use crate::world::context::Context;
 
 /// Number of SYNCs that make their length the usual one.
 const LENGTHS: u8 = 3;

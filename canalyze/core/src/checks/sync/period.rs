@@ -4,11 +4,11 @@
 //! nothing after it. The verdict therefore waits for the next SYNCs. Gaps at the ends of a recorder's burst are not
 //! judged. `sync` reports the results.
 
+use crate::bytes::frame::FrameRef;
 use crate::evidence::period::{Learnt, Period};
 use crate::evidence::recording::Recording;
 use crate::evidence::when::When;
-use crate::finding::Verdict;
-use crate::frame::FrameRef;
+use crate::rules::finding::Verdict;
 use crate::rules::sync::{Syn003, Syn006, Syn012};
 
 /// Number of SYNCs kept: the longest cycle of a synchronous PDO (transmission type 240) and more.

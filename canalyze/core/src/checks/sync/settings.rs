@@ -3,9 +3,9 @@
 //! If nodes disagree, the producer determines period and counter, each node its own window, and then the most trusted
 //! source. Compiled again when one of these objects changes.
 
-use crate::configuration::Provenance;
-use crate::network::Network;
-use crate::node::{Node, PerNode};
+use crate::world::configuration::Provenance;
+use crate::world::network::Network;
+use crate::world::node::{Node, PerNode};
 
 /// Bit 30 of 1005h: the node produces SYNC.
 const PRODUCES: u64 = 1 << 30;

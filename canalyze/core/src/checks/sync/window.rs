@@ -6,19 +6,19 @@
 //! effect with the next SYNC.
 
 use super::period::SyncPeriod;
+use crate::bytes::frame::{CanId, FrameRef};
 use crate::checks::pdo::series::Series;
-use crate::configuration::Provenance;
-use crate::context::Context;
-use crate::event::Placement;
 use crate::evidence::circumstance::Rules;
 use crate::evidence::recording::Recording;
 use crate::evidence::when::When;
-use crate::finding::{Code, Finding};
-use crate::frame::{CanId, FrameRef};
-use crate::node::{Pdo, PerNode};
+use crate::rules::finding::{Code, Finding};
 use crate::rules::sync::{Syn004, Syn008, Syn009, Syn010, Syn011};
-use crate::services::pdo::communication_parameter;
-use crate::services::sdo::wire::Mux;
+use crate::sdo::wire::Mux;
+use crate::wire::pdo::communication_parameter;
+use crate::world::configuration::Provenance;
+use crate::world::context::Context;
+use crate::world::event::Placement;
+use crate::world::node::{Pdo, PerNode};
 
 /// Maximum number of synchronous TPDOs followed (invariant 6).
 const TRACKS: usize = 512;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::{lines, log, raised, raised_with, without_stamps};
-use crate::network::Network;
+use crate::world::network::Network;
 
 /// Node 5 is a drive; RPDO1 holds the controlword and the mode, TPDO1 the statusword and the mode's display.
 const KNOWN: &str = "

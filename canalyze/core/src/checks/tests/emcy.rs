@@ -1,7 +1,7 @@
 //! Emergencies: each error is found once, counted while active, and removed by the reset that names it.
 
 use super::{lines, log, raised};
-use crate::network::Network;
+use crate::world::network::Network;
 
 /// Returns code, frame, explaining frame, and measured values.
 fn found(text: &str) -> Vec<(String, u64, Option<u64>, serde_json::Value)> {

@@ -1,7 +1,7 @@
 //! Error frames: one finding per disturbance, at the first frame of its worst condition, with linked consequences.
 
 use super::{lines, log, raised, without_stamps};
-use crate::network::Network;
+use crate::world::network::Network;
 
 /// Code, frame, severity, explaining frame, and number of counted error frames.
 type Row = (String, u64, String, Option<u64>, Option<u64>);

@@ -1,7 +1,7 @@
 //! Findings on LSS: captures that are cut, late, lossy or without stamps raise nothing that they do not show.
 
 use super::{lines, log, raised, raised_with};
-use crate::network::Network;
+use crate::world::network::Network;
 
 const SDO: &str = "0 60A#4002200000000000\n0.4 58A#4F0220005A000000\n";
 

@@ -15,8 +15,8 @@ mod sync;
 
 use std::sync::Arc;
 
-use crate::network::Network;
 use crate::session::{Format, Options, Session};
+use crate::world::network::Network;
 
 /// One finding: its code, its frame, and the earlier frame it is about.
 pub(super) type Raised = (String, u64, Option<u64>);
@@ -43,7 +43,7 @@ pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
     let options = Options { format: Format::Jsonl, network: Arc::new(network), ..Options::default() };
     let mut session = Session::new(options);
     let mut out = Vec::new();
-    session.begin(b"capture.log", crate::readers::Format::Candump, true);
+    session.begin(b"capture.log", crate::bytes::readers::Format::Candump, true);
     session.feed(log.as_bytes(), &mut out);
     session.finish(&mut out);
     let text = String::from_utf8(out).unwrap();

@@ -3,9 +3,9 @@
 
 use super::pdo::{reads, writes};
 use super::*;
-use crate::dictionary::{Access, Dictionary, Form, Object, Preset};
-use crate::frame::CanId;
-use crate::network::{Cob, Description, Sdo};
+use crate::bytes::frame::CanId;
+use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
+use crate::world::network::{Cob, Description, Sdo};
 
 /// Returns one line per frame with service, node, PDO, source, and values: `pdo 5 TPDO1 observed 1,2`.
 fn said(text: &str, network: Network) -> Vec<String> {

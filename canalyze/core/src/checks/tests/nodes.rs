@@ -1,7 +1,7 @@
 //! Correct behaviour of nodes, and the frames at which faults are reported.
 
 use super::{Raised, lines, log, raised, raised_with};
-use crate::network::Network;
+use crate::world::network::Network;
 
 /// Returns heartbeats of a node every 100 ms, from and to in ms.
 fn beats(id: &str, from: u32, to: u32, state: &str) -> String {

@@ -1,8 +1,8 @@
 //! PDOs against their configuration: findings, and correct traffic.
 
 use super::*;
-use crate::dictionary::{Access, Dictionary, Form, Object, Preset};
-use crate::network::Description;
+use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
+use crate::world::network::Description;
 
 const ABOVE: &[&str] = &["warning", "error"];
 const ALL: &[&str] = &["info", "warning", "error"];

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::{lines, log, raised, without_stamps};
-use crate::network::Network;
+use crate::world::network::Network;
 
 /// Node 5 sends SRDO5: 20 ms, validated within 5 ms.
 const KNOWN: &str = "

@@ -1,7 +1,7 @@
 //! SYNC and synchronous PDOs: captures of correct networks raise nothing, and single faults are found at their frame.
 
 use super::{Raised, lines, log, raised, raised_with};
-use crate::network::Network;
+use crate::world::network::Network;
 
 /// TPDO1 of node 5 has type 1, TPDO2 type 2, TPDO1 of node 6 type 3; then all nodes are started.
 const CONFIGURED: &str = "

@@ -1,0 +1,103 @@
+//! The smallest pieces of a candump line: blanks, words, hexadecimal digits, identifiers.
+//!
+//! Both families of lines consist of them and have to agree on identifiers. Nothing here allocates or looks beyond its
+//! piece.
+
+use crate::bytes::frame::CanId;
+use crate::bytes::readers::Unreadable;
+
+/// Values of hexadecimal digits; 0xFF for every other byte, so that digits can be checked by OR-ing them.
+static HEX: [u8; 256] = table();
+
+#[allow(clippy::indexing_slicing)] // run by the compiler: an index out of range would not build
+const fn table() -> [u8; 256] {
+    let mut table = [0xFF; 256];
+    let mut digit = 0;
+    while digit < 16 {
+        table[b"0123456789ABCDEF"[digit] as usize] = digit as u8;
+        table[b"0123456789abcdef"[digit] as usize] = digit as u8;
+        digit += 1;
+    }
+    table
+}
+
+/// Returns the value of a hexadecimal digit; above 15 for other bytes.
+#[inline(always)]
+pub(in crate::bytes::readers) fn nibble(byte: u8) -> u8 {
+    HEX.get(usize::from(byte)).copied().unwrap_or(0xFF)
+}
+
+/// Returns the byte of two hexadecimal digits.
+#[inline(always)]
+pub(in crate::bytes::readers) fn byte(high: u8, low: u8) -> Option<u8> {
+    let (high, low) = (nibble(high), nibble(low));
+    (high | low < 16).then_some(high << 4 | low & 0xF)
+}
+
+#[inline(always)]
+pub(in crate::bytes::readers) fn is_blank(byte: u8) -> bool {
+    byte == b' ' || byte == b'\t'
+}
+
+/// Returns the text after leading blanks.
+#[inline(always)]
+pub(in crate::bytes::readers) fn skip_blanks(mut text: &[u8]) -> &[u8] {
+    while let [first, rest @ ..] = text {
+        if !is_blank(*first) {
+            break;
+        }
+        text = rest;
+    }
+    text
+}
+
+/// Returns the first word and the rest, which begins with a blank or is empty.
+#[inline(always)]
+pub(in crate::bytes::readers) fn word(text: &[u8]) -> (&[u8], &[u8]) {
+    let end = text.iter().position(|&byte| is_blank(byte)).unwrap_or(text.len());
+    text.split_at_checked(end).unwrap_or((text, &[]))
+}
+
+/// Returns true if the word could name an interface. Comment marks, quotes and arrows cannot.
+#[inline(always)]
+pub(in crate::bytes::readers) fn is_name(word: &[u8]) -> bool {
+    word.first().is_some_and(u8::is_ascii_alphanumeric)
+        && word.len() <= crate::bytes::frame::MAX_BUS_NAME
+        && word.iter().all(|&byte| byte.is_ascii_graphic() && byte != b'#')
+}
+
+/// Returns true if the word consists of one or more hexadecimal digits.
+pub(in crate::bytes::readers) fn is_hex(word: &[u8]) -> bool {
+    !word.is_empty() && word.iter().all(|&byte| nibble(byte) < 16)
+}
+
+/// Returns true if the word after the data is another data byte and not a comment. `be`, `ad` and `de` are words, too.
+pub(in crate::bytes::readers) fn is_stray_byte(word: &[u8]) -> bool {
+    word.len() == 2 && is_hex(word) && !word.iter().all(u8::is_ascii_lowercase)
+}
+
+/// Parses an identifier; also returns true if it is that of an error frame.
+///
+/// Three digits are a standard identifier, eight an extended one or an error class with its flag. Other flags of
+/// SocketCAN are never printed, so any other high bit is damage.
+#[inline(always)]
+pub(in crate::bytes::readers) fn identifier(word: &[u8]) -> Result<(CanId, bool), Unreadable> {
+    const ERROR: u32 = 0x2000_0000;
+    let mut value = 0u32;
+    let mut check = 0;
+    for &digit in word.iter().take(8) {
+        let digit = nibble(digit);
+        check |= digit;
+        value = value << 4 | u32::from(digit & 0xF);
+    }
+    if check > 15 {
+        return Err(Unreadable::NoFrame);
+    }
+    match word.len() {
+        3 if value <= 0x7FF => Ok((CanId::standard(value as u16), false)),
+        8 if value < ERROR => Ok((CanId::extended(value), false)),
+        8 if value < 2 * ERROR => Ok((CanId::extended(value), true)),
+        0 => Err(Unreadable::NoFrame),
+        _ => Err(Unreadable::Identifier),
+    }
+}

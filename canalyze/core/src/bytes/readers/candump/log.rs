@@ -1,0 +1,211 @@
+//! The compact family: `candump -L`, its log files, and the arguments of cansend.
+//!
+//! `(1579857014.345944) can2 486#82967A6B006B07F8`, with or without stamp and interface. Log files are the large
+//! inputs, so the plain line has a faster path with exactly the same result.
+
+use super::lex::{byte, identifier, is_hex, is_name, is_stray_byte, nibble, skip_blanks, word};
+use super::{Fail, stamp};
+use crate::bytes::frame::{BusId, Direction, Frame, Kind, LengthForm};
+use crate::bytes::readers::Unreadable;
+
+/// Parses the plain line: stamp, one blank, interface, one blank, classic data frame, end. `None` for anything else.
+/// `last`: the interface of the previous plain line; the interface is returned if it differs.
+#[inline(always)]
+pub(super) fn plain<'a>(line: &'a [u8], last: &[u8]) -> Option<(Frame, Option<&'a [u8]>)> {
+    let (stamp, rest) = stamp::read(line)?;
+    let rest = rest.strip_prefix(b" ")?;
+    let (bus, rest) = match rest.split_at_checked(last.len()) {
+        Some((bus, [b' ', after @ ..])) if !bus.is_empty() && bus == last => (None, after),
+        _ => {
+            let (bus, after) = word(rest);
+            if !is_name(bus) {
+                return None;
+            }
+            (Some(bus), after.strip_prefix(b" ")?)
+        }
+    };
+    let (digits, rest) = match rest {
+        [a, b, c, b'#', rest @ ..] => (&[*a, *b, *c][..], rest),
+        [a, b, c, d, e, f, g, h, b'#', rest @ ..] => (&[*a, *b, *c, *d, *e, *f, *g, *h][..], rest),
+        _ => return None,
+    };
+    let (id, error) = identifier(digits).ok()?;
+    let (pairs, odd) = rest.as_chunks::<2>();
+    if !odd.is_empty() || pairs.len() > 8 {
+        return None;
+    }
+    let mut data = [0; 64];
+    let mut check = 0;
+    for (slot, &[high, low]) in data.iter_mut().zip(pairs) {
+        let (high, low) = (nibble(high), nibble(low));
+        check |= high | low;
+        *slot = high << 4 | low & 0xF;
+    }
+    if check > 15 {
+        return None;
+    }
+    let frame = Frame {
+        no: 0,
+        line: None,
+        t_ns: None,
+        stamp: Some(stamp),
+        bus: BusId(0),
+        id,
+        kind: if error { Kind::Error } else { Kind::Data },
+        dir: None,
+        len: pairs.len() as u8,
+        length_form: LengthForm::default(),
+        data,
+    };
+    Some((frame, bus))
+}
+
+/// Parses a frame, from the word `ID#...` and the text after it, into an empty one; returns the rest.
+pub(super) fn frame<'a>(text: &[u8], after: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Fail> {
+    let mark = text.iter().position(|&byte| byte == b'#').unwrap_or(text.len());
+    let (id, rest) = text.split_at_checked(mark).unwrap_or((text, &[]));
+    let rest = rest.strip_prefix(b"#").unwrap_or(rest);
+    let begun = || rest.iter().all(|&byte| nibble(byte) < 16 || matches!(byte, b'.' | b'#' | b'R' | b'r' | b'_'));
+    let fail = |reason| Fail { reason, end: reason == Unreadable::Data && after.is_empty() && begun() };
+    if let (5, [_, _, b':', _, _, b':', ..]) = (id.len(), rest) {
+        return Err(fail(if is_hex(id) { Unreadable::CanXl } else { Unreadable::NoFrame }));
+    }
+    let (id, error) = identifier(id).map_err(|reason| Fail { reason, end: false })?;
+
+    frame.id = id;
+    match rest {
+        [b'R' | b'r', rest @ ..] => remote(rest, frame).map_err(fail)?,
+        [b'#', flags, rest @ ..] if nibble(*flags) < 16 => {
+            // 4 only marks an FD frame.
+            frame.kind = Kind::Fd { brs: nibble(*flags) & 1 != 0, esi: nibble(*flags) & 2 != 0 };
+            if !data(rest, frame).map_err(fail)?.is_empty() {
+                return Err(fail(Unreadable::Data));
+            }
+        }
+        [b'#', ..] => return Err(fail(Unreadable::Data)),
+        _ => {
+            let rest = data(rest, frame).map_err(fail)?;
+            raw_dlc(rest, frame).map_err(fail)?;
+        }
+    }
+    if error {
+        if frame.kind != Kind::Data {
+            return Err(fail(Unreadable::Identifier));
+        }
+        frame.kind = Kind::Error;
+    }
+
+    let (tail, behind) = word(skip_blanks(after));
+    match tail {
+        b"T" => frame.dir = Some(Direction::Tx),
+        b"R" => frame.dir = Some(Direction::Rx),
+        // Data separated by blanks, which no program prints; the first word alone would be another frame.
+        tail if is_stray_byte(tail) => return Err(Fail { reason: Unreadable::Data, end: false }),
+        _ => return Ok(after),
+    }
+    Ok(behind)
+}
+
+/// Returns true if more digits at the end of a line would make another frame: `601#40` may be the beginning of eight
+/// bytes.
+pub(super) fn may_go_on(frame: &Frame) -> bool {
+    match frame.kind {
+        Kind::Data | Kind::Error => frame.len < 8,
+        Kind::Fd { .. } => frame.len < 64,
+        Kind::Remote => frame.len == 0,
+    }
+}
+
+/// Parses the text after the `R` of `R`, `R4`, `R8_C`.
+fn remote(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
+    frame.kind = Kind::Remote;
+    match text {
+        [] => Ok(()),
+        [digit, rest @ ..] => match nibble(*digit) {
+            len @ 0..=8 => {
+                frame.len = len;
+                raw_dlc(rest, frame)
+            }
+            9..=15 => Err(Unreadable::Length),
+            _ => Err(Unreadable::Data),
+        },
+    }
+}
+
+/// Parses bytes, each with an optional dot before it, as far as possible; returns the rest.
+fn data<'a>(mut text: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], Unreadable> {
+    let limit = if matches!(frame.kind, Kind::Fd { .. }) { 64 } else { 8 };
+    let mut len = 0;
+    loop {
+        let pair = match text {
+            [b'.', rest @ ..] => rest,
+            pair => pair,
+        };
+        let [high, low, rest @ ..] = pair else {
+            break if pair.is_empty() { Ok(pair) } else { Err(Unreadable::Data) };
+        };
+        let Some(value) = byte(*high, *low) else { break Ok(pair) };
+        if len == limit {
+            break Err(Unreadable::Length);
+        }
+        if let Some(slot) = frame.data.get_mut(len) {
+            *slot = value;
+        }
+        len += 1;
+        frame.len = len as u8;
+        text = rest;
+    }
+}
+
+/// Parses `_C` after eight bytes: the real length code on the bus.
+fn raw_dlc(text: &[u8], frame: &mut Frame) -> Result<(), Unreadable> {
+    match text {
+        [] => Ok(()),
+        [b'_', code] if frame.len == 8 && (9..16).contains(&nibble(*code)) => {
+            frame.length_form.raw_dlc = nibble(*code);
+            Ok(())
+        }
+        [b'_', code] if nibble(*code) < 16 => Err(Unreadable::Length),
+        _ => Err(Unreadable::Data),
+    }
+}
+
+/// Returns true if the word can only be meant as a frame: hexadecimal digits before the first `#`.
+#[inline(always)]
+pub(super) fn is_meant(text: &[u8]) -> bool {
+    let digits = text.iter().position(|&byte| nibble(byte) > 15).unwrap_or(0);
+    digits > 0 && text.get(digits) == Some(&b'#')
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+
+    use proptest::prelude::*;
+
+    use super::super::{What, general};
+    use super::*;
+    use crate::bytes::frame::CanId;
+
+    proptest! {
+        // If the two paths differed, a comment at the end of a line would change its frame.
+        #[test]
+        fn plain_is_general(line in "(\\((0|1[0-9]{9})\\.[0-9]{1,7}\\)|\\(\\)) ?[!#a-z]{0,2}can[0-9] [0-9a-fA-F]{3}([0-9a-f]{5})?#([0-9A-Fa-f]{2}){0,9}[0-9a-gR]?") {
+            for last in [&b""[..], b"can0"] {
+                let Some((plain, bus)) = plain(line.as_bytes(), last) else { continue };
+                let line = general(line.as_bytes(), false);
+                prop_assert_eq!(line.bus, bus.unwrap_or(last));
+                let frame = line.frame;
+                prop_assert!(matches!(line.what, What::Frame));
+                prop_assert_eq!((frame.id, frame.kind, frame.len, frame.data), (plain.id, plain.kind, plain.len, plain.data));
+                prop_assert_eq!((line.stamp, frame.length_form, frame.dir), (plain.stamp, plain.length_form, plain.dir));
+            }
+        }
+    }
+
+    #[test]
+    fn standard_identifiers_are_told_from_extended_ones() {
+        let (frame, bus) = plain(b"(0.5) can0 00000601#40", b"").unwrap();
+        assert_eq!((frame.id, bus), (CanId::extended(0x601), Some(&b"can0"[..])));
+    }
+}

@@ -1,0 +1,81 @@
+//! What of a file is lost: a damaged chunk until its messages are counted, and messages that the file counts.
+//!
+//! Message indexes stand behind their chunk and say how many messages it had; the statistics at the end say how many
+//! there are in all. Must not: count a message both as lost and as missing.
+
+use std::collections::BTreeMap;
+
+use super::defined::Defined;
+use super::waiting::Waiting;
+use crate::bytes::readers::Damage;
+
+/// Losses of one file.
+#[derive(Debug, Default)]
+pub(super) struct Lost {
+    /// A damaged chunk, until it is known how many frames were in it.
+    bad: Option<Bad>,
+    /// Messages of damaged chunks that were reported, by channel.
+    frames: BTreeMap<u16, u64>,
+    /// Messages of each channel, as the file counts them.
+    pub(super) counted: Option<BTreeMap<u16, u64>>,
+    /// Damage of the file was reported.
+    pub(super) reported: bool,
+}
+
+#[derive(Debug)]
+struct Bad {
+    damage: Damage,
+    /// Messages of it by the indexes so far, of each channel.
+    indexed: Vec<(u16, u64)>,
+}
+
+impl Lost {
+    /// A damaged chunk: its indexes may follow.
+    pub(super) fn chunk(&mut self, damage: Damage) {
+        self.bad = Some(Bad { damage, indexed: Vec::new() });
+    }
+
+    /// A message index: how many messages of this channel the chunk in front of it has.
+    pub(super) fn index(&mut self, id: u16, count: u64) {
+        if let Some(bad) = &mut self.bad {
+            bad.indexed.push((id, count));
+        }
+    }
+
+    /// What is known of a damaged chunk when no more indexes follow.
+    pub(super) fn settle(&mut self, defined: &Defined) -> Option<Damage> {
+        let bad = self.bad.take()?;
+        let frames = |id: u16, count| match defined.channel(id) {
+            Some(channel) if channel.plan.is_some() => Some(count),
+            Some(channel) if !channel.waits => Some(0),
+            _ => None,
+        };
+        let each: Option<Vec<u64>> = bad.indexed.iter().map(|(id, count)| frames(*id, *count)).collect();
+        let frames = each.filter(|each| !each.is_empty()).map(|each| each.iter().sum());
+        if frames.is_some() {
+            for (id, count) in bad.indexed {
+                *self.frames.entry(id).or_default() += count;
+            }
+        }
+        Some(Damage { frames, ..bad.damage })
+    }
+
+    /// Frames that the file counts and that neither came nor are known to be lost.
+    pub(super) fn missing(&self, defined: &Defined, waiting: &Waiting) -> Option<u64> {
+        let counted = self.counted.as_ref().filter(|_| defined.age <= 1)?;
+        let missing = counted.iter().map(|(id, count)| {
+            let channel = defined.channel(*id);
+            let read = channel.map_or(0, |channel| channel.messages) + defined.past(*id);
+            let found = read + waiting.count(*id);
+            let lost = self.frames.get(id).copied().unwrap_or_default();
+            let frames = channel.is_none_or(|channel| channel.plan.is_some());
+            if frames { count.saturating_sub(found.saturating_add(lost)) } else { 0 }
+        });
+        let missing = missing.fold(0, u64::saturating_add);
+        // A channel that the file does not count is one of the others, with a damaged number here or there.
+        let waiting = waiting.rest().map(|(id, _)| (id, waiting.count(id)));
+        let strange = waiting.chain(defined.messages()).filter(|(id, _)| !counted.contains_key(id));
+        let strange = strange.fold(0, |sum: u64, (_, count)| sum.saturating_add(count));
+        Some(missing.saturating_sub(strange)).filter(|missing| *missing > 0)
+    }
+}

@@ -1,0 +1,562 @@
+//! MCAP: the container of ROS recordings, of whose topics some hold CAN frames.
+//!
+//! `walk` cuts the input into records, `chunk` unpacks and checks them, `schema` and `plan` find out once for each type
+//! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, `order` sorts, and
+//! `echo` finds what is there twice. `defined` keeps the types and topics, and says which are to be believed; `summary`
+//! is what the end of the file says of it, where that can be read first.
+//! This file puts these together. A topic whose messages are no frames is only listed. Of protobuf, FlatBuffers and
+//! JSON no messages are read.
+//!
+//! Nothing of a chunk is believed before its check sum is; only of the last one, that is cut off, what can be unpacked
+//! is taken. A damaged chunk is passed over alone. Files name types and topics once, in their first chunk, and mostly
+//! again at their end: messages of a topic that is not named, or by a damaged chunk only, wait for that (`waiting`).
+//!
+//! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are kept.
+
+mod bytes;
+mod choice;
+mod chunk;
+mod clock;
+mod defined;
+mod echo;
+mod fields;
+mod held;
+mod kind;
+mod layout;
+mod lost;
+mod order;
+mod plan;
+mod schema;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod topic;
+mod waiting;
+mod walk;
+
+use std::collections::BTreeMap;
+
+pub use self::choice::{Choice, Clock, Map, Mistake, Role};
+
+use self::bytes::Bytes;
+#[cfg(test)]
+use self::bytes::Wire;
+use self::chunk::{Packing, Unpacker};
+use self::defined::{Channel, Defined, Took, Trust};
+use self::fields::BusField;
+use self::held::Held;
+use self::lost::Lost;
+use self::order::Order;
+#[cfg(test)]
+use self::plan::Plan;
+use self::summary::Summary;
+use self::waiting::Waiting;
+use self::walk::{HEAD, Read, Record, Step, Walk, inner, op};
+use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
+#[cfg(test)]
+use crate::bytes::frame::BusId;
+use crate::bytes::frame::Buses;
+
+/// The longest text of a header that is kept.
+const MOST_NAME: usize = 1024;
+/// Kinds of records that are counted apart.
+const MOST_KINDS: usize = 63;
+/// The input is taken in pieces of this size, so that no more of it is held.
+const PIECE: usize = 1 << 20;
+/// Outside of chunks frames wait for earlier ones for so long, by the time of recording.
+const WAIT_NS: i64 = 1_000_000_000;
+/// And are looked at whenever that many have come.
+const ROUND: u32 = 1024;
+
+/// A reader of MCAP. One for each file.
+#[derive(Debug)]
+pub struct Mcap {
+    walk: Walk,
+    file: File,
+}
+
+/// What is known of a file, and what of it waits.
+#[derive(Debug)]
+struct File {
+    defined: Defined,
+    unpacker: Unpacker,
+    order: Order,
+    /// How far frames lag behind their recording, at most.
+    lag_ns: i64,
+    /// When the last message outside of chunks was recorded, and how many have come.
+    loose: (i64, u32),
+    /// Messages of channels whose definition was lost, and may be repeated at the end of the file.
+    waiting: Waiting,
+    lost: Lost,
+    /// The end of the file was looked at before: what it counts is known, or is not to be believed.
+    foreseen: bool,
+    /// A part is lost up to the end.
+    rest_lost: bool,
+    over: bool,
+    profile: Vec<u8>,
+    library: Vec<u8>,
+    /// By compression.
+    chunks: [u64; 3],
+    passed_over: BTreeMap<u8, u64>,
+}
+
+impl Mcap {
+    /// A reader at the beginning of a file.
+    pub fn new(choice: Choice) -> Self {
+        let file = File {
+            defined: Defined::new(choice),
+            unpacker: Unpacker::default(),
+            order: Order::new(),
+            lag_ns: 0,
+            loose: (i64::MIN, 0),
+            waiting: Waiting::default(),
+            lost: Lost::default(),
+            foreseen: false,
+            rest_lost: false,
+            over: false,
+            profile: Vec::new(),
+            library: Vec::new(),
+            chunks: [0; 3],
+            passed_over: BTreeMap::new(),
+        };
+        Self { walk: Walk::new(), file }
+    }
+
+    /// Takes the end of the file, from its summary on, before anything else of it: see `summary`.
+    pub fn foresee(&mut self, end: &[u8]) {
+        let mut summary = Summary::read(end);
+        self.file.lost.counted = summary.as_mut().and_then(|summary| summary.messages.take());
+        (self.file.defined.summary, self.file.foreseen) = (summary, true);
+    }
+
+    /// Takes the next bytes, in any chunking.
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        for piece in bytes.chunks(PIECE) {
+            self.walk.push(piece);
+            self.turn(false, buses, sink);
+        }
+    }
+
+    /// Takes the end of the file.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if std::mem::replace(&mut self.file.over, true) {
+            return;
+        }
+        let cut = self.turn(true, buses, sink);
+        self.file.end(true, buses, sink);
+        let whole = self.walk.is_whole() || self.file.rest_lost || self.walk.offset() == 0;
+        let (at, bytes) = cut.unwrap_or((self.walk.offset(), 0));
+        if !whole || cut.is_some() {
+            let (place, bytes) = (Place::Byte(at), Some(bytes));
+            sink(Item::Damaged(Damage { place, kind: DamageKind::Cut, bytes, frames: None }), buses);
+        }
+        self.walk.stop();
+    }
+
+    /// Takes the end of what was read so far, where the reading was broken off.
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.file.over = true;
+        self.file.end(false, buses, sink);
+        self.walk.stop();
+    }
+
+    /// What it knows of the file beyond frames.
+    pub fn contents(&self) -> Contents {
+        self.file.contents()
+    }
+
+    /// Reads what is there. At the end: where the input is cut, and how much of a record is left there.
+    fn turn(&mut self, done: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Option<(u64, u64)> {
+        let Self { walk, file } = self;
+        loop {
+            match walk.next(done) {
+                Step::More => return None,
+                Step::Begin => file.begin(buses, sink),
+                Step::Damaged(damage) => {
+                    file.rest_lost |= damage.kind == DamageKind::Rest;
+                    file.damaged(damage, buses, sink);
+                }
+                Step::Cut(record) => {
+                    if record.op == op::CHUNK {
+                        file.rescue(walk.body(record), record.at, buses, sink);
+                    }
+                    file.catch_up(buses, sink);
+                    return Some((record.at, record.len as u64));
+                }
+                Step::Record(record) => {
+                    let went = file.record(record, walk.body(record), buses, sink);
+                    match went {
+                        Went::Message(log_ns) => walk.near(log_ns),
+                        Went::Fine | Went::Wrong => {}
+                    }
+                    for id in std::mem::take(&mut file.defined.changed) {
+                        walk.mark(id, file.defined.channel(id).map_or(Read::Unknown, Channel::read));
+                    }
+                    walk.went(record, !matches!(went, Went::Wrong));
+                }
+            }
+        }
+    }
+}
+
+/// What became of a record.
+#[derive(Clone, Copy, Debug)]
+enum Went {
+    Fine,
+    /// It is no record of its type: its length is wrong.
+    Wrong,
+    /// It is a message, recorded then.
+    Message(u64),
+}
+
+impl File {
+    /// A file begins, perhaps after another: nothing of that holds.
+    fn begin(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.settle(buses, sink);
+        self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
+        self.lost.reported = false;
+        self.defined.begin();
+    }
+
+    /// `whole`: all of the file was read.
+    fn end(&mut self, whole: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.settle(buses, sink);
+        self.catch_up(buses, sink);
+        self.defined.accept();
+        self.catch_up(buses, sink);
+        self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
+        let mut say = |at, kind, frames| {
+            sink(Item::Damaged(Damage { place: Place::Byte(at), kind, bytes: None, frames: Some(frames) }), buses);
+        };
+        for (at, frames) in self.defined.doubts() {
+            say(at, DamageKind::Definition, frames);
+        }
+        let waiting = self.waiting.rest().map(|(id, at)| (at, self.waiting.count(id)));
+        let undefined = waiting.chain(self.defined.unfit()).reduce(|one, other| (one.0.min(other.0), one.1 + other.1));
+        if let Some((at, messages)) = undefined {
+            say(at, DamageKind::Undefined, messages);
+        }
+        if whole && let Some(missing) = self.lost.missing(&self.defined, &self.waiting) {
+            say(0, DamageKind::Missing, missing);
+        }
+    }
+
+    /// Reads the messages that waited for their channel, as far as it is known by now.
+    fn catch_up(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.defined.ready.is_empty() {
+            return;
+        }
+        let ready = std::mem::take(&mut self.defined.ready);
+        for message in self.waiting.take(&ready) {
+            self.message(&message.body, message.at, buses, sink);
+        }
+        if self.defined.both_sides && !self.library.starts_with(b"canalyze") {
+            self.order.seek_echoes();
+        }
+    }
+
+    /// A message of a channel that is not known, or not well enough.
+    #[cold]
+    fn wait(&mut self, id: u16, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        if self.defined.channel(id).is_none() && self.defined.recall(id) {
+            self.catch_up(buses, sink);
+            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
+                return self.message(body, at, buses, sink);
+            }
+        }
+        if !self.waiting.has_room(body) {
+            self.defined.accept();
+            self.catch_up(buses, sink);
+            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
+                return self.message(body, at, buses, sink);
+            }
+        }
+        self.waiting.push(id, body, at);
+    }
+
+    /// Says that a part is lost: what is held came before it.
+    fn damaged(&mut self, damage: Damage, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.settle(buses, sink);
+        let reported = std::mem::replace(&mut self.lost.reported, true);
+        let unlocated = damage.kind == DamageKind::Unlocated;
+        if unlocated && reported {
+            return;
+        }
+        let frames = if unlocated { Some(self.defined.frames()) } else { damage.frames };
+        self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
+        sink(Item::Damaged(Damage { frames, ..damage }), buses);
+    }
+
+    /// Says what is known by now of a damaged chunk.
+    fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some(damage) = self.lost.settle(&self.defined) else { return };
+        self.damaged(damage, buses, sink);
+    }
+
+    fn record(&mut self, record: Record, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Went {
+        if record.op != op::MESSAGE_INDEX {
+            self.settle(buses, sink);
+        }
+        if !self.defined.ready.is_empty() && !matches!(record.op, op::SCHEMA | op::CHANNEL) {
+            self.catch_up(buses, sink);
+        }
+        let fine = |read: Option<()>| if read.is_some() { Went::Fine } else { Went::Wrong };
+        match record.op {
+            op::HEADER => fine(self.header(body)),
+            op::SCHEMA | op::CHANNEL => self.definition(record, body, buses, sink),
+            op::MESSAGE => self.loose_message(record, body, buses, sink),
+            op::CHUNK => self.chunk(record, body, buses, sink),
+            op::MESSAGE_INDEX => {
+                self.index(body);
+                Went::Fine
+            }
+            op::STATISTICS => {
+                if !self.foreseen {
+                    self.lost.counted = summary::statistics(body);
+                }
+                Went::Fine
+            }
+            op::FOOTER | op::DATA_END | op::CHUNK_INDEX => Went::Fine,
+            op::ATTACHMENT_INDEX | op::METADATA_INDEX | op::SUMMARY_OFFSET => Went::Fine,
+            other => {
+                let known = self.passed_over.len() < MOST_KINDS || self.passed_over.contains_key(&other);
+                *self.passed_over.entry(if known { other } else { 0 }).or_default() += 1;
+                Went::Fine
+            }
+        }
+    }
+
+    fn header(&mut self, body: &[u8]) -> Option<()> {
+        let mut rest = Bytes(body);
+        let (profile, library) = (rest.counted()?, rest.counted()?);
+        let cut = |text: &[u8]| text.get(..MOST_NAME).unwrap_or(text).to_vec();
+        (self.profile, self.library) = (cut(profile), cut(library));
+        Some(())
+    }
+
+    /// A type or a topic outside of chunks.
+    fn definition(
+        &mut self,
+        record: Record,
+        body: &[u8],
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> Went {
+        let Some(took) = self.defined(record.op, body, Trust::Plain(record.at)) else { return Went::Wrong };
+        if took == Took::Corrected {
+            let (place, bytes) = (Place::Byte(record.at), Some(record.len as u64));
+            self.damaged(Damage { place, kind: DamageKind::Structure, bytes, frames: Some(0) }, buses, sink);
+        }
+        Went::Fine
+    }
+
+    /// Takes a definition; what became of it, or `None` where it is none.
+    fn defined(&mut self, op: u8, body: &[u8], trust: Trust) -> Option<Took> {
+        match op {
+            op::SCHEMA => self.defined.schema(body, trust),
+            _ => self.defined.define(body, trust).map(|(_, took)| took),
+        }
+    }
+
+    /// A message outside of chunks.
+    fn loose_message(
+        &mut self,
+        record: Record,
+        body: &[u8],
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> Went {
+        let mut rest = Bytes(body);
+        let Some(id) = rest.u16() else { return Went::Wrong };
+        if self.defined.channel(id).is_none_or(|channel| channel.plan.is_none()) {
+            self.message(body, record.at, buses, sink);
+            return Went::Fine;
+        }
+        rest.u32();
+        let Some(log_ns) = rest.u64() else { return Went::Wrong };
+        self.message(body, record.at, buses, sink);
+        let (newest, count) = &mut self.loose;
+        *newest = (*newest).max(signed(log_ns));
+        *count += 1;
+        if *count >= ROUND {
+            *count = 0;
+            let before = newest.saturating_sub(WAIT_NS).saturating_sub(self.lag_ns);
+            self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
+        }
+        Went::Message(log_ns)
+    }
+
+    /// A message, of whose content only the first bytes need to be there where nobody reads it.
+    #[inline(always)]
+    fn message(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let mut rest = Bytes(body);
+        let Some(id) = rest.u16() else { return };
+        let channel = self.defined.channel_mut(id).filter(|channel| !channel.waits);
+        let Some(channel) = channel else { return self.wait(id, body, at, buses, sink) };
+        channel.messages += 1;
+        let Some(plan) = &channel.plan else { return };
+        let times = (rest.u32(), rest.u64(), rest.u64());
+        let (Some(_), Some(log), Some(publish)) = times else { return };
+        let (log, publish) = (signed(log), signed(publish));
+        if plan.is_plain()
+            && let Some((stamp_ns, id, len, data)) = layout::plain(rest.0)
+        {
+            let t_ns = channel.source.time(Some(stamp_ns), publish, log);
+            self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
+            let bus = *channel.bus_id.get_or_insert_with(|| buses.intern(&channel.bus));
+            let frame = Held::classic(t_ns, id, bus, channel.dir, len, data);
+            return self.order.push(frame, &mut |frame| sink(Item::Frame(frame), buses));
+        }
+        let fields = plan.read(rest.0).ok_or(Unreadable::Data);
+        let read = fields.and_then(|fields| fields.frame().map(|frame| (fields, frame)));
+        let (fields, mut frame) = match read {
+            Ok(read) => read,
+            Err(reason) => return sink(Item::Unreadable { place: Place::Byte(at), reason }, buses),
+        };
+        let t_ns = channel.source.time(fields.stamp_ns, publish, log);
+        self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
+        frame.dir = channel.dir;
+        frame.bus = match fields.bus {
+            None => *channel.bus_id.get_or_insert_with(|| buses.intern(&channel.bus)),
+            Some(BusField::Name(name)) => buses.intern(&topic::word(name)),
+            Some(BusField::Number(number)) => buses.intern(format!("can{number}").as_bytes()),
+        };
+        self.order.push(Held::new(t_ns, &frame), &mut |frame| sink(Item::Frame(frame), buses));
+    }
+
+    fn chunk(&mut self, record: Record, body: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Went {
+        let Some(head) = chunk::head(body) else { return Went::Wrong };
+        let packed = body.get(head.size..).unwrap_or_default();
+        let mut unpacker = std::mem::take(&mut self.unpacker);
+        let place = Place::Byte(record.at);
+        let went = match unpacker.unpack(&head, packed) {
+            // Without a check sum nothing says which of the two lengths is right.
+            _ if record.doubtful && head.crc == 0 => Went::Wrong,
+            Err(_) if record.doubtful => Went::Wrong,
+            Ok(records) => {
+                if record.doubtful {
+                    let (kind, bytes) = (DamageKind::Structure, Some(HEAD as u64 - 1));
+                    self.damaged(Damage { place, kind, bytes, frames: Some(0) }, buses, sink);
+                }
+                if let Some(count) = packing(&head).and_then(|index| self.chunks.get_mut(index)) {
+                    *count += 1;
+                }
+                let before = signed(head.start_ns).saturating_sub(self.lag_ns);
+                self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
+                let trust = if head.crc == 0 { Trust::Plain(record.at) } else { Trust::Checked };
+                let (left, corrected) = self.records(records, (record.at, trust), buses, sink);
+                let parts = [(corrected, Some(0)), (left, None)];
+                for (bytes, frames) in parts.into_iter().filter(|(bytes, _)| *bytes > 0) {
+                    let (kind, bytes) = (DamageKind::Structure, Some(bytes as u64));
+                    self.damaged(Damage { place, kind, bytes, frames }, buses, sink);
+                }
+                Went::Fine
+            }
+            Err(kind) => {
+                self.defined.recall_all();
+                self.definitions(unpacker.rescue(&head, packed), record.at);
+                self.catch_up(buses, sink);
+                let damage = Damage { place, kind, bytes: Some(record.len as u64), frames: None };
+                self.lost.chunk(damage);
+                Went::Fine
+            }
+        };
+        self.unpacker = unpacker;
+        went
+    }
+
+    /// The beginning of the last chunk, that is cut off. Its packed bytes may end in zeros that were never written.
+    fn rescue(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.settle(buses, sink);
+        let Some(head) = chunk::head(body) else { return };
+        let packed = body.get(head.size..).unwrap_or_default();
+        let end = packed.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+        let packed = packed.get(..end).unwrap_or_default();
+        let before = signed(head.start_ns).saturating_sub(self.lag_ns);
+        self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
+        let mut unpacker = std::mem::take(&mut self.unpacker);
+        self.records(unpacker.rescue(&head, packed), (at, Trust::Plain(at)), buses, sink);
+        self.unpacker = unpacker;
+    }
+
+    /// The records in a chunk: the bytes at its end that are none, and those of definitions that are damaged.
+    fn records(
+        &mut self,
+        records: &[u8],
+        (at, trust): (u64, Trust),
+        buses: &mut Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) -> (usize, usize) {
+        let (mut rest, mut corrected) = (records, 0);
+        while let Some((op, body, after)) = inner(rest) {
+            match op {
+                op::MESSAGE => {
+                    if !self.defined.ready.is_empty() {
+                        self.catch_up(buses, sink);
+                    }
+                    self.message(body, at, buses, sink);
+                }
+                op::SCHEMA | op::CHANNEL => {
+                    if let Some(Took::Corrected) = self.defined(op, body, trust) {
+                        corrected += HEAD + body.len();
+                    }
+                }
+                _ => {}
+            }
+            rest = after;
+        }
+        self.catch_up(buses, sink);
+        (rest.len(), corrected)
+    }
+
+    /// Takes only what the damaged chunk that begins here defines, where nothing is known of it.
+    fn definitions(&mut self, records: &[u8], at: u64) {
+        let mut rest = records;
+        while let Some((op, body, after)) = inner(rest) {
+            if matches!(op, op::SCHEMA | op::CHANNEL) {
+                self.defined(op, body, Trust::Damaged(at));
+            }
+            rest = after;
+        }
+    }
+
+    /// A message index: it says how many messages were in a chunk that is lost.
+    fn index(&mut self, body: &[u8]) {
+        let mut rest = Bytes(body);
+        let (Some(id), Some(size)) = (rest.u16(), rest.u32()) else { return };
+        self.lost.index(id, u64::from(size / 16));
+    }
+
+    fn contents(&self) -> Contents {
+        let mut dialect = vec![("profile", self.profile.clone()), ("library", self.library.clone())];
+        let used = Packing::ALL.iter().zip(self.chunks).filter(|(_, count)| *count > 0);
+        let names: Vec<&str> = used.map(|((_, name, _), _)| *name).collect();
+        let chunks: u64 = self.chunks.iter().sum();
+        if chunks > 0 {
+            dialect.push(("compression", names.join(",").into_bytes()));
+        }
+        dialect.push(("chunks", chunks.to_string().into_bytes()));
+        let echoes = Some((b"Echo".to_vec(), self.order.echoes())).filter(|(_, count)| *count > 0);
+        let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).chain(echoes).collect();
+        let topics = self.defined.topics(|id| self.waiting.count(id));
+        Contents { dialect, passed_over, topics }
+    }
+}
+
+fn packing(head: &chunk::Head) -> Option<usize> {
+    Packing::ALL.iter().position(|(.., packing)| Some(*packing) == head.packing)
+}
+
+fn kind_name(op: u8) -> Vec<u8> {
+    match op {
+        op::ATTACHMENT => b"Attachment".to_vec(),
+        op::METADATA => b"Metadata".to_vec(),
+        0 => b"...".to_vec(),
+        op => format!("record {op:02X}h").into_bytes(),
+    }
+}
+
+#[inline(always)]
+fn signed(ns: u64) -> i64 {
+    i64::try_from(ns).unwrap_or(i64::MAX)
+}

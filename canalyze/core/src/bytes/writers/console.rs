@@ -1,0 +1,201 @@
+//! candump's console form: ` (1549455524.265601)  can0  60A   [8]  40 08 10 00 00 00 00 00`, as `candump -ta` prints
+//! it.
+//!
+//! This is the line of the frame alone; `render::text` appends words to the same columns. Numbers are formatted by
+//! hand, since formatting costs more than decoding. Stamps keep all their digits.
+
+use super::{Loss, Losses, Setting, name_of};
+use crate::bytes::calendar::date_of;
+use crate::bytes::frame::{Direction, Frame, Kind, Stamp, StampForm};
+use crate::bytes::readers::Marker;
+use crate::words::digits::{Hex, Padded, filled, fraction, hex_digits, put};
+use crate::words::escape;
+
+const SECOND: i64 = 1_000_000_000;
+/// Maximum width of a bus name to which columns are aligned.
+const NAME_WIDTH: usize = 16;
+
+/// A writer of candump's console form.
+///
+/// Stamps keep their form and digits but are never differences, since those of a part of a capture would add up to
+/// other times.
+#[derive(Debug, Default)]
+pub struct Console {
+    /// The losses.
+    pub losses: Losses,
+    columns: Columns,
+}
+
+impl Console {
+    /// Appends a frame's line.
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+        let stamp = frame.stamp.map(|stamp| Stamp { ns: setting.moment(frame).unwrap_or(stamp.ns), ..stamp });
+        let name = name_of(setting.buses, frame.bus, &mut self.losses);
+        if frame.dir.is_none() && matches!(frame.kind, Kind::Fd { brs, esi } if brs || esi) {
+            self.losses.count(Loss::FdFlags);
+        }
+        out.extend_from_slice(if stamp.is_some() { b" " } else { b"  " });
+        self.columns.head(out, stamp.as_ref(), &name, frame);
+        match frame.kind {
+            Kind::Remote => put!(out; " remote request"),
+            _ => {
+                for byte in frame.payload() {
+                    out.push(b' ');
+                    out.extend_from_slice(&hex_digits(*byte));
+                }
+            }
+        }
+        put!(out; if frame.kind == Kind::Error { "   ERRORFRAME\n" } else { "\n" });
+    }
+
+    /// Appends the line of a gap or an error marker.
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+        match *marker {
+            Marker::Dropped { bus, count, total, .. } => {
+                dropped(out, &name_of(setting.buses, bus, &mut self.losses), count, total);
+            }
+            Marker::Error { bus, stamp, .. } => {
+                let shift = setting.date_ns.unwrap_or(0);
+                let stamp = stamp.map(|stamp| Stamp { ns: stamp.ns.saturating_add(shift), ..stamp });
+                out.extend_from_slice(if stamp.is_some() { b" " } else { b"  " });
+                self.columns.error(out, stamp.as_ref(), &name_of(setting.buses, bus, &mut self.losses));
+            }
+            Marker::LeftOut { count, .. } => left_out(out, count),
+            Marker::Start { .. } | Marker::Backward { .. } | Marker::Swapped => {}
+        }
+    }
+}
+
+/// The columns before the data, whose layout depends on the lines so far.
+#[derive(Debug, Default)]
+pub struct Columns {
+    /// Width of the widest bus name so far; candump aligns names to the right.
+    width: usize,
+    /// True after a 29-bit identifier, from which on candump indents 11-bit ones.
+    indent: bool,
+}
+
+impl Columns {
+    /// Appends stamp, bus, direction, identifier and length of a frame, up to the blank after the length.
+    pub fn head(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
+        self.source(out, stamp, name, frame);
+        self.identifier(out, frame);
+        length(out, frame);
+    }
+
+    /// Appends the columns before the identifier.
+    pub fn source(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
+        if let Some(stamp) = stamp {
+            written(out, stamp);
+        }
+        self.bus(out, name);
+        direction(out, frame);
+    }
+
+    /// Appends the line of an error marker without content.
+    pub fn error(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8]) {
+        if let Some(stamp) = stamp {
+            written(out, stamp);
+        }
+        self.bus(out, name);
+        put!(out; "ERROR\n");
+    }
+
+    fn bus(&mut self, out: &mut Vec<u8>, name: &[u8]) {
+        if name.is_empty() {
+            return;
+        }
+        self.width = self.width.max(name.len().min(NAME_WIDTH));
+        for _ in name.len()..self.width {
+            out.push(b' ');
+        }
+        if name.iter().all(u8::is_ascii_graphic) {
+            out.extend_from_slice(name);
+        } else {
+            escape::terminal(out, name);
+        }
+        put!(out; "  ");
+    }
+
+    /// Appends the identifier.
+    pub fn identifier(&mut self, out: &mut Vec<u8>, frame: &Frame) {
+        let raw = u64::from(frame.id.raw());
+        if frame.kind == Kind::Error {
+            put!(out; Hex::<8>(raw | 0x2000_0000));
+        } else if frame.id.is_extended() {
+            self.indent = true;
+            put!(out; Hex::<8>(raw));
+        } else {
+            if self.indent {
+                put!(out; "     ");
+            }
+            put!(out; Hex::<3>(raw));
+        }
+    }
+}
+
+/// Appends the line of a gap, for both forms of candump.
+pub fn dropped(out: &mut Vec<u8>, name: &[u8], count: u64, total: u64) {
+    put!(out; "DROPCOUNT: dropped ", count, if count == 1 { " CAN frame on '" } else { " CAN frames on '" });
+    escape::terminal(out, name);
+    put!(out; "' socket (total drops ", total, ")\n");
+}
+
+/// Appends the line of rows left out, as people write it and readers accept it.
+pub fn left_out(out: &mut Vec<u8>, count: Option<u64>) {
+    match count {
+        Some(count) => put!(out; "... ", count, if count == 1 { " row" } else { " rows" }, " left out ...\n"),
+        None => put!(out; "...\n"),
+    }
+}
+
+/// Appends a stamp in parentheses with its digits as written.
+fn written(out: &mut Vec<u8>, stamp: &Stamp) {
+    put!(out; "(");
+    digits(out, stamp);
+    put!(out; ")  ");
+}
+
+/// Appends a stamp with its digits as written.
+pub fn digits(out: &mut Vec<u8>, stamp: &Stamp) {
+    let (seconds, ns) = (stamp.ns.div_euclid(SECOND), stamp.ns.rem_euclid(SECOND) as u32);
+    match stamp.form {
+        StampForm::Seconds => filled(out, seconds.unsigned_abs(), usize::from(stamp.width), b'0'),
+        StampForm::Calendar => calendar(out, seconds),
+    }
+    fraction(out, ns, stamp.decimals);
+}
+
+/// Appends `2026-09-15 18:44:56` for seconds since 1970-01-01.
+fn calendar(out: &mut Vec<u8>, seconds: i64) {
+    let (year, month, day) = date_of(seconds.div_euclid(86_400));
+    let second = seconds.rem_euclid(86_400).unsigned_abs();
+    put!(out; Padded::<4>(year.unsigned_abs()), "-", Padded::<2>(month.unsigned_abs()), "-");
+    put!(out; Padded::<2>(day.unsigned_abs()), " ", Padded::<2>(second / 3600), ":");
+    put!(out; Padded::<2>(second / 60 % 60), ":", Padded::<2>(second % 60));
+}
+
+/// Appends `TX - -  ` if the direction is known; B and E are the flags of an FD frame.
+fn direction(out: &mut Vec<u8>, frame: &Frame) {
+    let Some(dir) = frame.dir else { return };
+    let (brs, esi) = match frame.kind {
+        Kind::Fd { brs, esi } => (brs, esi),
+        _ => (false, false),
+    };
+    // Written at once, since every line has it if one has.
+    let [b, e] = [if brs { b'B' } else { b'-' }, if esi { b'E' } else { b'-' }];
+    let first = if dir == Direction::Rx { b'R' } else { b'T' };
+    out.extend_from_slice(&[first, b'X', b' ', b, b' ', e, b' ', b' ']);
+}
+
+/// Appends the length or raw DLC and a blank; candump prints another one before each byte.
+pub fn length(out: &mut Vec<u8>, frame: &Frame) {
+    let form = frame.length_form;
+    if matches!(frame.kind, Kind::Fd { .. }) || form.two_digits {
+        put!(out; "  [", Padded::<2>(u64::from(frame.len)), "] ");
+    } else if form.braces || form.raw_dlc > 8 {
+        put!(out; "   {", Hex::<1>(u64::from(form.raw_dlc.max(frame.len))), "} ");
+    } else {
+        put!(out; "   [", frame.len, "] ");
+    }
+}

@@ -1,0 +1,123 @@
+//! What frames mean, as messages of their own: plots, state lanes and logs of the usual viewers show them without
+//! knowing CANopen.
+//!
+//! | topic | message |
+//! |---|---|
+//! | `/<bus>/node5/tpdo1` | the signals of a PDO, a type of message for each mapping; see `pdo` |
+//! | `/<bus>/node5/nmt_state` | `canalyze_msgs/msg/NmtState` |
+//! | `/<bus>/node5/drive_state` | `canalyze_msgs/msg/DriveState`; `drive_state_2` is that of the second axis |
+//! | `/<bus>/node5/emcy` | `canalyze_msgs/msg/Emergency` |
+//! | `/<bus>/node5/sdo` | `canalyze_msgs/msg/SdoTransfer` |
+//! | `/findings` | `canalyze_msgs/msg/Finding` |
+//! | `/log` | `rcl_interfaces/msg/Log`: findings and emergencies |
+//!
+//! It must not judge: it writes down what events say.
+
+mod fields;
+mod pdo;
+mod report;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use self::pdo::Pdos;
+use super::cdr::Cdr;
+use super::container::{ChannelId, Container, SchemaId};
+use super::definitions::Definition;
+use super::{Losses, ROS2, Setting};
+use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::rules::finding::Finding;
+use crate::words::Lang;
+use crate::world::drive::State;
+use crate::world::event::{Event, What};
+
+/// Where messages go, and when it is.
+pub(super) struct Place<'a, 'b> {
+    /// The file.
+    pub(super) out: &'a mut Vec<u8>,
+    /// Its records.
+    pub(super) container: &'a mut Container,
+    /// The message that is being put together.
+    pub(super) cdr: &'a mut Cdr,
+    /// What could not be written.
+    pub(super) losses: &'a mut Losses,
+    /// What is known of the capture.
+    pub(super) setting: Setting<'b>,
+    /// The moment of the last frame.
+    pub(super) now: u64,
+}
+
+impl Place<'_, '_> {
+    /// The moment of a frame that is spoken of: that of the last one where it has no stamp.
+    fn moment(&self, at: FrameRef) -> u64 {
+        self.stamped(at).unwrap_or(self.now)
+    }
+
+    /// The same; `None` without a stamp.
+    fn stamped(&self, at: FrameRef) -> Option<u64> {
+        let t_ns = at.t_ns?;
+        Some(u64::try_from(t_ns.saturating_add(self.setting.date_ns.unwrap_or(0))).unwrap_or(0))
+    }
+
+    /// Takes the message that has been put together.
+    fn send(&mut self, channel: ChannelId, at: FrameRef, time: u64) {
+        self.container.message(self.out, channel, at.no as u32, time, self.cdr.bytes());
+    }
+}
+
+/// What is remembered of one file.
+#[derive(Debug)]
+pub(super) struct Decoded {
+    lang: Lang,
+    pdos: Pdos,
+    schemas: BTreeMap<&'static str, Option<SchemaId>>,
+    /// By topic. Nodes and buses are few.
+    channels: BTreeMap<String, ChannelId>,
+    /// The last state of each drive, by bus, node and axis.
+    drives: BTreeMap<(BusId, u8, u8), Option<State>>,
+    /// Words being put together.
+    words: Vec<u8>,
+}
+
+impl Decoded {
+    /// Nothing seen yet.
+    pub(super) fn new(lang: Lang) -> Self {
+        let (schemas, channels, drives) = Default::default();
+        Self { lang, pdos: Pdos::new(lang), schemas, channels, drives, words: Vec::new() }
+    }
+
+    /// Appends what an event says.
+    pub(super) fn event(&mut self, place: &mut Place<'_, '_>, bus: &str, frame: Option<&Frame>, event: &Event) {
+        match (&event.what, frame) {
+            (What::Pdo(data), Some(frame)) => {
+                let shown = self.pdos.process_data(place, bus, event, data, frame);
+                for (axis, statusword) in shown {
+                    report::drive_state(self, place, bus, event, data.node, axis, statusword);
+                }
+            }
+            (What::Mpdo(data), Some(frame)) => self.pdos.multiplexed(place, bus, event, data, frame),
+            (What::Message(message), Some(frame)) => report::message(self, place, bus, event.at, message, frame),
+            (What::Transfer(transfer), _) => report::transfer(self, place, bus, event.at, transfer),
+            (What::Finding(finding), _) => self.finding(place, bus, finding),
+            _ => {}
+        }
+    }
+
+    /// Appends a finding.
+    pub(super) fn finding(&mut self, place: &mut Place<'_, '_>, bus: &str, finding: &Finding) {
+        report::finding(self, place, bus, finding);
+    }
+
+    /// The channel of a topic, declared when it is first needed.
+    fn channel(&mut self, place: &mut Place<'_, '_>, topic: &str, definition: Definition) -> Option<ChannelId> {
+        if let Some(known) = self.channels.get(topic) {
+            return Some(*known);
+        }
+        let slot = self.schemas.entry(definition.name).or_default();
+        let schema = super::declare(place.container, slot, definition)?;
+        let channel = place.container.channel(topic, schema, ROS2.1, &[])?;
+        self.channels.insert(topic.to_owned(), channel);
+        Some(channel)
+    }
+}

@@ -1,0 +1,215 @@
+//! Evidence that the frames of a channel are SDO, and reports on a channel that is not SDO or is recorded one-sided.
+//!
+//! Nothing is judged before the first plausible request; findings are withheld until the channel has shown a valid
+//! request with its response.
+
+use super::channel::{Channel, UNANSWERED_NS, strict_initiate};
+use super::judgement::SHORTEST_TIMEOUT_NS;
+use super::phase::Half;
+use super::unasked::APART_NS;
+use super::wire::{Command, Mux, Side};
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Finding, Verdict};
+use crate::rules::sdo::{Sdo030, Sdo031};
+use crate::world::context::Context;
+
+/// Number of odd frames without any valid exchange that make a channel foreign.
+const FOREIGN: u64 = 16;
+/// Number of frames among which one impossible frame is not explained by lost answers.
+const ODD: u64 = 8;
+/// Minimum number of frames that describe a channel.
+const FEW: u64 = 20;
+/// Number of requests never answered by any of the responses that shows both to be foreign.
+const IN_VAIN: u64 = 4;
+/// Frames are SDO if more than three out of this number are plausible.
+const PART: u64 = 4;
+/// Number of requests sooner than a client gives up that shows answers outside the capture.
+const WENT_ON: u64 = 2;
+/// Number of server frames in a flood without any request in the capture.
+const FLOOD: u64 = 100;
+
+/// The evidence that a channel's frames are SDO.
+#[derive(Debug, Default)]
+pub(super) struct Proof {
+    /// A valid request with its response was seen since the last loss of frames.
+    pub(super) trusted: bool,
+    /// A valid request with its response was seen at any time.
+    pub(super) proven: bool,
+    /// A plausible request was seen, from which on frames are judged.
+    pub(super) begun: bool,
+    /// A matching request and response were seen, about any object.
+    pub(super) paired: bool,
+    pub(super) requests: u64,
+    pub(super) responses: u64,
+    /// Number of frames that no stack would send: undefined commands, reserved bits.
+    pub(super) odd: u64,
+    /// The same number for the whole capture.
+    pub(super) strange: u64,
+    /// Number of unmistakable requests.
+    pub(super) plausible: u64,
+    /// Number of requests and responses about objects that devices usually have.
+    pub(super) usual: u64,
+    /// The client's last request while nothing is answered; the number of requests sooner than a client gives up, and
+    /// of those abandoned.
+    pub(super) last_request: Option<(Mux, FrameRef)>,
+    pub(super) went_on: u64,
+    pub(super) given_up: u64,
+    pub(super) first: Option<FrameRef>,
+    pub(super) last: FrameRef,
+}
+
+/// A channel recorded in one direction only.
+#[derive(Clone, Copy, Debug)]
+pub struct OneSided {
+    /// The recorded side.
+    pub side: Side,
+    /// Number of frames.
+    pub frames: u64,
+    /// The first frame.
+    pub first: FrameRef,
+    /// The server's node-ID.
+    pub node: u8,
+}
+
+impl Proof {
+    /// Counts a frame.
+    pub(super) fn count(&mut self, side: Side, at: FrameRef) {
+        self.first.get_or_insert(at);
+        self.last = at;
+        let frames = if side == Side::Client { &mut self.requests } else { &mut self.responses };
+        *frames = frames.saturating_add(1);
+    }
+
+    /// Takes a frame as evidence. `later`: it is not the channel's first one.
+    pub(super) fn weigh(&mut self, half: &Half, later: bool) {
+        let odd = matches!(half.command, Command::Unknown(_)) || half.command.has_reserved_bits(half.bytes);
+        self.odd = self.odd.saturating_add(u64::from(odd));
+        self.strange = self.strange.saturating_add(u64::from(odd));
+        self.given_up += u64::from(matches!(half.command, Command::Abort(..)));
+        let answers = matches!(half.command, Command::UploadInitiated(..) | Command::DownloadInitiated(_));
+        self.usual = self.usual.saturating_add(u64::from(answers && !odd && is_usual(half)));
+        if !strict_initiate(half) {
+            return;
+        }
+        if let Some(object) = half.command.mux() {
+            let before = self.last_request.replace((object, half.at));
+            let soon = |at: FrameRef| half.at.since(at).is_none_or(|apart| (0..SHORTEST_TIMEOUT_NS).contains(&apart));
+            self.went_on += u64::from(before.is_some_and(|(other, at)| other != object && soon(at)));
+        }
+        self.plausible = self.plausible.saturating_add(1);
+        self.usual = self.usual.saturating_add(u64::from(is_usual(half)));
+        self.begun |= later;
+        if !matches!(half.command, Command::InitiateDownload(..)) {
+            // Odd frames may have been block data of a transfer from before the capture.
+            self.odd = 0;
+        }
+    }
+
+    /// Returns true if the client goes on as if answered: at least every other request names a new object and comes
+    /// soon, and none was abandoned.
+    pub(super) fn goes_on(&self) -> bool {
+        self.given_up == 0 && self.went_on > 0 && 2 * self.went_on + 1 >= self.plausible
+    }
+
+    /// Returns true if the channel's first frame is an unmistakable request, so that its flaws and those of its answer
+    /// count.
+    pub(super) fn is_first_exchange(&self) -> bool {
+        self.plausible > 0 && self.requests <= 1 && self.responses <= 1
+    }
+}
+
+impl Channel {
+    pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
+        (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
+        cx.evidence.services.prove(self.server.node);
+        for finding in std::mem::take(&mut self.verdicts.withheld) {
+            cx.emit(finding);
+        }
+        self.list_withheld(cx);
+    }
+
+    /// Returns true if the traffic is too unlike SDO to form transfers.
+    pub(super) fn is_foreign(&self) -> bool {
+        let frames = self.proof.requests.saturating_add(self.proof.responses);
+        !self.proof.proven && self.proof.odd >= FOREIGN && self.proof.odd > frames / 2
+    }
+
+    /// Returns the number of frames.
+    pub fn frames(&self) -> u64 {
+        self.proof.requests.saturating_add(self.proof.responses)
+    }
+
+    /// Returns true if the frames are SDO, by an exchange or by the number of plausible ones; `None` if undecided.
+    pub fn is_sdo(&self) -> Option<bool> {
+        let Proof { usual, odd, .. } = self.proof;
+        let frames = self.frames();
+        let most = if frames < PART { 0 } else { frames * 3 / PART };
+        if self.proof.proven || self.proof.paired && !self.is_strange() || usual > most {
+            return Some(true);
+        }
+        (odd > frames / ODD || self.is_strange()).then_some(false)
+    }
+
+    /// Returns true if matching frames are chance: many are implausible, or none of several requests was answered by a
+    /// server's response.
+    fn is_strange(&self) -> bool {
+        let Proof { strange, plausible, responses, .. } = self.proof;
+        let in_vain = responses > 0 && plausible >= IN_VAIN;
+        !self.proof.proven && self.frames() >= FEW && (in_vain || strange > self.frames() / ODD)
+    }
+
+    /// Returns true if the channel is known to be SDO before the capture's end: by an exchange, or because all its
+    /// frames are plausible.
+    pub(super) fn is_certain(&self) -> bool {
+        self.proof.proven || self.proof.usual == self.frames()
+    }
+
+    /// Returns the only recorded side if the recording is the cause: answers without any request, or a client that goes
+    /// on as if answered.
+    pub fn one_sided(&self) -> Option<OneSided> {
+        let Proof { requests, responses, went_on, first, .. } = self.proof;
+        if !self.is_one_sided() || self.is_sdo() != Some(true) || self.verdicts.scanned {
+            return None;
+        }
+        let side = if requests == 0 { Side::Server } else { Side::Client };
+        let shown = if side == Side::Client { went_on >= WENT_ON && self.proof.goes_on() } else { responses > 1 };
+        Some(OneSided { side, frames: self.frames(), first: first?, node: self.server.node }).filter(|_| shown)
+    }
+
+    /// Reports at the capture's end, or at `now_ns`, that a channel is not SDO or was never answered.
+    pub(super) fn report_distrust(&mut self, now_ns: Option<i64>, cx: &mut Context<'_>) {
+        let Some(first) = self.proof.first.filter(|_| !self.verdicts.distrusted) else { return };
+        if self.proof.proven || self.verdicts.scanned || self.proof.paired && !self.is_strange() {
+            return;
+        }
+        let unanswered = self.proof.responses == 0 && self.is_sdo() == Some(true);
+        let frames = self.proof.requests.saturating_add(self.proof.responses);
+        // A request at either edge of the capture may have been answered beyond it.
+        let waited = first.t_ns.zip(now_ns).map_or(0, |(first, now)| now.saturating_sub(first)) > UNANSWERED_NS;
+        if frames < 2 && !(unanswered && waited) || unanswered && self.proof.goes_on() {
+            return;
+        }
+        let lasted = self.proof.last.since(first).unwrap_or(0);
+        let flood = self.proof.requests == 0 && frames >= FLOOD && (1..APART_NS * frames as i64).contains(&lasted);
+        // A few undecided frames are no sign of another protocol while each may be SDO.
+        let other = self.is_sdo().map_or(self.proof.odd > 0 || frames >= FEW, |is_sdo| !is_sdo);
+        if !unanswered && !flood && !other {
+            return;
+        }
+        let what: Verdict = match (unanswered, flood) {
+            (true, _) => Sdo031::Frames { frames }.into(),
+            (false, true) => Sdo030::Flood { frames, duration: lasted }.into(),
+            (false, false) => Sdo030::Frames { frames }.into(),
+        };
+        self.verdicts.distrusted = true;
+        let found = cx.verdict(what, Some(self.server.node), None, None);
+        cx.emit(Finding { at: first, ..found });
+    }
+}
+
+/// Returns true if stacks send such an initiate about an object that devices have: indices from C000h on are reserved,
+/// and sub-indices beyond the node-IDs unused, except FFh.
+fn is_usual(half: &Half) -> bool {
+    let usual = |object: Mux| object.index < 0xC000 && matches!(object.sub, 0..=0x7F | 0xFF);
+    half.len == 8 && !half.command.has_invalid_unused() && half.command.mux().is_some_and(usual)
+}

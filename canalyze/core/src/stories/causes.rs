@@ -1,0 +1,472 @@
+//! The rules of cause, one in each row; the first match applies.
+//!
+//! A rule compares two incidents of one bus and the facts known at their beginning. Its number appears as `cause` in
+//! machine output (L1 to L28); L0 is a cause that a finding names itself.
+
+use std::ops::RangeInclusive;
+
+use super::incident::{Grade, Incident};
+use super::kinds::Kind::{self, *};
+use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
+use crate::rules::finding::{Code, Quantity};
+
+/// Maximum time by which a cause may be noticed after its consequence, and a consequence follow the end of its cause,
+/// in ns.
+pub(super) const WINDOW_NS: i64 = 3_000_000_000;
+/// Maximum delay of a consumer's report beyond its time, in ns.
+pub(super) const LATE_NS: i64 = 50_000_000;
+/// Maximum time until a reaction, in ns.
+const PROMPT_NS: i64 = 500_000_000;
+/// Maximum time in which a supply that dips takes other nodes with it, in ns.
+const SUPPLY_NS: i64 = 200_000_000;
+/// Maximum number of heartbeat periods for which a consumer waits, if its time is not known.
+const PERIODS: i64 = 5;
+/// Number of SYNC periods within which consumers report its loss.
+const SYNCS: i64 = 30;
+
+/// The result of a rule: its number, its certainty, and the deviation of the delay from the expected one, in ns.
+pub(super) type Found = (u8, Grade, i64);
+
+/// Two incidents of one bus.
+struct Pair<'a> {
+    cause: &'a Incident,
+    effect: &'a Incident,
+    /// Time from the beginning of the cause to that of the effect, in ns; 0 without stamps.
+    delay: i64,
+    /// True if the cause concerns the node of the effect.
+    same_node: bool,
+}
+
+/// A rule: its number, and a function that returns the certainty and the deviation from the expected delay in ns.
+type Rule = (u8, fn(&Pair<'_>) -> Option<(Grade, i64)>);
+
+/// The rules.
+const RULES: &[Rule] = &[
+    (0, said_by_the_finding),
+    (1, loss_reported),
+    (2, guarding_stopped),
+    (3, commanded_reset_reported),
+    (5, rpdo_without_source),
+    (6, sync_gone),
+    (20, second_node),
+    (7, could_hear_nobody),
+    (17, busy_storing),
+    (16, bus_full),
+    (15, contradicted),
+    (18, supply_dipped),
+    (11, nobody_to_answer),
+    (11, transfer_ended),
+    (12, configuration_lost),
+    (15, commanded),
+    (7, communication_lost),
+    (5, node_not_operational),
+    (13, configured_wrongly),
+    (14, boot_cut_short),
+    (4, error_before),
+    (23, no_edge),
+    (8, announced),
+    (22, cause_stands),
+    (27, not_listening),
+    (10, bus_errors),
+    (21, bus_errors_reported),
+    (26, recording_stood_still),
+];
+
+/// Applies the rules to a possible cause and its effect.
+pub(super) fn relate(cause: &Incident, effect: &Incident) -> Option<Found> {
+    let delay = effect.begin.since(cause.begin).unwrap_or(0);
+    let same_node = effect.subject.node.is_some_and(|node| cause.subject.concerns(node));
+    // Without usable stamps the order decides: an incident that began after the effect was noticed is not its cause.
+    if delay == 0 && cause.begin.no > effect.noticed.no {
+        return None;
+    }
+    let pair = Pair { cause, effect, delay, same_node };
+    RULES.iter().find_map(|(number, rule)| rule(&pair).map(|(grade, far)| (*number, grade, far)))
+}
+
+impl Pair<'_> {
+    /// Returns true if the node of the effect has reported this error code in it.
+    fn reported(&self, code: u16) -> bool {
+        self.effect.clue.reported.contains(&code)
+    }
+
+    /// Returns true if both concern the same single node.
+    fn alone(&self) -> bool {
+        self.cause.subject.node.is_some() && self.cause.subject.node == self.effect.subject.node
+    }
+
+    /// Returns true if the cause lasted until the last sign before the effect began; an effect that ended in between
+    /// had another cause. A SYNC that is still irregular after its return has the same cause.
+    fn lasted(&self) -> bool {
+        let unsteady = self.effect.kind == SyncIrregular;
+        unsteady || self.cause.end.is_none_or(|end| self.effect.begin.no <= end.no)
+    }
+
+    /// Returns true if the cause is a command and came first.
+    fn commanded(&self) -> bool {
+        is_commanded(self.cause.kind) && self.delay >= -LATE_NS
+    }
+
+    /// Returns the time for which the effect's node waits for a heartbeat of the cause's node, in ns.
+    fn limit(&self) -> Option<i64> {
+        let watched = self.effect.clue.watched.iter().find(|(node, _)| self.cause.subject.concerns(*node));
+        watched.map(|(_, limit)| *limit)
+    }
+}
+
+fn is_gone(kind: Kind) -> bool {
+    matches!(kind, NodeSilent | SegmentLost | NodeRestarted | RestartLoop | NoBootUp | GuardingUnanswered | NodeAbsent)
+}
+
+fn is_commanded(kind: Kind) -> bool {
+    matches!(kind, CommandedReset | CommandedStop)
+}
+
+fn is_bus(kind: Kind) -> bool {
+    matches!(kind, BusOff | ErrorPassive | BusErrors | TransceiverFault)
+}
+
+/// Returns true for kinds that a busy node or a full bus causes.
+fn is_late(kind: Kind) -> bool {
+    matches!(
+        kind,
+        NodeSilent
+            | HeartbeatStopped
+            | HeartbeatIrregular
+            | RequestUnanswered
+            | LateAnswer
+            | PdoMissing
+            | InhibitTime
+            | SyncIrregular
+            | TargetsLate
+            | Overrun
+    )
+}
+
+/// Returns true for communication errors that a lost SYNC may raise: generic and manufacturer-specific ones.
+fn may_be_sync(code: u16) -> bool {
+    matches!(code, 0x8100 | 0x8180..=0x81FF | 0x8200 | 0x8700 | 0xFF00..)
+}
+
+fn said_by_the_finding(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let frame = pair.effect.clue.because_of?;
+    let other = !pair.alone() || pair.cause.kind != pair.effect.kind;
+    (pair.cause.holds(frame) && other).then_some((Grade::Certain, 0))
+}
+
+/// L1: a heartbeat consumer reported the loss of a node.
+fn loss_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let kind = pair.cause.kind;
+    (is_gone(kind) || kind == HeartbeatStopped).then(|| loss(pair))?
+}
+
+/// L2: the master stopped guarding.
+fn guarding_stopped(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    (pair.cause.kind == GuardingStopped).then(|| loss(pair))?
+}
+
+/// L3: the monitored node was reset by command.
+fn commanded_reset_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    is_commanded(pair.cause.kind).then(|| loss(pair))?
+}
+
+fn loss(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let says = pair.reported(LIFE_GUARD);
+    if !says && !effect.clue.communication
+        || effect.kind == ConsumerTimeTooShort
+        || pair.alone() && cause.kind != GuardingStopped
+    {
+        return None;
+    }
+    let Some(limit) = pair.limit() else {
+        // A heartbeat consumer waits for several periods.
+        let period = cause.ns("period").unwrap_or(0);
+        let least = if says { 0 } else { period };
+        let most = if says { WINDOW_NS.max(period.saturating_mul(PERIODS)) } else { period.saturating_mul(PERIODS) };
+        // Or the silence was noticed by this emergency.
+        let shows = says && cause.noticed.no == effect.begin.no;
+        let any = effect.clue.watched.is_empty() && (shows || (least..=most).contains(&delay));
+        return any.then_some((Grade::Likely, delay.saturating_sub(period.saturating_mul(2)).saturating_abs()));
+    };
+    let within = within(cause, limit);
+    // A boot-up tells the consumer at once.
+    let booted = matches!(cause.kind, NodeRestarted | RestartLoop) && effect.begin.no >= cause.noticed.no;
+    // Some stacks check their times only now and then.
+    let late = within.end().saturating_add(limit.saturating_add(PROMPT_NS));
+    let grade = if within.contains(&delay) || is_commanded(cause.kind) || booted && delay <= *within.end() {
+        Grade::Certain
+    } else if delay <= late {
+        Grade::Likely
+    } else {
+        Grade::Possible
+    };
+    Some((grade, delay.saturating_sub(limit).saturating_abs()))
+}
+
+/// Returns the range of delays, in ns, after which a consumer that waits for `limit` ns reports an incident. A silence
+/// begins with the last frame, but the consumer's time with the last heartbeat before it.
+pub(super) fn within(cause: &Incident, limit: i64) -> RangeInclusive<i64> {
+    let period = cause.ns("period").unwrap_or(limit / 3);
+    let apart = if cause.kind == SegmentLost { period } else { 0 };
+    limit.saturating_sub(period).saturating_sub(LATE_NS)
+        ..=limit.saturating_add(LATE_NS.max(limit / 3)).saturating_add(apart)
+}
+
+/// L5: the producer of the missing PDO does not send.
+fn rpdo_without_source(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let waits = pair.reported(RPDO_TIMEOUT) || effect.kind == RpdoTimeout;
+    let stops = is_gone(cause.kind)
+        || is_commanded(cause.kind)
+        || !cause.clue.reported.is_empty()
+        || matches!(cause.kind, LeftOperational | AxisFault | PdoMissing | HeartbeatStopped);
+    if !waits || !stops || pair.alone() {
+        return None;
+    }
+    let source = cause.subject.nodes & effect.clue.sources != 0;
+    if source {
+        return Some((Grade::Certain, delay.saturating_abs()));
+    }
+    // Either its PDOs stopped as long ago as the node waits, or it is a pure controller, which sends the RPDOs that are
+    // no node's TPDO.
+    let suspect = cause.subject.nodes & effect.clue.suspects != 0 || effect.clue.suspects == 0 && cause.clue.controller;
+    let gone = is_gone(cause.kind) || is_commanded(cause.kind) || cause.kind == LeftOperational;
+    let soon = (0..=WINDOW_NS).contains(&delay) && effect.clue.suspects == 0 && gone;
+    let grade = if suspect || soon { Grade::Likely } else { Grade::Possible };
+    (suspect || effect.clue.sources == 0 && delay >= 0).then_some((grade, delay.saturating_abs()))
+}
+
+/// L6: SYNC is gone with its producer, and its consumers report that.
+fn sync_gone(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, .. } = *pair;
+    let stopped = cause.clue.sync_producer || cause.kind == SyncStopped;
+    let (last, period) =
+        if cause.clue.sync_producer { cause.clue.sync? } else { effect.clue.sync.or(cause.clue.sync)? };
+    let since = effect.begin.since(last)?;
+    if effect.kind == SyncStopped && is_gone(cause.kind) {
+        let most = period.saturating_mul(2).max(cause.ns("period").unwrap_or(0));
+        let near = effect.begin.since(cause.begin)?.saturating_abs() <= most;
+        let grade = if cause.clue.sync_producer { Grade::Certain } else { Grade::Likely };
+        return near.then_some((grade, 0));
+    }
+    let says = effect.clue.reported.iter().any(|code| may_be_sync(*code))
+        || effect.clue.reported.is_empty() && matches!(effect.kind, AxisFault | QuickStop | StateLeft);
+    let soon = (period / 2..=period.saturating_mul(SYNCS)).contains(&since);
+    (stopped && says && soon && cause.subject.node != effect.subject.node).then_some((Grade::Likely, since))
+}
+
+/// L20: two nodes have one node-ID.
+fn second_node(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let second = pair.same_node && pair.cause.kind == DuplicateNodeId && pair.delay >= -LATE_NS;
+    second.then_some((Grade::Likely, pair.delay))
+}
+
+/// L7: a node that could not be heard could not hear, either.
+fn could_hear_nobody(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let of_bus = pair.effect.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
+    let lost = matches!(pair.cause.kind, NodeSilent | SegmentLost);
+    let stops = pair.effect.clue.reported.is_empty() && matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft);
+    (pair.same_node && (of_bus || stops) && lost && pair.delay >= 0).then_some((Grade::Likely, pair.delay))
+}
+
+/// L17: a node stores parameters or a program and has no time for anything else.
+fn busy_storing(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let busy = is_late(pair.effect.kind) || pair.effect.kind == NodeRestarted;
+    (pair.same_node && pair.cause.kind == Storing && busy).then_some((Grade::Certain, pair.delay))
+}
+
+/// L16: more frames than the bus can carry, or one identifier of higher priority than all others.
+fn bus_full(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    match (pair.cause.kind, pair.effect.kind) {
+        (Flood, Overload) => Some((Grade::Certain, pair.delay.saturating_abs())),
+        // The last sign of an unheard node is older than the traffic that suppresses it.
+        (Flood | Overload, kind) => {
+            let began = pair.effect.noticed.since(pair.cause.begin).unwrap_or(0) >= 0;
+            let period = pair.effect.ns("period").unwrap_or(0);
+            (is_late(kind) && began && pair.delay >= (-period).saturating_sub(LATE_NS))
+                .then_some((Grade::Likely, pair.delay.saturating_abs()))
+        }
+        _ => None,
+    }
+}
+
+/// L15: two masters contradict each other.
+fn contradicted(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let follows = is_commanded(pair.effect.kind) || is_late(pair.effect.kind) || pair.effect.kind == StartWithoutEffect;
+    (pair.cause.kind == TwoMasters && follows).then_some((Grade::Likely, pair.delay.saturating_abs()))
+}
+
+/// L18: a supply that dips takes other nodes with it.
+fn supply_dipped(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let falls = matches!(pair.effect.kind, NodeRestarted | NodeSilent) && !pair.same_node;
+    let soon = (0..=SUPPLY_NS).contains(&pair.effect.noticed.since(pair.cause.begin).unwrap_or(-1));
+    (pair.cause.kind == SupplyVoltage && falls && soon).then_some((Grade::Likely, pair.delay))
+}
+
+/// L11: a lost node answers nothing.
+fn nobody_to_answer(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let gone = is_gone(pair.cause.kind);
+    match pair.effect.kind {
+        RequestUnanswered | LateAnswer | DamagedTransfer if pair.same_node => {
+            // A Pre-operational node answers; a Stopped or booting one does not.
+            let mute = pair.commanded() && pair.cause.get("command") != Some(Quantity::Command(0x80));
+            (gone || mute).then_some((Grade::Certain, pair.delay.saturating_abs()))
+        }
+        NodeAbsent if pair.same_node => gone.then_some((Grade::Likely, pair.delay.saturating_abs())),
+        _ => None,
+    }
+}
+
+/// L11: frames of a transfer that the server refused were still under way.
+fn transfer_ended(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let soon = (0..=PROMPT_NS).contains(&pair.delay) && pair.alone();
+    let left_over = pair.effect.findings.iter().all(|cited| cited.code == Code::Sdo007);
+    let refused = pair.cause.has("refused") && pair.effect.kind == DamagedTransfer && left_over;
+    (soon && refused).then_some((Grade::Likely, pair.delay))
+}
+
+/// L12: a booted node has lost its configuration.
+fn configuration_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    if !pair.same_node {
+        return None;
+    }
+    match pair.effect.kind {
+        NodeSilent => (pair.cause.kind == RestartLoop).then_some((Grade::Likely, pair.delay)),
+        PdoLength | PdoNotAllowed | StartWithoutEffect | DeviceError => {
+            let booted = matches!(pair.cause.kind, NodeRestarted | RestartLoop | NodeSilent);
+            booted.then_some((Grade::Likely, pair.delay))
+        }
+        _ => None,
+    }
+}
+
+/// L15: a node was stopped or reset by command.
+fn commanded(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    if !pair.same_node || !pair.commanded() {
+        return None;
+    }
+    match pair.effect.kind {
+        AxisFault | QuickStop | StateLeft => (pair.delay <= 2 * PROMPT_NS).then_some((Grade::Certain, pair.delay)),
+        PdoMissing | SyncStopped | SyncIrregular if pair.lasted() => {
+            Some((Grade::Certain, pair.delay.saturating_abs()))
+        }
+        _ => None,
+    }
+}
+
+/// L7: a drive stops because it lost a node that it monitors, by its own report or by the times.
+fn communication_lost(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let stops = matches!(pair.effect.kind, AxisFault | QuickStop | StateLeft) && is_gone(pair.cause.kind);
+    let says = pair.alone() && pair.cause.clue.reported.iter().any(|code| (0x8100..=0x82FF).contains(code));
+    if matches!(pair.effect.kind, QuickStop | StateLeft) && says && (-LATE_NS..=PROMPT_NS).contains(&pair.delay) {
+        return Some((Grade::Certain, pair.delay.saturating_abs()));
+    }
+    let limit = pair.limit().filter(|_| stops)?;
+    (limit..=limit + limit / 3 + PROMPT_NS).contains(&pair.delay).then_some((Grade::Likely, pair.delay))
+}
+
+/// L5: a node that is lost or not Operational sends no PDO.
+fn node_not_operational(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let missing = matches!(pair.effect.kind, PdoMissing | SyncStopped | SyncIrregular);
+    let stops = is_gone(pair.cause.kind) || pair.cause.kind == LeftOperational;
+    (pair.same_node && missing && stops && pair.lasted()).then_some((Grade::Certain, pair.delay.saturating_abs()))
+}
+
+/// L13: a PDO that could not be configured differs from the intended one.
+fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let other = matches!(pair.effect.kind, PdoLength | PdoNotAllowed | PdoMissing);
+    // A consumer reports a wrong PDO length; one of the PDOs that it receives was not configured.
+    let taken = pair.effect.kind == PdoLength && pair.effect.clue.sources & pair.cause.subject.nodes != 0;
+    // If the PDOs that it receives are not known, it is the one whose mapping was refused.
+    let unknown = pair.effect.clue.sources == 0 && pair.cause.subject.pdo.is_some_and(|(transmit, _)| transmit);
+    let taken = taken || pair.effect.kind == PdoLength && unknown && !pair.effect.clue.reported.is_empty();
+    if taken && (pair.cause.has("refused") || pair.cause.kind == PdoLength) && !pair.alone() && pair.delay >= 0 {
+        return Some((Grade::Likely, pair.delay));
+    }
+    let pdo = pair.effect.subject.pdo;
+    let same = pdo.is_none() || pdo == pair.cause.subject.pdo;
+    (pair.same_node && other && same && pair.cause.has("refused")).then_some((Grade::Likely, pair.delay))
+}
+
+/// L14: a master that got no answer, or a refusal, does not start the node.
+fn boot_cut_short(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let waits = matches!(pair.effect.kind, NotStarted | BootStuck)
+        || pair.effect.kind == StartWithoutEffect && pair.cause.kind == ProgramFailed;
+    let cut = pair.cause.has("refused") || matches!(pair.cause.kind, RequestUnanswered | IdentityMismatch);
+    (pair.same_node && waits && cut).then_some((Grade::Likely, pair.delay.saturating_abs()))
+}
+
+/// L4: a node with an error leaves Operational, or does not reach it (1029h).
+fn error_before(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, delay, .. } = *pair;
+    let errs = match effect.kind {
+        StartWithoutEffect => !cause.clue.codes.is_empty(),
+        LeftOperational => !cause.clue.reported.is_empty(),
+        _ => false,
+    };
+    (pair.same_node && errs).then_some((Grade::Likely, delay))
+}
+
+/// L23: a fault reset needs a rising edge.
+fn no_edge(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let held = pair.effect.kind == FaultResetWithoutEdge && pair.cause.kind == AxisFault;
+    (pair.same_node && held).then_some((Grade::Certain, pair.delay))
+}
+
+/// L8: errors that a device reports before its axis faults, and causes of a lagging axis.
+fn announced(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    if !pair.same_node {
+        return None;
+    }
+    match (pair.cause.kind, pair.effect.kind) {
+        (FollowingError | Temperature | SupplyVoltage, AxisFault) => Some((Grade::Likely, pair.delay)),
+        (SyncIrregular | TargetsLate, FollowingError | InternalLimit) => Some((Grade::Possible, pair.delay)),
+        _ => None,
+    }
+}
+
+/// L22: the cause of the fault persists.
+fn cause_stands(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let stays = matches!(pair.effect.kind, FaultResetWithoutEffect | NotEnabled) && !pair.cause.clue.codes.is_empty();
+    (pair.same_node && stays).then_some((Grade::Likely, pair.delay))
+}
+
+/// L27: a node that is not Operational processes no RPDO.
+fn not_listening(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let out = is_gone(pair.cause.kind)
+        || pair.commanded()
+        || matches!(pair.cause.kind, LeftOperational | NotStarted | BootStuck | StartWithoutEffect);
+    match pair.effect.kind {
+        CommandsNotTaken if pair.same_node => {
+            let errs = pair.cause.has("left_operational") || !pair.cause.clue.reported.is_empty();
+            let grade = if out { Grade::Certain } else { Grade::Likely };
+            (out || errs).then_some((grade, pair.delay.saturating_abs()))
+        }
+        NotEnabled if pair.same_node && out => Some((Grade::Likely, pair.delay)),
+        _ => None,
+    }
+}
+
+/// L10: bus errors around a loss or delay.
+fn bus_errors(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let lost = matches!(pair.effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | PdoMissing);
+    if !lost || !is_bus(pair.cause.kind) {
+        return None;
+    }
+    let many = pair.cause.kind == BusOff || pair.cause.repeats.count >= 3;
+    Some((if many { Grade::Likely } else { Grade::Possible }, pair.delay.saturating_abs()))
+}
+
+/// L21: nodes report the errors seen on the bus.
+fn bus_errors_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    (pair.effect.kind == BusTrouble && is_bus(pair.cause.kind)).then_some((Grade::Likely, pair.delay.saturating_abs()))
+}
+
+/// L26: an incident that rests on times began in a gap of the recording.
+fn recording_stood_still(pair: &Pair<'_>) -> Option<(Grade, i64)> {
+    let Pair { cause, effect, .. } = *pair;
+    let timed = matches!(effect.kind, NodeSilent | HeartbeatIrregular | SyncIrregular | SyncStopped | PdoMissing);
+    let inside = cause.begin.no >= effect.begin.no && cause.begin.no <= effect.noticed.no;
+    (cause.kind == CaptureGap && timed && inside).then_some((Grade::Certain, pair.delay.saturating_abs()))
+}

@@ -1,0 +1,182 @@
+//! All incidents of a capture, in the order in which they were opened.
+//!
+//! Memory is bounded: after [`KEPT`] incidents, further ones are only counted.
+
+use super::incident::Grade;
+use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
+use super::kinds::Kind;
+use crate::bytes::frame::{BusId, FrameRef};
+
+/// Maximum number of kept incidents (invariant 6).
+const KEPT: usize = 1024;
+/// Number of latest incidents that are searched.
+const RECENT: usize = 128;
+
+/// The place of an incident in the ledger.
+pub(super) type Place = usize;
+
+/// All incidents so far.
+#[derive(Clone, Debug, Default)]
+pub struct Ledger {
+    pub(super) all: Vec<Incident>,
+    /// Number of further ones.
+    pub(super) beyond: u64,
+    /// Number of numbers assigned for people.
+    numbered: u32,
+    /// Incidents with new facts since their causes were last looked up.
+    pub(super) grown: Vec<Place>,
+}
+
+impl Ledger {
+    /// Opens an incident; `None` if there are too many.
+    pub(super) fn open(
+        &mut self,
+        kind: Kind,
+        bus: BusId,
+        subject: Subject,
+        begin: FrameRef,
+        noticed: FrameRef,
+    ) -> Option<Place> {
+        if self.all.len() >= KEPT {
+            self.beyond += 1;
+            return None;
+        }
+        self.all.push(Incident {
+            id: IncidentId(self.all.len() as u32 + 1),
+            number: 0,
+            kind,
+            bus,
+            subject,
+            begin,
+            noticed,
+            end: None,
+            status: Status::Stands,
+            grade: Grade::Certain,
+            steps: Vec::new(),
+            left_out: 0,
+            facts: Vec::new(),
+            repeats: Repeats { count: 1, longest_ns: 0, total_ns: 0, since: begin },
+            cause: None,
+            possible: Vec::new(),
+            findings: Vec::new(),
+            parts: Vec::new(),
+            merged: false,
+            clue: Clue::default(),
+        });
+        Some(self.all.len() - 1)
+    }
+
+    pub(super) fn get(&self, place: Place) -> Option<&Incident> {
+        self.all.get(place)
+    }
+
+    pub(super) fn get_mut(&mut self, place: Place) -> Option<&mut Incident> {
+        self.all.get_mut(place)
+    }
+
+    /// Returns the incident with this ID.
+    pub fn by_id(&self, id: IncidentId) -> Option<&Incident> {
+        self.all.get((id.0 as usize).checked_sub(1)?)
+    }
+
+    /// Returns the number of an incident for people; 0 if it has none.
+    pub fn number(&self, id: IncidentId) -> u32 {
+        self.by_id(id).map_or(0, |one| one.number)
+    }
+
+    /// Assigns the next numbers to incidents that have none.
+    pub(super) fn give_numbers(&mut self, ids: impl IntoIterator<Item = IncidentId>) {
+        for id in ids {
+            let place = (id.0 as usize).wrapping_sub(1);
+            if let Some(one) = self.all.get_mut(place).filter(|one| one.number == 0) {
+                self.numbered += 1;
+                one.number = self.numbered;
+            }
+        }
+    }
+
+    /// Takes the numbers assigned in a copy of this ledger that has advanced further.
+    pub(super) fn take_numbers(&mut self, copy: &Self) {
+        for (one, other) in self.all.iter_mut().zip(&copy.all) {
+            one.number = other.number;
+        }
+        self.numbered = self.all.iter().map(|one| one.number).max().unwrap_or(0);
+    }
+
+    /// Returns the latest incident of a bus that `fits`, among the recent ones.
+    pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Incident) -> bool) -> Option<Place> {
+        let recent = self.all.iter().enumerate().rev().take(RECENT);
+        recent.filter(|(_, one)| one.bus == bus).find(|(_, one)| fits(one)).map(|(place, _)| place)
+    }
+
+    /// Returns the places of the recent incidents of a bus, the latest first.
+    pub(super) fn recent(&self, bus: BusId) -> Vec<Place> {
+        let recent = self.all.iter().enumerate().rev().take(RECENT);
+        recent.filter(|(_, one)| one.bus == bus).map(|(place, _)| place).collect()
+    }
+
+    /// Returns true if `one` is `other` or has it among its direct and indirect causes.
+    pub(super) fn comes_from(&self, one: IncidentId, other: IncidentId) -> bool {
+        let mut at = Some(one);
+        for _ in 0..RECENT {
+            match at {
+                Some(id) if id == other => return true,
+                Some(id) => at = self.by_id(id).and_then(|one| one.cause).map(|link| link.cause),
+                None => return false,
+            }
+        }
+        true
+    }
+
+    /// Merges an incident into another one.
+    pub(super) fn merge(&mut self, place: Place, into: Place) {
+        let Some(one) = self.all.get_mut(place).filter(|_| place != into) else { return };
+        one.merged = true;
+        let (gone, one) = (one.id, one.clone());
+        let Some(other) = self.all.get_mut(into) else { return };
+        let stays = other.id;
+        other.parts.push(gone);
+        other.parts.extend(&one.parts);
+        if one.subject.node.is_some() {
+            other.subject.nodes |= one.subject.nodes;
+            if other.kind == one.kind && other.subject.nodes.count_ones() > 1 {
+                other.subject.node = None;
+            }
+        }
+        if other.kind == one.kind {
+            other.end = other.end.zip(one.end).map(|(end, last)| if last.no > end.no { last } else { end });
+        }
+        if one.end.is_some() && other.end.is_none() && other.kind == Kind::Storing {
+            other.end = one.end;
+        }
+        one.steps.into_iter().for_each(|step| other.add(step));
+        other.steps.sort_by_key(|step| step.at.no);
+        one.findings.into_iter().for_each(|cited| other.cite(cited));
+        for one in &mut self.all {
+            for link in one.cause.iter_mut().chain(&mut one.possible).filter(|link| link.cause == gone) {
+                link.cause = stays;
+            }
+            if one.id == stays {
+                one.cause = one.cause.filter(|link| link.cause != stays);
+                one.possible.retain(|link| link.cause != stays);
+            }
+        }
+    }
+
+    /// Returns the number of incidents that are not kept.
+    pub fn beyond(&self) -> u64 {
+        self.beyond
+    }
+
+    /// Returns all reported incidents by their numbers.
+    pub fn numbered(&self) -> Vec<&Incident> {
+        let mut told: Vec<_> = self.told().collect();
+        told.sort_by_key(|one| one.number);
+        told
+    }
+
+    /// Iterates over all reported incidents in the order in which they were opened.
+    pub fn told(&self) -> impl Iterator<Item = &Incident> {
+        self.all.iter().filter(|one| one.counts())
+    }
+}

@@ -1,0 +1,196 @@
+//! Links between incidents: consequences to causes, and one incident for the same trouble of several nodes.
+//!
+//! `causes` decides if one incident can have caused another. A consequence has one cause; others are kept as possible.
+//! There is never a cycle.
+
+use super::causes::{Found, LATE_NS, WINDOW_NS, relate};
+use super::incident::{Grade, Incident, Link, Status, bit};
+use super::kinds::Kind;
+use super::ledger::{Ledger, Place};
+use crate::bytes::frame::BusId;
+
+/// Links a new incident with earlier ones, and incidents of the last seconds with it.
+pub(super) fn link(ledger: &mut Ledger, place: Place, bus: BusId) {
+    let recent = ledger.recent(bus);
+    if let Some(link) = best(ledger, place, &recent) {
+        set(ledger, place, link);
+    }
+    let Some(new) = ledger.get(place).cloned() else { return };
+    for other in recent {
+        let Some(one) = ledger.get(other) else { continue };
+        let late = new.noticed.since(one.noticed).is_none_or(|since| since.saturating_abs() <= WINDOW_NS);
+        if other == place || !late || one.cause.is_some_and(|link| link.grade == Grade::Certain) {
+            continue;
+        }
+        if let Some(link) = best(ledger, other, &[place]) {
+            set(ledger, other, link);
+        }
+    }
+}
+
+fn set(ledger: &mut Ledger, place: Place, link: Link) {
+    if let Some(one) = ledger.get_mut(place) {
+        one.link(link);
+    }
+}
+
+/// Returns the best cause of an incident among others.
+fn best(ledger: &Ledger, place: Place, others: &[Place]) -> Option<Link> {
+    // An incident that began before its first evidence has no cause in the capture.
+    let effect = ledger.get(place).filter(|effect| !effect.has("seen_in_fault"))?;
+    let mut found: Option<(Found, &Incident)> = None;
+    for other in others.iter().filter(|other| **other != place) {
+        let Some(cause) = ledger.get(*other) else { continue };
+        if !touches(cause, effect) || ledger.comes_from(cause.id, effect.id) {
+            continue;
+        }
+        let Some(one) = relate(cause, effect) else { continue };
+        let better = found.is_none_or(|(before, incident)| {
+            (one.1, -one.2, std::cmp::Reverse(cause.begin.no))
+                > (before.1, -before.2, std::cmp::Reverse(incident.begin.no))
+        });
+        if better {
+            found = Some((one, cause));
+        }
+    }
+    let ((rule, grade, far_ns), cause) = found?;
+    Some(Link { cause: cause.id, rule, grade, delay_ns: effect.begin.since(cause.begin), far_ns })
+}
+
+/// Returns true if one incident was open, or had just ended, when the other began.
+fn touches(cause: &Incident, effect: &Incident) -> bool {
+    if let Some(frame) = effect.clue.because_of
+        && cause.holds(frame)
+    {
+        return true;
+    }
+    let before = effect.noticed.since(cause.begin).is_none_or(|since| since >= -LATE_NS);
+    let after = cause.end.is_none_or(|end| effect.begin.since(end).is_none_or(|since| since <= WINDOW_NS));
+    before && after
+}
+
+/// Number of nodes requested in vain in a row from which it is a scan, and maximum time between two of them in ns.
+const SCANNED: usize = 8;
+const SCAN_NS: i64 = 3_000_000_000;
+/// Maximum distance of consequences of one cause and kind that are one incident, in ns.
+const TOGETHER_NS: i64 = 100_000_000;
+
+/// Concludes scans at the end of the capture: a scan requests many nodes that do not exist, and none of them is
+/// missing.
+pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
+    let absent: Vec<Place> = (0..ledger.all.len())
+        .filter(|place| {
+            ledger.get(*place).is_some_and(|one| one.bus == bus && one.kind == Kind::NodeAbsent && one.end.is_none())
+        })
+        .collect();
+    let mut run: Vec<Place> = Vec::new();
+    for place in absent.iter().copied().map(Some).chain([None]) {
+        let follows = place.zip(run.last().copied()).is_some_and(|(place, last)| {
+            let (one, last) = (ledger.get(place), ledger.get(last));
+            one.zip(last).is_some_and(|(one, last)| {
+                let ascends = last.subject.node < one.subject.node;
+                ascends && one.begin.since(last.begin).is_none_or(|since| since <= SCAN_NS)
+            })
+        });
+        if !follows {
+            if let Some((first, others)) = run.split_first().filter(|_| run.len() >= SCANNED) {
+                others.iter().for_each(|other| ledger.merge(*other, *first));
+                if let Some(one) = ledger.get_mut(*first) {
+                    (one.kind, one.subject.node) = (Kind::Scan, None);
+                    one.repeats.count = run.len() as u64;
+                }
+            }
+            run.clear();
+        }
+        run.extend(place);
+    }
+}
+
+/// Joins incidents at the end of the capture: the same consequence of one cause for several nodes, and a stopped SYNC
+/// with the loss of its producer.
+pub(super) fn join(ledger: &mut Ledger) {
+    for place in 0..ledger.all.len() {
+        let Some(one) = ledger.get(place) else { continue };
+        let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
+        let into = match one.kind {
+            Kind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
+            // A node's report with the reaction of its axis; a PDO with the failed writes to configure it.
+            kind if link.rule == 17 && kind != Kind::NodeRestarted && one.status == Status::Harmless => {
+                Some(place_of(link))
+            }
+            Kind::QuickStop | Kind::StateLeft if link.rule == 7 && link.grade == Grade::Certain => Some(place_of(link)),
+            Kind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
+            Kind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
+            _ => (0..place).find(|other| ledger.get(*other).is_some_and(|other| is_alike(other, one, link))),
+        };
+        if let Some(into) = into {
+            ledger.merge(place, into);
+        }
+    }
+}
+
+fn is_same_pdo(ledger: &Ledger, one: &Incident, link: Link) -> bool {
+    let cause = ledger.by_id(link.cause);
+    cause.is_some_and(|cause| cause.subject.node == one.subject.node && cause.subject.pdo == one.subject.pdo)
+}
+
+fn place_of(link: Link) -> Place {
+    (link.cause.0 as usize).saturating_sub(1)
+}
+
+/// Returns true if the same happened to another node at the same time by the same cause.
+fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
+    let near = one.begin.since(other.begin).is_some_and(|since| since.saturating_abs() <= TOGETHER_NS);
+    let same = other.kind == one.kind && other.bus == one.bus && other.status == one.status && !other.merged;
+    let subject = one.subject.node.is_some() && one.subject.pdo.is_none() && one.subject.axis == other.subject.axis;
+    same && near
+        && subject
+        && other.clue.reported == one.clue.reported
+        && other.cause.is_some_and(|cause| cause.cause == link.cause)
+}
+
+/// Concludes at the end of the capture: consequences of harmless incidents are harmless, too.
+pub(super) fn settle(ledger: &mut Ledger) {
+    // The stop of a single node is not intended if other nodes are waiting for it.
+    for place in 0..ledger.all.len() {
+        let Some(one) = ledger.get(place).filter(|one| one.kind == Kind::CommandedStop && !one.clue.everyone) else {
+            continue;
+        };
+        let reported = |other: &&Incident| !other.clue.reported.is_empty() || other.kind == Kind::AxisFault;
+        let follows = ledger.told().filter(reported).any(|other| other.cause.is_some_and(|link| link.cause == one.id));
+        let over = follows && one.status == Status::Harmless && one.end.is_some();
+        if let Some(one) = ledger.get_mut(place).filter(|_| over) {
+            one.status = Status::Over;
+        }
+    }
+    // A consequence may precede its cause in the list, so this repeats for each link in a chain.
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for place in 0..ledger.all.len() {
+            let Some(one) = ledger.get(place) else { continue };
+            let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
+            let harmless = ledger.by_id(link.cause).is_some_and(|cause| cause.status == Status::Harmless);
+            if harmless
+                && one.status == Status::Over
+                && let Some(one) = ledger.get_mut(place)
+            {
+                one.status = Status::Harmless;
+                changed = true;
+            }
+        }
+    }
+    // A cause that is not reported cannot be named.
+    let told: Vec<bool> = ledger.all.iter().map(Incident::counts).collect();
+    for one in &mut ledger.all {
+        let is_told = |link: &Link| told.get((link.cause.0 as usize).wrapping_sub(1)).copied().unwrap_or(false);
+        one.cause = one.cause.filter(is_told);
+        one.possible.retain(is_told);
+    }
+}
+
+/// Returns the number of nodes concerned by an incident and its consequences.
+pub(super) fn spread(ledger: &Ledger, root: &Incident) -> u32 {
+    let parts = ledger.told().filter(|one| ledger.comes_from(one.id, root.id));
+    parts.fold(0, |nodes, one| nodes | one.subject.nodes | one.subject.node.map_or(0, bit)).count_ones()
+}

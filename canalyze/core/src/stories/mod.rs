@@ -1,0 +1,252 @@
+//! The diagnosis of a bus: problems, their status and their causes; the level above findings.
+//!
+//! Events go to trackers, which open, extend and end incidents in the ledger; rules of cause link these to stories; the
+//! rank gives the reading order. `signs` lists the findings that are incidents by themselves. A new kind needs a row in
+//! `kinds` and either a row in `signs` or a tracker. Sentences are declared in `sayings` and filled in by `text`.
+//!
+//! Some known problems have no kind of their own. A flapping node is a silent node with repeats; one forgotten after a
+//! restart is a restart that is still open; a fault by lost communication is an axis in fault with that cause. Others
+//! are not visible on the wire: an RPDO that is not sent or not received (it may be event-driven, and receivers are not
+//! seen), a target not reached in time (the limit is not on the bus), and parameters lost in a power cycle unless they
+//! are read before and after.
+
+pub mod advice;
+pub mod apart;
+mod causes;
+pub mod incident;
+pub mod kinds;
+mod ledger;
+mod links;
+mod live;
+mod on_bus;
+pub mod rank;
+pub mod sayings;
+mod scene;
+mod signs;
+mod status;
+pub mod titles;
+mod trackers;
+
+pub use ledger::Ledger;
+
+use std::collections::VecDeque;
+
+use self::incident::{IncidentId, Status};
+use self::kinds::Kind;
+use self::ledger::Place;
+use self::on_bus::OfBus;
+use self::status::{is_harmless, is_over};
+use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::rules::finding::{Code, Finding};
+use crate::wire::error_control::OPERATIONAL;
+use crate::world::bus::Bus;
+use crate::world::event::{Event, What};
+
+/// Maximum number of ended incidents that may begin again.
+const CLOSED: usize = 64;
+
+/// The diagnosis of a capture.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnosis {
+    ledger: Ledger,
+    buses: Vec<OfBus>,
+    /// The bit rate of all buses, in bit/s.
+    bit_rate: Option<u32>,
+    /// The first and the last frame, and the number of frames.
+    first: Option<FrameRef>,
+    last: FrameRef,
+    frames: u64,
+    /// Reported incidents that have not ended.
+    open: Vec<Place>,
+    /// Recently ended incidents; if one recurs, it is reported again.
+    closed: VecDeque<Place>,
+    /// Incidents before this place have been examined; those that did not count yet are examined again.
+    looked: Place,
+    unripe: Vec<Place>,
+    /// Reported incidents whose cause may still be found, with the reported cause, and true if that is final.
+    linking: VecDeque<(Place, Option<(IncidentId, bool)>)>,
+    /// True after the end of the capture, when everything is final.
+    over: bool,
+}
+
+/// A change of an incident.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// It has appeared.
+    Opened,
+    /// Its cause has changed or has become certain.
+    Linked,
+    /// It has ended.
+    Ended,
+}
+
+/// Iterates over the rules whose findings are incidents of this kind by themselves.
+pub fn shown_by(kind: Kind) -> impl Iterator<Item = Code> {
+    signs::SIGNS.iter().filter(move |row| row.1 == kind).map(|row| row.0)
+}
+
+/// The state of a node at the end of the capture.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeView {
+    /// The bus.
+    pub bus: BusId,
+    /// Its node-ID.
+    pub node: u8,
+    /// Its last known NMT state.
+    pub state: Option<u8>,
+    /// The first incident in reading order that concerns it and has not ended.
+    pub incident: Option<IncidentId>,
+}
+
+impl Diagnosis {
+    /// Processes a frame with its events.
+    pub fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus) {
+        self.frames += 1;
+        self.first.get_or_insert(frame.reference());
+        self.last = frame.reference();
+        let index = usize::from(frame.bus.0);
+        if self.buses.len() <= index {
+            self.buses.resize_with(index + 1, || OfBus::new(self.bit_rate));
+        }
+        let Self { ledger, buses, .. } = self;
+        if let Some(of_bus) = buses.get_mut(index) {
+            of_bus.frame(frame, events, bus, ledger);
+        }
+    }
+
+    /// Returns the changes of incidents since the last call, in order. Kinds that are harmless are left out.
+    pub fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
+        let (fresh, ledger) = (self.looked..self.ledger.all.len(), &self.ledger);
+        let idle = self.open.is_empty() && self.unripe.is_empty() && self.closed.is_empty() && self.linking.is_empty();
+        if fresh.is_empty() && idle {
+            return Vec::new();
+        }
+        let last = self.last;
+        self.looked = fresh.end;
+        let mut changes = Vec::new();
+        let (open, closed) = (&mut self.open, &mut self.closed);
+        closed.retain(|place| {
+            let Some(one) = ledger.get(*place).filter(|one| one.end.is_none()) else { return true };
+            changes.push((Phase::Opened, one.id));
+            open.push(*place);
+            false
+        });
+        open.retain(|place| {
+            let Some(one) = ledger.get(*place) else { return false };
+            let over = is_over(one, last);
+            if over {
+                changes.push((Phase::Ended, one.id));
+                closed.push_back(*place);
+            }
+            !over
+        });
+        self.unripe.extend(fresh);
+        self.unripe.retain(|place| {
+            let Some(one) = ledger.get(*place) else { return false };
+            if is_harmless(one.kind) {
+                return false;
+            }
+            if one.counts() {
+                changes.push((Phase::Opened, one.id));
+                if is_over(one, last) {
+                    changes.push((Phase::Ended, one.id));
+                    closed.push_back(*place);
+                } else {
+                    open.push(*place);
+                }
+            }
+            !one.counts()
+        });
+        while closed.len() > CLOSED {
+            closed.pop_front();
+        }
+        self.linked(&mut changes);
+        self.number(&changes);
+        changes
+    }
+
+    /// Assigns numbers to the reported incidents, and to their causes if named with them.
+    fn number(&mut self, changes: &[(Phase, IncidentId)]) {
+        for (phase, id) in changes {
+            let cause = self.ledger.by_id(*id).filter(|one| *phase != Phase::Ended && !rank::is_root(one));
+            let cause = cause.and_then(|one| one.cause).map(|link| link.cause);
+            self.ledger.give_numbers([*id].into_iter().chain(cause));
+        }
+    }
+
+    /// Processes events without a frame at hand.
+    pub fn asides(&mut self, events: &[Event], state: &[Bus]) {
+        for event in events {
+            let What::Finding(finding) = &event.what else { continue };
+            let index = usize::from(event.bus.0);
+            if let (Some(of_bus), Some(bus)) = (self.buses.get_mut(index), state.get(index)) {
+                of_bus.aside(finding, self.last, bus, &mut self.ledger);
+            }
+        }
+    }
+
+    /// Processes a finding about the capture, which has no frame.
+    pub fn finding(&mut self, finding: &Finding, state: &[Bus]) {
+        let index = if finding.bus == BusId::NONE { 0 } else { usize::from(finding.bus.0) };
+        if let (Some(of_bus), Some(bus)) = (self.buses.get_mut(index), state.get(index)) {
+            of_bus.aside(finding, self.last, bus, &mut self.ledger);
+        }
+    }
+
+    /// Concludes at the end of the capture.
+    pub fn finish(&mut self, state: &[Bus]) {
+        self.over = true;
+        for (index, (of_bus, bus)) in self.buses.iter_mut().zip(state).enumerate() {
+            of_bus.finish(BusId(index as u8), self.last, bus, &mut self.ledger);
+        }
+        links::settle(&mut self.ledger);
+        links::join(&mut self.ledger);
+        let order = rank::stories(&self.ledger);
+        self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));
+    }
+
+    /// Returns all incidents.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// Returns the number of frames so far, and the first and the last of them.
+    pub fn extent(&self) -> (u64, Option<FrameRef>, FrameRef) {
+        // Stamps that become useless later have no usable beginning.
+        let timed = |first: FrameRef| FrameRef { t_ns: first.t_ns.filter(|_| self.last.t_ns.is_some()), ..first };
+        (self.frames, self.first.map(timed), self.last)
+    }
+
+    /// Creates a diagnosis of buses with this bit rate in bit/s, if known.
+    pub fn new(bit_rate: Option<u32>) -> Self {
+        Self { bit_rate, ..Self::default() }
+    }
+
+    /// Returns the facts of the whole capture that advice depends on.
+    pub fn shown(&self) -> advice::Shown {
+        advice::Shown { error_frames: self.buses.iter().any(|one| one.heard.errors.0 > 0) }
+    }
+
+    /// Returns the nodes seen, and those that incidents concern.
+    pub fn nodes(&self) -> Vec<NodeView> {
+        let order = rank::roots(&self.ledger);
+        let mut views = Vec::new();
+        for (index, of_bus) in self.buses.iter().enumerate() {
+            let bus = BusId(index as u8);
+            for node in incident::members(of_bus.heard.known) {
+                let about = |id: &&IncidentId| {
+                    self.ledger.told().any(|one| {
+                        one.bus == bus
+                            && one.subject.concerns(node)
+                            && matches!(one.status, Status::Stands | Status::Unknown)
+                            && self.ledger.comes_from(one.id, **id)
+                    })
+                };
+                let incident = order.iter().find(about).copied();
+                let state = of_bus.heard.is_operational(node).then_some(OPERATIONAL);
+                views.push(NodeView { bus, node, state, incident });
+            }
+        }
+        views
+    }
+}

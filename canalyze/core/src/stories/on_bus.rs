@@ -1,0 +1,508 @@
+//! The diagnosis of one bus: passes each frame and its events to the trackers concerned.
+//!
+//! The order matters: nodes that are heard again are recorded before the incidents that this ends. Only trackers open
+//! incidents.
+
+use super::incident::{self, Role, Status, bit};
+use super::kinds::Kind;
+use super::ledger::Ledger;
+use super::links;
+use super::sayings::Saying;
+use super::scene::{Heard, Scene};
+use super::signs::Ends;
+use super::status::status;
+use super::trackers::boots::Boots;
+use super::trackers::configuration::Configurations;
+use super::trackers::drive::Drives;
+use super::trackers::emcy::{Emergencies, Emergency, LIFE_GUARD};
+use super::trackers::load::Load;
+use super::trackers::masters::Masters;
+use super::trackers::motion::Motions;
+use super::trackers::nodes::Nodes;
+use super::trackers::rules::{Found, Sign};
+use crate::bytes::frame::{self, BusId, Frame, FrameRef};
+use crate::checks::pdo::length::fits;
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::transfer::{Direction, Status as Transferred};
+use crate::sdo::wire::{Command, Side};
+use crate::wire::error_control::OPERATIONAL;
+use crate::wire::lss::command as lss;
+use crate::wire::message::Message;
+use crate::world::bus::Bus;
+use crate::world::drive::State;
+use crate::world::event::{Event, Note, ProcessData, Step, What};
+
+/// Minimum time for which a node stopped by command is left alone while others run, in ns.
+const ALONE_NS: i64 = 2_000_000_000;
+/// Minimum number of error frames that show a wrong bit rate if there are no other frames.
+const ERRORS_ONLY: u64 = 10;
+/// Maximum time for which storing parameters or a program keeps a node busy, in ns.
+const STORING_NS: i64 = 10_000_000_000;
+/// Objects by which parameters are stored and restored, and programs written and started (CiA 301, CiA 302-3).
+const STORES: [u16; 4] = [0x1010, 0x1011, 0x1F50, 0x1F51];
+/// Maximum gap between SYNCs from which a period is taken, in ns.
+const LONGEST_SYNC_NS: i64 = 2_000_000_000;
+
+/// Returns true if a fact is a time.
+fn is_time(fact: Quantity) -> bool {
+    matches!(fact, Quantity::Ns(_))
+}
+
+/// The open incidents of one bus.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OfBus {
+    pub(super) heard: Heard,
+    nodes: Nodes,
+    emergencies: Emergencies,
+    drives: Drives,
+    configurations: Configurations,
+    boots: Boots,
+    masters: Masters,
+    load: Load,
+    motions: Motions,
+    found: Found,
+    /// Number of frames of the bus.
+    frames: u64,
+    /// True if the last node that booted was Operational before.
+    was: bool,
+}
+
+/// Makes the scene for a tracker from the fields that it does not own.
+macro_rules! scene {
+    ($self:ident, $ledger:ident, $bus:ident, $id:expr, $at:expr) => {
+        &mut Scene { ledger: $ledger, bus: $bus, id: $id, heard: &$self.heard, at: $at }
+    };
+}
+
+impl OfBus {
+    /// Creates the state of a bus without frames; its bit rate in bit/s, if known.
+    pub(super) fn new(bit_rate: Option<u32>) -> Self {
+        let mut bus = Self::default();
+        bus.heard.bit_rate = bit_rate;
+        bus
+    }
+
+    /// Completes an incident that is open at the end; its kind may be plainer than at first.
+    fn stands(&self, place: usize, back: Option<FrameRef>, end: FrameRef, ledger: &mut Ledger) {
+        let Some(one) = ledger.get_mut(place) else { return };
+        let unheard = one.clue.watched.iter().find(|(node, _)| self.heard.known & bit(*node) == 0);
+        match (one.kind, unheard) {
+            (Kind::HeartbeatConsumerError, Some((node, _))) => {
+                one.kind = Kind::WatchedAbsent;
+                one.fact("watched", Quantity::Count((*node).into()));
+            }
+            (kind, _) if one.has("started") && kind != Kind::ProgramFailed => one.kind = Kind::HalfConfigured,
+            _ => {}
+        }
+        // The node is back and was not started again.
+        if let Some(since) = back.and_then(|back| end.since(back)) {
+            one.fact("waits_to_be_started", Quantity::Ns(since));
+            one.step(end, Role::Reaction, Saying::NotStartedSince { since }, None);
+        }
+    }
+
+    /// Passes on a frame with its events.
+    pub(super) fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus, ledger: &mut Ledger) {
+        let (at, id, before) = (frame.reference(), frame.bus, ledger.all.len());
+        self.frames += 1;
+        let mut dirty = false;
+        // A second sighting was on the bus once.
+        let again = bus.shows_again();
+        if frame.kind == frame::Kind::Data && !again {
+            let node = events.first().and_then(|event| event.node);
+            self.load.frame(frame, node, scene!(self, ledger, bus, id, at));
+        }
+        // A node whose frame is overdue was silent until then.
+        for event in events {
+            if let What::Finding(finding) = &event.what
+                && let (Code::Hbt002, Some(node)) = (finding.code, finding.node)
+            {
+                self.nodes.lost(node, finding, scene!(self, ledger, bus, id, at));
+            }
+        }
+        for event in events {
+            dirty |= match &event.what {
+                What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) if again => false,
+                What::Message(message) => self.message(message, frame, bus, ledger),
+                What::Pdo(data) => self.pdo(data, frame, bus, ledger),
+                What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
+                What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
+                What::Transfer(transfer) => {
+                    self.drives.transfer(transfer);
+                    self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.boots.transfer(transfer, &self.heard);
+                    self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
+                        let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None, object: None };
+                        self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                        if transfer.direction == Direction::Download {
+                            let sign = Sign { ends: Ends::Written, object: transfer.mux, ..sign };
+                            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                        }
+                    }
+                    false
+                }
+                What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
+                What::Note(Note::BitTimingActivated { .. }) => {
+                    ledger.open(Kind::BitTiming, id, incident::Subject::default(), event.at, at);
+                    false
+                }
+                What::Mpdo(_) | What::Note(_) => false,
+            };
+        }
+        if !self.found.is_empty() && frame.kind != frame::Kind::Error {
+            self.found.sign(
+                Sign { ends: Ends::Traffic, node: None, pdo: None, object: None },
+                scene!(self, ledger, bus, id, at),
+            );
+        }
+        self.conclude(before, dirty, id, at, bus, ledger);
+    }
+
+    /// Passes on a finding without a frame at hand.
+    pub(super) fn aside(&mut self, finding: &Finding, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        let (id, before) = (finding.bus, ledger.all.len());
+        if let (Code::Hbt002, Some(node)) = (finding.code, finding.node) {
+            self.nodes.lost(node, finding, scene!(self, ledger, bus, id, at));
+        }
+        let dirty = self.finding(finding, id, at, bus, ledger);
+        self.conclude(before, dirty, id, at, bus, ledger);
+    }
+
+    /// Ends incidents after a frame and links the new ones to their causes.
+    #[inline]
+    fn conclude(&mut self, before: usize, dirty: bool, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        if dirty {
+            self.end(id, at, bus, ledger);
+        }
+        for place in before..ledger.all.len() {
+            self.stored(place, id, ledger);
+        }
+        for place in before..ledger.all.len() {
+            links::link(ledger, place, id);
+        }
+        for place in std::mem::take(&mut ledger.grown) {
+            links::link(ledger, place, id);
+        }
+    }
+
+    /// Adds an order to store something, or to change the program, as the explanation if a node then is silent, late or
+    /// boots: it may be busy for a while.
+    fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
+        use Kind::{
+            HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,
+        };
+        let Some(one) = ledger.get(place) else { return };
+        let busy = matches!(
+            one.kind,
+            NodeSilent
+                | HeartbeatStopped
+                | HeartbeatIrregular
+                | RequestUnanswered
+                | LateAnswer
+                | PdoMissing
+                | NodeRestarted
+        );
+        let Some((node, begin)) = one.subject.node.filter(|_| busy).map(|node| (node, one.noticed)) else { return };
+        let Some(stored) = self.heard.stored(node) else { return };
+        let near = begin.since(stored).is_some_and(|since| (0..=STORING_NS).contains(&since));
+        let known = ledger.last(id, |one| one.kind == Kind::Storing && one.begin.no == stored.no).is_some();
+        if near && !known {
+            ledger.open(Kind::Storing, id, incident::Subject::node(node), stored, stored);
+        }
+    }
+
+    /// Ends incidents with nothing left open.
+    fn end(&mut self, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        for place in ledger.recent(id) {
+            let (waits, in_fault) = (self.nodes.waits(place), self.drives.holds(place));
+            let Some(one) = ledger.get_mut(place) else { continue };
+            let enabled = || {
+                let mut states = one.subject.node.into_iter().flat_map(|node| bus.drive_states(node));
+                states.any(|(_, state)| state == State::OperationEnabled)
+            };
+            let fault = one.kind == Kind::AxisFault;
+            let of_errors = !one.clue.reported.is_empty() || fault;
+            let gone = one.clue.codes.is_empty() || fault && enabled();
+            if one.end.is_none() && of_errors && !waits && !in_fault && gone {
+                one.ends(at);
+            }
+        }
+    }
+
+    /// Records a frame of a node that is not a boot-up.
+    #[inline]
+    fn alive(&mut self, node: u8, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        self.nodes.heard(node, false, scene!(self, ledger, bus, id, at));
+        self.heard.frame(node, at);
+        self.configurations.heard(node, scene!(self, ledger, bus, id, at));
+        if !self.found.is_empty() {
+            let sign = Sign { ends: Ends::Heard, node: Some(node), pdo: None, object: None };
+            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+        }
+        if self.drives.is_empty() {
+            return false;
+        }
+        self.drives.heard(node, at, scene!(self, ledger, bus, id, at))
+    }
+
+    fn pdo(&mut self, data: &ProcessData, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        if !self.found.is_empty() {
+            let pdo = Some((data.transmit, data.number));
+            let mut ends = vec![Ends::Pdo];
+            if self.found.measures() && fits(&data.content, frame) {
+                ends.push(Ends::Length);
+            }
+            for ends in ends {
+                self.found
+                    .sign(Sign { ends, node: Some(data.node), pdo, object: None }, scene!(self, ledger, bus, id, at));
+            }
+        }
+        self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
+        if self.drives.is_drive(data.node) || bus.drive_states(data.node).next().is_some() {
+            self.motions.pdo(data, frame, scene!(self, ledger, bus, id, at));
+            if data.transmit {
+                self.drives.stays(data.node, scene!(self, ledger, bus, id, at));
+            }
+        }
+        if !data.transmit {
+            self.heard.control = at;
+            let taken = data.state.is_none_or(|state| state == OPERATIONAL);
+            self.nodes.controlled(data.node, taken, scene!(self, ledger, bus, id, at));
+            return false;
+        }
+        self.heard.serves(data.node);
+        self.heard.pdo(data.node, at);
+        let dirty = self.alive(data.node, frame, bus, ledger);
+        // A node without heartbeats shows by its PDOs that it is started.
+        if data.state == Some(OPERATIONAL) && self.nodes.is_waiting(data.node) {
+            self.heard.operational |= bit(data.node);
+            self.nodes.state(data.node, OPERATIONAL, scene!(self, ledger, bus, id, at));
+            return true;
+        }
+        dirty
+    }
+
+    fn sdo(&mut self, step: &Step, node: Option<u8>, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        let (Side::Server, Some(node)) = (step.side, node) else {
+            self.heard.control = at;
+            if let (Some(node), Some(mux)) = (node, step.command.mux()) {
+                self.masters.asked(node, mux, at);
+                if self.heard.last(node).is_none() {
+                    self.configurations.asked(node, at);
+                }
+            }
+            if let (Some(node), Command::Abort(_, code)) = (node, step.command)
+                && self.heard.last(node).is_none()
+            {
+                self.configurations.given_up(node, code, scene!(self, ledger, bus, id, at));
+            }
+            let (Command::InitiateDownload(mux, _) | Command::InitiateBlockDownload { mux, .. }) = step.command else {
+                return false;
+            };
+            if let Some(node) = node {
+                self.heard.writes(node, at);
+                self.motions.asked(node, mux.index);
+                if STORES.contains(&mux.index) {
+                    self.heard.stores(node, at);
+                }
+            }
+            return false;
+        };
+        self.heard.serves(node);
+        if let Some(mux) = step.command.mux() {
+            self.masters.answered(node, mux, scene!(self, ledger, bus, id, at));
+        }
+        if !self.found.is_empty() {
+            let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None, object: None };
+            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+        }
+        self.alive(node, frame, bus, ledger)
+    }
+
+    fn message(&mut self, message: &Message, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        match *message {
+            Message::BootUp { node } => {
+                self.was = self.heard.is_operational(node);
+                self.nodes.booted(node, scene!(self, ledger, bus, id, at));
+                self.emergencies.booted(node, scene!(self, ledger, bus, id, at));
+                self.drives.booted(node, scene!(self, ledger, bus, id, at));
+                self.motions.booted(node, scene!(self, ledger, bus, id, at));
+                self.boots.booted(node, at);
+                self.load.booted(node, scene!(self, ledger, bus, id, at));
+                self.configurations.heard(node, scene!(self, ledger, bus, id, at));
+                self.configurations.booted(node, scene!(self, ledger, bus, id, at));
+                self.heard.frame(node, at);
+                self.heard.operational &= !bit(node);
+                for ends in [Ends::Heard, Ends::Guarded] {
+                    let sign = Sign { ends, node: Some(node), pdo: None, object: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                true
+            }
+            Message::Heartbeat { node, state, .. } => {
+                self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
+                self.heard.heartbeat(node, at);
+                let before = self.heard.is_operational(node);
+                match state {
+                    OPERATIONAL => self.heard.operational |= bit(node),
+                    _ => self.heard.operational &= !bit(node),
+                }
+                let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
+                if changed {
+                    self.nodes.state(node, state, scene!(self, ledger, bus, id, at));
+                    let sign = Sign { ends: Ends::Guarded, node: Some(node), pdo: None, object: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                self.alive(node, frame, bus, ledger) || changed
+            }
+            Message::Emcy { node, code, profile, register, manufacturer, active, .. } => {
+                self.heard.serves(node);
+                let emergency = Emergency { node, code, profile, register, manufacturer, active };
+                let dirty = self.alive(node, frame, bus, ledger);
+                if code == LIFE_GUARD {
+                    let scene = scene!(self, ledger, bus, id, at);
+                    let watched: Vec<_> = scene.watched(node).iter().map(|(node, time, _)| (*node, *time)).collect();
+                    self.nodes.missed(node, &watched, manufacturer, scene);
+                }
+                self.emergencies.emergency(emergency, scene!(self, ledger, bus, id, at));
+                dirty || code <= 0xFF
+            }
+            Message::Nmt { command, node } if node <= 127 => {
+                self.heard.control = at;
+                let before = self.heard.operational;
+                let meant = self.heard.known & if node == 0 { u128::MAX } else { bit(node) };
+                if command == 0x01 {
+                    self.heard.operational |= meant;
+                } else if matches!(command, 0x02 | 0x80..=0x82) {
+                    self.heard.operational &= !meant;
+                }
+                self.heard.tells(node, at);
+                self.masters.commanded(command, node, scene!(self, ledger, bus, id, at));
+                self.nodes.commanded(command, node, before, scene!(self, ledger, bus, id, at));
+                if command == 0x01 {
+                    self.boots.started(meant);
+                    self.configurations.started(meant, scene!(self, ledger, bus, id, at));
+                    for node in incident::members(meant & before) {
+                        self.load.started_again(node, bus);
+                    }
+                }
+                false
+            }
+            Message::Sync { .. } => {
+                let gap = at.since(Some(self.heard.sync).filter(|last| last.no > 0));
+                self.heard.sync_period_ns =
+                    gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
+                (self.heard.sync, self.heard.control) = (at, at);
+                if !self.found.is_empty() {
+                    let sign = Sign { ends: Ends::Sync, node: None, pdo: None, object: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                false
+            }
+            Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } } => {
+                if !self.found.is_empty() {
+                    let sign = Sign { ends: Ends::Lss, node: None, pdo: None, object: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+                false
+            }
+            Message::ErrorFrame => {
+                let first = if self.heard.errors.0 == 0 { at } else { self.heard.errors.1 };
+                self.heard.errors = (self.heard.errors.0 + 1, first);
+                self.heard.last_error = at;
+                false
+            }
+            _ => false,
+        }
+    }
+
+    /// Passes a finding to the tracker of its rule.
+    fn finding(&mut self, finding: &Finding, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let scene = scene!(self, ledger, bus, id, at);
+        match (finding.code, finding.node) {
+            (Code::Hbt002, _) => {}
+            (Code::Nmt003, Some(node)) => self.nodes.restarted(node, finding, self.was, scene),
+            (Code::Nmt004 | Code::Nmt005, Some(node)) => self.nodes.changed(node, finding, scene),
+            (Code::Nmt002 | Code::Nmt006, Some(node)) => self.nodes.owes(node, finding, scene),
+            (code, Some(node)) if code.rule().id.starts_with("EMC") => {
+                if !self.emergencies.found(node, finding, scene) {
+                    self.found.found(finding, scene!(self, ledger, bus, id, at));
+                }
+            }
+            // A single node with an uneven task has alternating gaps, too, which is no second node without another
+            // sign.
+            (Code::Hbt004, Some(_)) if finding.measured().is_some_and(|all| all.get("one").is_some_and(is_time)) => {}
+            (Code::Sdo018, Some(node)) => self.configurations.stays(node, finding, scene),
+            (Code::Drv005, Some(node)) => self.drives.fault(node, finding, scene),
+            (Code::Drv002, Some(node)) => self.drives.stuck(node, finding, scene),
+            (Code::Bus006, _) => {
+                for ends in [Ends::Controller, Ends::Traffic] {
+                    let sign = Sign { ends, node: None, pdo: None, object: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+            }
+            _ => {
+                self.found.found(finding, scene);
+            }
+        }
+        false
+    }
+
+    /// Concludes at the end of the capture.
+    pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        let before = ledger.all.len();
+        self.boots.finish(scene!(self, ledger, bus, id, end));
+        self.motions.finish(scene!(self, ledger, bus, id, end));
+        self.drives.finish(scene!(self, ledger, bus, id, end));
+        self.load.finish(scene!(self, ledger, bus, id, end));
+        let mine = ledger.all.iter().any(|one| one.bus == id);
+        if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
+            let first = self.heard.errors.1;
+            let wrong = ledger.open(Kind::WrongBitRate, id, incident::Subject::default(), first, first);
+            let errors = ledger.last(id, |one| one.kind == Kind::BusErrors);
+            if let (Some(wrong), Some(errors)) = (wrong, errors) {
+                ledger.merge(errors, wrong);
+            }
+        } else if !mine {
+            return;
+        }
+        self.nodes.finish(scene!(self, ledger, bus, id, end));
+        self.masters.finish(scene!(self, ledger, bus, id, end));
+        self.found.finish(end, scene!(self, ledger, bus, id, end));
+        // A finding that counts error frames refers to the first of them.
+        let errors = ledger.last(id, |one| one.kind == Kind::BusErrors && one.end.is_some());
+        if let Some(one) = errors.and_then(|place| ledger.get_mut(place)) {
+            one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
+        }
+        for place in before..ledger.all.len() {
+            links::link(ledger, place, id);
+        }
+        links::scanned(ledger, id);
+        self.emergencies.finish(scene!(self, ledger, bus, id, end));
+        for place in 0..ledger.all.len() {
+            let back = self.nodes.back(place);
+            let Some(one) = ledger.get_mut(place).filter(|one| one.bus == id) else { continue };
+            let gone = one.subject.node.is_some_and(|node| self.nodes.is_silent(node));
+            let others = self.heard.operational & !one.subject.nodes & self.heard.serving != 0;
+            let long = end.since(one.begin).is_some_and(|since| since >= ALONE_NS);
+            let idle = others && one.subject.node.is_some_and(|node| !self.heard.is_operational(node));
+            one.status = status(one, end, (back, gone, others && long, idle));
+            // The node was stopped in order to be written to.
+            let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
+            let on_purpose = one.kind == Kind::CommandedStop && incident::members(one.subject.nodes).all(written);
+            if on_purpose && one.status == Status::Harmless {
+                one.clue.least = u64::MAX;
+            }
+            if one.status == Status::Stands {
+                one.end = None;
+                self.stands(place, back, end, ledger);
+            }
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! The view of a tracker: the current frame, the frames seen from each node, and the state of the bus.
+
+use super::incident::bit;
+use super::ledger::Ledger;
+use crate::bytes::frame::{BusId, FrameRef};
+use crate::world::bus::Bus;
+use crate::world::configuration::Provenance;
+
+/// Maximum delay with which a node reports a missing RPDO, in ns.
+const WATCH_NS: i64 = 50_000_000;
+/// Number of node-IDs, including 0.
+const SLOTS: usize = 128;
+
+/// The frames seen from the nodes of a bus.
+#[derive(Clone, Debug)]
+pub(super) struct Heard {
+    frames: Vec<FrameRef>,
+    heartbeats: Vec<FrameRef>,
+    /// Nodes seen, one bit each.
+    pub(super) known: u128,
+    /// Operational nodes, one bit each.
+    pub(super) operational: u128,
+    /// The last SYNC.
+    pub(super) sync: FrameRef,
+    /// Nodes that have sent more than heartbeats, one bit each; the others are hosts that only control.
+    pub(super) serving: u128,
+    /// The last frame of a controller: a command, a SYNC, an RPDO, an SDO request.
+    pub(super) control: FrameRef,
+    /// Time between the last two SYNCs, in ns.
+    pub(super) sync_period_ns: Option<i64>,
+    /// Number of error frames so far, and the first one.
+    pub(super) errors: (u64, FrameRef),
+    /// The last error frame.
+    pub(super) last_error: FrameRef,
+    /// The last write or NMT command to each node.
+    asked: Vec<FrameRef>,
+    /// The last TPDO of each node.
+    pdos: Vec<FrameRef>,
+    /// The last write to each node.
+    written: Vec<FrameRef>,
+    /// The last order to each node to store, restore or program something.
+    stored: Vec<FrameRef>,
+    /// The bit rate in bit/s, if given.
+    pub(super) bit_rate: Option<u32>,
+}
+
+impl Default for Heard {
+    fn default() -> Self {
+        Self {
+            frames: vec![FrameRef::default(); SLOTS],
+            heartbeats: vec![FrameRef::default(); SLOTS],
+            known: 0,
+            operational: 0,
+            sync: FrameRef::default(),
+            serving: 0,
+            control: FrameRef::default(),
+            sync_period_ns: None,
+            errors: (0, FrameRef::default()),
+            last_error: FrameRef::default(),
+            asked: vec![FrameRef::default(); SLOTS],
+            pdos: vec![FrameRef::default(); SLOTS],
+            written: vec![FrameRef::default(); SLOTS],
+            stored: vec![FrameRef::default(); SLOTS],
+            bit_rate: None,
+        }
+    }
+}
+
+impl Heard {
+    /// Records a frame of a node.
+    #[inline]
+    pub(super) fn frame(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.frames.get_mut(usize::from(node)) {
+            *slot = at;
+            self.known |= bit(node);
+        }
+    }
+
+    /// Records a node that has sent something that only a device sends.
+    pub(super) fn serves(&mut self, node: u8) {
+        self.serving |= bit(node);
+    }
+
+    /// Records a heartbeat or a response to guarding.
+    pub(super) fn heartbeat(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.heartbeats.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// Returns the last frame of a node.
+    pub(super) fn last(&self, node: u8) -> Option<FrameRef> {
+        self.frames.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
+    /// Returns the last heartbeat of a node.
+    pub(super) fn last_heartbeat(&self, node: u8) -> Option<FrameRef> {
+        self.heartbeats.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
+    /// Records a write or an NMT command to a node.
+    #[inline]
+    pub(super) fn tells(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.asked.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// Returns the last write or NMT command to a node or to all (0).
+    pub(super) fn asked(&self, node: u8) -> Option<FrameRef> {
+        let of = |node: u8| self.asked.get(usize::from(node)).copied().filter(|at| at.no > 0);
+        [of(node), of(0)].into_iter().flatten().max_by_key(|at| at.no)
+    }
+
+    /// Records a TPDO of a node.
+    #[inline]
+    pub(super) fn pdo(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.pdos.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// Records an SDO write to a node.
+    pub(super) fn writes(&mut self, node: u8, at: FrameRef) {
+        self.tells(node, at);
+        if let Some(slot) = self.written.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// Returns the last write to a node.
+    pub(super) fn written(&self, node: u8) -> Option<FrameRef> {
+        self.written.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
+    /// Records an order to store, restore or program something.
+    pub(super) fn stores(&mut self, node: u8, at: FrameRef) {
+        if let Some(slot) = self.stored.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// Returns the last such order to a node.
+    pub(super) fn stored(&self, node: u8) -> Option<FrameRef> {
+        self.stored.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
+    /// Returns true if a node is Operational, as far as seen.
+    pub(super) fn is_operational(&self, node: u8) -> bool {
+        self.operational & bit(node) != 0
+    }
+}
+
+/// The context of a call to a tracker.
+pub(super) struct Scene<'a> {
+    pub(super) ledger: &'a mut Ledger,
+    pub(super) bus: &'a Bus,
+    pub(super) id: BusId,
+    pub(super) heard: &'a Heard,
+    /// The current frame.
+    pub(super) at: FrameRef,
+}
+
+impl Scene<'_> {
+    /// Returns the value of an object and its source, unless only an EDS gives it.
+    pub(super) fn value(&self, node: u8, index: u16, sub: u8) -> Option<(u64, Provenance)> {
+        self.bus.node(node)?.value(index, sub).filter(|(_, from)| *from > Provenance::Eds)
+    }
+
+    /// Returns the nodes that a node monitors by 1016h, with their times in ns and the sub-index of the entry.
+    pub(super) fn watched(&self, node: u8) -> Vec<(u8, i64, u8)> {
+        let known = (1..=127).filter_map(|sub| Some((self.value(node, 0x1016, sub)?.0, sub)));
+        let entries = known.map(|(value, sub)| ((value >> 16 & 0x7F) as u8, (value & 0xFFFF) as i64 * 1_000_000, sub));
+        entries.filter(|(watched, time, _)| *watched > 0 && *time > 0).collect()
+    }
+
+    /// Returns true if a node is known to produce SYNC.
+    pub(super) fn produces_sync(&self, node: u8) -> bool {
+        self.value(node, 0x1005, 0).is_some_and(|(value, _)| value & 1 << 30 != 0)
+    }
+
+    /// Returns the producers of the PDOs whose reception a node monitors (event timer, sub-index 05h), one bit each.
+    pub(super) fn sources(&self, node: u8) -> u128 {
+        let Some(known) = self.bus.node(node) else { return 0 };
+        let timed = known.pdos().iter().filter(|pdo| !pdo.transmit && pdo.cob.0.valid);
+        let timed = timed.filter(|pdo| pdo.event_timer.is_some_and(|(time, _)| time > 0));
+        timed.fold(0, |all, pdo| all | self.bus.producers(pdo.cob.0.id))
+    }
+
+    /// Returns the producers of all PDOs that a node receives, one bit each.
+    pub(super) fn taken(&self, node: u8) -> u128 {
+        let pdos = self.bus.node(node).map(|known| known.pdos()).unwrap_or_default();
+        let taken = pdos.iter().filter(|pdo| !pdo.transmit && pdo.cob.0.valid);
+        taken.fold(0, |all, pdo| all | self.bus.producers(pdo.cob.0.id))
+    }
+
+    /// Returns the nodes whose last TPDO is as old as a time for which a node waits for an RPDO (event timer, sub-index
+    /// 05h), one bit each.
+    pub(super) fn suspects(&self, node: u8) -> u128 {
+        let times = (0x1400..=0x15FF).filter_map(|index| Some(self.value(node, index, 5)?.0 as i64 * 1_000_000));
+        let times: Vec<i64> = times.filter(|time| *time > 0).collect();
+        let fits = |other: &u8| {
+            let last = self.heard.pdos.get(usize::from(*other)).copied().filter(|at| at.no > 0);
+            let rest = last.and_then(|last| self.at.since(last)).unwrap_or(-1);
+            times.iter().any(|time| (*time - time / 10..=time + time / 3 + WATCH_NS).contains(&rest))
+        };
+        (1..=127).filter(|other| *other != node).filter(fits).fold(0, |all, other| all | bit(other))
+    }
+}

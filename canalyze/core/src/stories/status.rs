@@ -1,0 +1,84 @@
+//! The status of an incident at the end of the capture.
+
+use super::incident::{Incident, Status};
+use super::kinds::Kind;
+use super::trackers::rules::GOES_ON;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Code;
+
+/// Time in which a node that is back has to be started again, in ns.
+const START_NS: i64 = 2_500_000_000;
+/// Time after which an error that was not cleared counts as open, in ns.
+const SETTLED_NS: i64 = 500_000_000;
+
+/// Returns true if a kind is explained by a command or by the recording.
+pub(super) fn is_harmless(kind: Kind) -> bool {
+    use Kind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Scan, Storing};
+    matches!(kind, Scan | BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
+}
+
+/// Returns true if an incident has ended and will probably not recur at once.
+pub(super) fn is_over(one: &Incident, last: FrameRef) -> bool {
+    one.end.is_some() && one.kind != Kind::ConsumerTimeTooShort && !goes_on(one, last)
+}
+
+/// Returns true if an incident that keeps recurring is still going on, since its next time is not due yet.
+fn goes_on(one: &Incident, end: FrameRef) -> bool {
+    use Kind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
+    let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
+    let comes_again = !one.clue.reported.is_empty()
+        || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
+    let rest = end.since(one.end.unwrap_or(one.repeats.since));
+    let soon = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_add(mean / 4));
+    one.repeats.count >= GOES_ON && comes_again && soon
+}
+
+/// Returns the status of an incident at the end. `back`: the frame since which its node is back without being started;
+/// `gone`: its node cannot be heard any more; `left_alone`: others have long been Operational while it is not; `idle`:
+/// others are Operational and it is not.
+pub(super) fn status(
+    one: &Incident,
+    end: FrameRef,
+    (back, gone, left_alone, idle): (Option<FrameRef>, bool, bool, bool),
+) -> Status {
+    use Kind::{
+        CommandedStop, ConsumerTimeTooShort, DuplicateNodeId, HeartbeatStopped, NodeAbsent, NodeSilent, QuickStop,
+        RequestUnanswered, RestartLoop, SegmentLost,
+    };
+    match one.kind {
+        // A single node that stays stopped while others run is not intended.
+        CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Stands,
+        kind if is_harmless(kind) => return Status::Harmless,
+        // No frame shows that one of the two is gone.
+        ConsumerTimeTooShort | DuplicateNodeId => return Status::Stands,
+        // A node in a restart loop that was not started since is probably still in it.
+        RestartLoop if idle => return Status::Stands,
+        // Clearing bit 2 of the controlword requests a quick stop.
+        QuickStop if one.has("controlword") && one.cause.is_none() => return Status::Harmless,
+        _ => {}
+    }
+    if goes_on(one, end) {
+        return Status::Stands;
+    }
+    if one.end.is_some() {
+        return Status::Over;
+    }
+    if let Some(back) = back {
+        return if end.since(back).is_some_and(|since| since < START_NS) { Status::Unknown } else { Status::Stands };
+    }
+    // An error reported at the very end may be cleared soon.
+    if !one.clue.reported.is_empty() && end.since(one.repeats.since).is_none_or(|since| since < SETTLED_NS) {
+        return Status::Unknown;
+    }
+    // Not every controller reports that it is active again.
+    if one.kind == Kind::ErrorPassive {
+        return Status::Unknown;
+    }
+    // A refused write may still be made up for if the capture ends too soon for the rule.
+    if one.has("refused") {
+        let stays = one.findings.iter().any(|cited| cited.code == Code::Sdo018);
+        return if stays { Status::Stands } else { Status::Unknown };
+    }
+    let silent = matches!(one.kind, NodeSilent | HeartbeatStopped | SegmentLost | RequestUnanswered | NodeAbsent);
+    if gone && !silent { Status::Unknown } else { Status::Stands }
+}

@@ -1,0 +1,119 @@
+//! Nodes that the master never starts, and nodes whose boot repeats endlessly (CiA 302-2, boot-up of a slave).
+//!
+//! A master reads 1000h and the identity of a node that has booted, configures it and starts it. A stop half way, while
+//! other nodes run, is not reported on the bus and shows only at the end of the capture. A node that was started once
+//! is not judged; refusals are left to `configuration`.
+
+use std::collections::BTreeMap;
+
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Quantity;
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::stories::incident::{Grade, Role, Subject, bit};
+use crate::stories::kinds::Kind;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::{Heard, Scene};
+
+/// Time after which a node without a start command, while others run, is considered not started, in ns.
+const WAITING_NS: i64 = 5_000_000_000;
+/// Number of reads of the device type in one boot; more of them, at least this far apart in ns, are repeated boots.
+const READS: u64 = 3;
+const APART_NS: i64 = 500_000_000;
+
+/// A node that has not been started yet.
+#[derive(Clone, Copy, Debug)]
+struct Boot {
+    /// Its boot-up, or the first read of its device type.
+    begin: FrameRef,
+    booted: bool,
+    /// Number of separate reads of 1000h, the first and the last of them.
+    reads: u64,
+    first: FrameRef,
+    last: FrameRef,
+    /// True if it has been written to.
+    configured: bool,
+}
+
+/// The nodes that wait for their start command.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct Boots {
+    waiting: BTreeMap<u8, Boot>,
+}
+
+impl Boots {
+    /// Records a boot-up.
+    pub(in crate::stories) fn booted(&mut self, node: u8, at: FrameRef) {
+        let reads = self.waiting.get(&node).map_or((0, at, at), |boot| (boot.reads, boot.first, boot.last));
+        let (reads, first, last) = reads;
+        let begin = self.waiting.get(&node).map_or(at, |boot| boot.begin);
+        self.waiting.insert(node, Boot { begin, booted: true, reads, first, last, configured: false });
+    }
+
+    /// Removes nodes started by the NMT master, one bit each.
+    pub(in crate::stories) fn started(&mut self, nodes: u128) {
+        if !self.waiting.is_empty() {
+            self.waiting.retain(|node, _| nodes & bit(*node) == 0);
+        }
+    }
+
+    /// Processes an SDO transfer, which may be a step of a boot.
+    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, heard: &Heard) {
+        let (node, at) = (transfer.node, transfer.first);
+        let done = transfer.outcome.status == Status::Ok;
+        let Some(mux) = transfer.mux.filter(|_| done && !heard.is_operational(node)) else { return };
+        match transfer.direction {
+            Direction::Upload if mux.index == 0x1000 => {
+                let fresh = Boot { begin: at, booted: false, reads: 0, first: at, last: at, configured: false };
+                let boot = self.waiting.entry(node).or_insert(fresh);
+                if boot.reads == 0 {
+                    (boot.first, boot.last, boot.reads) = (at, at, 1);
+                } else if at.since(boot.last).is_some_and(|since| since >= APART_NS) {
+                    (boot.last, boot.reads) = (at, boot.reads + 1);
+                }
+            }
+            Direction::Download => {
+                if let Some(boot) = self.waiting.get_mut(&node) {
+                    boot.configured = true;
+                }
+            }
+            Direction::Upload => {}
+        }
+    }
+
+    /// Reports nodes, at the end of the capture, that are present and were read, but never started while others run.
+    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        let running = scene.heard.operational & scene.heard.serving;
+        for (node, boot) in std::mem::take(&mut self.waiting) {
+            let long = scene.at.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
+            let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(i64::MAX);
+            let here = rest <= scene.bus.heartbeat_period(node).unwrap_or(0).saturating_mul(2).max(WAITING_NS / 2);
+            if !long || !here || running & !bit(node) == 0 || scene.heard.is_operational(node) {
+                continue;
+            }
+            // An incident since then explains why it is not Operational.
+            let told = scene.ledger.all.iter().any(|one| {
+                let lost = one.end.is_none() && !one.has("refused") && one.kind != Kind::RequestUnanswered;
+                one.bus == scene.id && one.subject.concerns(node) && lost && one.kind != Kind::NodeAbsent
+            });
+            let stuck = boot.reads >= READS && !boot.configured;
+            if told || !(stuck || boot.booted && boot.reads > 0) {
+                continue;
+            }
+            let (kind, begin) = if stuck { (Kind::BootStuck, boot.first) } else { (Kind::NotStarted, boot.begin) };
+            let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, boot.last) else { return };
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.grade = Grade::Likely;
+                one.fact("reads", Quantity::Count(boot.reads));
+                if boot.booted {
+                    one.step(boot.begin, Role::Sign, Saying::Booted, None);
+                }
+                if boot.reads > 0 {
+                    one.step(boot.first, Role::Sign, Saying::DeviceTypeRead, None);
+                }
+                if boot.reads > 1 {
+                    one.step(boot.last, Role::Sign, Saying::DeviceTypeRead, None);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! A reset or stop by command, with the nodes concerned until all of them are Operational again.
+//!
+//! A command to all nodes does not affect the controller that sends it, which continues without a boot-up.
+
+use crate::bytes::frame::FrameRef;
+use crate::stories::incident::{Role, bit};
+use crate::stories::kinds::Kind;
+use crate::stories::ledger::{Ledger, Place};
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+
+/// A command that has not ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Commanded {
+    pub(super) place: Place,
+    /// Nodes that are not Operational again, one bit each.
+    left: u128,
+    /// Those of them that should have been reset but continue without a boot-up.
+    goes_on: u128,
+}
+
+impl Commanded {
+    /// Makes a command to these nodes, one bit each.
+    pub(super) fn new(place: Place, nodes: u128) -> Self {
+        Self { place, left: nodes, goes_on: 0 }
+    }
+
+    /// Adds nodes.
+    pub(super) fn hits(&mut self, nodes: u128) {
+        self.left |= nodes;
+    }
+
+    /// Returns true if one of its nodes is not Operational again.
+    pub(super) fn waits_for(&self, node: u8) -> bool {
+        self.left & bit(node) != 0
+    }
+
+    /// Returns true if it waits for none but these nodes.
+    pub(super) fn waits_only_for(&self, nodes: u128) -> bool {
+        self.left & !self.goes_on & !nodes == 0
+    }
+
+    /// Records a boot-up; if the node seemed to continue, that was a frame under way.
+    pub(super) fn boots(&mut self, node: u8, ledger: &mut Ledger) {
+        if self.goes_on & bit(node) != 0
+            && let Some(one) = ledger.get_mut(self.place)
+        {
+            self.goes_on &= !bit(node);
+            one.subject.nodes |= bit(node);
+        }
+    }
+
+    /// Records that error control shows a node as Operational, after its last boot-up `booted`; returns true if the
+    /// command has ended.
+    pub(super) fn is_over_with(&mut self, node: u8, booted: Option<FrameRef>, scene: &mut Scene<'_>) -> bool {
+        let at = scene.at;
+        let Some(one) = scene.ledger.get_mut(self.place) else { return false };
+        let booted = booted.is_some_and(|boot| boot.no > one.begin.no);
+        let others = one.subject.nodes & !bit(node);
+        if one.kind == Kind::CommandedReset && !booted && others != 0 {
+            self.goes_on |= self.left & bit(node);
+            one.subject.nodes = others;
+        } else {
+            self.left &= !bit(node);
+        }
+        let over = self.waits_only_for(0);
+        if over {
+            one.step(at, Role::Recovery, Saying::OperationalAgain, None);
+            one.ends(at);
+        }
+        over
+    }
+}

@@ -1,0 +1,224 @@
+//! Refused writes to a node: from the first refusal to the write that makes up for the last of them.
+//!
+//! A successful write of the same value makes up for a refused one. Another value for the same object, or for a PDO the
+//! write that enables its mapping again, ends it as well: the first value was wrong. Refused reads are ordinary traffic
+//! and not considered.
+
+use std::collections::BTreeMap;
+
+use crate::bytes::frame::FrameRef;
+use crate::checks::pdo::configuration::pdo_parameter;
+use crate::rules::finding::{Finding, Quantity};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::{Mux, Side};
+use crate::stories::incident::{IncidentId, Role, Subject, bit};
+use crate::stories::kinds::Kind;
+use crate::stories::ledger::Place;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+
+/// Minimum pause that ends a run of writes, in ns.
+const PAUSE_NS: i64 = 2_000_000_000;
+/// The abort code of a client after a time-out.
+const TIMED_OUT: u32 = 0x0504_0000;
+/// Maximum number of refused objects of a node.
+const KEPT: usize = 64;
+/// Maximum number of kept bytes of a refused value.
+const LONGEST: usize = 8;
+
+/// The open incidents of configuration on a bus.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct Configurations {
+    open: BTreeMap<u8, (Place, Vec<Refused>)>,
+    /// The last request to each node that has never been heard.
+    asked: BTreeMap<u8, FrameRef>,
+    /// Nodes requested in vain and never heard.
+    missed: Vec<(u8, IncidentId)>,
+}
+
+/// A refused write: object and value; the value is empty if longer than [`LONGEST`] or not known.
+type Refused = (Mux, Vec<u8>);
+
+/// Returns the kind of refusal for an abort code and object.
+fn kind(code: u32, mux: Mux) -> Kind {
+    match mux.index {
+        0x1010 | 0x1011 => return Kind::StoreFailed,
+        0x1F50 | 0x1F51 => return Kind::ProgramFailed,
+        _ => {}
+    }
+    let of_pdo = pdo_parameter(mux.index).is_some();
+    match code {
+        0x0602_0000 | 0x0609_0011 => Kind::ObjectRefused,
+        _ if of_pdo => Kind::MappingRefused,
+        0x0604_0041 | 0x0604_0042 => Kind::MappingRefused,
+        0x0601_0000..=0x0601_00FF => Kind::AccessRefused,
+        0x0607_0000..=0x0607_00FF => Kind::LengthRefused,
+        0x0609_0000..=0x0609_00FF => Kind::ValueRefused,
+        0x0800_0020..=0x0800_00FF => Kind::StateRefused,
+        _ => Kind::WriteRefused,
+    }
+}
+
+impl Configurations {
+    /// Processes the end of an SDO transfer.
+    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
+        match (transfer.outcome.status, transfer.outcome.abort) {
+            (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
+                self.refused(transfer, mux, abort.code, scene)
+            }
+            // A program download that its client aborts has not been written, either.
+            (Status::Aborted, Some(abort)) if mux.index == 0x1F50 => self.refused(transfer, mux, abort.code, scene),
+            (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),
+            _ => {}
+        }
+    }
+
+    /// Records a request to a node that has never been heard.
+    pub(in crate::stories) fn asked(&mut self, node: u8, at: FrameRef) {
+        self.asked.insert(node, at);
+    }
+
+    /// Records the abort of a client's request to a node that has never been heard.
+    pub(in crate::stories) fn given_up(&mut self, node: u8, code: u32, scene: &mut Scene<'_>) {
+        let Some(begin) = self.asked.remove(&node).filter(|_| code == TIMED_OUT) else { return };
+        let known = scene.ledger.last(scene.id, |one| one.kind == Kind::NodeAbsent && one.subject.node == Some(node));
+        let at = scene.at;
+        let place = known.or_else(|| scene.ledger.open(Kind::NodeAbsent, scene.id, Subject::node(node), begin, at));
+        let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
+        if known.is_some() {
+            one.again(begin);
+        } else {
+            self.missed.push((node, one.id));
+        }
+        one.step(at, Role::Attempt, Saying::ClientGaveUp, None);
+    }
+
+    /// Ends the incidents of a node that was requested in vain and is now heard.
+    #[inline]
+    pub(in crate::stories) fn heard(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if self.missed.is_empty() {
+            return;
+        }
+        let at = scene.at;
+        self.missed.retain(|(missed, id)| {
+            if *missed == node
+                && let Some(one) = scene.ledger.get_mut((id.0 as usize).wrapping_sub(1))
+            {
+                one.step(at, Role::Recovery, Saying::HeardAgain, None);
+                one.ends(at);
+            }
+            *missed != node
+        });
+    }
+
+    fn refused(&mut self, transfer: &Transfer, mux: Mux, abort: u32, scene: &mut Scene<'_>) {
+        let node = transfer.node;
+        let open = self.open.get(&node).map(|(place, _)| *place);
+        let ended = || {
+            scene.ledger.last(scene.id, |one| {
+                one.subject.node == Some(node) && one.has("abort") && one.ended_within(transfer.first, PAUSE_NS)
+            })
+        };
+        let place = open.or_else(ended);
+        let (begin, at) = (transfer.first, transfer.last);
+        let place = match place {
+            Some(place) => place,
+            None => {
+                let kind = kind(abort, mux);
+                let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, at) else { return };
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.subject.pdo = pdo_parameter(mux.index).map(|(_, transmit, number)| (transmit, number));
+                    one.fact("object", Quantity::Object(mux));
+                    one.fact("abort", Quantity::Abort(abort));
+                }
+                place
+            }
+        };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.end = None;
+            one.step(at, Role::Sign, Saying::WriteRefused { object: mux, abort }, None);
+            one.fact("refused", Quantity::Count(one.count("refused") + 1));
+        }
+        let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
+        let asked = Some(&transfer.data.requested).filter(|value| value.len() <= LONGEST).cloned().unwrap_or_default();
+        if let Some((_, value)) = objects.iter_mut().find(|(object, _)| *object == mux) {
+            *value = asked;
+        } else if objects.len() < KEPT {
+            objects.push((mux, asked));
+        }
+    }
+
+    fn taken(&mut self, transfer: &Transfer, mux: Mux, scene: &mut Scene<'_>) {
+        let Some((place, objects)) = self.open.get_mut(&transfer.node) else { return };
+        let nonzero = transfer.data.kept.iter().any(|byte| *byte != 0);
+        let whole = pdo_parameter(mux.index).filter(|(mapping, ..)| *mapping && mux.sub == 0 && nonzero);
+        // A write that clears a mapping or disables a PDO prepares the intended value.
+        let prepares = pdo_parameter(mux.index).is_some_and(|(mapping, ..)| match mapping {
+            true => mux.sub == 0 && !nonzero,
+            false => mux.sub == 1 && transfer.data.kept.get(3).is_some_and(|byte| byte & 0x80 != 0),
+        });
+        let before = objects.len();
+        let mut others = 0;
+        objects.retain(|(open, value)| {
+            let same_pdo = whole.is_some_and(|(_, transmit, number)| {
+                pdo_parameter(open.index).is_some_and(|(mapping, t, n)| mapping && (t, n) == (transmit, number))
+            });
+            let same = *open == mux && (value.is_empty() || *value == transfer.data.kept);
+            let other = !same && (same_pdo || *open == mux && !prepares);
+            others += u64::from(other);
+            !same && !other
+        });
+        let (place, done) = (*place, objects.is_empty());
+        if before == objects.len() {
+            return;
+        }
+        if done {
+            self.open.remove(&transfer.node);
+        }
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.step(transfer.last, Role::Recovery, Saying::WriteTaken { object: mux }, None);
+            if others != 0 {
+                one.fact("others", Quantity::Count(one.count("others") + others));
+            }
+            if done {
+                one.ends(transfer.last);
+            }
+        }
+    }
+
+    /// Records that the NMT master started nodes, one bit each, without making up for their refused writes.
+    pub(in crate::stories) fn started(&mut self, nodes: u128, scene: &mut Scene<'_>) {
+        for (node, (place, _)) in &self.open {
+            if nodes & bit(*node) != 0
+                && let Some(one) = scene.ledger.get_mut(*place)
+                && !one.has("started")
+            {
+                one.fact("started", Quantity::Count(scene.at.no));
+                one.step(scene.at, Role::Reaction, Saying::StartedAllTheSame, None);
+            }
+        }
+    }
+
+    /// Adds the finding that a refused write was not made up for (SDO018), at the end of the capture.
+    pub(in crate::stories) fn stays(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let open = self.open.get(&node).map(|(place, _)| *place);
+        let place = open.or_else(|| scene.ledger.last(scene.id, |one| one.holds(finding.at.no)));
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place))
+            && finding.because_of.is_none()
+        {
+            one.found(finding);
+        }
+    }
+
+    /// Ends the refused writes of a node that booted.
+    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if let Some((place, _)) = self.open.remove(&node)
+            && let Some(one) = scene.ledger.get_mut(place)
+        {
+            one.step(scene.at, Role::Recovery, Saying::Booted, None);
+            one.fact("booted", Quantity::Count(scene.at.no));
+            one.ends(scene.at);
+        }
+    }
+}

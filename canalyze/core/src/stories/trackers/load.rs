@@ -1,0 +1,311 @@
+//! The load of a bus: an identifier that floods it, more frames than it can carry, and PDOs that multiply after a
+//! repeated start.
+//!
+//! The bit rate is given, or derived from frames without an idle gap between them. Bits are estimated (`summary` counts
+//! exactly). SDO is not judged, since block transfers fill a bus by design.
+
+use crate::bytes::frame::{Frame, FrameRef};
+use crate::rules::finding::Quantity;
+use crate::stories::incident::{Grade, Role, Subject};
+use crate::stories::kinds::Kind;
+use crate::stories::ledger::Place;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+use crate::wire::cob_id::Role as Carries;
+use crate::world::bus::Bus;
+
+/// Number of 11-bit identifiers.
+const IDENTIFIERS: usize = 0x800;
+/// Window for measuring the load, in ns.
+const WINDOW_NS: i64 = 100_000_000;
+/// Load in percent of the bit rate from which on frames of low priority wait, and below which that is over.
+const OVERLOAD: i64 = 80;
+const RELIEVED: i64 = 60;
+/// Number of consecutive windows that begin or end an overload.
+const WINDOWS: u32 = 3;
+/// Number of gaps that show the period of an identifier.
+const TAUGHT: u32 = 8;
+/// Minimum ratio of a flood's rate to the rate before, ...
+const TIMES: i64 = 5;
+/// ... its minimum number of frames, minimum duration in ns, and maximum mean gap in ns.
+const RUN: u32 = 50;
+const RUN_NS: i64 = 200_000_000;
+const RUN_GAP_NS: i64 = 10_000_000;
+/// Time without a frame after which a flood is over, in ns.
+const DRY_NS: i64 = 500_000_000;
+/// Maximum time from a write or command to traffic that it caused, in ns, which is no flood.
+const ASKED_NS: i64 = 1_000_000_000;
+/// Ratio to the usual gap from which on a gap is a pause.
+const PAUSE: i64 = 3;
+/// Even traffic deviates by less than this part of its period.
+const EVEN: i64 = 8;
+/// Number of frames after a repeated start that show the new period of a PDO.
+const AFTER_START: u32 = 12;
+/// The bit rates of CANopen (CiA 301, table 1), in kbit/s.
+const RATES: [i64; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
+
+/// The known traffic of an identifier.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stream {
+    last: FrameRef,
+    /// Mean gap in ns, and the number of gaps.
+    gap_ns: i64,
+    /// Mean deviation of gaps from it, in ns.
+    off_ns: i64,
+    gaps: u32,
+    /// Number of frames in a run of a far higher rate, and its beginning.
+    run: u32,
+    since: FrameRef,
+    /// Number of frames of the bus before it.
+    before: u64,
+    flood: Option<Place>,
+    /// Mean gap before a repeated start in ns, its frame, and the number of frames since.
+    started: Option<(i64, FrameRef, u32)>,
+}
+
+/// The contents of a window.
+#[derive(Clone, Copy, Debug, Default)]
+struct Window {
+    begin: FrameRef,
+    bits: i64,
+    frames: u32,
+    /// Number of gaps too short for a frame at the assumed rate, and of gaps that just fit one.
+    short: u32,
+    tight: u32,
+    /// Lengths of frames right behind another one, one bit each.
+    lengths: u64,
+}
+
+/// The load of a bus.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct Load {
+    streams: Vec<Stream>,
+    /// Number of floods so far.
+    flooded: u32,
+    /// Number of frames so far.
+    frames: u64,
+    last_ns: Option<i64>,
+    window: Window,
+    /// The rate that the previous window would fill, in kbit/s, and the number of consecutive windows that were full or
+    /// relieved.
+    assumed: i64,
+    full: u32,
+    relieved: u32,
+    /// Beginning of the row of full windows.
+    since: FrameRef,
+    open: Option<Place>,
+    /// The last full window.
+    last_full: FrameRef,
+}
+
+/// Returns the approximate number of bits of a frame on the wire, including stuffing and the interframe space.
+fn bits(frame: &Frame) -> i64 {
+    let bare = if frame.id.is_extended() { 54 } else { 34 } + 8 * i64::from(frame.len);
+    bare + 13 + bare / 12
+}
+
+impl Load {
+    /// Processes a frame of the bus, with its node.
+    #[inline]
+    pub(in crate::stories) fn frame(&mut self, frame: &Frame, node: Option<u8>, scene: &mut Scene<'_>) {
+        let Some(now) = frame.t_ns else { return };
+        self.frames += 1;
+        let size = bits(frame);
+        if let Some(last) = self.last_ns.replace(now) {
+            let least_ns = size * 1_000_000 / self.assumed.max(1) * 8 / 10;
+            let gap = now.saturating_sub(last);
+            self.window.short += u32::from(gap < least_ns);
+            if (least_ns..=least_ns * 8 / 5).contains(&gap) && self.assumed > 0 {
+                self.window.tight += 1;
+                self.window.lengths |= 1 << (frame.len & 63);
+            }
+        }
+        let over = frame.reference().since(self.window.begin).is_none_or(|since| !(0..WINDOW_NS).contains(&since));
+        if over || self.window.frames == 0 {
+            self.window_over(frame.reference(), scene);
+        }
+        self.window.bits += size;
+        self.window.frames += 1;
+        let identifier = frame.id.raw() as usize;
+        let sdo = (0x580..0x680).contains(&identifier);
+        if !frame.id.is_extended() && !sdo && identifier < IDENTIFIERS {
+            self.stream(identifier, frame.reference(), node, scene);
+        }
+    }
+
+    #[inline]
+    fn stream(&mut self, identifier: usize, at: FrameRef, node: Option<u8>, scene: &mut Scene<'_>) {
+        if self.streams.is_empty() {
+            self.streams.resize(IDENTIFIERS, Stream::default());
+        }
+        let frames = self.frames;
+        let Some(one) = self.streams.get_mut(identifier) else { return };
+        let last = std::mem::replace(&mut one.last, at);
+        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap >= 0) else { return };
+        if let Some((before, since, count)) = one.started {
+            let since = if count == 0 { at } else { since };
+            one.started = Some((before, since, count + 1)).filter(|_| count + 1 < AFTER_START);
+            if one.started.is_none() {
+                let now = at.since(since).unwrap_or(0) / i64::from(count.max(1));
+                multiplied(identifier, (before, now), (since, at), scene);
+            }
+        }
+        let Some(one) = self.streams.get_mut(identifier) else { return };
+        if one.gaps < TAUGHT || gap.saturating_mul(TIMES) > one.gap_ns {
+            // A pause is not evidence for the usual gap.
+            if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(PAUSE) {
+                let mean = if one.gaps == 0 { gap } else { one.gap_ns };
+                one.gap_ns = mean.saturating_add(gap.saturating_sub(mean) / 8);
+                let off = gap.saturating_sub(one.gap_ns).saturating_abs();
+                one.off_ns = one.off_ns.saturating_add(off.saturating_sub(one.off_ns) / 8);
+                one.gaps = one.gaps.saturating_add(1);
+            }
+            one.run = 0;
+            if let Some(place) = one.flood.take() {
+                over(place, last, scene);
+            }
+            return;
+        }
+        if one.run == 0 {
+            (one.since, one.before) = (at, frames);
+        }
+        one.run += 1;
+        let lasts = at.since(one.since).unwrap_or(0);
+        let dense = lasts / i64::from(one.run) <= RUN_GAP_NS;
+        let share = u64::from(one.run) * 2 > frames - one.before;
+        if one.flood.is_some() || one.run < RUN || lasts < RUN_NS || !dense || !share {
+            return;
+        }
+        let asked = node.and_then(|node| scene.heard.asked(node));
+        if asked.is_some_and(|asked| one.since.since(asked).is_some_and(|since| since.saturating_abs() <= ASKED_NS)) {
+            return;
+        }
+        self.flooded += 1;
+        one.flood = scene.ledger.open(Kind::Flood, scene.id, Subject::of(node), one.since, at);
+        if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
+            flood.fact("period", Quantity::Ns(one.gap_ns));
+            flood.fact("gap", Quantity::Ns(lasts / i64::from(one.run)));
+            flood.step(
+                one.since,
+                Role::Sign,
+                Saying::Floods { gap: lasts / i64::from(one.run), period: one.gap_ns },
+                None,
+            );
+        }
+    }
+
+    /// Ends floods without a frame for long enough.
+    fn dry(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
+        for one in self.streams.iter_mut().filter(|one| one.flood.is_some()) {
+            let rest = at.since(one.last).unwrap_or(0);
+            if rest > one.gap_ns.max(DRY_NS)
+                && let Some(place) = one.flood.take()
+            {
+                one.run = 0;
+                over(place, one.last, scene);
+            }
+        }
+    }
+
+    /// Concludes at the end of the capture.
+    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        self.dry(scene.at, scene);
+    }
+
+    /// Ends the multiplied PDOs of a node that booted.
+    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let sent = scene.ledger.last(scene.id, |one| {
+            one.kind == Kind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
+        });
+        if let Some(place) = sent {
+            over(place, scene.at, scene);
+        }
+    }
+
+    /// Evaluates a window; `at` begins the next one.
+    fn window_over(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
+        let Window { begin, bits, frames, short, tight, lengths } =
+            std::mem::replace(&mut self.window, Window { begin: at, ..Window::default() });
+        let Some(lasted) = at.since(begin).filter(|lasted| frames > 0 && *lasted > 0) else { return };
+        // Bits per millisecond are kbit/s.
+        let used = bits * 1_000_000 / lasted.max(WINDOW_NS);
+        let (rate, sure) = match scene.heard.bit_rate {
+            Some(rate) => (i64::from(rate) / 1000, true),
+            None => {
+                let rate = RATES.into_iter().find(|rate| used * 100 <= rate * 103).unwrap_or(0);
+                let same = std::mem::replace(&mut self.assumed, rate) == rate;
+                // Frames of a single length may come evenly without filling the bus.
+                let behind = tight * 2 > frames && lengths.count_ones() > 1;
+                (rate, same && frames >= 20 && short * 20 < frames && behind)
+            }
+        };
+        if rate > 0 && sure && used * 100 >= rate * OVERLOAD {
+            if self.full == 0 {
+                self.since = begin;
+            }
+            (self.full, self.relieved, self.last_full) = (self.full + 1, 0, at);
+        } else if rate == 0 || used * 100 < rate * RELIEVED || !sure {
+            (self.full, self.relieved) = (0, self.relieved + 1);
+        }
+        if self.flooded > 0 {
+            self.dry(at, scene);
+        }
+        if self.full >= WINDOWS && self.open.is_none() {
+            self.open = scene.ledger.open(Kind::Overload, scene.id, Subject::default(), self.since, at);
+            if let Some(one) = self.open.and_then(|place| scene.ledger.get_mut(place)) {
+                let load = (used * 100 / rate).clamp(0, 100) as u64;
+                one.fact("load_percent", Quantity::Count(load));
+                one.fact("kbit_s", Quantity::Count(rate as u64));
+                if scene.heard.bit_rate.is_none() {
+                    one.grade = Grade::Likely;
+                }
+                one.step(self.since, Role::Sign, Saying::Loaded { load, rate: rate as u64 }, None);
+            }
+        }
+        if self.relieved >= WINDOWS {
+            self.relieve(self.last_full, scene);
+        }
+    }
+
+    fn relieve(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
+        if let Some(one) = self.open.take().and_then(|place| scene.ledger.get_mut(place)) {
+            one.step(at, Role::Recovery, Saying::Recovered, None);
+            one.ends(at);
+        }
+    }
+
+    /// Records a start command of the NMT master to a running node.
+    pub(in crate::stories) fn started_again(&mut self, node: u8, bus: &Bus) {
+        for (identifier, one) in self.streams.iter_mut().enumerate() {
+            let of_node = matches!(bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
+            if of_node && one.gaps >= TAUGHT && one.off_ns.saturating_mul(EVEN) < one.gap_ns {
+                one.started = Some((one.gap_ns, FrameRef::default(), 0));
+            }
+        }
+    }
+}
+
+/// Ends an incident.
+fn over(place: Place, at: FrameRef, scene: &mut Scene<'_>) {
+    if let Some(one) = scene.ledger.get_mut(place) {
+        one.step(at, Role::Recovery, Saying::Recovered, None);
+        one.ends(at);
+    }
+}
+
+/// Records a PDO that comes two or three times as often since a repeated start.
+fn multiplied(identifier: usize, (before, now): (i64, i64), (since, at): (FrameRef, FrameRef), scene: &mut Scene<'_>) {
+    let Carries::Tpdo { node, number } = scene.bus.carries(identifier as u16) else { return };
+    let fits =
+        [2, 3].into_iter().any(|times| before.saturating_sub(now.saturating_mul(times)).saturating_abs() <= before / 8);
+    if !fits {
+        return;
+    }
+    let subject = Subject { pdo: Some((true, number)), ..Subject::node(node) };
+    if let Some(place) = scene.ledger.open(Kind::PdoMultiplied, scene.id, subject, since, at)
+        && let Some(one) = scene.ledger.get_mut(place)
+    {
+        one.fact("period", Quantity::Ns(before));
+        one.fact("gap", Quantity::Ns(now));
+    }
+}

@@ -1,0 +1,415 @@
+//! Motion of drives (CiA 402-2): bits of the statusword that mean trouble in a mode, commands without effect, and late
+//! targets.
+//!
+//! The sources are PDOs with a known mapping, and SDO. Faults are followed in `drive`. A bit whose meaning depends on
+//! the mode of operation is ignored while the mode is not known.
+
+use std::collections::BTreeMap;
+
+use crate::bytes::frame::{Frame, FrameRef};
+use crate::rules::finding::Quantity;
+use crate::sdo::transfer::{Status, Transfer};
+use crate::stories::incident::{Grade, Role, Subject};
+use crate::stories::kinds::Kind;
+use crate::stories::ledger::Place;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+use crate::wire::pdo::mapping::extract;
+use crate::world::drive::{self, State};
+use crate::world::event::{ProcessData, Signals};
+use crate::world::od::first_axis;
+
+/// Bits of the statusword: voltage enabled, internal limit active, and those with a meaning given by the mode.
+const VOLTAGE: u16 = 1 << 4;
+const LIMIT: u16 = 1 << 11;
+const ACKNOWLEDGED: u16 = 1 << 12;
+const ERROR: u16 = 1 << 13;
+/// Bits of the controlword: quick stop (active low), new set-point, fault reset.
+const QUICK_STOP: u16 = 1 << 2;
+const NEW_SET_POINT: u16 = 1 << 4;
+const FAULT_RESET: u16 = 1 << 7;
+/// Modes of operation.
+const PROFILE_POSITION: i8 = 1;
+const HOMING: i8 = 6;
+/// Modes with a target in each cycle: interpolated position, and cyclic synchronous position, velocity, torque.
+const CYCLIC: [i8; 4] = [7, 8, 9, 10];
+/// Modes in which bit 13 is the following error.
+const FOLLOWS: [i8; 3] = [PROFILE_POSITION, 7, 8];
+
+/// Minimum time for which a bit has to be set to mean trouble, in ns: a single sample may be a transition.
+const STANDS_NS: i64 = 1_000_000_000;
+/// Maximum time until a set-point is acknowledged, in ns; and the number of statuswords that have to show that it is
+/// not.
+const ACKNOWLEDGE_NS: i64 = 500_000_000;
+const SAMPLES: u32 = 3;
+/// Time in ns after which an axis that is commanded to be ready, but stays disabled, has a reason that no command
+/// shows.
+const ENABLE_NS: i64 = 5_000_000_000;
+/// Number of gaps that show the period of targets; and the ratio from which on one is missing.
+const TAUGHT: u32 = 16;
+const MISSING: i64 = 3;
+/// Ratio of the time without a target at the end of the capture from which on they have stopped.
+const GONE: i64 = 10;
+
+/// An axis of a node: its node-ID, and its number from 0.
+type Name = (u8, u8);
+
+/// The known state of an axis.
+#[derive(Clone, Debug, Default)]
+struct Axis {
+    control: Option<u16>,
+    /// True if controlwords come in a PDO, so that none is missing in a complete capture.
+    by_pdo: bool,
+    state: Option<State>,
+    mode: Option<i8>,
+    /// The first frame with a bit set that means trouble only if it stays set.
+    limit: Option<FrameRef>,
+    /// A set-point that waits for its acknowledgement, and the number of statuswords since.
+    set_point: Option<(FrameRef, u32)>,
+    /// True if it left Operation enabled against its command.
+    left: bool,
+    /// True if a fault reset came as an edge during the current fault.
+    reset: bool,
+    /// Fault resets without an edge: the first one and their number.
+    held: Option<(FrameRef, u32)>,
+    /// Beginning of the commands to be enabled; true if these include enable operation.
+    upward: Option<(FrameRef, bool)>,
+    /// Steps to Operation enabled that were commanded by SDO without effect, one bit each, and the first of them.
+    vain: (u8, Option<FrameRef>),
+    open: Vec<(Kind, Place)>,
+}
+
+/// The period of an axis's targets: the last target, the mean gap in ns, and the number of gaps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Targets {
+    last: FrameRef,
+    gap_ns: i64,
+    gaps: u32,
+}
+
+/// The axes of a bus.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct Motions {
+    axes: BTreeMap<Name, Axis>,
+    targets: BTreeMap<Name, Targets>,
+}
+
+/// The steps to operation enabled: shutdown, switch on, enable operation.
+const ALL_STEPS: u8 = 7;
+
+/// Returns the step that a controlword commands, as a bit of [`ALL_STEPS`].
+fn step(controlword: u16) -> Option<u8> {
+    match controlword & 0x8F {
+        0x06 => Some(1),
+        0x07 => Some(2),
+        0x0F => Some(4),
+        _ => None,
+    }
+}
+
+/// Ends an open request for the displayed mode of operation.
+fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
+    let waits = scene.ledger.last(scene.id, |one| {
+        let asked = one.get("requested") == Some(Quantity::Mode(mode));
+        one.kind == Kind::ModeNotTaken && one.subject.node == Some(node) && one.end.is_none() && asked
+    });
+    if let Some(one) = waits.and_then(|place| scene.ledger.get_mut(place)) {
+        one.step(scene.at, Role::Recovery, Saying::Recovered, None);
+        one.ends(scene.at);
+    }
+}
+
+impl Motions {
+    /// Processes a PDO of a drive with a known mapping.
+    pub(in crate::stories) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+        let (Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..)) = &data.content else { return };
+        let mut target = None;
+        // Commands precede reports; a PDO carries only one of them.
+        for entry in &mapping.entries {
+            let Some(axis) = drive::axis(entry.index) else { continue };
+            let name = (data.node, axis);
+            let object = first_axis(entry.index);
+            if !data.transmit && matches!(object, 0x607A | 0x60C1 | 0x60FF | 0x6071) {
+                target = Some(name);
+                continue;
+            }
+            if !matches!(object, 0x6040 | 0x6041 | 0x6060 | 0x6061) {
+                continue;
+            }
+            if let Some(raw) = extract(frame.payload(), usize::from(entry.offset), usize::from(entry.bits)) {
+                self.axes.entry(name).or_default().by_pdo |= !data.transmit;
+                self.value(name, object, raw, scene);
+            }
+        }
+        if let Some(name) = target {
+            self.target(name, (data.transmit, data.number), scene);
+        }
+    }
+
+    /// Processes a value that was read or written by SDO.
+    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
+        let (Some(axis), object) = (drive::axis(mux.index), first_axis(mux.index)) else { return };
+        let raw = match transfer.data.kept.as_slice() {
+            [low] if matches!(object, 0x6060 | 0x6061) => u64::from(*low),
+            [low, high] if matches!(object, 0x6040 | 0x6041) => u64::from(u16::from_le_bytes([*low, *high])),
+            _ => return,
+        };
+        self.value((transfer.node, axis), object, raw, scene);
+    }
+
+    /// Forgets the controlword while a client writes it.
+    pub(in crate::stories) fn asked(&mut self, node: u8, index: u16) {
+        if let Some(axis) = drive::axis(index).filter(|_| first_axis(index) == 0x6040)
+            && let Some(axis) = self.axes.get_mut(&(node, axis))
+        {
+            axis.control = None;
+        }
+    }
+
+    /// Forgets the axes of a node that booted or was lost, and ends their incidents.
+    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if self.axes.is_empty() {
+            return;
+        }
+        self.targets.retain(|(other, _), _| *other != node);
+        for (_, axis) in self.axes.range_mut((node, 0)..=(node, u8::MAX)) {
+            for (_, place) in std::mem::take(axis).open {
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.step(scene.at, Role::Recovery, Saying::Booted, None);
+                    one.ends(scene.at);
+                }
+            }
+        }
+    }
+
+    fn value(&mut self, name: Name, object: u16, raw: u64, scene: &mut Scene<'_>) {
+        match object {
+            0x6040 => self.controlled(name, raw as u16, scene),
+            0x6041 => self.reported(name, raw as u16, scene),
+            _ => {
+                let axis = self.axes.entry(name).or_default();
+                // The displayed mode counts; a requested one only before the first display.
+                let mode = raw as u8 as i8;
+                if object == 0x6061 || axis.mode.is_none() {
+                    axis.mode = Some(mode);
+                }
+                if object == 0x6061 {
+                    displayed(name.0, mode, scene);
+                }
+            }
+        }
+    }
+
+    fn controlled(&mut self, name: Name, word: u16, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let axis = self.axes.entry(name).or_default();
+        let before = axis.control.replace(word);
+        let rises = |bit: u16| word & bit != 0 && before.is_some_and(|before| before & bit == 0);
+        if rises(NEW_SET_POINT) && axis.mode == Some(PROFILE_POSITION) && axis.state == Some(State::OperationEnabled) {
+            axis.set_point = Some((at, 0));
+        } else if word & NEW_SET_POINT == 0 {
+            axis.set_point = None;
+        }
+        axis.upward = match (word & 0x8F, axis.upward) {
+            (0x06 | 0x07 | 0x0F, upward) => {
+                Some(upward.map_or((at, word & 0x8F == 0x0F), |(since, enable)| (since, enable || word & 0x8F == 0x0F)))
+            }
+            _ => None,
+        };
+        if axis.by_pdo || step(word).is_none() {
+            axis.vain = (0, None);
+        }
+        // A fault reset is a rising edge; a bit set since before the fault is none.
+        let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
+        axis.reset |= rises(FAULT_RESET) && axis.state == Some(State::Fault);
+        if axis.reset || word & FAULT_RESET == 0 || axis.state != Some(State::Fault) {
+            axis.held = None;
+            self.set(name, Kind::FaultResetWithoutEdge, false, at, scene);
+        } else if holds {
+            let (since, count) = axis.held.map_or((at, 1), |(since, count)| (since, count + 1));
+            axis.held = Some((since, count));
+            let long = at.since(since).is_some_and(|since| since >= STANDS_NS);
+            if count >= SAMPLES && long {
+                self.set(name, Kind::FaultResetWithoutEdge, true, since, scene);
+            }
+        }
+    }
+
+    fn reported(&mut self, name: Name, word: u16, scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let Some(state) = State::of(word) else { return };
+        let axis = self.axes.entry(name).or_default();
+        let before = axis.state.replace(state);
+        let enabled = state == State::OperationEnabled;
+        axis.reset &= state == State::Fault;
+        let held = axis.by_pdo && axis.control.is_some_and(|word| word & 0x8F == 0x0F);
+        let down = matches!(state, State::SwitchedOn | State::ReadyToSwitchOn | State::SwitchOnDisabled);
+        axis.left = held && down && (axis.left || before == Some(State::OperationEnabled));
+        let (left, mode) = (axis.left, axis.mode);
+        let limit = enabled && word & LIMIT != 0;
+        axis.limit = limit.then(|| axis.limit.unwrap_or(at));
+        let limit = axis.limit.filter(|since| at.since(*since).is_some_and(|since| since >= STANDS_NS));
+        if !enabled || word & ACKNOWLEDGED != 0 {
+            axis.set_point = None;
+        }
+        let ignored = axis.set_point.as_mut().and_then(|(since, samples)| {
+            *samples += 1;
+            let late = at.since(*since).is_some_and(|since| since >= ACKNOWLEDGE_NS);
+            (late && *samples >= SAMPLES).then_some(*since)
+        });
+        let stays = state == State::SwitchOnDisabled && word & VOLTAGE == 0;
+        // An axis that left that state starts anew.
+        axis.upward = axis.upward.filter(|_| stays);
+        // A client that has commanded each step and read the state shows it without a clock.
+        axis.vain = match axis.control.and_then(step).filter(|_| !axis.by_pdo) {
+            _ if state != State::SwitchOnDisabled => (0, None),
+            Some(step) => (axis.vain.0 | step, axis.vain.1.or(Some(at))),
+            None => axis.vain,
+        };
+        let vain = axis.vain.1.filter(|_| axis.vain.0 == ALL_STEPS);
+        let told = axis.upward.filter(|(since, enable)| {
+            let least = if *enable { STANDS_NS } else { ENABLE_NS };
+            at.since(*since).is_some_and(|since| since >= least)
+        });
+        let open = axis.open.iter().any(|(kind, _)| *kind == Kind::NotEnabled);
+        let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at)).or(vain);
+        let control = axis.control;
+        let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
+        self.set(name, Kind::FollowingError, error(&FOLLOWS), at, scene);
+        if !enabled {
+            self.targets.remove(&name);
+        }
+        self.set(name, Kind::StateLeft, left, at, scene);
+        self.set(name, Kind::HomingFailed, error(&[HOMING]), at, scene);
+        self.set(name, Kind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
+        self.set(name, Kind::SetPointIgnored, ignored.is_some(), ignored.unwrap_or(at), scene);
+        self.set(name, Kind::NotEnabled, disabled.is_some(), disabled.unwrap_or(at), scene);
+        let stopping = state == State::QuickStopActive;
+        if let Some(control) = control
+            && (!stopping || before == Some(State::OperationEnabled))
+        {
+            let commanded = stopping && control & QUICK_STOP == 0;
+            self.set(name, Kind::QuickStop, stopping, at, scene);
+            if commanded && let Some(one) = self.opened(name, Kind::QuickStop, scene) {
+                one.fact("controlword", Quantity::Controlword(control));
+            }
+        }
+        for kind in [Kind::NotEnabled, Kind::QuickStop, Kind::FollowingError, Kind::HomingFailed, Kind::InternalLimit] {
+            if let Some(one) = self.opened(name, kind, scene).filter(|one| !one.has("statusword")) {
+                one.fact("statusword", Quantity::Statusword(word));
+                one.step(at, Role::Sign, Saying::Reports { statusword: word }, None);
+            }
+        }
+    }
+
+    /// Returns the open incident of a kind for an axis.
+    fn opened<'a>(
+        &self,
+        name: Name,
+        kind: Kind,
+        scene: &'a mut Scene<'_>,
+    ) -> Option<&'a mut crate::stories::incident::Incident> {
+        let open = &self.axes.get(&name)?.open;
+        let (_, place) = open.iter().find(|(other, _)| *other == kind)?;
+        scene.ledger.get_mut(*place)
+    }
+
+    /// Opens or ends the incident of a kind for an axis; `since`: its beginning.
+    fn set(&mut self, name: Name, kind: Kind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
+        let Some(axis) = self.axes.get_mut(&name) else { return };
+        let open = axis.open.iter().position(|(other, _)| *other == kind);
+        match (open, holds) {
+            (None, true) => {
+                let (node, number) = name;
+                let subject = Subject { axis: Some(number + 1), axes: 1 << number, ..Subject::node(node) };
+                let again = scene.ledger.last(scene.id, |one| {
+                    // An emergency reports the same without an axis.
+                    let axis = one.subject.axes & 1 << number != 0 || one.subject.axes == 0;
+                    let same = one.kind == kind && one.subject.node == Some(node) && axis;
+                    same && (one.end.is_none() || one.ended_within(since, super::AGAIN_NS))
+                });
+                let place = again.or_else(|| scene.ledger.open(kind, scene.id, subject, since, scene.at));
+                let Some(place) = place else { return };
+                let watched = scene.watched(node).iter().map(|(node, time, _)| (*node, *time)).collect();
+                axis.open.push((kind, place));
+                let Some(one) = scene.ledger.get_mut(place) else { return };
+                if again.is_some() && one.end.is_some() {
+                    one.again(since);
+                }
+                one.clue.watched = watched;
+                if kind == Kind::InternalLimit {
+                    one.grade = Grade::Likely;
+                }
+            }
+            (Some(at), false) => {
+                let (_, place) = axis.open.swap_remove(at);
+                if let Some(one) = scene.ledger.get_mut(place) {
+                    one.step(scene.at, Role::Recovery, Saying::Recovered, None);
+                    one.ends(scene.at);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Records targets that have stopped although the axis is enabled, at the end of the capture.
+    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (name, one) in std::mem::take(&mut self.targets) {
+            let rest = scene.at.since(one.last).unwrap_or(0);
+            let told = scene
+                .ledger
+                .last(scene.id, |other| other.kind == Kind::TargetsLate && other.subject.node == Some(name.0));
+            if one.gaps < TAUGHT
+                || rest < one.gap_ns.saturating_mul(GONE)
+                || scene.heard.last(name.0).is_none_or(|last| last.no < one.last.no)
+            {
+                continue;
+            }
+            let subject = Subject { axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
+            let place = told.or_else(|| scene.ledger.open(Kind::TargetsLate, scene.id, subject, one.last, scene.at));
+            if let Some(late) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                (late.end, late.clue.least) = (None, 1);
+                late.step(one.last, Role::Sign, Saying::NoTarget { gap: rest, period: one.gap_ns }, None);
+            }
+        }
+    }
+
+    /// Processes a target of an axis.
+    fn target(&mut self, name: Name, pdo: (bool, u16), scene: &mut Scene<'_>) {
+        let at = scene.at;
+        let cyclic = self.axes.get(&name).is_some_and(|axis| {
+            axis.state == Some(State::OperationEnabled) && axis.mode.is_some_and(|mode| CYCLIC.contains(&mode))
+        });
+        if !cyclic {
+            self.targets.remove(&name);
+            return;
+        }
+        let one = self.targets.entry(name).or_default();
+        let last = std::mem::replace(&mut one.last, at);
+        let Some(gap) = at.since(last).filter(|gap| last.no > 0 && *gap > 0) else { return };
+        if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(MISSING) {
+            one.gap_ns =
+                if one.gaps == 0 { gap } else { one.gap_ns.saturating_add(gap.saturating_sub(one.gap_ns) / 8) };
+            one.gaps = one.gaps.saturating_add(1);
+            return;
+        }
+        let period = one.gap_ns;
+        let again =
+            scene.ledger.last(scene.id, |one| one.kind == Kind::TargetsLate && one.subject.node == Some(name.0));
+        let place = again.or_else(|| {
+            let subject =
+                Subject { pdo: Some(pdo), axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
+            scene.ledger.open(Kind::TargetsLate, scene.id, subject, last, at)
+        });
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            if again.is_some() {
+                one.again(last);
+            }
+            one.clue.least = SAMPLES.into();
+            one.fact("period", Quantity::Ns(period));
+            one.step(last, Role::Sign, Saying::NoTarget { gap, period }, None);
+            one.ends(at);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Commands to nodes by NMT and RPDOs, and their outcome.
+//!
+//! `checks/nmt` decides if a command had no effect.
+
+use super::Nodes;
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::stories::incident::{Role, Subject, bit, members};
+use crate::stories::kinds::Kind;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+use crate::stories::trackers::commanded::Commanded;
+
+/// Number of RPDOs to a node that is not Operational beyond the start of a controller.
+const COMMANDS: u64 = 50;
+/// Maximum distance of resets that are one restart of the plant, in ns.
+const ONE_RESET_NS: i64 = 3_000_000_000;
+
+impl Nodes {
+    /// Processes an NMT command to a node or to all (0); `before`: the nodes that were Operational until now.
+    pub(in crate::stories) fn commanded(&mut self, command: u8, node: u8, before: u128, scene: &mut Scene<'_>) {
+        let meant = if node == 0 { scene.heard.known } else { bit(node) & scene.heard.known };
+        let hit = meant & before;
+        if hit != 0 && command != 0x01 {
+            let at = scene.at;
+            let kind = if matches!(command, 0x81 | 0x82) { Kind::CommandedReset } else { Kind::CommandedStop };
+            let place = match &mut self.commanded {
+                Some(commanded)
+                    if scene.ledger.get(commanded.place).is_some_and(|one| one.began_within(at, ONE_RESET_NS)) =>
+                {
+                    commanded.hits(hit);
+                    Some(commanded.place)
+                }
+                _ => {
+                    let place = scene.ledger.open(kind, scene.id, Subject::nodes(hit), at, at);
+                    self.commanded = place.map(|place| Commanded::new(place, hit));
+                    place
+                }
+            };
+            if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                one.subject.nodes |= hit;
+                if kind == Kind::CommandedReset {
+                    one.kind = kind;
+                }
+                one.clue.everyone |= node == 0;
+                one.fact("command", Quantity::Command(command));
+                one.step(at, Role::Sign, Saying::Commanded { command }, None);
+            }
+        }
+        if command == 0x01 {
+            self.ordered.insert(node, scene.at);
+        }
+        for node in members(meant & !before).filter(|_| command == 0x01) {
+            self.started.entry(node).or_insert(scene.at);
+        }
+        if let (0x01, Some(commanded)) = (command, &self.commanded)
+            && commanded.waits_only_for(meant)
+            && let Some(one) = scene.ledger.get_mut(commanded.place)
+        {
+            one.fact("started_again", Quantity::Count(scene.at.no));
+        }
+        if matches!(command, 0x81 | 0x82) {
+            self.was_operational &= !meant;
+        }
+        let at = scene.at;
+        for node in members(meant) {
+            for place in self.waiting.get(&node).into_iter().flatten() {
+                if let Some(one) = scene.ledger.get_mut(*place) {
+                    one.step(at, Role::Attempt, Saying::Commanded { command }, None);
+                }
+            }
+        }
+    }
+
+    /// Processes an RPDO to a node; `taken`: the node is Operational as far as known.
+    #[inline]
+    pub(in crate::stories) fn controlled(&mut self, node: u8, taken: bool, scene: &mut Scene<'_>) {
+        if taken {
+            if !self.ignored.is_empty()
+                && let Some((_, _, Some(place))) = self.ignored.remove(&node)
+            {
+                self.close(place, scene.at, Saying::OperationalAgain, scene);
+            }
+            return;
+        }
+        let (first, count, place) = self.ignored.entry(node).or_insert((scene.at, 0, None));
+        *count += 1;
+        if *count != COMMANDS {
+            return;
+        }
+        let kind = Kind::CommandsNotTaken;
+        *place = scene.ledger.open(kind, scene.id, Subject::node(node), *first, scene.at);
+    }
+
+    /// Records a command without effect (NMT002) or a missing boot-up (NMT006).
+    pub(in crate::stories) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let kind = if finding.code == Code::Nmt006 { Kind::NoBootUp } else { Kind::StartWithoutEffect };
+        let mut begin = finding.cause.unwrap_or(finding.at);
+        if kind == Kind::StartWithoutEffect
+            && finding.measured().and_then(|all| all.get("command")) == Some(Quantity::Command(0x01))
+            && let Some(first) = self.started.get(&node).filter(|_| !self.owing.contains_key(&node))
+        {
+            begin = *first;
+        }
+        // Further attempts of the master belong to the same problem.
+        if let Some(one) = self.owing.get(&node).and_then(|place| scene.ledger.get_mut(*place))
+            && one.kind == kind
+        {
+            one.again(begin);
+            if let Some(Quantity::Command(command)) = finding.measured().and_then(|all| all.get("command")) {
+                one.step(begin, Role::Attempt, Saying::Commanded { command }, Some(finding));
+            }
+            return;
+        }
+        let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at) else { return };
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.clue.because_of = finding.because_of.map(|at| at.no);
+            if let Some(command) = finding.measured().and_then(|all| all.get("command")) {
+                one.fact("command", command);
+                if let Quantity::Command(command) = command {
+                    one.step(begin, Role::Sign, Saying::Commanded { command }, Some(finding));
+                }
+            }
+        }
+        self.owing.insert(node, place);
+    }
+}

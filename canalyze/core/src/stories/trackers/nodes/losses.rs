@@ -1,0 +1,270 @@
+//! Nodes that are not heard any more: their last frames, common losses, and the consumers that miss them.
+//!
+//! `checks/heartbeat` decides if a heartbeat is overdue.
+
+use super::Nodes;
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Finding, Quantity};
+use crate::stories::incident::{Grade, Incident, Role, Subject, bit, members};
+use crate::stories::kinds::Kind;
+use crate::stories::ledger::Place;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+use crate::stories::trackers::AGAIN_NS;
+
+/// Maximum distance of silences with one cause, in ns.
+const TOGETHER_NS: i64 = 100_000_000;
+/// Minimum time without a frame after which a node may be the one that a consumer misses, in ns.
+const UNHEARD_NS: i64 = 400_000_000;
+
+impl Nodes {
+    /// Processes a frame of a node that is not a boot-up.
+    pub(in crate::stories) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
+        if self.silent.is_empty() {
+            return;
+        }
+        let Some(place) = self.silent.get(&node).copied() else { return self.was_away(node, scene) };
+        let at = scene.at;
+        let Some(one) = scene.ledger.get_mut(place) else { return };
+        gone(one, scene.heard.last(node), at);
+        if one.kind == Kind::HeartbeatStopped && !heartbeat {
+            return;
+        }
+        one.step(at, Role::Recovery, Saying::HeardAgain, None);
+        if let Some(silence) = at.since(one.repeats.since) {
+            one.fact("silence", Quantity::Ns(silence));
+        }
+        self.silent.remove(&node);
+        if !self.silent.values().any(|other| *other == place) {
+            one.ends(at);
+        }
+    }
+
+    /// Records an overdue heartbeat (HBT002).
+    pub(in crate::stories) fn lost(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        if let Some(one) = self.silent.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
+            return one.found(finding);
+        }
+        let heartbeat = finding.cause.or_else(|| scene.heard.last_heartbeat(node)).unwrap_or(finding.at);
+        let period = scene.bus.heartbeat_period(node);
+        let sync = scene.heard.sync;
+        let (begin, producer) = last_sign(node, heartbeat, finding.at, scene);
+        // Other frames after the next heartbeat was due show that the node goes on.
+        let rest = finding.at.since(begin).unwrap_or(i64::MAX);
+        let beyond = begin.since(heartbeat).unwrap_or(0);
+        let goes_on = period.is_some_and(|period| beyond > period.saturating_add(period / 2) && rest < beyond);
+        let kind = if goes_on { Kind::HeartbeatStopped } else { Kind::NodeSilent };
+        let begin = if goes_on { heartbeat } else { begin };
+        let place = self.again(kind, node, begin, scene).or_else(|| self.join(node, kind, begin, period, scene));
+        let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at));
+        let Some(place) = place else { return };
+        let (sync_clue, clue_limit) = (scene.heard.sync_period_ns.map(|period| (sync, period)), finding.measured());
+        let at_sync = producer && has_stopped(sync, finding.at, scene);
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.clue.controller |= scene.heard.serving & bit(node) == 0;
+            one.clue.sync_producer |= producer && !goes_on;
+            one.clue.sync = sync_clue;
+            one.clue.because_of = finding.because_of.map(|at| at.no);
+            if one.steps.is_empty() {
+                one.step(begin, Role::Sign, Saying::LastSign, None);
+            }
+            if at_sync {
+                one.step(sync, Role::Reaction, Saying::SyncGone, None);
+            }
+            if let Some(period) = period {
+                one.fact("period", Quantity::Ns(rounded(period)));
+            }
+            for (name, value) in clue_limit.iter().flat_map(|all| all.facts()) {
+                one.fact(if name == "silence" { "noticed_after" } else { name }, value);
+            }
+            one.found(finding);
+        }
+        self.silent.insert(node, place);
+        self.remember(node, scene);
+    }
+
+    /// Attributes a loss reported by a consumer, but found by no rule, to the node that has not been heard for longest,
+    /// if only one is missing. `watched`: the nodes that the consumer monitors, with their times in ns; `named`: the
+    /// bytes of the emergency that may name the node.
+    pub(in crate::stories) fn missed(
+        &mut self,
+        consumer: u8,
+        watched: &[(u8, i64)],
+        named: [u8; 5],
+        scene: &mut Scene<'_>,
+    ) {
+        let at = scene.at;
+        let age = |node: u8| scene.heard.last(node).and_then(|last| at.since(last)).unwrap_or(0);
+        let is_missed = |node: &u8| {
+            let limit = match (watched.iter().find(|(other, _)| other == node), watched.is_empty()) {
+                (Some((_, time)), _) => *time,
+                (None, false) => return false,
+                (None, true) => {
+                    scene.bus.heartbeat_period(*node).map_or(UNHEARD_NS, |period| period.saturating_add(period / 8))
+                }
+            };
+            let beats = scene.heard.last_heartbeat(*node).is_some_and(|beat| {
+                self.booted.get(node).is_none_or(|boot| beat.no >= boot.no) || scene.heard.last(*node) == Some(beat)
+            });
+            // A node reset by command is booting.
+            let reset = self.commanded.as_ref().is_some_and(|commanded| {
+                let kind = scene.ledger.get(commanded.place).map(|one| one.kind);
+                commanded.waits_for(*node) && kind == Some(Kind::CommandedReset)
+            });
+            *node != consumer && beats && !reset && age(*node) >= limit
+        };
+        let missed: Vec<u8> = members(scene.heard.known).filter(is_missed).collect();
+        if missed.iter().any(|node| self.silent.contains_key(node)) {
+            return;
+        }
+        let named = missed.iter().copied().find(|node| named.iter().filter(|byte| **byte != 0).eq([node]));
+        let alone = if let [node] = missed.as_slice() { Some(*node) } else { None };
+        let Some(node) = named.or(alone) else { return };
+        let Some(beat) = scene.heard.last_heartbeat(node) else { return };
+        let (begin, producer) = last_sign(node, beat, at, scene);
+        let kind = Kind::NodeSilent;
+        let again = self.again(kind, node, begin, scene);
+        let Some(place) = again.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at)) else {
+            return;
+        };
+        let clue = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
+        if let Some(one) = scene.ledger.get_mut(place) {
+            one.grade = Grade::Likely;
+            one.clue.controller = scene.heard.serving & bit(node) == 0;
+            (one.clue.sync_producer, one.clue.sync) = (producer, clue);
+            if one.steps.is_empty() {
+                one.step(begin, Role::Sign, Saying::LastSign, None);
+            }
+            if let Some(period) = scene.bus.heartbeat_period(node) {
+                one.fact("period", Quantity::Ns(rounded(period)));
+            }
+        }
+        self.silent.insert(node, place);
+        self.remember(node, scene);
+    }
+
+    /// Completes nodes whose other frames have stopped as well, at the end of the capture.
+    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (node, place) in &self.silent {
+            let last = scene.heard.last(*node);
+            if let Some(one) = scene.ledger.get_mut(*place) {
+                gone(one, last, scene.at);
+            }
+        }
+    }
+
+    /// Adds a node to the loss of others if it has not been heard since then, although it was not missed.
+    fn was_away(&self, node: u8, scene: &mut Scene<'_>) {
+        let Some(last) = scene.heard.last(node) else { return };
+        let away = scene.at.since(last).unwrap_or(0);
+        if scene.bus.heartbeat_period(node).is_none_or(|period| away < period.saturating_add(period / 2)) {
+            return;
+        }
+        for place in self.silent.values() {
+            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind == Kind::SegmentLost) else { continue };
+            let period = one.ns("period").unwrap_or(0);
+            if last.since(one.begin).is_some_and(|since| since <= period) && away > period {
+                one.subject.nodes |= bit(node);
+                one.step(scene.at, Role::Recovery, Saying::HeardAgain, None);
+                return;
+            }
+        }
+    }
+
+    /// Remembers if a lost node was Operational; one that waits to be started was so before.
+    fn remember(&mut self, node: u8, scene: &Scene<'_>) {
+        if !self.waiting.contains_key(&node) {
+            self.was_operational = self.was_operational & !bit(node) | scene.heard.operational & bit(node);
+        }
+    }
+
+    /// Returns the same incident of the node if it recurs soon.
+    fn again(&mut self, kind: Kind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
+        let place = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node))?;
+        let one = scene.ledger.get_mut(place)?;
+        let soon = one.repeats.longest_ns.saturating_mul(10).max(AGAIN_NS);
+        if one.end.is_some() && !one.ended_within(begin, soon) {
+            return None;
+        }
+        one.again(begin);
+        one.step(begin, Role::Sign, Saying::LastSign, None);
+        Some(place)
+    }
+
+    /// Returns the silence of other nodes that began together with this one.
+    fn join(
+        &mut self,
+        node: u8,
+        kind: Kind,
+        begin: FrameRef,
+        period: Option<i64>,
+        scene: &mut Scene<'_>,
+    ) -> Option<Place> {
+        let place = self.silent.values().copied().max()?;
+        let since = scene.heard.last(node)?;
+        // When the next heartbeat of the other was due, it was already lost, and so was this one.
+        let one = scene.ledger.get_mut(place).filter(|one| kind == Kind::NodeSilent && one.end.is_none())?;
+        if !matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) {
+            return None;
+        }
+        let other_period = one.ns("period")?;
+        let (first, then) = (one.begin.t_ns?, begin.t_ns.or(since.t_ns)?);
+        let earliest = first.max(then);
+        let latest = first.saturating_add(other_period).min(then.saturating_add(period?));
+        if earliest > latest.saturating_add(TOGETHER_NS)
+            || then.saturating_sub(first).saturating_abs() > other_period.max(period?)
+        {
+            return None;
+        }
+        lost_with(one, node);
+        if then < first {
+            (one.begin, one.repeats.since) = (begin, begin);
+        }
+        one.step(begin, Role::Sign, Saying::LastSign, None);
+        Some(place)
+    }
+}
+
+/// Returns true if messages that accompany SYNC, the last of them at a frame, have stopped.
+fn has_stopped(last: FrameRef, at: FrameRef, scene: &Scene<'_>) -> bool {
+    let since = at.since(last).zip(scene.heard.sync_period_ns);
+    last.no > 0 && since.is_some_and(|(since, period)| since > 2 * period)
+}
+
+/// Returns the last sign of a missed node with a known last heartbeat, and true if it produces SYNC.
+fn last_sign(node: u8, heartbeat: FrameRef, at: FrameRef, scene: &Scene<'_>) -> (FrameRef, bool) {
+    let begin = scene.heard.last(node).filter(|last| last.no > heartbeat.no).unwrap_or(heartbeat);
+    let (sync, control) = (scene.heard.sync, scene.heard.control);
+    // A node that sends only heartbeats is the controller; if control traffic has stopped with its heartbeats, it lived
+    // until then.
+    let controls = scene.heard.serving & bit(node) == 0 && has_stopped(control, at, scene);
+    let producer = scene.produces_sync(node) || controls && has_stopped(sync, at, scene);
+    let last = if controls { control } else { sync };
+    (if producer && last.no > begin.no { last } else { begin }, producer)
+}
+
+/// Rounds a period for people: to whole ms unless it is short.
+fn rounded(ns: i64) -> i64 {
+    const MS: i64 = 1_000_000;
+    if ns < 10 * MS { ns } else { ns.saturating_add(MS / 2) / MS * MS }
+}
+
+/// Turns a loss of heartbeats into a silence if the node has sent nothing else for as long.
+fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
+    let limit = one.ns("limit");
+    let Some(last) = last.filter(|last| one.kind == Kind::HeartbeatStopped && last.no >= one.begin.no) else { return };
+    if limit.is_some_and(|limit| at.since(last) > Some(limit)) && one.repeats.count == 1 {
+        one.kind = Kind::NodeSilent;
+        (one.begin, one.repeats.since) = (last, last);
+        one.step(last, Role::Sign, Saying::LastSign, None);
+    }
+}
+
+/// Adds a node to an incident of lost nodes; its own facts stay.
+pub(super) fn lost_with(one: &mut Incident, node: u8) {
+    one.subject.nodes |= bit(node);
+    if one.subject.nodes.count_ones() > 1 {
+        one.kind = Kind::SegmentLost;
+        one.subject.node = None;
+    }
+}

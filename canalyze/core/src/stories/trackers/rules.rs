@@ -1,0 +1,250 @@
+//! Findings that no other tracker follows: their kind, number and end.
+//!
+//! The table is in `signs`. Findings of one kind about one subject are one incident if they recur soon.
+
+use super::AGAIN_NS;
+use crate::bytes::frame::FrameRef;
+use crate::checks::pdo::configuration::pdo_parameter;
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::wire::Mux;
+use crate::stories::incident::{Role, Subject};
+use crate::stories::kinds::Kind;
+use crate::stories::ledger::Place;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+use crate::stories::signs::{self, Ends};
+
+/// Maximum distance of problems of one SDO server that are one, in ns.
+const ONE_TRANSFER_NS: i64 = 2_000_000_000;
+/// Maximum time from the signs of a second node with the same node-ID to its proof, in ns.
+const DOUBLE_NS: i64 = 15_000_000_000;
+/// Ratio to its limit from which on a PDO is missing and not late.
+const MISSING: i64 = 5;
+/// Number of times from which an incident is still open at the end of the capture if the next time is not due yet.
+pub(in crate::stories) const GOES_ON: u64 = 3;
+
+/// The open incidents.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct Found {
+    open: Vec<(Place, Ends)>,
+    /// The last time of incidents that end at once.
+    last: Vec<(Place, FrameRef)>,
+}
+
+/// A sign that may end incidents.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::stories) struct Sign {
+    pub(in crate::stories) ends: Ends,
+    pub(in crate::stories) node: Option<u8>,
+    pub(in crate::stories) pdo: Option<(bool, u16)>,
+    pub(in crate::stories) object: Option<Mux>,
+}
+
+/// Returns true for kinds that are one problem of an SDO server.
+fn is_sdo(kind: Kind) -> bool {
+    matches!(kind, Kind::RequestUnanswered | Kind::LateAnswer | Kind::DamagedTransfer | Kind::TwoClients)
+}
+
+/// Returns true for kinds that are one problem of SYNC.
+fn is_sync(kind: Kind) -> bool {
+    matches!(kind, Kind::SyncIrregular | Kind::SyncStopped | Kind::TwoSyncProducers | Kind::SyncLength)
+}
+
+impl Found {
+    /// Processes a finding; returns its incident if that is new.
+    pub(in crate::stories) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<Place> {
+        let (code, kind, least, ends) = signs::of(finding.code)?;
+        let at = finding.about().unwrap_or(finding.at);
+        let pdo =
+            finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
+        let (kind, ends) = match (code, says(finding)) {
+            (Code::Sdo002, Some("request")) => (Kind::DamagedTransfer, Ends::Transferred),
+            // A node that was heard exists.
+            (Code::Sdo031, _) if finding.node.is_some_and(|node| scene.heard.last(node).is_some()) => {
+                (Kind::RequestUnanswered, Ends::Answered)
+            }
+            // The outcome of a write is not known until the next one.
+            _ if kind == Kind::RequestUnanswered && written(finding, scene) == Some(at.no) => (kind, Ends::Written),
+            _ => (kind, ends),
+        };
+        // A stopped SYNC is not a problem of the node that misses it.
+        let node = finding.node.filter(|_| kind != Kind::SyncStopped);
+        let subject = Subject { pdo, ..Subject::of(node) };
+        let because = finding.because_of.map(|frame| frame.no);
+        // A finding with a count is placed at the last of them; one about a deadline where it was noticed.
+        let last = if times(finding, 1) > 1 && finding.at.no > at.no { finding.at } else { at };
+        let again = scene.ledger.last(scene.id, |one| {
+            let (node, other) = (one.subject.node, one.kind);
+            let same = other == kind && (node, one.subject.pdo) == (subject.node, subject.pdo);
+            let near =
+                one.end.is_none() || one.ended_within(at, ONE_TRANSFER_NS) || one.began_within(at, ONE_TRANSFER_NS);
+            let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
+            let of_kind = |is: fn(Kind) -> bool| is(other) && is(kind) && node == subject.node && near;
+            let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
+            same && soon || of_kind(is_sdo) || of_kind(is_sync) || explained
+        });
+        if let Some(place) = again {
+            let one = scene.ledger.get_mut(place)?;
+            one.found(finding);
+            // A consequence of an earlier one of the same kind is a repetition.
+            if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) {
+                if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
+                    one.again(at);
+                }
+                one.repeats.count += times(finding, least) - 1;
+                self.keep(place, ends, last);
+            }
+            return None;
+        }
+        if kind == Kind::DuplicateNodeId
+            && let Some(one) = scene.ledger.last(scene.id, |one| {
+                let shows = matches!(
+                    one.kind,
+                    Kind::NodeRestarted
+                        | Kind::RestartLoop
+                        | Kind::LeftOperational
+                        | Kind::HeartbeatIrregular
+                        | Kind::DamagedTransfer
+                );
+                shows && one.subject.node == subject.node && one.began_within(finding.at, DOUBLE_NS)
+            })
+            && let Some(one) = scene.ledger.get_mut(one)
+        {
+            (one.kind, one.end, one.clue.least) = (kind, None, 1);
+            one.found(finding);
+            return None;
+        }
+        // A consequence that is no problem of its own belongs to its cause.
+        if let Some(frame) = because
+            && !is_sdo(kind)
+        {
+            let cause = scene.ledger.last(scene.id, |one| one.holds(frame));
+            if let Some(one) = cause.and_then(|place| scene.ledger.get_mut(place)) {
+                one.found(finding);
+                if finding.node.is_none_or(|node| one.subject.concerns(node)) {
+                    return None;
+                }
+            }
+        }
+        let place = scene.ledger.open(kind, scene.id, subject, at, finding.at)?;
+        let producer = scene.heard.sync_period_ns.map(|period| (scene.heard.sync, period));
+        let one = scene.ledger.get_mut(place)?;
+        one.clue.because_of = because;
+        one.clue.least = least;
+        one.clue.sync = producer;
+        one.repeats.count = times(finding, least);
+        for (name, value) in finding.measured().iter().flat_map(|all| all.facts()) {
+            one.fact(name, value);
+        }
+        if let Some(object) = finding.object {
+            one.fact("object", Quantity::Object(object));
+        }
+        one.found(finding);
+        self.keep(place, ends, last);
+        Some(place)
+    }
+
+    fn keep(&mut self, place: Place, ends: Ends, at: FrameRef) {
+        match ends {
+            Ends::Never => {}
+            Ends::Once => {
+                self.last.retain(|(other, _)| *other != place);
+                self.last.push((place, at));
+            }
+            _ if self.open.iter().any(|(other, _)| *other == place) => {}
+            _ => self.open.push((place, ends)),
+        }
+    }
+
+    /// Returns true if nothing is open.
+    #[inline]
+    pub(in crate::stories) fn is_empty(&self) -> bool {
+        self.open.is_empty()
+    }
+
+    /// Returns true if the length of a PDO matters.
+    pub(in crate::stories) fn measures(&self) -> bool {
+        self.open.iter().any(|(_, ends)| *ends == Ends::Length)
+    }
+
+    /// Processes a sign that may end incidents.
+    pub(in crate::stories) fn sign(&mut self, sign: Sign, scene: &mut Scene<'_>) {
+        if self.open.is_empty() {
+            return;
+        }
+        let at = scene.at;
+        self.open.retain(|(place, ends)| {
+            let Some(one) = scene.ledger.get_mut(*place) else { return false };
+            let of_node = sign.node.is_none() || one.subject.node == sign.node;
+            let of_pdo = one.subject.pdo.is_none() || one.subject.pdo == sign.pdo;
+            let after = at.no > one.noticed.no;
+            if *ends == Ends::Written && sign.object.map(Quantity::Object) != one.get("object") {
+                return true;
+            }
+            if *ends != sign.ends || !of_node || !after || (matches!(ends, Ends::Pdo | Ends::Length) && !of_pdo) {
+                return true;
+            }
+            let said = match ends {
+                Ends::Heard => Saying::HeardAgain,
+                Ends::Answered | Ends::Transferred => Saying::Answered,
+                Ends::Written => Saying::WrittenAgain,
+                Ends::Sync => Saying::SyncAgain,
+                Ends::Pdo => Saying::PdoAgain,
+                Ends::Length => Saying::LengthFits,
+                _ => Saying::Recovered,
+            };
+            one.step(at, Role::Recovery, said, None);
+            one.ends(at);
+            false
+        });
+    }
+
+    /// Ends incidents at the end of the capture, except those that go on.
+    pub(in crate::stories) fn finish(&mut self, end: FrameRef, scene: &mut Scene<'_>) {
+        for (place, last) in self.last.drain(..) {
+            let Some(one) = scene.ledger.get_mut(place) else { continue };
+            let mean = last.since(one.begin).map(|all| all / one.repeats.count.max(2) as i64);
+            let rest = end.since(last);
+            let goes_on = mean.zip(rest).is_some_and(|(mean, rest)| rest < mean.saturating_mul(3));
+            if one.repeats.count < GOES_ON || !goes_on {
+                one.ends(last);
+            }
+        }
+        for (place, ends) in self.open.drain(..) {
+            if let Some(one) = scene.ledger.get_mut(place)
+                && ends == Ends::Pdo
+            {
+                one.clue.least = 1;
+            }
+        }
+        for one in scene.ledger.all.iter_mut().filter(|one| one.kind == Kind::PdoMissing && one.clue.least > 1) {
+            let limit = one.ns("limit").or_else(|| one.ns("period"));
+            if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
+                one.clue.least = 1;
+            }
+        }
+    }
+}
+
+/// Returns the frame number of the last write to the node of a finding.
+fn written(finding: &Finding, scene: &Scene<'_>) -> Option<u64> {
+    Some(scene.heard.written(finding.node?)?.no)
+}
+
+/// Returns the number of times in a finding; without a single gap the incident is lasting.
+fn times(finding: &Finding, least: u64) -> u64 {
+    let Some(measured) = finding.measured() else { return finding.facts.count().max(1) };
+    let counted = measured.facts().find_map(|(name, value)| match value {
+        Quantity::Count(count) if matches!(name, "count" | "missing") => Some(count),
+        _ => None,
+    });
+    let lasts = finding.code == Code::Syn003 && measured.get("gap").is_none();
+    if lasts { least } else { counted.unwrap_or(1).max(1) }
+}
+
+/// Returns the word for the missing part in a finding about an unanswered request.
+fn says(finding: &Finding) -> Option<&'static str> {
+    let measured = finding.measured()?;
+    let (_, value) = measured.variant.constants.iter().find(|(name, _)| *name == "missing")?;
+    Some(value.trim_matches('"'))
+}

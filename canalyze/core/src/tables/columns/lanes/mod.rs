@@ -1,0 +1,489 @@
+//! `lanes`: what a timeline shows beside plots, one lane a thing: NMT states, drives, SDO transfers, errors, values.
+//!
+//! | lane | `state` | `class` |
+//! |---|---|---|
+//! | `nmt/BUS/nodeN` | the NMT state: shown, commanded, lost | `initialising pre-operational operational stopped lost unknown` |
+//! | `drive/BUS/nodeN`, `.../axis2` | the state of CiA 402 | its name: `operation-enabled` |
+//! | `sdo/BUS/nodeN`, `.../604-584` | the transfer, from its first frame to its last | `ok aborted failed incomplete` |
+//! | `emcy/BUS/nodeN` | the errors that the node has reported and not taken back | `active` |
+//! | `value/BUS/nodeN/TPDO1/SIGNAL` | the value of a signal that is no quantity | `0 1` of truth values |
+//! | `value/BUS/nodeN/TPDO1/SIGNAL.3` | a bit of it, once it has changed | `0 1` |
+//! | `pdo/BUS/nodeN/TPDO1` | never a state: null where samples of its quantities do not hold on | |
+//!
+//! A row is a change, and `state` is null where nothing is known any more: what was shown before a restart, a loss of
+//! the heartbeat or of frames is not drawn on. `BUS/` is left out where the capture names none. The rows of one lane
+//! stand in the order of their frames, those of different lanes need not. Signals, drives and errors of frames that a
+//! filter keeps back are not shown; lanes end there. Must not: judge.
+
+mod node;
+mod rows;
+#[cfg(test)]
+mod tests;
+mod transfers;
+mod values;
+
+use std::collections::BTreeMap;
+
+use self::node::{Node, NodeState};
+use self::rows::{At, Pen, prefix};
+use self::transfers::Channels;
+use self::values::Values;
+use super::column::{Batch, Table};
+use super::{Ends, Producer, Scene};
+use crate::bytes::frame::{BusId, Frame};
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Side;
+use crate::tables::selection::Selection;
+use crate::tables::setting::Setting;
+use crate::tables::table::{Moment, U64, Word as Choice, table};
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::message::Message;
+use crate::wire::nmt;
+use crate::words::lane::Word;
+use crate::words::profiles::Profile;
+use crate::words::{Lang, signal, value};
+use crate::world::dictionary::Described;
+use crate::world::drive::{self, Object};
+use crate::world::event::{Event, Note, ProcessData, What};
+
+/// A change of a lane.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct Change<'a> {
+    lane: &'a str,
+    at: At,
+    state: Option<&'a str>,
+    class: Option<&'static str>,
+}
+
+table! {
+    /// One row per change in a lane of the timeline.
+    /// 一行是时间轴上一条状态条的一次变化
+    Changes arrow "lanes", |_cx (()), one: Change<'_>| {
+        /// name of the lane
+        /// 状态条的名称
+        lane: Choice = one.lane;
+        t: Moment or null = one.at.t_ns;
+        frame: U64 = one.at.frame;
+        cycle: U64 = one.at.cycle;
+        /// text shown; empty where it ends
+        /// 显示的文字；空表示不再有
+        state: Choice or null = one.state;
+        /// class of its colour
+        /// 颜色类别
+        class: Choice or null = one.class;
+    }
+}
+
+/// One bus.
+#[derive(Debug, Default)]
+struct Bus {
+    /// `can0/`.
+    prefix: String,
+    /// Its last frame.
+    last: At,
+    nodes: BTreeMap<u8, Node>,
+    /// Nodes that have sent something, a bit each.
+    present: u128,
+    /// Nodes of which a boot-up or a command to all says the state, and nothing else, a bit each.
+    fresh: u128,
+}
+
+/// The lanes.
+#[derive(Debug)]
+pub(super) struct Lanes {
+    sheet: Sheet,
+    buses: Vec<Bus>,
+    values: Values,
+    channels: Channels,
+}
+
+/// What is written on.
+#[derive(Debug)]
+struct Sheet {
+    table: Table<Changes>,
+    lang: Lang,
+    /// Words being put together.
+    text: Vec<u8>,
+}
+
+impl Sheet {
+    fn pen<'a>(&'a mut self, done: &'a mut Vec<Batch>) -> Pen<'a> {
+        let Self { table, lang, text } = self;
+        Pen { table, done, lang: *lang, text }
+    }
+}
+
+/// Where a frame stands, and whether a filter lets it through.
+#[derive(Clone, Copy, Debug)]
+struct Place<'a> {
+    frame: &'a Frame,
+    at: At,
+    shown: bool,
+}
+
+impl Lanes {
+    /// Returns lanes without rows. `selection`: the signals that have one.
+    pub(super) fn new(lang: Lang, selection: Selection) -> Self {
+        let sheet = Sheet { table: Table::default(), lang, text: Vec::new() };
+        Self { sheet, buses: Vec::new(), values: Values::new(selection), channels: Channels::default() }
+    }
+}
+
+impl Producer for Lanes {
+    fn passing(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+        let at = At::frame(frame, scene.cycle);
+        let place = Place { frame, at, shown: scene.shown };
+        self.know(scene.setting, frame.bus);
+        // What became due before the frame stands behind its own event.
+        for event in events.iter().skip(1) {
+            if let What::Finding(finding) = &event.what {
+                self.silence(done, finding, scene.cycle);
+            }
+        }
+        let Some(bus) = self.buses.get_mut(usize::from(frame.bus.0)) else { return };
+        bus.last = at;
+        self.channels.frame(frame.bus, at);
+        for event in events {
+            match &event.what {
+                What::Pdo(data) => self.process_data(done, place, data),
+                What::Message(message) => self.message(done, place, message),
+                What::Sdo(step) => {
+                    let node = event.node.unwrap_or(0);
+                    self.sdo(done, place, step.side, node);
+                    self.channels.step(event.transfer, step.side, node, frame);
+                }
+                What::Note(Note::NodeIdChanged { from, .. }) => self.left(done, place, *from),
+                _ => {}
+            }
+        }
+    }
+
+    fn asides(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, events: &[Event]) {
+        for event in events {
+            if let What::Finding(finding) = &event.what {
+                self.silence(done, finding, scene.cycles.at(finding.bus, finding.at.no));
+            }
+        }
+    }
+
+    /// Frames are missing.
+    fn about_capture(&mut self, done: &mut Vec<Batch>, finding: &Finding) {
+        match finding.code {
+            Code::Cap002 => self.gap(done, finding.bus),
+            Code::Cap004 | Code::Cap008 => {
+                for index in 0..self.buses.len() {
+                    self.gap(done, BusId(index as u8));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Frames of a bus are missing behind its last one: no state is known any more.
+    fn gap(&mut self, done: &mut Vec<Batch>, id: BusId) {
+        let Some(bus) = self.buses.get_mut(usize::from(id.0)) else { return };
+        let Bus { prefix, last, nodes, fresh, .. } = bus;
+        let mut pen = self.sheet.pen(done);
+        for node in nodes.values_mut() {
+            node.lose(&mut pen, prefix, NodeState::Unknown(Word::Gap), None, *last);
+            node.end_drives(&mut pen, prefix, false, *last);
+            node.forget_errors(&mut pen, prefix, *last);
+            node.forget(*last);
+        }
+        *fresh = 0;
+        self.values.end(&mut pen, id, None, *last);
+    }
+
+    fn transfer(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, transfer: &Transfer) {
+        let cycles = scene.cycles;
+        self.know(scene.setting, transfer.bus);
+        let Some(bus) = self.buses.get_mut(usize::from(transfer.bus.0)) else { return };
+        let mut pen = self.sheet.pen(done);
+        self.channels.take(&mut pen, &bus.prefix, cycles, transfer);
+        let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
+        let upload = whole && transfer.direction == Direction::Upload;
+        let Some(mux) = transfer.mux.filter(|mux| upload && mux.sub == 0) else { return };
+        let node = bus.nodes.entry(transfer.node).or_insert_with(|| Node::new(transfer.node));
+        match *transfer.data.kept.as_slice() {
+            [low, high, _, _] if mux.index == 0x1000 => {
+                node.profile = Profile::of(u32::from(u16::from_le_bytes([low, high])));
+            }
+            [low, high] if Object::at(mux.index) == Some(Object::Statusword) => {
+                let Described { object, profile } = &transfer.described;
+                let is_drives = match object {
+                    Some(object) => signal::is_drives(&value::as_mapped(object, *profile)),
+                    None => node.profile.may_be_drive(),
+                };
+                if is_drives {
+                    let axis = drive::axis(mux.index).unwrap_or(0);
+                    let at = At::of(transfer.last, transfer.bus, cycles);
+                    node.reports(&mut pen, &bus.prefix, (axis, false), u16::from_le_bytes([low, high]), at);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn finish(&mut self, done: &mut Vec<Batch>, _: Scene<'_>) {
+        self.channels.flush(&mut self.sheet.pen(done));
+        self.sheet.table.finish(done);
+    }
+
+    fn flush(&mut self, done: &mut Vec<Batch>) {
+        self.channels.flush(&mut self.sheet.pen(done));
+        self.sheet.table.flush(done);
+    }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        &mut self.sheet.table
+    }
+}
+
+impl Lanes {
+    /// A bus has a frame.
+    fn know(&mut self, setting: Setting<'_>, bus: BusId) {
+        while self.buses.len() <= usize::from(bus.0) && bus != BusId::NONE {
+            let name = setting.buses.name(BusId(self.buses.len() as u8));
+            self.buses.push(Bus { prefix: prefix(name), ..Bus::default() });
+        }
+    }
+
+    /// Somebody is not heard any more, or nobody is.
+    fn silence(&mut self, done: &mut Vec<Batch>, finding: &Finding, cycle: u64) {
+        let since = |from: Option<i64>, name, sign: i64| {
+            Some(from?.saturating_add(sign.saturating_mul(measured(finding, name)?)))
+        };
+        let heard = finding.cause.and_then(|cause| cause.t_ns);
+        let (node_state, t_ns) = match finding.code {
+            Code::Hbt002 => (NodeState::Lost(Word::HeartbeatLost), since(heard, "limit", 1)),
+            Code::Grd002 => (NodeState::Lost(Word::GuardingLost), None),
+            Code::Hbt005 => (NodeState::Unknown(Word::Silence), since(finding.at.t_ns, "silence", -1)),
+            _ => return,
+        };
+        let Some(bus) = self.buses.get_mut(usize::from(finding.bus.0)) else { return };
+        let at = At { t_ns: finding.at.t_ns, frame: finding.at.no, cycle };
+        let mut pen = self.sheet.pen(done);
+        for (id, node) in &mut bus.nodes {
+            if finding.node.is_some_and(|lost| lost != *id) || finding.node.is_none() && !node.is_heard() {
+                continue;
+            }
+            bus.fresh &= !bit(*id);
+            node.lose(&mut pen, &bus.prefix, node_state, t_ns, at);
+            node.lose_drives(&mut pen, &bus.prefix, t_ns, at);
+            // The frame at which it is found out may carry a PDO of the node itself.
+            self.values.end_since(&mut pen, finding.bus, Some(*id), at, bus.last);
+        }
+    }
+
+    #[inline]
+    fn process_data(&mut self, done: &mut Vec<Batch>, place: Place<'_>, data: &ProcessData) {
+        let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
+        let mut pen = self.sheet.pen(done);
+        if data.transmit && (bus.present & bit(data.node) == 0 || bus.fresh & bit(data.node) != 0) {
+            bus.sends(&mut pen, place, data.node);
+        }
+        let Bus { prefix, nodes, .. } = bus;
+        let same = if place.shown { self.values.same(place.frame, data) } else { None };
+        let carrier = match same {
+            Some(same) => same,
+            None => {
+                let at = place.frame.reference();
+                if data.transmit && nodes.get(&data.node).is_some_and(|node| node.will_obey(at)) {
+                    if place.shown {
+                        self.values.late(&mut pen, place.frame, data, place.at);
+                    }
+                    return;
+                }
+                let pdo = (place.frame, place.at, place.shown);
+                if self.values.change(&mut pen, prefix, pdo, data)
+                    && let Some(node) = nodes.get_mut(&data.node)
+                {
+                    node.end_drives(&mut pen, prefix, true, place.at);
+                }
+                let Some(changed) = self.values.statuswords(place.frame, data) else { return };
+                changed
+            }
+        };
+        for (axis, word) in carrier.statuswords(place.frame) {
+            let node = nodes.entry(data.node).or_insert_with(|| Node::new(data.node));
+            if !node.will_obey(place.frame.reference()) {
+                node.reports(&mut pen, prefix, (axis, true), word, place.at);
+            }
+        }
+    }
+
+    fn sdo(&mut self, done: &mut Vec<Batch>, place: Place<'_>, side: Side, node: u8) {
+        let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
+        match side {
+            Side::Client => bus.node(node).managed = true,
+            Side::Server if bus.present & bit(node) == 0 => bus.appears(&mut self.sheet.pen(done), place, node),
+            Side::Server => {}
+        }
+    }
+
+    fn message(&mut self, done: &mut Vec<Batch>, place: Place<'_>, message: &Message) {
+        let id = place.frame.bus;
+        let Some(bus) = self.buses.get_mut(usize::from(id.0)) else { return };
+        let mut pen = self.sheet.pen(done);
+        let at = place.frame.reference();
+        match *message {
+            Message::BootUp { node } => {
+                bus.present |= bit(node);
+                bus.node(node).boots(at);
+                let (prefix, one) = bus.parts(node);
+                one.stand(&mut pen, prefix, NodeState::BootUp, place.at, place.shown);
+                bus.fresh |= bit(node);
+                self.restart(done, place, node);
+            }
+            Message::Heartbeat { node, state, toggle, .. } => {
+                bus.present |= bit(node);
+                let Some(node_state) = bus.node(node).shows(state, toggle, at) else { return };
+                bus.fresh &= !bit(node);
+                let (prefix, one) = bus.parts(node);
+                if one.stand(&mut pen, prefix, node_state, place.at, place.shown) {
+                    self.follow(done, place, node, node_state);
+                }
+            }
+            Message::GuardingRequest { node } => bus.node(node).asked = true,
+            Message::Nmt { command, node } => self.command(done, place, command, node),
+            Message::Emcy { node, code, profile, register, .. } => {
+                if bus.present & bit(node) == 0 {
+                    bus.appears(&mut pen, place, node);
+                }
+                let (prefix, one) = bus.parts(node);
+                one.profile = profile;
+                one.emergency(&mut pen, prefix, (code, register), place.at, place.shown);
+            }
+            _ => {}
+        }
+    }
+
+    /// The master commands a node, or all of them (0).
+    fn command(&mut self, done: &mut Vec<Batch>, place: Place<'_>, command: u8, addressed: u8) {
+        let state = match command {
+            nmt::START => OPERATIONAL,
+            nmt::STOP => STOPPED,
+            nmt::PRE_OPERATIONAL => PRE_OPERATIONAL,
+            nmt::RESET_NODE | nmt::RESET_COMMUNICATION => BOOT_UP,
+            _ => return,
+        };
+        let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
+        if (1..=127).contains(&addressed) {
+            bus.node(addressed);
+        }
+        let at = place.frame.reference();
+        let nodes: Vec<u8> = bus.nodes.keys().copied().filter(|id| addressed == 0 || addressed == *id).collect();
+        for id in nodes {
+            let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
+            let present = bus.present & bit(id) != 0;
+            let (prefix, node) = bus.parts(id);
+            if state == BOOT_UP && node.has_obeyed(at) {
+                node.managed |= addressed != 0;
+                continue;
+            }
+            let node_state = node.commanded(state, addressed != 0, present, at);
+            let news =
+                node_state.filter(|one| node.stand(&mut self.sheet.pen(done), prefix, *one, place.at, place.shown));
+            match news {
+                // What it sends now says more.
+                Some(NodeState::Unknown(_)) => bus.fresh |= bit(id),
+                Some(_) => bus.fresh &= !bit(id),
+                None => {}
+            }
+            if state == BOOT_UP {
+                self.restart(done, place, id);
+            } else if let Some(node_state) = news {
+                self.follow(done, place, id, node_state);
+            }
+        }
+    }
+
+    /// A node is in another state now: its PDOs say nothing any more where it sends none.
+    fn follow(&mut self, done: &mut Vec<Batch>, place: Place<'_>, id: u8, node_state: NodeState) {
+        if node_state.has_pdos() {
+            return;
+        }
+        let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
+        let mut pen = self.sheet.pen(done);
+        let (prefix, node) = bus.parts(id);
+        node.end_drives(&mut pen, prefix, node_state.has_sdo(), place.at);
+        self.values.end(&mut pen, place.frame.bus, Some(id), place.at);
+    }
+
+    /// A node starts anew: nothing that it said before holds.
+    fn restart(&mut self, done: &mut Vec<Batch>, place: Place<'_>, id: u8) {
+        let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
+        let mut pen = self.sheet.pen(done);
+        let (prefix, node) = bus.parts(id);
+        node.restart(place.at);
+        node.end_drives(&mut pen, prefix, false, place.at);
+        node.forget_errors(&mut pen, prefix, place.at);
+        self.values.end(&mut pen, place.frame.bus, Some(id), place.at);
+    }
+
+    /// A node has another node-ID now.
+    fn left(&mut self, done: &mut Vec<Batch>, place: Place<'_>, id: u8) {
+        self.restart(done, place, id);
+        let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
+        bus.present &= !bit(id);
+        bus.fresh &= !bit(id);
+        let (prefix, node) = bus.parts(id);
+        node.end_node_state(&mut self.sheet.pen(done), prefix, place.at);
+    }
+}
+
+impl Bus {
+    fn node(&mut self, id: u8) -> &mut Node {
+        self.parts(id).1
+    }
+
+    fn parts(&mut self, id: u8) -> (&str, &mut Node) {
+        (&self.prefix, self.nodes.entry(id).or_insert_with(|| Node::new(id)))
+    }
+
+    /// A node sends a PDO, and nothing has shown yet that it does.
+    fn sends(&mut self, pen: &mut Pen<'_>, place: Place<'_>, id: u8) {
+        if self.present & bit(id) == 0 {
+            self.appears(pen, place, id);
+        }
+        let fresh = self.fresh & bit(id) != 0;
+        let (prefix, node) = self.parts(id);
+        if fresh && node.began_before(place.frame.no) {
+            node.stand(pen, prefix, node.sends(), place.at, place.shown);
+            self.fresh &= !bit(id);
+        }
+    }
+
+    /// A node has sent something for the first time: a command that it was given counts.
+    fn appears(&mut self, pen: &mut Pen<'_>, place: Place<'_>, id: u8) {
+        self.present |= bit(id);
+        let (prefix, node) = self.parts(id);
+        if let Some(node_state) = node.appears() {
+            node.stand(pen, prefix, node_state, place.at, place.shown);
+        }
+    }
+}
+
+/// The class by which lanes show a state as it is on the wire: an NMT state (`nmt`), or that of the drive which has this
+/// statusword (`drive`). `None`: it has none, or there is no such kind of lane.
+pub fn class_of(kind: &str, number: u16) -> Option<&'static str> {
+    match kind {
+        "nmt" => u8::try_from(number).ok().map(|state| NodeState::Shown(state).class()),
+        "drive" => drive::State::of(number).map(drive::State::name),
+        _ => None,
+    }
+}
+
+/// The bit of a node.
+fn bit(node: u8) -> u128 {
+    1 << (node & 0x7F)
+}
+
+/// What a finding has measured, in ns.
+fn measured(finding: &Finding, name: &str) -> Option<i64> {
+    match finding.measured()?.get(name)? {
+        Quantity::Ns(ns) => Some(ns),
+        _ => None,
+    }
+}

@@ -1,0 +1,90 @@
+//! `states`: the NMT states of nodes, a row where one changes, and the NMT commands.
+//!
+//! | `source` | rows | `state` | `command` |
+//! |---|---|---|---|
+//! | `boot-up` | each | 0 | null |
+//! | `heartbeat`, `guarding` | the first since the node's boot-up, and each with another state than the one before | 4, 5, 127, or the state it carried | null |
+//! | `command` | each NMT command; `node` is null where it is to all | the state that it asks for, null for a reset or an unknown one | 1, 2, 128, 129, 130 |
+//!
+//! Must not: keep state of its own; the state that a node has shown before comes with the message.
+
+use super::column::{Batch, Table};
+use super::{Ends, Producer, Scene};
+use crate::bytes::frame::Frame;
+use crate::tables::table::{Moment, Name, U8, U64, Word, table};
+use crate::wire::message::Message;
+use crate::words::terms::nmt;
+use crate::world::event::{Event, What};
+
+/// A state or a command, and the event that shows it.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct Shown<'a> {
+    event: &'a Event,
+    node: Option<u8>,
+    state: Option<u8>,
+    source: &'static str,
+    command: Option<u8>,
+}
+
+table! {
+    /// One row per change of an NMT state, and per NMT command.
+    /// 一行是一次NMT状态变化或一条NMT命令
+    States arrow "states", |cx, one: Shown<'_>| {
+        t: Moment or null = one.event.at.t_ns;
+        frame: U64 = one.event.at.no;
+        bus: Name or null = cx.setting.bus(one.event.bus);
+        node: U8 or null = one.node;
+        /// code of the NMT state
+        /// NMT状态码
+        state: U8 or null = one.state;
+        name: Word or null = one.state.and_then(|state| nmt::state(cx.setting.lang, state));
+        source: Word = one.source;
+        /// NMT command specifier
+        /// NMT命令字
+        command: U8 or null = one.command;
+    }
+}
+
+impl Producer for Table<States> {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, _: &Frame, events: &[Event]) {
+        for event in events {
+            let What::Message(message) = &event.what else { continue };
+            let shown = match (seen(message), message) {
+                (Some((node, state, source)), _) => {
+                    Shown { event, node: Some(node), state: Some(state), source, command: None }
+                }
+                (None, &Message::Nmt { command, node }) => {
+                    let (node, state) = ((node > 0).then_some(node), commanded(command));
+                    Shown { event, node, state, source: "command", command: Some(command) }
+                }
+                _ => continue,
+            };
+            self.row(done, &scene.cx(), shown);
+        }
+    }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        self
+    }
+}
+
+/// Returns the node and the state that a message shows and its source, unless the node was in that state before.
+pub(super) fn seen(message: &Message) -> Option<(u8, u8, &'static str)> {
+    match *message {
+        Message::BootUp { node } => Some((node, 0, "boot-up")),
+        Message::Heartbeat { state, previous: Some(before), .. } if before == state => None,
+        Message::Heartbeat { node, state, guarding: true, .. } => Some((node, state, "guarding")),
+        Message::Heartbeat { node, state, .. } => Some((node, state, "heartbeat")),
+        _ => None,
+    }
+}
+
+/// Returns the state that a command asks for (CiA 301, 7.2.8.3.1).
+fn commanded(command: u8) -> Option<u8> {
+    match command {
+        0x01 => Some(0x05),
+        0x02 => Some(0x04),
+        0x80 => Some(0x7F),
+        _ => None,
+    }
+}

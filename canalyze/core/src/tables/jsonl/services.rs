@@ -1,0 +1,311 @@
+//! The object that stands under a service's name in a frame's JSON line, for every service but SDO.
+//!
+//! Keys are only ever added, never renamed. It must not decide anything.
+
+use super::object::Object;
+use super::{NAMES, marked, quoted};
+use crate::bytes::frame::Frame;
+use crate::tables::number;
+use crate::wire::cob_id::Role;
+use crate::wire::lss::{Bound, Command, Part, Setting, bit_rate};
+use crate::wire::message::{Flaw, Message};
+use crate::wire::pdo;
+use crate::wire::pdo::Multiplexed;
+use crate::wire::pdo::mapping::Mapping;
+use crate::wire::{error_frame, time, usdo};
+use crate::words::digits::{Hex, Padded, Put, put};
+use crate::words::escape;
+use crate::words::{Lang, signal, terms};
+use crate::world::event::Addressed;
+use crate::world::od::DataType;
+
+/// Appends `{...}`: the fields of a message, without what the frame's line already says (node, data).
+///
+/// Hexadecimal numbers are upper-case strings without prefix, bytes hexadecimal strings, other numbers decimal.
+/// Words marked (w) are those of the standard in English, but for `text`, which is in the chosen language.
+///
+/// | service | keys |
+/// |---|---|
+/// | `nmt` | `command` hex, `name` (w) or null, `target` node-ID, 0 = all |
+/// | `gfc` | none |
+/// | `flying_master` | `kind` 1-6, `priority`, `master` node-ID (both null but for kind 1) |
+/// | `sync` | `counter` or null |
+/// | `time` | `ms`, `days`, `reserved` hex, `date` YYYY-MM-DD, `time_of_day` HH:MM:SS.mmm or null beyond a day |
+/// | `emcy` | `code` hex, `name` (w) or null, `register` hex, `register_bits` list of bit numbers, `manufacturer` bytes, `active` list of the node's error codes (hex) after it as far as the capture shows them, `cleared` list of those that it takes back |
+/// | `pdo` | `direction` transmit/receive, `number`, `remote`, `communication_parameter` and `mapping_parameter` hex, and for a multiplex PDO `mpdo`: `mode` dam/sam, `node`, `index` hex, `sub`, `data` bytes, and what is known of the object: `name` (w), `type`, `value` with sign, type and factor applied, `unit`, `text` (w) the value in words, each null where it is not known |
+/// | `srdo` | `number`, `inverted`, `valid`: whether it is the inverse of the normal data before it, null where that is not known |
+/// | `heartbeat` | `state` hex, `name` (w) or null, `boot_up`, and unless it is one `previous` state (hex) shown since the last boot-up or null, `changed` |
+/// | `guarding` | `request`, and for an answer `state` hex, `name` (w) or null, `toggle` 0/1, `previous`, `changed` |
+/// | `lss` | `from` master/slave, `command` hex, and by command: `mode`, `part`, `bound`, `value` hex, `new_node`, `node`, `selector`, `index`, `kbit_s`, `delay_ms`, `confirms`, `error`, `error_name` (w), `specific`, `id_number` hex, `bit_check` hex, `lss_sub`, `lss_next` |
+/// | `usdo` | `request`, `destination`, `command` hex, `name` (w) or null, `remote_network`, `session`, and where an object is named `index` hex, `sub`, `type`, `size`, `abort` hex, `abort_name` (w), `data` bytes |
+/// | `error` | `class` hex, `classes` (w) list, `arbitration_bit`, `controller` hex, `protocol` hex, `location` hex, `transceiver` hex (each null unless its class is set), `tx_errors`, `rx_errors` or null |
+/// | `foreign` | `reason` reserved/unassigned/dynamic_sdo/extended |
+/// | any, malformed | `malformed` length/remote/fd, and for length `least`, `most` in bytes |
+pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
+    let mut object = Object::open(out);
+    match *message {
+        Message::Nmt { command, node } => {
+            object.hex::<2>("command", u64::from(command));
+            object.optional("name", terms::nmt::command(NAMES, command));
+            object.number("target", node);
+        }
+        Message::Gfc => {}
+        Message::FlyingMaster { kind, master } => {
+            object.number("kind", kind);
+            object.maybe("priority", master.map(|(priority, _)| priority));
+            object.maybe("master", master.map(|(_, node)| node));
+        }
+        Message::Sync { counter } => object.maybe("counter", counter),
+        Message::Time { ms, days, reserved } => {
+            object.number("ms", ms);
+            object.number("days", days);
+            object.hex::<1>("reserved", u64::from(reserved));
+            date(&mut object, ms, days);
+        }
+        Message::Emcy { code, profile, register, manufacturer, active, cleared, .. } => {
+            object.hex::<4>("code", u64::from(code));
+            object.optional("name", terms::emcy::code(NAMES, profile, code));
+            object.hex::<2>("register", u64::from(register));
+            object.list("register_bits", (0..8u8).filter(|bit| register & 1 << bit != 0), |out, bit| bit.put(out));
+            object.bytes("manufacturer", &manufacturer);
+            let hex = |out: &mut Vec<u8>, code: u16| put!(out; "\"", Hex::<4>(u64::from(code)), "\"");
+            object.list("active", active.iter(), hex);
+            object.list("cleared", cleared.iter(), hex);
+        }
+        Message::Pdo { transmit, number, .. } => process_data(&mut object, transmit, number, false),
+        Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
+        Message::Mpdo { transmit, number, content, .. } => {
+            process_data(&mut object, transmit, number, false);
+            addressed(&mut object, NAMES, &content, &Mapping::default(), frame);
+        }
+        Message::Srdo { number, inverted, valid } => {
+            object.number("number", number);
+            object.flag("inverted", inverted);
+            match valid {
+                Some(valid) => object.flag("valid", valid),
+                None => object.maybe("valid", None::<u8>),
+            }
+        }
+        Message::BootUp { .. } => {
+            object.hex::<2>("state", 0);
+            object.optional("name", terms::nmt::state(NAMES, 0));
+            object.flag("boot_up", true);
+        }
+        Message::Heartbeat { state, guarding: false, previous, .. } => {
+            object.hex::<2>("state", u64::from(state));
+            object.optional("name", terms::nmt::state(NAMES, state));
+            object.flag("boot_up", false);
+            before(&mut object, state, previous);
+        }
+        Message::Heartbeat { state, toggle, guarding: true, previous, .. } => {
+            object.flag("request", false);
+            object.hex::<2>("state", u64::from(state));
+            object.optional("name", terms::nmt::state(NAMES, state));
+            object.number("toggle", u8::from(toggle));
+            before(&mut object, state, previous);
+        }
+        Message::GuardingRequest { .. } => object.flag("request", true),
+        Message::Lss { from_master, command } => {
+            object.word("from", if from_master { "master" } else { "slave" });
+            let [cs, ..] = frame.head();
+            object.hex::<2>("command", u64::from(cs));
+            lss(&mut object, command);
+        }
+        Message::Usdo { request, destination, command, .. } => {
+            object.flag("request", request);
+            object.number("destination", destination);
+            object.hex::<2>("command", u64::from(command));
+            object.optional("name", terms::usdo::command(NAMES, command));
+            object.flag("remote_network", command & 0x80 != 0);
+            object.maybe("session", frame.payload().get(2).copied());
+            usdo_object(&mut object, frame.payload());
+        }
+        Message::ErrorFrame => errors(&mut object, frame),
+        Message::Foreign { role } => object.word(
+            "reason",
+            match role {
+                Role::DynamicSdo => "dynamic_sdo",
+                Role::Reserved => "reserved",
+                Role::Foreign => "extended",
+                _ => "unassigned",
+            },
+        ),
+        Message::Malformed { flaw: Flaw::Length { least, most }, .. } => {
+            object.word("malformed", "length");
+            object.number("least", least);
+            object.number("most", most);
+        }
+        Message::Malformed { flaw: Flaw::Remote, .. } => object.word("malformed", "remote"),
+        Message::Malformed { flaw: Flaw::Fd, .. } => object.word("malformed", "fd"),
+    }
+    object.close();
+}
+
+/// The state before, and whether it was another one.
+fn before(object: &mut Object<'_>, state: u8, previous: Option<u8>) {
+    object.maybe_hex("previous", previous.is_some(), previous.unwrap_or(0));
+    object.flag("changed", previous.is_some_and(|previous| previous != state));
+}
+
+fn date(object: &mut Object<'_>, ms: u32, days: u16) {
+    let (year, month, day) = time::date(days);
+    let out = object.key("date");
+    put!(out; "\"", year, "-", Padded::<2>(u64::from(month)), "-", Padded::<2>(u64::from(day)), "\"");
+    let out = object.key("time_of_day");
+    if ms >= time::DAY_MS {
+        put!(out; "null");
+        return;
+    }
+    let (hour, minute, second, thousandth) = time::clock(ms);
+    put!(out; "\"", Padded::<2>(u64::from(hour)), ":", Padded::<2>(u64::from(minute)), ":");
+    put!(out; Padded::<2>(u64::from(second)), ".", Padded::<3>(u64::from(thousandth)), "\"");
+}
+
+fn process_data(object: &mut Object<'_>, transmit: bool, number: u16, remote: bool) {
+    object.word("direction", if transmit { "transmit" } else { "receive" });
+    object.number("number", number);
+    object.flag("remote", remote);
+    object.hex::<4>("communication_parameter", u64::from(pdo::communication_parameter(transmit, number)));
+    object.hex::<4>("mapping_parameter", u64::from(pdo::mapping_parameter(transmit, number)));
+}
+
+/// The same for a multiplex PDO of whose object something is known.
+pub(in crate::tables) fn multiplexed(out: &mut Vec<u8>, lang: Lang, data: &Addressed, frame: &Frame) {
+    let mut object = Object::open(out);
+    process_data(&mut object, data.transmit, data.number, false);
+    addressed(&mut object, lang, &data.content, &data.mapping, frame);
+    object.close();
+}
+
+fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping: &Mapping, frame: &Frame) {
+    let mut inner = Object::open(object.key("mpdo"));
+    inner.word("mode", if content.destination { "dam" } else { "sam" });
+    inner.number("node", content.node);
+    inner.hex::<4>("index", u64::from(content.index));
+    inner.number("sub", content.sub);
+    inner.bytes("data", &content.data);
+    let known = mapping.entries.first();
+    match known.filter(|mapped| signal::has_name(NAMES, mapped)) {
+        Some(mapped) => quoted(inner.key("name"), |text| signal::name(text, NAMES, mapped)),
+        None => put!(inner.key("name"); "null"),
+    }
+    let whole = known.filter(|mapped| mapped.is_whole());
+    inner.optional("type", whole.and_then(|mapped| mapped.data_type).map(DataType::name));
+    match whole {
+        Some(mapped) => marked(inner.key("value"), |out| number::value(out, mapping, mapped, frame.payload())),
+        None => put!(inner.key("value"); "null"),
+    }
+    match known.and_then(|mapped| mapped.unit.as_deref()) {
+        Some(unit) => escape::json(inner.key("unit"), unit.as_bytes()),
+        None => put!(inner.key("unit"); "null"),
+    }
+    match whole.and_then(|mapped| Some((mapped, mapping.raw(mapped, frame.payload())?))) {
+        Some((mapped, raw)) => quoted(inner.key("text"), |text| signal::value(text, lang, mapped, raw)),
+        None => put!(inner.key("text"); "null"),
+    }
+    inner.close();
+}
+
+fn lss(object: &mut Object<'_>, command: Command) {
+    match command {
+        Command::SwitchGlobal { mode } => object.number("mode", mode),
+        Command::SwitchSelective { part, value } | Command::InquireResponse { part, value } => {
+            object.word("part", part_key(part));
+            object.hex::<8>("value", u64::from(value));
+        }
+        Command::Inquire { part } => object.word("part", part_key(part)),
+        Command::Identify { bound, value } => {
+            object.word(
+                "bound",
+                match bound {
+                    Bound::Vendor => "vendor",
+                    Bound::Product => "product",
+                    Bound::RevisionLow => "revision_low",
+                    Bound::RevisionHigh => "revision_high",
+                    Bound::SerialLow => "serial_low",
+                    Bound::SerialHigh => "serial_high",
+                },
+            );
+            object.hex::<8>("value", u64::from(value));
+        }
+        Command::ConfigureNodeId { node } => object.number("new_node", node),
+        Command::InquireNodeIdResponse { node } => object.number("node", node),
+        Command::ConfigureBitTiming { selector, index } => {
+            object.number("selector", selector);
+            object.number("index", index);
+            object.maybe("kbit_s", bit_rate(index).filter(|_| selector == 0));
+        }
+        Command::ActivateBitTiming { delay } => object.number("delay_ms", delay),
+        Command::Confirmation { of, error, specific } => {
+            object.word(
+                "confirms",
+                match of {
+                    Setting::NodeId => "node_id",
+                    Setting::BitTiming => "bit_timing",
+                    Setting::Store => "store",
+                },
+            );
+            object.number("error", error);
+            object.optional("error_name", terms::lss::error(NAMES, of, error));
+            object.number("specific", specific);
+        }
+        Command::Fastscan { id_number, bit_check, sub, next } => {
+            object.hex::<8>("id_number", u64::from(id_number));
+            object.hex::<2>("bit_check", u64::from(bit_check));
+            object.number("lss_sub", sub);
+            object.number("lss_next", next);
+        }
+        Command::SwitchSelectiveResponse
+        | Command::Store
+        | Command::IdentifyNonConfigured
+        | Command::IdentifySlave
+        | Command::IdentifyNonConfiguredSlave
+        | Command::InquireNodeId
+        | Command::Unknown(_) => {}
+    }
+}
+
+const fn part_key(part: Part) -> &'static str {
+    match part {
+        Part::Vendor => "vendor",
+        Part::Product => "product",
+        Part::Revision => "revision",
+        Part::Serial => "serial",
+    }
+}
+
+fn usdo_object(object: &mut Object<'_>, payload: &[u8]) {
+    let Some(named) = usdo::object(payload) else {
+        return;
+    };
+    object.hex::<4>("index", u64::from(named.index));
+    object.number("sub", named.sub);
+    if let (Some(data_type), Some(size)) = (named.data_type, named.size) {
+        object.hex::<2>("type", u64::from(data_type));
+        object.number("size", size);
+        object.bytes("data", named.data);
+    }
+    if let Some(code) = named.abort {
+        object.hex::<2>("abort", u64::from(code));
+        object.optional("abort_name", terms::usdo::abort(NAMES, code));
+    }
+}
+
+fn errors(object: &mut Object<'_>, frame: &Frame) {
+    let class = error_frame::class(frame);
+    object.hex::<8>("class", u64::from(class));
+    let words = error_frame::classes(frame).map(|bit| (bit, terms::find(terms::error_frame::CLASSES, NAMES, bit)));
+    object.list("classes", words, |out, (bit, word)| match word {
+        Some(word) => escape::json(out, word.as_bytes()),
+        None => put!(out; "\"", Hex::<8>(u64::from(bit)), "\""),
+    });
+    let [arbitration, controller, protocol, location, transceiver, ..] = frame.head();
+    object.maybe("arbitration_bit", (class & error_frame::LOST_ARBITRATION != 0).then_some(arbitration));
+    object.maybe_hex("controller", class & error_frame::CONTROLLER != 0, controller);
+    object.maybe_hex("protocol", class & error_frame::PROTOCOL != 0, protocol);
+    object.maybe_hex("location", class & error_frame::PROTOCOL != 0, location);
+    object.maybe_hex("transceiver", class & error_frame::TRANSCEIVER != 0, transceiver);
+    let counters = error_frame::counters(frame);
+    object.maybe("tx_errors", counters.map(|(tx, _)| tx));
+    object.maybe("rx_errors", counters.map(|(_, rx)| rx));
+}

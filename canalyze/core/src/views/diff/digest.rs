@@ -1,0 +1,500 @@
+//! What is kept of one capture to hold it against another: who did what, in order, and when what comes again and
+//! again came.
+//!
+//! Items (SDO transfers, NMT commands, states, emergencies, LSS) are kept by bus, node and kind, each with its frames;
+//! what is periodic (PDOs, heartbeats, SYNC, ...) as a stream of places. Memory is bounded: beyond [`ITEMS`] and
+//! [`PLACES`] the capture counts as ended there, which is reported. It must not judge or compare.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef};
+use crate::rules::finding::{Code, Facts, Finding};
+use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
+use crate::sdo::wire::Mux;
+use crate::stories::Diagnosis;
+use crate::stories::incident::Incident;
+use crate::stories::rank::is_root;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::wire::pdo::mapping::Mapping;
+use crate::world::dictionary::Described;
+use crate::world::drive::{self, State};
+use crate::world::event::{Event, ProcessData, Signals, What};
+
+/// Most items of one capture: some 100 bytes each.
+pub const ITEMS: usize = 2_000_000;
+/// Most frames in cyclic streams of one capture: 16 bytes each.
+pub const PLACES: usize = 8_000_000;
+/// Bytes of a value that are kept to be shown; all of them are in its hash.
+const SHOWN: usize = 64;
+/// What is not answered within this time is not answered at all.
+const WAITED_NS: i64 = 2_000_000_000;
+/// Findings of one kind whose places are kept.
+const FINDINGS: usize = 256;
+/// Kinds of finding that are kept.
+const KINDS: usize = 4096;
+/// Identifiers of one bus that are kept.
+const IDENTIFIERS: usize = 8192;
+/// Versions of one stream.
+const VERSIONS: usize = 256;
+
+/// Where something stands in its capture. Small, since there are many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    no: u32,
+    line: u32,
+    t_ns: i64,
+}
+
+impl Place {
+    /// The place of a frame. Beyond 4 billion frames or lines the number is not kept.
+    pub fn of(at: FrameRef) -> Self {
+        let line = at.line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
+        Self { no: u32::try_from(at.no).unwrap_or(u32::MAX), line, t_ns: at.t_ns.unwrap_or(i64::MIN) }
+    }
+
+    /// The frame.
+    pub fn frame(self) -> FrameRef {
+        let line = (self.line > 0).then_some(u64::from(self.line));
+        FrameRef { no: u64::from(self.no), line, t_ns: (self.t_ns != i64::MIN).then_some(self.t_ns) }
+    }
+
+    /// On the scale of stamps, or of numbers of frames.
+    pub fn on(self, by_time: bool) -> i64 {
+        if by_time { self.t_ns } else { i64::from(self.no) }
+    }
+}
+
+/// What was done.
+#[derive(Clone, Debug)]
+pub enum Action {
+    /// An SDO transfer.
+    Transfer(Box<TransferDigest>),
+    /// An NMT command.
+    Nmt(u8),
+    /// The node has booted up.
+    BootUp,
+    /// Error control shows another NMT state.
+    State(u8),
+    /// A statusword shows another state of an axis.
+    Drive(Option<State>),
+    /// An emergency: code and error register.
+    Emcy(u16, u8),
+    /// An LSS frame.
+    Lss([u8; 8]),
+}
+
+/// What is kept of an SDO transfer.
+#[derive(Clone, Debug)]
+pub struct TransferDigest {
+    /// The object.
+    pub mux: Option<Mux>,
+    /// Upload or download.
+    pub direction: Direction,
+    /// Expedited, segmented or block.
+    pub mode: Mode,
+    /// How it ended.
+    pub status: Status,
+    /// The abort that ended it.
+    pub abort: Option<Abort>,
+    /// Bytes.
+    pub size: u64,
+    /// Over all of them.
+    pub hash: u64,
+    /// The first of them.
+    pub kept: Box<[u8]>,
+    /// What is known of the object.
+    pub described: Described,
+    /// Its beginning, or frames in its middle, are not in the capture.
+    pub holed: bool,
+    /// The capture, not a frame, ended it.
+    pub unended: bool,
+}
+
+/// Something done, and its frames.
+#[derive(Clone, Debug)]
+pub struct Item {
+    /// The last frame of it.
+    pub at: Place,
+    /// The first frame of it.
+    pub since: Place,
+    /// What it is.
+    pub action: Action,
+}
+
+/// Which items follow one another. Those of different senders do not: an echo may come late.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// NMT commands.
+    Nmt,
+    /// Boot-ups and NMT states.
+    State,
+    /// SDO transfers, by the identifier of the channel where it is not the server's default one.
+    Sdo(Option<CanId>),
+    /// Emergencies.
+    Emcy,
+    /// States of a drive's axis, from 0.
+    Drive(u8),
+    /// What the LSS master sends.
+    LssMaster,
+    /// What LSS slaves answer.
+    LssSlave,
+}
+
+/// What comes again and again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Service {
+    /// SYNC.
+    Sync,
+    /// TIME.
+    Time,
+    /// Heartbeats, and answers to node guarding: at first the two look alike.
+    ErrorControl,
+    /// A PDO: whether it is a TPDO, and its number.
+    Pdo(bool, u16),
+    /// The frame of an SRDO: its number, and whether it is the inverted one.
+    Srdo(u8, bool),
+}
+
+/// A time during which a stream has kept to one form.
+#[derive(Clone, Debug)]
+pub struct Version {
+    /// CAN-ID.
+    pub id: CanId,
+    /// Bytes.
+    pub len: u8,
+    /// What it carries, where known.
+    pub mapping: Option<Arc<Mapping>>,
+    /// Its first frame.
+    pub first: Place,
+    /// Its last frame.
+    pub last: Place,
+}
+
+/// The frames of one service of one node.
+#[derive(Clone, Debug, Default)]
+pub struct CyclicStream {
+    /// In order.
+    pub places: Vec<Place>,
+    /// The forms it had, in order.
+    pub versions: Vec<Version>,
+}
+
+/// What one bus has of them.
+#[derive(Clone, Debug, Default)]
+pub struct BusDigest {
+    /// Frames.
+    pub frames: u64,
+    /// The first frame of each node, and how many there are, by node-ID.
+    pub nodes: BTreeMap<u8, (Place, u64)>,
+    /// The last node that each identifier was of.
+    pub ids: BTreeMap<CanId, Option<u8>>,
+    /// By node and kind.
+    pub items: BTreeMap<(u8, Kind), Vec<Item>>,
+    /// Since when the state of a node, or of an axis, is known.
+    pub known: BTreeMap<(u8, Kind), Place>,
+    /// By node and service.
+    pub cyclic: BTreeMap<(u8, Service), CyclicStream>,
+    /// By rule, node and object.
+    pub findings: BTreeMap<(Code, Option<u8>, Option<Mux>), Vec<Finding>>,
+    states: BTreeMap<u8, u8>,
+    drives: BTreeMap<(u8, u8), Option<State>>,
+}
+
+/// What is kept of a capture.
+#[derive(Clone, Debug, Default)]
+pub struct Digest {
+    /// The names of its buses.
+    pub buses: Buses,
+    /// By bus.
+    pub lines: BTreeMap<BusId, BusDigest>,
+    /// Frames.
+    pub frames: u64,
+    /// Its first frame.
+    pub first: Place,
+    /// Its last frame; that where the digest was full.
+    pub last: Place,
+    /// Every frame has a stamp.
+    pub stamped: bool,
+    /// The least number of digits that stamps have.
+    pub decimals: u8,
+    /// It was full before the capture ended.
+    pub full: bool,
+    /// Whether it is known what went wrong.
+    pub diagnosed: bool,
+    /// What went wrong, in the order in which it showed.
+    pub incidents: Vec<Incident>,
+    /// The first stamp of the capture, from which titles count.
+    pub began_ns: Option<i64>,
+    /// It is asked what went wrong.
+    diagnoses: bool,
+    items: usize,
+    places: usize,
+}
+
+impl CyclicStream {
+    /// Takes in another one.
+    pub fn join(&mut self, other: &Self) {
+        self.places.extend(&other.places);
+        self.places.sort_by_key(|place| place.no);
+        self.versions.extend(other.versions.iter().cloned());
+        self.versions.sort_by_key(|version| version.first.no);
+    }
+}
+
+impl BusDigest {
+    /// Every place that is kept, in no order.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        let items = self.items.values().flatten().flat_map(|item| [item.since, item.at]);
+        items.chain(self.cyclic.values().flat_map(|stream| stream.places.iter().copied()))
+    }
+}
+
+impl Digest {
+    /// Of a capture of which nothing was seen. `diagnoses`: what goes wrong in it is compared, too.
+    pub fn new(diagnoses: bool) -> Self {
+        Self { diagnoses, ..Self::default() }
+    }
+
+    /// Whether it is asked what went wrong.
+    pub fn diagnoses(&self) -> bool {
+        self.diagnoses
+    }
+
+    /// From what an incident of it comes; what is only possible is no cause.
+    pub fn cause(&self, one: &Incident) -> Option<&Incident> {
+        let link = one.cause.filter(|_| !is_root(one))?;
+        self.incidents.iter().find(|other| other.id == link.cause)
+    }
+
+    /// Takes what went wrong in the capture, which is over.
+    pub fn diagnosis(&mut self, diagnosis: &Diagnosis) {
+        self.diagnosed = true;
+        self.incidents = diagnosis.ledger().told().cloned().collect();
+        self.began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
+    }
+
+    /// The capture goes on to this frame, whether it is to be compared or not.
+    pub fn extend(&mut self, frame: &Frame) {
+        if self.is_full() {
+            return;
+        }
+        let at = Place::of(frame.reference());
+        if self.frames == 0 {
+            (self.first, self.stamped, self.decimals) = (at, true, 9);
+        }
+        (self.frames, self.last) = (self.frames + 1, at);
+        self.stamped &= frame.t_ns.is_some();
+        self.decimals = self.decimals.min(frame.stamp.map_or(9, |stamp| stamp.decimals));
+    }
+
+    /// Takes a frame and what it means.
+    pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
+        if self.is_full() {
+            return;
+        }
+        let at = Place::of(frame.reference());
+        let line = self.lines.entry(frame.bus).or_default();
+        line.frames += 1;
+        let node = events.first().and_then(|event| event.node);
+        if line.ids.len() < IDENTIFIERS || line.ids.contains_key(&frame.id) {
+            line.ids.insert(frame.id, node);
+        }
+        if let Some(node) = node {
+            line.nodes.entry(node).or_insert((at, 0)).1 += 1;
+        }
+        for event in events {
+            match &event.what {
+                What::Message(message) => self.message(message, frame, event),
+                What::Pdo(data) => self.process_data(data, frame, at),
+                What::Mpdo(data) => {
+                    self.pass(frame, (data.node, Service::Pdo(data.transmit, data.number)), at, None);
+                }
+                _ => self.event(event, true),
+            }
+        }
+    }
+
+    /// Takes what belongs to no frame at hand.
+    pub fn asides<'a>(&mut self, events: impl Iterator<Item = &'a Event>) {
+        if !self.is_full() {
+            for event in events {
+                self.event(event, false);
+            }
+        }
+    }
+
+    /// The capture is over.
+    pub fn finish(&mut self, buses: &Buses) {
+        self.buses = buses.clone();
+    }
+
+    /// Every place that is kept, in no order.
+    pub fn places(&self) -> impl Iterator<Item = Place> {
+        self.lines.values().flat_map(BusDigest::places)
+    }
+
+    fn is_full(&mut self) -> bool {
+        self.full |= self.items >= ITEMS || self.places >= PLACES;
+        self.full
+    }
+
+    fn event(&mut self, event: &Event, framed: bool) {
+        match &event.what {
+            What::Transfer(transfer) => self.transfer(transfer, framed),
+            What::Finding(finding) => {
+                let line = self.lines.entry(finding.bus).or_default();
+                let key = (finding.code, finding.node, finding.object);
+                if line.findings.len() < KINDS || line.findings.contains_key(&key) {
+                    let places = line.findings.entry(key).or_default();
+                    if places.len() < FINDINGS && !matches!(finding.facts, Facts::Repeated { .. }) {
+                        places.push((**finding).clone());
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn transfer(&mut self, transfer: &Transfer, framed: bool) {
+        let moved = TransferDigest {
+            mux: transfer.mux,
+            direction: transfer.direction,
+            mode: transfer.mode,
+            status: transfer.outcome.status,
+            abort: transfer.outcome.abort,
+            size: transfer.data.size,
+            hash: transfer.data.digest,
+            kept: transfer.data.kept.get(..SHOWN).unwrap_or(&transfer.data.kept).into(),
+            described: transfer.described.clone(),
+            holed: transfer.outcome.midway || transfer.data.hole,
+            unended: !framed
+                && matches!(transfer.outcome.status, Status::Incomplete | Status::Open)
+                && !self.waited(transfer),
+        };
+        let (at, since) = (Place::of(transfer.last), Place::of(transfer.first));
+        self.add(
+            transfer.bus,
+            (transfer.node, Kind::Sdo(transfer.channel)),
+            Item { at, since, action: Action::Transfer(Box::new(moved)) },
+        );
+    }
+
+    /// Whether the capture goes on so long behind a transfer that an answer should have come.
+    fn waited(&self, transfer: &Transfer) -> bool {
+        match (transfer.last.t_ns, self.last.frame().t_ns) {
+            (Some(then), Some(now)) => now.saturating_sub(then) > WAITED_NS,
+            _ => false,
+        }
+    }
+
+    fn add(&mut self, bus: BusId, key: (u8, Kind), item: Item) {
+        self.items += 1;
+        self.lines.entry(bus).or_default().items.entry(key).or_default().push(item);
+    }
+
+    fn message(&mut self, message: &Message, frame: &Frame, event: &Event) {
+        let at = Place::of(event.at);
+        let one = |action| Item { at, since: at, action };
+        match *message {
+            Message::Nmt { command, node } => {
+                // Above 127 it is no node's.
+                let node = if node <= 127 { node } else { 0 };
+                self.add(frame.bus, (node, Kind::Nmt), one(Action::Nmt(command)));
+            }
+            Message::BootUp { node } => {
+                self.state(frame.bus, node, 0, at);
+                self.add(frame.bus, (node, Kind::State), one(Action::BootUp));
+            }
+            Message::Heartbeat { node, state, .. } => {
+                if self.state(frame.bus, node, state, at) {
+                    self.add(frame.bus, (node, Kind::State), one(Action::State(state)));
+                }
+                self.pass(frame, (node, Service::ErrorControl), at, None);
+            }
+            Message::Emcy { node, code, register, .. } => {
+                self.add(frame.bus, (node, Kind::Emcy), one(Action::Emcy(code, register)));
+            }
+            Message::Lss { from_master, .. } => {
+                let kind = if from_master { Kind::LssMaster } else { Kind::LssSlave };
+                self.add(frame.bus, (0, kind), one(Action::Lss(frame.head())));
+            }
+            Message::Sync { .. } => self.pass(frame, (0, Service::Sync), at, None),
+            Message::Time { .. } => self.pass(frame, (0, Service::Time), at, None),
+            Message::Srdo { number, inverted, .. } => self.pass(frame, (0, Service::Srdo(number, inverted)), at, None),
+            Message::Pdo { transmit, number, node } => {
+                self.pass(frame, (node, Service::Pdo(transmit, number)), at, None);
+            }
+            // A frame of another length is still one of its stream.
+            Message::Malformed { role: Role::Sync, .. } => self.pass(frame, (0, Service::Sync), at, None),
+            _ => {}
+        }
+    }
+
+    /// Says whether a node has another state than before.
+    fn state(&mut self, bus: BusId, node: u8, state: u8, at: Place) -> bool {
+        let line = self.lines.entry(bus).or_default();
+        line.known.entry((node, Kind::State)).or_insert(at);
+        line.states.insert(node, state).is_some_and(|before| before != state)
+    }
+
+    fn process_data(&mut self, data: &ProcessData, frame: &Frame, at: Place) {
+        let mapping = match &data.content {
+            Signals::Mapped(mapping, _) => Some(mapping),
+            Signals::ByConsumer(..) | Signals::None(_) => None,
+        };
+        self.pass(frame, (data.node, Service::Pdo(data.transmit, data.number)), at, mapping);
+        let Some(mapping) = mapping.filter(|_| data.transmit) else { return };
+        for mapped in &mapping.entries {
+            if drive::Object::at(mapped.index) == Some(drive::Object::Statusword)
+                && mapped.is_whole()
+                && let Some(raw) = mapping.raw(mapped, frame.payload())
+            {
+                let axis = drive::axis(mapped.index).unwrap_or(0);
+                self.drive(frame.bus, (data.node, axis), State::of(raw as u16), at);
+            }
+        }
+    }
+
+    fn drive(&mut self, bus: BusId, (node, axis): (u8, u8), state: Option<State>, at: Place) {
+        let line = self.lines.entry(bus).or_default();
+        let key = (node, Kind::Drive(axis));
+        line.known.entry(key).or_insert(at);
+        if line.drives.insert((node, axis), state).is_some_and(|before| before != state) {
+            self.add(bus, key, Item { at, since: at, action: Action::Drive(state) });
+        }
+    }
+
+    /// A frame of a stream.
+    fn pass(&mut self, frame: &Frame, key: (u8, Service), at: Place, mapping: Option<&Arc<Mapping>>) {
+        self.places += 1;
+        let stream = self.lines.entry(frame.bus).or_default().cyclic.entry(key).or_default();
+        stream.places.push(at);
+        if let Some(last) = stream.versions.last_mut()
+            && last.id == frame.id
+            && last.len == frame.len
+            && same(last.mapping.as_ref(), mapping)
+        {
+            last.last = at;
+        } else if stream.versions.len() < VERSIONS {
+            let (id, len, mapping) = (frame.id, frame.len, mapping.cloned());
+            stream.versions.push(Version { id, len, mapping, first: at, last: at });
+        }
+    }
+}
+
+/// Whether two mappings have the same entries.
+fn same(one: Option<&Arc<Mapping>>, other: Option<&Arc<Mapping>>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other) || alike(one, other),
+        (None, None) => true,
+        _ => false,
+    }
+}
+
+/// Whether two mappings are the same objects with the same lengths, whatever is known of them.
+pub fn alike(one: &Mapping, other: &Mapping) -> bool {
+    one.entries.len() == other.entries.len()
+        && one.entries.iter().zip(&other.entries).all(|(one, other)| one.word() == other.word())
+}

@@ -1,0 +1,321 @@
+//! What went wrong in one capture and not in the other, or otherwise: incidents matched by kind, bus, subject and object.
+//!
+//! Of those that match, the first of one belongs to the first of the other. Only what both captures cover is judged, and
+//! only with stamps on both sides: without them silence does not show. What follows from a story that one capture lacks is
+//! no difference of its own. It must not put anything into words.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Settings;
+use super::alignment::Alignment;
+use super::digest::{Digest, Place};
+use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::finding::Quantity;
+use crate::sdo::wire::Mux;
+use crate::stories::incident::{Incident, Status};
+use crate::stories::kinds::Kind;
+
+/// What was commanded, or came again and again, so long before an incident may explain it, in ns.
+const CONTEXT_NS: i64 = 3_000_000_000;
+/// Durations that part by no more than this are the same, in ns.
+const CLOSE_NS: i64 = 10_000_000;
+/// Causes of causes that are followed.
+const CHAIN: usize = 16;
+
+/// An incident of one capture only, or one that both have and that is another one in each.
+#[derive(Clone, Debug)]
+pub struct StoryDifference {
+    /// The bus, in A and in B.
+    pub bus: [Option<BusId>; 2],
+    /// The place of the incident among those of each capture.
+    pub sides: [Option<usize>; 2],
+    /// In what both differ; nothing where only one has it.
+    pub differs: Vec<Differs>,
+}
+
+/// In what respect an incident is another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Differs {
+    /// How it stands.
+    Status,
+    /// How long it lasted.
+    Duration,
+    /// How often it came.
+    Count,
+    /// From what it comes.
+    Cause,
+}
+
+impl Differs {
+    /// The word in machine output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Status => "status",
+            Self::Duration => "duration",
+            Self::Count => "count",
+            Self::Cause => "cause",
+        }
+    }
+}
+
+/// What incidents have in common that are the same.
+type Key = (Kind, (Option<u8>, u128), (Option<u8>, u8), Option<(bool, u16)>, Option<(u16, u8)>);
+
+fn key(one: &Incident) -> Key {
+    let object = one.facts.iter().find_map(|(name, value)| match value {
+        Quantity::Object(Mux { index, sub }) if *name == "object" => Some((*index, *sub)),
+        _ => None,
+    });
+    let subject = one.subject;
+    (one.kind, (subject.node, subject.nodes), (subject.axis, subject.axes), subject.pdo, object)
+}
+
+/// What has to be seen for an incident to show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Needs {
+    /// Its own frames.
+    Nothing,
+    /// What was commanded, and came again and again, shortly before.
+    Context,
+    /// How nodes were configured, or all times that it came.
+    Everything,
+}
+
+fn needs(kind: Kind) -> Needs {
+    use Kind::{
+        BusOff, BusTrouble, CommunicationError, HeartbeatStopped, LeftOperational, LssRefused, LssUnanswered,
+        NodeRestarted, NodeSilent, Overrun, RequestUnanswered, RestartLoop, SegmentLost, WireError,
+    };
+    match kind {
+        _ if family(kind) == Family::Refusal => Needs::Nothing,
+        RequestUnanswered | LssRefused | LssUnanswered | WireError => Needs::Nothing,
+        Kind::DeviceError | CommunicationError | BusTrouble | Overrun => Needs::Nothing,
+        NodeSilent | SegmentLost | HeartbeatStopped | NodeRestarted | RestartLoop | LeftOperational => Needs::Context,
+        Kind::AxisFault | BusOff => Needs::Context,
+        _ => Needs::Everything,
+    }
+}
+
+/// Kinds of which one may be told for another, by what was seen before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Family {
+    Refusal,
+    Error,
+    Service,
+    Own(Kind),
+}
+
+fn family(kind: Kind) -> Family {
+    use Kind::{AccessRefused, LengthRefused, MappingRefused, ObjectRefused, StateRefused, ValueRefused, WriteRefused};
+    use Kind::{AxisFault, BusTrouble, CommunicationError, DeviceError, Overrun, RpdoTimeout};
+    use Kind::{DamagedTransfer, LateAnswer, RequestUnanswered, TwoClients};
+    match kind {
+        AccessRefused | LengthRefused | MappingRefused | ObjectRefused | StateRefused => Family::Refusal,
+        ValueRefused | WriteRefused => Family::Refusal,
+        AxisFault | BusTrouble | CommunicationError | DeviceError | Overrun | RpdoTimeout => Family::Error,
+        DamagedTransfer | LateAnswer | RequestUnanswered | TwoClients => Family::Service,
+        other => Family::Own(other),
+    }
+}
+
+/// One capture while it is compared.
+struct Side<'a> {
+    /// 0 or 1.
+    number: usize,
+    digest: &'a Digest,
+    alignment: &'a Alignment,
+}
+
+impl<'a> Side<'a> {
+    fn get(&self, place: usize) -> Option<&'a Incident> {
+        self.digest.incidents.get(place)
+    }
+
+    /// Whether the other capture surely covers an incident from its begin to a frame.
+    fn covers(&self, one: &Incident, to: FrameRef) -> bool {
+        let needs = needs(one.kind);
+        if needs == Needs::Everything && self.is_apart() {
+            return false;
+        }
+        let before = if self.alignment.begins_apart() && needs == Needs::Context { CONTEXT_NS } else { 0 };
+        let (from, to) = (Place::of(one.begin).on(true), Place::of(to).on(true));
+        self.alignment.covers(self.number, from.saturating_sub(before), to)
+    }
+
+    /// Whether one capture begins before the other one, or ends after it.
+    fn is_apart(&self) -> bool {
+        self.alignment.beyond.iter().any(|(before, after)| *before || *after)
+    }
+
+    /// Where a frame lies on the scale of A.
+    fn on_a(&self, at: FrameRef) -> i64 {
+        match self.number {
+            0 => Place::of(at).on(true),
+            _ => self.alignment.to_a(Place::of(at).on(true)),
+        }
+    }
+
+    /// Whether this capture has one of the same node and family on a bus around a position on the scale of A, where the
+    /// captures do not begin and end together: what the other one has there may be a part of it, or told as something else.
+    fn has_around(&self, bus: Option<BusId>, one: &Incident, position: i64) -> bool {
+        let around = |other: &Incident| {
+            let lasts = other.end.is_none_or(|end| self.on_a(end).saturating_add(CONTEXT_NS) >= position);
+            lasts && self.on_a(other.begin) <= position.saturating_add(CONTEXT_NS)
+        };
+        let same = |other: &&Incident| {
+            Some(other.bus) == bus && other.subject.node == one.subject.node && family(other.kind) == family(one.kind)
+        };
+        self.is_apart() && self.digest.incidents.iter().filter(same).any(around)
+    }
+
+    /// The incidents of a bus that the other capture may have, too, by what they have in common.
+    fn of_bus(&self, bus: Option<BusId>) -> BTreeMap<Key, Vec<usize>> {
+        let mut found: BTreeMap<Key, Vec<usize>> = BTreeMap::new();
+        for (place, one) in self.digest.incidents.iter().enumerate().filter(|(_, one)| Some(one.bus) == bus) {
+            if self.alignment.may_cover(self.number, Place::of(one.begin).on(true)) {
+                found.entry(key(one)).or_default().push(place);
+            }
+        }
+        found
+    }
+
+    /// The place of the incident that is the root of one.
+    fn root(&self, place: usize) -> usize {
+        let mut at = place;
+        for _ in 0..CHAIN {
+            let cause = self.get(at).and_then(|one| self.digest.cause(one)).map(|cause| cause.id);
+            let place = cause.and_then(|id| self.digest.incidents.iter().position(|one| one.id == id));
+            let Some(place) = place else { break };
+            at = place;
+        }
+        at
+    }
+
+    /// Whether it is surely in the other capture's time and more than harmless.
+    fn counts(&self, place: usize) -> bool {
+        self.get(place).is_some_and(|one| one.status != Status::Harmless && self.covers(one, one.noticed))
+    }
+}
+
+/// Compares what went wrong in two captures; and how much of it lies where the other one shows nothing.
+pub(super) fn compare(
+    a: &Digest,
+    b: &Digest,
+    pairs: &[(Option<BusId>, Option<BusId>)],
+    settings: &Settings,
+    alignment: &Alignment,
+) -> (Vec<StoryDifference>, [u64; 2]) {
+    let (mut found, mut outside) = (Vec::new(), [0; 2]);
+    if !alignment.by_time || alignment.is_blurred() || !(a.diagnosed && b.diagnosed) {
+        return (found, outside);
+    }
+    let sides = [Side { number: 0, digest: a, alignment }, Side { number: 1, digest: b, alignment }];
+    let [of_a, of_b] = &sides;
+    for (one, other) in pairs {
+        let bus = [*one, *other];
+        let (mut mine, mut others) = (of_a.of_bus(*one), of_b.of_bus(*other));
+        let keys: BTreeSet<Key> = mine.keys().chain(others.keys()).copied().collect();
+        let mut matched: [BTreeSet<usize>; 2] = Default::default();
+        let mut left: [Vec<usize>; 2] = Default::default();
+        for key in keys {
+            let (mut mine, mut others) =
+                (mine.remove(&key).unwrap_or_default(), others.remove(&key).unwrap_or_default());
+            let common = mine.len().min(others.len());
+            let (more, further) = (mine.split_off(common), others.split_off(common));
+            for (in_a, in_b) in mine.into_iter().zip(others) {
+                let [of_a_matched, of_b_matched] = &mut matched;
+                of_a_matched.insert(in_a);
+                of_b_matched.insert(in_b);
+                let differs = differing([of_a, of_b], [in_a, in_b], settings.tolerance);
+                if !differs.is_empty() {
+                    found.push(StoryDifference { bus, sides: [Some(in_a), Some(in_b)], differs });
+                }
+            }
+            let [left_a, left_b] = &mut left;
+            left_a.extend(more);
+            left_b.extend(further);
+        }
+        for (((side, left), matched), outside) in sides.iter().zip(left).zip(&matched).zip(&mut outside) {
+            for place in left {
+                let root = side.root(place);
+                if side.get(place).is_none_or(|one| one.status == Status::Harmless)
+                    || (root != place && !matched.contains(&root))
+                {
+                    continue;
+                }
+                let other = if side.number == 0 { of_b } else { of_a };
+                let its_bus = bus.get(other.number).copied().flatten();
+                let parted = side.get(place).is_some_and(|one| other.has_around(its_bus, one, side.on_a(one.begin)));
+                // What a cut hides may make another consequence of it.
+                let is_sure = root == place || !side.is_apart();
+                if side.counts(place) && is_sure && !parted {
+                    let mut sides = [None; 2];
+                    if let Some(slot) = sides.get_mut(side.number) {
+                        *slot = Some(place);
+                    }
+                    found.push(StoryDifference { bus, sides, differs: Vec::new() });
+                } else {
+                    *outside += 1;
+                }
+            }
+        }
+    }
+    found.sort_by_key(|one| match one.sides {
+        [Some(place), None] => (0, place),
+        [None, Some(place)] => (1, place),
+        [in_a, _] => (2, in_a.unwrap_or(usize::MAX)),
+    });
+    (found, outside)
+}
+
+/// In what an incident of A differs from the same one of B, as far as both captures show it.
+fn differing(sides: [&Side<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<Differs> {
+    let [of_a, of_b] = sides;
+    let [in_a, in_b] = places;
+    let (Some(a), Some(b)) = (of_a.get(in_a), of_b.get(in_b)) else { return Vec::new() };
+    let mut differs = Vec::new();
+    if [a, b].iter().all(|one| one.status == Status::Harmless) {
+        return differs;
+    }
+    let shown = |side: &Side<'_>, one: &Incident| one.end.is_none_or(|end| side.covers(one, end));
+    let both_shown = shown(of_a, a) && shown(of_b, b);
+    let is_known = [a, b].iter().all(|one| one.status != Status::Unknown);
+    if a.status != b.status && is_known && both_shown {
+        differs.push(Differs::Status);
+    }
+    let lasted = [a, b].map(lasted_ns);
+    if let [Some(one), Some(other)] = lasted
+        && both_shown
+        && a.status == b.status
+        && apart(one as f64, other as f64, tolerance)
+        && one.abs_diff(other) > CLOSE_NS.unsigned_abs()
+    {
+        differs.push(Differs::Duration);
+    }
+    let ends_apart = of_a.alignment.beyond.iter().any(|(_, after)| *after);
+    let often = a.repeats.count != b.repeats.count;
+    if often && both_shown && !ends_apart && apart(a.repeats.count as f64, b.repeats.count as f64, tolerance) {
+        differs.push(Differs::Count);
+    }
+    let causes = [(of_a, a), (of_b, b)].map(|(side, one)| side.digest.cause(one).map(|cause| (side, cause)));
+    let covered = causes.iter().flatten().all(|(side, cause)| side.covers(cause, cause.begin));
+    let [cause_a, cause_b] = causes.map(|cause| cause.map(|(_, cause)| cause.kind));
+    if cause_a != cause_b && covered && of_a.covers(a, a.noticed) && of_b.covers(b, b.noticed) {
+        differs.push(Differs::Cause);
+    }
+    differs
+}
+
+/// Whether two figures part by more than a part of the smaller one.
+fn apart(one: f64, other: f64, tolerance: f64) -> bool {
+    (one - other).abs() > tolerance * one.min(other)
+}
+
+/// How long it lasted, of one that came again the longest time, in ns; `None` where it is not over.
+pub fn lasted_ns(one: &Incident) -> Option<i64> {
+    let end = one.end?;
+    match one.repeats.count {
+        1 => end.since(one.begin),
+        _ => Some(one.repeats.longest_ns),
+    }
+}

@@ -1,0 +1,138 @@
+//! How busy a bus may be at most.
+//!
+//! Bits are counted as in `summary`. A limit that is passed is said once, until the load has
+//! been below it for a whole window.
+
+use serde::Deserialize;
+
+use super::{Closing, Place, Scene, check_times, mistake};
+use crate::bytes::frame::{BusId, Frame};
+use crate::rules::expectation::{Exp014, Exp015};
+use crate::views::summary::bits;
+use crate::views::summary::load::Window;
+
+/// A window's length in ns where none is given: a bus that is full for longer delays what must come in time.
+const WINDOW_NS: i64 = 100_000_000;
+/// Stamps this much earlier than a former one mean that the clock was set back.
+const SET_BACK_NS: i64 = 1_000_000_000;
+
+/// One expectation as it stands in the file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Entry {
+    line: u32,
+    bus: Option<String>,
+    max_percent: f64,
+    bit_rate: Option<u32>,
+    window_ns: Option<i64>,
+}
+
+impl Entry {
+    pub(super) fn check(&self) -> Result<(), String> {
+        check_times(self.line, &[self.window_ns], &[])?;
+        if self.bit_rate == Some(0) || !(0.0..=100.0).contains(&self.max_percent) {
+            return mistake(self.line, "bit_rate or max_percent");
+        }
+        Ok(())
+    }
+}
+
+/// The load of one bus.
+#[derive(Debug)]
+struct Measured {
+    bus: BusId,
+    window: Window,
+    /// Where its time begins, and the greatest stamp, in ns.
+    start_ns: i64,
+    high_ns: i64,
+    /// When the load was above the limit last, in ns, unless it has been below it for a whole window since.
+    above_ns: Option<i64>,
+}
+
+/// An expectation and what was measured.
+#[derive(Debug)]
+struct Watched {
+    place: Place,
+    max_percent: f64,
+    bit_rate: Option<u32>,
+    window_ns: i64,
+    buses: Vec<Measured>,
+}
+
+/// All expectations of the load.
+#[derive(Debug)]
+pub(super) struct Loads {
+    all: Vec<Watched>,
+}
+
+impl Loads {
+    /// `bit_rate` in bit/s is that of expectations that give none.
+    pub(super) fn new(file: &str, entries: &[Entry], bit_rate: Option<u32>) -> Self {
+        let all = entries.iter().map(|entry| Watched {
+            place: Place::new(file, entry.line, entry.bus.as_ref(), None),
+            max_percent: entry.max_percent,
+            bit_rate: entry.bit_rate.or(bit_rate).filter(|rate| *rate > 0),
+            window_ns: entry.window_ns.unwrap_or(WINDOW_NS),
+            buses: Vec::new(),
+        });
+        Self { all: all.collect() }
+    }
+
+    /// Takes a frame.
+    pub(super) fn frame(&mut self, frame: &Frame, mut scene: Scene<'_>) {
+        let Some(now_ns) = frame.t_ns.filter(|_| !self.all.is_empty()) else { return };
+        let bits = u64::from(bits::on_the_wire(frame));
+        for one in self.all.iter_mut().filter(|one| one.place.is_on(scene.name)) {
+            one.take(bits, now_ns, &mut scene);
+        }
+    }
+
+    /// The capture is over.
+    pub(super) fn finish(&self, closing: &mut Closing<'_>) {
+        for one in &self.all {
+            if one.bit_rate.is_none() {
+                closing.unchecked(&one.place, Exp015::NoBitRate);
+            } else if closing.end_ns.is_none() {
+                closing.unchecked(&one.place, Exp015::NoStamps);
+            } else if one.buses.is_empty() {
+                closing.unchecked(&one.place, Exp015::NothingMeasured);
+            }
+        }
+    }
+}
+
+impl Watched {
+    fn take(&mut self, bits: u64, now_ns: i64, scene: &mut Scene<'_>) {
+        let Some(bit_rate) = self.bit_rate else { return };
+        let fresh = |window_ns| Measured {
+            bus: scene.bus,
+            window: Window::new(window_ns),
+            start_ns: now_ns,
+            high_ns: now_ns,
+            above_ns: None,
+        };
+        let known = self.buses.iter().position(|one| one.bus == scene.bus);
+        let place = known.unwrap_or_else(|| {
+            self.buses.push(fresh(self.window_ns));
+            self.buses.len() - 1
+        });
+        let Some(measured) = self.buses.get_mut(place) else { return };
+        if measured.high_ns.saturating_sub(now_ns) >= SET_BACK_NS {
+            *measured = fresh(self.window_ns);
+        }
+        measured.high_ns = measured.high_ns.max(now_ns);
+        measured.window.add(measured.high_ns.saturating_sub(measured.start_ns), bits, scene.at);
+        let room = f64::from(bit_rate) * self.window_ns as f64 / 1e9;
+        let percent = measured.window.bits_now() as f64 / room * 100.0;
+        if percent <= self.max_percent {
+            measured.above_ns =
+                measured.above_ns.filter(|since| measured.high_ns.saturating_sub(*since) < self.window_ns);
+        } else if measured.above_ns.replace(measured.high_ns).is_none() {
+            // With as many digits as tell it from the limit.
+            let found = [1e2, 1e4, 1e6].map(|scale| (percent * scale).round() / scale);
+            let found = found.into_iter().find(|found| *found > self.max_percent).unwrap_or(percent);
+            let breach = scene.breach(Exp014::Above { window: self.window_ns, expected: self.max_percent, found });
+            scene.raise(&self.place, breach);
+        }
+    }
+}

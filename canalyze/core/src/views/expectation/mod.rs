@@ -1,0 +1,453 @@
+//! A capture held against what is expected of it.
+//!
+//! An expectation is a line of a file that people write (`canalyze check --expect`); [`Expectations`] is the file as
+//! `settings` has read and normalized it, [`Verification`] holds one capture against it. Each kind of expectation has a
+//! file here and owns what it has to remember. What does not hold is a finding at the frame where it went wrong, or at
+//! the last frame, where something never came; what the capture cannot show is said as info.
+//!
+//! It sees frames and what they mean, as any other consumer of events. It must not change what they mean, and must not
+//! know how the file is written.
+
+mod emcy;
+mod heartbeat;
+mod incident;
+mod latency;
+mod load;
+pub mod observed;
+mod rhythm;
+mod sdo;
+mod shown;
+mod signal;
+mod state;
+mod sync;
+mod value;
+
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use serde::Deserialize;
+
+use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, MAX_BUSES};
+use crate::rules::expectation::Exp015;
+use crate::rules::finding::{Deviation, Facts, Finding, Unmet};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Mux;
+use crate::stories::Diagnosis;
+use crate::wire::message::Message;
+use crate::world::event::{Event, What};
+
+/// What is expected of a capture.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Expectations {
+    file: String,
+    sdo: Vec<sdo::Entry>,
+    state: Vec<state::Entry>,
+    signal: Vec<signal::Entry>,
+    heartbeat: Vec<heartbeat::Entry>,
+    sync: Vec<sync::Entry>,
+    emcy: Vec<emcy::Entry>,
+    incident: Vec<incident::Entry>,
+    latency: Vec<latency::Entry>,
+    load: Vec<load::Entry>,
+}
+
+impl Expectations {
+    /// Reads the normalized form, a JSON object: `file` and a list for each kind. What is wrong with it is said in
+    /// terms of the JSON: no user writes it.
+    pub fn read(json: &str) -> Result<Self, String> {
+        serde_json::from_str(json).map_err(|mistake| mistake.to_string()).and_then(Self::normalized)
+    }
+
+    /// Takes over the normalized form.
+    pub fn normalized(form: serde_json::Value) -> Result<Self, String> {
+        let read = Self::deserialize(form).map_err(|mistake| mistake.to_string())?;
+        read.sdo.iter().try_for_each(sdo::Entry::check)?;
+        read.state.iter().try_for_each(state::Entry::check)?;
+        read.signal.iter().try_for_each(signal::Entry::check)?;
+        read.heartbeat.iter().try_for_each(heartbeat::Entry::check)?;
+        read.sync.iter().try_for_each(sync::Entry::check)?;
+        read.emcy.iter().try_for_each(emcy::Entry::check)?;
+        read.incident.iter().try_for_each(incident::Entry::check)?;
+        read.latency.iter().try_for_each(latency::Entry::check)?;
+        read.load.iter().try_for_each(load::Entry::check)?;
+        Ok(read)
+    }
+
+    /// Whether what went wrong has to be followed.
+    pub fn diagnoses(&self) -> bool {
+        !self.incident.is_empty()
+    }
+}
+
+/// Whom an expectation is about, and where it stands.
+#[derive(Clone, Debug)]
+struct Place {
+    /// `boot.expect.toml:12`.
+    label: Arc<str>,
+    /// The bus's name; every bus where it is not given.
+    bus: Option<String>,
+    /// The node, where it is about one.
+    node: Option<u8>,
+    /// The object, where it is about one.
+    object: Option<Mux>,
+}
+
+impl Place {
+    fn new(file: &str, line: u32, bus: Option<&String>, node: Option<u8>) -> Self {
+        Self { label: format!("{file}:{line}").into(), bus: bus.cloned(), node, object: None }
+    }
+
+    /// Whether it is about a node of a bus.
+    fn holds(&self, name: &[u8], node: Option<u8>) -> bool {
+        self.is_on(name) && (self.node.is_none() || self.node == node)
+    }
+
+    /// Whether it is about a bus.
+    fn is_on(&self, name: &[u8]) -> bool {
+        self.bus.as_ref().is_none_or(|bus| bus.as_bytes() == name)
+    }
+}
+
+/// One finding about an expectation.
+#[derive(Clone, Debug)]
+struct Breach {
+    what: Deviation,
+    at: FrameRef,
+    cause: Option<FrameRef>,
+    bus: BusId,
+    /// The node found, where the expectation names none.
+    node: Option<u8>,
+    /// The object found, where the expectation names none.
+    object: Option<Mux>,
+}
+
+impl Breach {
+    fn new(what: impl Into<Deviation>, at: FrameRef, bus: BusId) -> Self {
+        Self { what: what.into(), at, cause: None, bus, node: None, object: None }
+    }
+
+    fn about(self, cause: FrameRef) -> Self {
+        let cause = (cause.no != self.at.no).then_some(cause);
+        Self { cause, ..self }
+    }
+
+    fn of(self, node: u8) -> Self {
+        Self { node: Some(node), ..self }
+    }
+
+    fn object(self, object: Mux) -> Self {
+        Self { object: Some(object), ..self }
+    }
+}
+
+/// The frame at hand, and where findings go.
+#[derive(Debug)]
+struct Scene<'a> {
+    at: FrameRef,
+    bus: BusId,
+    /// Its name.
+    name: &'a [u8],
+    /// The first stamp of the capture.
+    start_ns: Option<i64>,
+    found: &'a mut Vec<Event>,
+}
+
+impl Scene<'_> {
+    /// A finding at the frame at hand.
+    fn breach(&self, what: impl Into<Deviation>) -> Breach {
+        Breach::new(what, self.at, self.bus)
+    }
+
+    /// Time since the beginning of the capture.
+    fn elapsed_ns(&self) -> Option<i64> {
+        Some(self.at.t_ns?.saturating_sub(self.start_ns?))
+    }
+
+    fn raise(&mut self, place: &Place, breach: Breach) {
+        raise(self.found, place, breach);
+    }
+}
+
+fn raise(found: &mut Vec<Event>, place: &Place, breach: Breach) {
+    let Breach { what: Deviation { code, variant, said }, at, cause, bus, node, object } = breach;
+    let (node, object) = (node.or(place.node), object.or(place.object));
+    let unmet = Unmet { expectation: Arc::clone(&place.label), variant, said, repeated: 0 };
+    let facts = Facts::Unmet(Arc::new(unmet));
+    let finding = Finding { code, at, cause, bus, node, object, facts, because_of: None };
+    found.push(Event {
+        at,
+        about: cause.map(Box::new),
+        bus,
+        node,
+        transfer: None,
+        what: What::Finding(Box::new(finding)),
+    });
+}
+
+/// The end of the capture.
+#[derive(Debug)]
+struct Closing<'a> {
+    last: FrameRef,
+    /// The last stamp of the capture.
+    end_ns: Option<i64>,
+    buses: &'a Buses,
+    /// Nodes that were seen, as bits, by bus.
+    heard: &'a [u128],
+    found: &'a mut Vec<Event>,
+}
+
+impl Closing<'_> {
+    /// A finding at the last frame, on the bus that an expectation is about as far as that is one.
+    fn breach(&self, place: &Place, what: impl Into<Deviation>) -> Breach {
+        Breach::new(what, self.last, self.bus(place))
+    }
+
+    fn bus(&self, place: &Place) -> BusId {
+        let id = |index: usize| BusId(index as u8);
+        if let Some(name) = &place.bus {
+            return self.buses.names().position(|known| known == name.as_bytes()).map_or(BusId::NONE, id);
+        }
+        if self.buses.names().count() <= 1 {
+            return BusId(0);
+        }
+        let bit = 1 << (place.node.unwrap_or(0) & 0x7F);
+        let mut hearing = self.heard.iter().enumerate().filter(|(_, nodes)| *nodes & bit != 0);
+        match (hearing.next(), hearing.next()) {
+            (Some((index, _)), None) => id(index),
+            _ => BusId::NONE,
+        }
+    }
+
+    /// What cannot be checked.
+    fn unchecked(&mut self, place: &Place, why: Exp015) {
+        let breach = self.breach(place, why);
+        self.raise(place, breach);
+    }
+
+    fn raise(&mut self, place: &Place, breach: Breach) {
+        raise(self.found, place, breach);
+    }
+}
+
+/// One capture and what is expected of it.
+#[derive(Debug)]
+pub struct Verification {
+    transfers: sdo::Transfers,
+    states: state::States,
+    signals: signal::Signals,
+    heartbeats: heartbeat::Heartbeats,
+    syncs: sync::Syncs,
+    emergencies: emcy::Emergencies,
+    incidents: incident::Incidents,
+    latencies: latency::Latencies,
+    loads: load::Loads,
+    shown: shown::Shown,
+    /// The first stamp of the capture, and the last one.
+    start_ns: Option<i64>,
+    end_ns: Option<i64>,
+    /// Nodes that were seen, as bits, by bus.
+    heard: Vec<u128>,
+    /// Findings of the events at hand.
+    found: Vec<Event>,
+}
+
+impl Verification {
+    /// Of a capture of which nothing was seen. `bit_rate` in bit/s, where it is known.
+    pub fn new(expected: &Expectations, bit_rate: Option<u32>) -> Self {
+        let file = &expected.file;
+        Self {
+            transfers: sdo::Transfers::new(file, &expected.sdo),
+            states: state::States::new(file, &expected.state),
+            signals: signal::Signals::new(file, &expected.signal),
+            heartbeats: heartbeat::Heartbeats::new(file, &expected.heartbeat),
+            syncs: sync::Syncs::new(file, &expected.sync),
+            emergencies: emcy::Emergencies::new(file, &expected.emcy),
+            incidents: incident::Incidents::new(file, &expected.incident),
+            latencies: latency::Latencies::new(file, &expected.latency),
+            loads: load::Loads::new(file, &expected.load, bit_rate),
+            shown: shown::Shown::default(),
+            start_ns: None,
+            end_ns: None,
+            heard: Vec::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Takes a frame with its events, and appends what does not hold.
+    pub fn frame(&mut self, frame: &Frame, events: &mut Vec<Event>, buses: &Buses) {
+        if let Some(now_ns) = frame.t_ns {
+            self.start_ns.get_or_insert(now_ns);
+            self.end_ns = Some(now_ns);
+        }
+        let mut found = std::mem::take(&mut self.found);
+        let name = buses.name(frame.bus);
+        let scene = Scene { at: frame.reference(), bus: frame.bus, name, start_ns: self.start_ns, found: &mut found };
+        self.loads.frame(frame, scene);
+        self.take(Some(frame), events, buses, &mut found);
+        events.append(&mut found);
+        self.found = found;
+    }
+
+    /// Takes events that belong to no frame at hand, and appends what does not hold.
+    pub fn asides(&mut self, events: &mut Vec<Event>, from: usize, buses: &Buses) {
+        let mut found = std::mem::take(&mut self.found);
+        self.take(None, events.get(from..).unwrap_or(&[]), buses, &mut found);
+        events.append(&mut found);
+        self.found = found;
+    }
+
+    fn take(&mut self, frame: Option<&Frame>, events: &[Event], buses: &Buses, found: &mut Vec<Event>) {
+        for event in events {
+            let name = buses.name(event.bus);
+            let mut scene = Scene { at: event.at, bus: event.bus, name, start_ns: self.start_ns, found };
+            self.event(event, frame, &mut scene);
+        }
+    }
+
+    fn event(&mut self, event: &Event, frame: Option<&Frame>, scene: &mut Scene<'_>) {
+        if let Some(node) = event.node {
+            self.hear(event.bus, node);
+        }
+        if let Some(transfer) = self.shown.next(&event.what) {
+            self.transfers.ended(&transfer, scene);
+            self.reconfigured(&transfer);
+            self.states.transfer(&transfer, scene);
+        }
+        match (&event.what, frame) {
+            (What::Transfer(transfer), _) => self.latencies.ended(transfer, scene),
+            (What::Sdo(step), Some(_)) => self.latencies.step(step, event, scene),
+            (What::Pdo(data), Some(frame)) => {
+                self.signals.process_data(data, frame, scene);
+                self.states.process_data(data, frame, scene);
+                self.latencies.process_data(data, scene);
+            }
+            (What::Mpdo(data), Some(frame)) => self.signals.multiplexed(data, frame, scene),
+            (What::Message(message), Some(_)) => self.message(message, scene),
+            _ => {}
+        }
+    }
+
+    fn message(&mut self, message: &Message, scene: &mut Scene<'_>) {
+        match *message {
+            Message::Sync { .. } => self.syncs.sync(scene),
+            Message::Emcy { node, code, profile, .. } => self.emergencies.emcy(node, (code, profile), scene),
+            Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Nmt { .. } => {
+                self.heartbeats.message(message, scene);
+                self.signals.message(message, scene);
+                self.states.message(message, scene);
+                self.latencies.message(message, scene);
+            }
+            _ => {}
+        }
+    }
+
+    /// What is written changes a period at once.
+    fn reconfigured(&mut self, transfer: &Transfer) {
+        let Some(written) = written(transfer) else { return };
+        match written {
+            Written::Heartbeat => self.heartbeats.reconfigured(transfer.bus, transfer.node),
+            Written::Pdo => self.signals.reconfigured(transfer.bus, transfer.node),
+            Written::Sync => self.syncs.lost(transfer.bus),
+        }
+    }
+
+    fn hear(&mut self, bus: BusId, node: u8) {
+        let index = usize::from(bus.0).min(MAX_BUSES);
+        if self.heard.len() <= index {
+            self.heard.resize(index + 1, 0);
+        }
+        if let Some(nodes) = self.heard.get_mut(index) {
+            *nodes |= 1 << (node & 0x7F);
+        }
+    }
+
+    /// Frames of a bus are missing here: no time is measured across the gap.
+    pub fn lost(&mut self, bus: BusId, buses: &Buses) {
+        self.transfers.lost(buses.name(bus));
+        self.states.lost(bus, buses.name(bus));
+        self.heartbeats.lost(bus);
+        self.signals.lost(bus);
+        self.syncs.lost(bus);
+        self.latencies.lost(bus);
+    }
+
+    /// It is `now_ns` on the clock of the frames, of which `last` is the last one.
+    pub fn advance(&mut self, now_ns: i64, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
+        if last.no > 0 {
+            let mut closing = Closing { last, end_ns: Some(now_ns), buses, heard: &self.heard, found: events };
+            self.transfers.overdue(self.start_ns, &mut closing);
+            self.states.overdue(self.start_ns, &mut closing);
+        }
+        self.heartbeats.overdue(now_ns, last, events);
+        self.signals.overdue(now_ns, last, events);
+        self.syncs.overdue(now_ns, last, events);
+    }
+
+    /// The capture is over, at its frame `last`; its own events were given.
+    pub fn finish(&mut self, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
+        let Self { heard, end_ns, .. } = self;
+        let mut closing = Closing { last, end_ns: *end_ns, buses, heard, found: events };
+        self.transfers.finish(&mut closing);
+        self.states.finish(&mut closing);
+        self.signals.finish(&mut closing);
+        self.heartbeats.finish(&mut closing);
+        self.syncs.finish(&mut closing);
+        self.emergencies.finish(&mut closing);
+        self.latencies.finish(&mut closing);
+        self.loads.finish(&mut closing);
+    }
+
+    /// The capture is over, at its frame `last`, and this is what went wrong in it.
+    pub fn diagnosed(&self, diagnosis: &Diagnosis, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
+        let mut closing = Closing { last, end_ns: self.end_ns, buses, heard: &self.heard, found: events };
+        self.incidents.finish(diagnosis, &mut closing);
+    }
+}
+
+/// What an acknowledged write has changed the period of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Written {
+    Heartbeat,
+    Pdo,
+    Sync,
+}
+
+fn written(transfer: &Transfer) -> Option<Written> {
+    let index = transfer.mux?.index;
+    let done = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
+    match index {
+        0x1017 if done => Some(Written::Heartbeat),
+        0x1005 | 0x1006 if done => Some(Written::Sync),
+        0x1400..=0x1BFF if done => Some(Written::Pdo),
+        _ => None,
+    }
+}
+
+/// The name of an NMT state in expectations.
+pub fn state_name(state: u8) -> Option<&'static str> {
+    state::NMT.iter().find(|row| row.1 == state).map(|row| row.0)
+}
+
+/// The names of all NMT states in expectations.
+pub fn state_names() -> impl Iterator<Item = &'static str> {
+    state::NMT.iter().map(|row| row.0)
+}
+
+/// A mistake of the normalized form, at this line of the file.
+fn mistake(line: u32, what: &str) -> Result<(), String> {
+    Err(format!("line {line}: {what}"))
+}
+
+/// Checks a node-ID.
+fn check_node(line: u32, node: Option<u8>) -> Result<(), String> {
+    if node.is_none_or(|node| (1..=127).contains(&node)) { Ok(()) } else { mistake(line, "node") }
+}
+
+/// Checks times: none is negative, and `positive` are above 0.
+fn check_times(line: u32, positive: &[Option<i64>], others: &[Option<i64>]) -> Result<(), String> {
+    let below = |limit: i64| move |ns: &Option<i64>| ns.is_some_and(|ns| ns < limit);
+    if positive.iter().any(below(1)) || others.iter().any(below(0)) { mistake(line, "time") } else { Ok(()) }
+}

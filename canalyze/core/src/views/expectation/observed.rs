@@ -1,0 +1,295 @@
+//! What expectations of a capture could be written from: ranges of signals, periods, states and when they were shown.
+//!
+//! Measured is what the kinds of expectations measure, and nothing is judged. It keeps figures only, and of each kind
+//! at most [`KEPT`].
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::rhythm::Rhythm;
+use super::signal::{Pdo, stopped, value};
+use super::state::{object, statusword, uploaded};
+use super::{Written, written};
+use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::sdo::transfer::Transfer;
+use crate::views::summary::spread::Spread;
+use crate::wire::error_control::BOOT_UP;
+use crate::wire::message::Message;
+use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::wire::pdo::mapping::{Mapped, Mapping};
+use crate::words::signal;
+use crate::world::drive::{self, State};
+use crate::world::event::{Event, Signals as Content, What};
+
+/// Most signals, PDOs, states and so on that are told apart.
+pub const KEPT: usize = 4096;
+
+/// What was seen of a signal.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    /// The entry of the mapping that it was last in: its name and unit.
+    pub mapped: Mapped,
+    /// PDOs that carried it.
+    pub count: u64,
+    /// The first of them.
+    pub first: FrameRef,
+    /// Least and greatest physical value; `None` where it has none, or is no quantity.
+    pub range: Option<(f64, f64)>,
+}
+
+/// Frames that come again and again.
+#[derive(Clone, Debug, Default)]
+pub struct Train {
+    /// How many.
+    pub count: u64,
+    /// All times between them that are judged, in ns.
+    pub all: Spread,
+    /// Those among them that may be too short.
+    pub strict: Spread,
+    rhythm: Rhythm,
+}
+
+impl Train {
+    /// Time in ns from the last of them to the end of the capture, which is judged like one between two of them;
+    /// `None` where something has stopped them, and without stamps.
+    pub fn silence_ns(&self, observed: &Observed) -> Option<i64> {
+        let last_ns = self.rhythm.last?.t_ns?;
+        Some(observed.end_ns?.saturating_sub(last_ns).max(0))
+    }
+
+    fn beat(&mut self, at: FrameRef, extra: bool) {
+        self.count += 1;
+        if let Some(interval) = self.rhythm.next(at, extra) {
+            self.all.add(interval.ns);
+            if !interval.loose {
+                self.strict.add(interval.ns);
+            }
+        }
+    }
+}
+
+/// A state that was shown.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// How often.
+    pub count: u64,
+    /// The first time.
+    pub first: FrameRef,
+    /// Time from the capture's first stamp to it, in ns.
+    pub since_start_ns: Option<i64>,
+    /// Time from the node's first boot-up to the first time after it, in ns.
+    pub since_boot_up_ns: Option<i64>,
+    /// Another state was shown later.
+    pub left: bool,
+}
+
+/// A state of a node, or of an axis of its drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// As error control carries it.
+    Nmt(u8),
+    /// The axis, from 1, and its state.
+    Drive(u8, State),
+}
+
+/// An emergency error code that was reported.
+#[derive(Clone, Copy, Debug)]
+pub struct Reported {
+    /// How often.
+    pub count: u64,
+    /// The first time.
+    pub first: FrameRef,
+}
+
+/// What was observed.
+#[derive(Debug, Default)]
+pub struct Observed {
+    /// Signals by bus, PDO, index and sub-index.
+    pub signals: BTreeMap<(BusId, Pdo, u16, u8), Signal>,
+    /// PDOs.
+    pub pdos: BTreeMap<(BusId, Pdo), Train>,
+    /// States by bus and node-ID.
+    pub states: BTreeMap<(BusId, u8, Kind), Shown>,
+    /// EMCYs by bus, node-ID and error code.
+    pub emergencies: BTreeMap<(BusId, u8, u16), Reported>,
+    /// Heartbeats by bus and node-ID.
+    pub heartbeats: BTreeMap<(BusId, u8), Train>,
+    /// SYNCs by bus.
+    pub syncs: BTreeMap<BusId, Train>,
+    transfers: super::shown::Shown,
+    /// First boot-ups.
+    booted: BTreeMap<(BusId, u8), FrameRef>,
+    start_ns: Option<i64>,
+    end_ns: Option<i64>,
+}
+
+/// What is kept under a key, made where there is room.
+fn kept<K: Ord, V>(map: &mut BTreeMap<K, V>, key: K, make: impl FnOnce() -> V) -> Option<&mut V> {
+    (map.len() < KEPT || map.contains_key(&key)).then(|| map.entry(key).or_insert_with(make))
+}
+
+impl Observed {
+    /// Takes a frame and what it means.
+    pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
+        if let Some(now_ns) = frame.t_ns {
+            self.start_ns.get_or_insert(now_ns);
+            self.end_ns = Some(now_ns);
+        }
+        for event in events {
+            let (bus, at) = (event.bus, event.at);
+            if let Some(transfer) = self.transfers.next(&event.what) {
+                self.transfer(&transfer, at);
+            }
+            match &event.what {
+                What::Pdo(data) => {
+                    let pdo = Pdo { node: data.node, transmit: data.transmit, number: data.number };
+                    if let Content::Mapped(mapping, _) | Content::ByConsumer(mapping, ..) = &data.content {
+                        self.signals(bus, pdo, mapping, frame);
+                    }
+                    if let Content::Mapped(mapping, _) = &data.content
+                        && data.transmit
+                    {
+                        self.statuswords(bus, data.node, mapping, frame);
+                    }
+                    if let Some(train) = kept(&mut self.pdos, (bus, pdo), Train::default) {
+                        train.beat(at, false);
+                    }
+                }
+                What::Mpdo(data) => {
+                    let pdo = Pdo { node: data.node, transmit: data.transmit, number: data.number };
+                    self.signals(bus, pdo, &data.mapping, frame);
+                }
+                What::Message(message) => self.message(message, bus, at),
+                _ => {}
+            }
+        }
+    }
+
+    fn signals(&mut self, bus: BusId, pdo: Pdo, mapping: &Mapping, frame: &Frame) {
+        for mapped in mapping.entries.iter().filter(|mapped| !mapped.dummy) {
+            let first = frame.reference();
+            let made = || Signal { mapped: mapped.clone(), count: 0, first, range: None };
+            let Some(one) = kept(&mut self.signals, (bus, pdo, mapped.index, mapped.sub), made) else { continue };
+            one.count += 1;
+            let read = value(mapping, mapped, frame).filter(|_| signal::is_quantity(mapped));
+            if let Some(read) = read {
+                let (least, greatest) = one.range.unwrap_or((read, read));
+                one.range = Some((least.min(read), greatest.max(read)));
+            }
+        }
+    }
+
+    fn statuswords(&mut self, bus: BusId, node: u8, mapping: &Arc<Mapping>, frame: &Frame) {
+        for axis in 1..=drive::AXES {
+            if let Some(state) = statusword(mapping, object(axis), frame).and_then(State::of) {
+                self.show(bus, node, Kind::Drive(axis, state), frame.reference());
+            }
+        }
+    }
+
+    fn transfer(&mut self, transfer: &Transfer, at: FrameRef) {
+        let (bus, node) = (transfer.bus, transfer.node);
+        match written(transfer) {
+            Some(Written::Heartbeat) => self.interrupt_heartbeats(bus, node),
+            Some(Written::Pdo) => self.interrupt_pdos(bus, node),
+            Some(Written::Sync) => {
+                if let Some(train) = self.syncs.get_mut(&bus) {
+                    train.rhythm.interrupt();
+                }
+            }
+            None => {}
+        }
+        let Some((index, word)) = uploaded(transfer) else { return };
+        let axis = (1..=drive::AXES).find(|axis| object(*axis) == index);
+        if let Some((axis, state)) = axis.zip(State::of(word)) {
+            self.show(bus, node, Kind::Drive(axis, state), at);
+        }
+    }
+
+    fn message(&mut self, message: &Message, bus: BusId, at: FrameRef) {
+        if let Some(node) = stopped(message) {
+            self.interrupt_pdos(bus, node);
+        }
+        match *message {
+            Message::Sync { .. } => {
+                if let Some(train) = kept(&mut self.syncs, bus, Train::default) {
+                    train.beat(at, false);
+                }
+            }
+            Message::Emcy { node, code, .. } => {
+                let made = || Reported { count: 0, first: at };
+                if let Some(reported) = kept(&mut self.emergencies, (bus, node, code), made) {
+                    reported.count += 1;
+                }
+            }
+            Message::BootUp { node } => {
+                self.booted.entry((bus, node)).or_insert(at);
+                self.interrupt_heartbeats(bus, node);
+                self.show(bus, node, Kind::Nmt(BOOT_UP), at);
+                // Its drive starts anew.
+                for ((of, id, kind), shown) in &mut self.states {
+                    shown.left |= *of == bus && *id == node && matches!(kind, Kind::Drive(..));
+                }
+            }
+            Message::Heartbeat { node, state, guarding, previous, .. } => {
+                self.show(bus, node, Kind::Nmt(state), at);
+                if !guarding && let Some(train) = kept(&mut self.heartbeats, (bus, node), Train::default) {
+                    train.beat(at, previous.is_some_and(|before| before != state));
+                }
+            }
+            Message::Nmt { command: RESET_NODE | RESET_COMMUNICATION, node } => self.interrupt_heartbeats(bus, node),
+            _ => {}
+        }
+    }
+
+    /// A state is shown: others of the same kind are left.
+    fn show(&mut self, bus: BusId, node: u8, kind: Kind, at: FrameRef) {
+        let since = |then: Option<i64>| Some(at.t_ns?.saturating_sub(then?));
+        let since_start_ns = since(self.start_ns);
+        let since_boot_up_ns = since(self.booted.get(&(bus, node)).and_then(|booted| booted.t_ns));
+        for ((of, id, other), shown) in &mut self.states {
+            shown.left |= *of == bus && *id == node && *other != kind && alike(*other, kind);
+        }
+        let made = || Shown { count: 0, first: at, since_start_ns, since_boot_up_ns: None, left: false };
+        if let Some(shown) = kept(&mut self.states, (bus, node, kind), made) {
+            shown.count += 1;
+            shown.since_boot_up_ns = shown.since_boot_up_ns.or(since_boot_up_ns);
+        }
+    }
+
+    fn interrupt_heartbeats(&mut self, bus: BusId, node: u8) {
+        for ((of, id), train) in &mut self.heartbeats {
+            if *of == bus && (node == 0 || *id == node) {
+                train.rhythm.interrupt();
+            }
+        }
+    }
+
+    fn interrupt_pdos(&mut self, bus: BusId, node: u8) {
+        for ((of, pdo), train) in &mut self.pdos {
+            if *of == bus && (node == 0 || pdo.node == node) {
+                train.rhythm.interrupt();
+            }
+        }
+    }
+
+    /// Frames of a bus are missing, or of all: no time is measured across the gap.
+    pub fn lost(&mut self, bus: Option<BusId>) {
+        let all = |of: &BusId| bus.is_none_or(|bus| bus == *of);
+        let heartbeats = self.heartbeats.iter_mut().filter(|((of, _), _)| all(of)).map(|(_, train)| train);
+        let pdos = self.pdos.iter_mut().filter(|((of, _), _)| all(of)).map(|(_, train)| train);
+        let syncs = self.syncs.iter_mut().filter(|(of, _)| all(of)).map(|(_, train)| train);
+        for train in heartbeats.chain(pdos).chain(syncs) {
+            train.rhythm.interrupt();
+        }
+    }
+}
+
+/// Whether two states exclude each other.
+fn alike(one: Kind, other: Kind) -> bool {
+    match (one, other) {
+        (Kind::Nmt(_), Kind::Nmt(_)) => true,
+        (Kind::Drive(one, _), Kind::Drive(other, _)) => one == other,
+        _ => false,
+    }
+}

@@ -1,0 +1,429 @@
+//! SDO transfers that must occur, alone or in order, and those that must not.
+//!
+//! What is missing is known at the end; there the transfer that came instead is named, if there was one that no other
+//! expectation asks for. It must not know of the frames of a transfer.
+
+use serde::Deserialize;
+
+use super::value::{Same, Value, found};
+use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
+use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::expectation::{Exp001, Exp002, Exp003, Exp004, Exp015};
+use crate::rules::finding::{Quantity, Said};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Mux;
+
+/// Which way the data go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Way {
+    Upload,
+    Download,
+}
+
+/// How it ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Outcome {
+    Ok,
+    Aborted,
+    Any,
+}
+
+/// One expectation as it stands in the file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Entry {
+    line: u32,
+    bus: Option<String>,
+    node: u8,
+    index: u16,
+    sub: u8,
+    direction: Option<Way>,
+    value: Option<Value>,
+    outcome: Option<Outcome>,
+    abort: Option<u32>,
+    sequence: Option<String>,
+    count: Option<u64>,
+    within_ns: Option<i64>,
+}
+
+impl Entry {
+    pub(super) fn check(&self) -> Result<(), String> {
+        check_node(self.line, Some(self.node))?;
+        check_times(self.line, &[], &[self.within_ns])?;
+        let outcome = self.outcome();
+        if self.value.is_some() && outcome == Outcome::Aborted {
+            return mistake(self.line, "value and aborted");
+        }
+        if self.abort.is_some() && outcome != Outcome::Aborted {
+            return mistake(self.line, "abort and not aborted");
+        }
+        if self.count == Some(0) && (self.sequence.is_some() || self.within_ns.is_some()) {
+            return mistake(self.line, "count 0 with sequence or within_ns");
+        }
+        Ok(())
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.outcome.unwrap_or(Outcome::Ok)
+    }
+
+    fn count(&self) -> u64 {
+        self.count.unwrap_or(1)
+    }
+
+    /// How an ended transfer stands to it.
+    fn fit(&self, transfer: &Transfer) -> Fit {
+        let way = match transfer.direction {
+            Direction::Upload => Way::Upload,
+            Direction::Download => Way::Download,
+        };
+        let object = Mux { index: self.index, sub: self.sub };
+        if transfer.node != self.node
+            || transfer.mux != Some(object)
+            || self.direction.is_some_and(|wanted| wanted != way)
+        {
+            return Fit::Elsewhere;
+        }
+        let valued = |value: &Value| match value.is_of(transfer) {
+            Same::Yes => Fit::Fits,
+            Same::Unknown => Fit::Undecided,
+            Same::No => Fit::Other(Other::Value(found(transfer, Some(value)))),
+        };
+        let status = if transfer.outcome.bad && transfer.outcome.status == Status::Ok {
+            Status::Failed
+        } else {
+            transfer.outcome.status
+        };
+        match (self.outcome(), status) {
+            (Outcome::Ok | Outcome::Any, Status::Ok) => self.value.as_ref().map_or(Fit::Fits, valued),
+            (Outcome::Any, _) if self.value.is_some() => Fit::Undecided,
+            (Outcome::Any, _) => Fit::Fits,
+            (_, Status::Incomplete | Status::Open) => Fit::Cut,
+            (_, Status::Failed) => Fit::Other(Other::Failed),
+            (Outcome::Ok, Status::Aborted) => {
+                Fit::Other(Other::Aborted(transfer.outcome.abort.map_or(0, |abort| abort.code)))
+            }
+            (Outcome::Aborted, Status::Ok) => Fit::Other(Other::Succeeded),
+            (Outcome::Aborted, Status::Aborted) => match (self.abort, transfer.outcome.abort) {
+                (Some(wanted), Some(abort)) if wanted != abort.code => Fit::Other(Other::Aborted(abort.code)),
+                _ => Fit::Fits,
+            },
+        }
+    }
+
+    /// What is expected, for a finding.
+    fn said(&self) -> Said {
+        match (&self.value, self.abort, self.outcome()) {
+            (Some(value), ..) => value.said(),
+            (None, Some(code), _) => Said::Quantity(Quantity::Abort(code)),
+            (None, None, Outcome::Aborted) => Said::Word("aborted"),
+            (None, None, _) => Said::Word("ok"),
+        }
+    }
+}
+
+/// How a transfer stands to an expectation.
+#[derive(Clone, Debug)]
+enum Fit {
+    /// It is about something else.
+    Elsewhere,
+    Fits,
+    /// Its value is not known in whole: it may be the one.
+    Undecided,
+    /// It was not completed in the capture.
+    Cut,
+    Other(Other),
+}
+
+/// What is other than expected.
+#[derive(Clone, Debug)]
+enum Other {
+    Value(Said),
+    Aborted(u32),
+    Succeeded,
+    Failed,
+}
+
+/// Where a transfer was.
+#[derive(Clone, Copy, Debug)]
+struct Sighting {
+    at: FrameRef,
+    bus: BusId,
+}
+
+/// An expectation and what has come of it.
+#[derive(Debug)]
+struct Progress {
+    entry: Entry,
+    place: Place,
+    /// How often it has come (of a step of a sequence: in its place).
+    done: u64,
+    /// The last of these.
+    completed: Option<Sighting>,
+    /// It came, and its value is not known in whole.
+    undecided: Option<Sighting>,
+    /// It came before its place in the sequence.
+    early: Option<Sighting>,
+    /// What came instead.
+    other: Option<(Sighting, Other)>,
+    /// It began, and was not completed.
+    cut: Option<Sighting>,
+    late: bool,
+    /// It has a time limit, and came without a stamp.
+    untimed: bool,
+    /// It was said that its time is over.
+    overdue: bool,
+    /// Frames were lost before it came.
+    lost: bool,
+}
+
+impl Progress {
+    fn is_done(&self) -> bool {
+        self.done >= self.entry.count()
+    }
+
+    /// It has come.
+    fn come(&mut self, decided: bool, scene: &mut Scene<'_>) {
+        let seen = Sighting { at: scene.at, bus: scene.bus };
+        if !decided {
+            self.undecided.get_or_insert(seen);
+        }
+        if self.entry.count() == 0 {
+            if decided {
+                self.forbid(scene);
+            }
+            return;
+        }
+        if !self.is_done()
+            && let Some(limit) = self.entry.within_ns
+        {
+            match scene.elapsed_ns() {
+                None => self.untimed = true,
+                Some(elapsed) if elapsed > limit && self.lost && !std::mem::replace(&mut self.late, true) => {
+                    let breach = scene.breach(Exp015::Lost);
+                    scene.raise(&self.place, breach);
+                }
+                Some(elapsed) if elapsed > limit && !std::mem::replace(&mut self.late, true) => {
+                    let breach = scene.breach(Exp001::Late { expected: limit, found: elapsed });
+                    scene.raise(&self.place, breach);
+                }
+                Some(_) => {}
+            }
+        }
+        self.done += 1;
+        self.completed = Some(seen);
+    }
+
+    fn forbid(&self, scene: &mut Scene<'_>) {
+        let value = self.entry.value.as_ref().map(Value::said);
+        let occurred = value.map_or(Exp004::Occurred, |found| Exp004::OccurredWith { found });
+        scene.raise(&self.place, scene.breach(occurred));
+    }
+
+    /// It has not come, or not in its place, until the end.
+    fn missing(&self, closing: &mut Closing<'_>) {
+        if self.overdue {
+            return;
+        }
+        if self.lost && self.other.is_none() {
+            return closing.unchecked(&self.place, Exp015::Lost);
+        }
+        let expected = self.entry.said();
+        if let Some((seen, other)) = &self.other {
+            let breach = Breach::new(self.differs(other, expected), seen.at, seen.bus);
+            return closing.raise(&self.place, breach);
+        }
+        let breach = |closing: &Closing<'_>, what| closing.breach(&self.place, what);
+        let breach = if self.done > 0 {
+            breach(closing, Exp001::TooFew { expected: self.entry.count(), found: self.done })
+        } else if let Some(seen) = self.cut {
+            Breach { bus: seen.bus, ..breach(closing, Exp001::NotCompleted { expected }).about(seen.at) }
+        } else {
+            let valued = self.entry.value.is_some();
+            let what = match (self.entry.outcome(), self.entry.direction) {
+                (Outcome::Aborted, _) if self.entry.abort.is_some() => Exp001::NoAbortWith { expected },
+                (Outcome::Aborted, _) => Exp001::NoAbort { expected },
+                (_, None) if valued => Exp001::NoTransferOf { expected },
+                (_, None) => Exp001::NoTransfer { expected },
+                (_, Some(Way::Upload)) if valued => Exp001::NoReadOf { expected },
+                (_, Some(Way::Upload)) => Exp001::NoRead { expected },
+                (_, Some(Way::Download)) if valued => Exp001::NoWriteOf { expected },
+                (_, Some(Way::Download)) => Exp001::NoWrite { expected },
+            };
+            breach(closing, what)
+        };
+        closing.raise(&self.place, breach);
+    }
+
+    /// It came otherwise than expected.
+    fn differs(&self, other: &Other, expected: Said) -> Exp003 {
+        let aborted = |code: u32| Said::Quantity(Quantity::Abort(code));
+        let ok = Said::Word("ok");
+        match (other, self.entry.outcome()) {
+            (Other::Value(value), _) => Exp003::Value { expected, found: value.clone() },
+            (Other::Aborted(code), Outcome::Aborted) => Exp003::AbortedOtherwise { expected, found: aborted(*code) },
+            (Other::Aborted(code), _) => Exp003::Aborted { expected, found: aborted(*code) },
+            (Other::Succeeded, _) if self.entry.abort.is_some() => Exp003::SucceededNotWith { expected, found: ok },
+            (Other::Succeeded, _) => Exp003::Succeeded { expected, found: ok },
+            (Other::Failed, _) => Exp003::Failed { expected, found: Said::Word("failed") },
+        }
+    }
+}
+
+/// Transfers that complete one after the other.
+#[derive(Debug)]
+struct Sequence {
+    name: String,
+    /// Places of its steps among all expectations, in order.
+    steps: Vec<usize>,
+    /// Steps that are done.
+    done: usize,
+}
+
+/// All expectations of SDO transfers.
+#[derive(Debug)]
+pub(super) struct Transfers {
+    all: Vec<Progress>,
+    sequences: Vec<Sequence>,
+    /// How the transfer at hand stands to each.
+    fits: Vec<Fit>,
+}
+
+impl Transfers {
+    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
+        let mut sequences: Vec<Sequence> = Vec::new();
+        for (place, entry) in entries.iter().enumerate() {
+            let Some(name) = &entry.sequence else { continue };
+            match sequences.iter_mut().find(|one| one.name == *name) {
+                Some(one) => one.steps.push(place),
+                None => sequences.push(Sequence { name: name.clone(), steps: vec![place], done: 0 }),
+            }
+        }
+        let all = entries.iter().map(|entry| Progress {
+            place: Place {
+                object: Some(Mux { index: entry.index, sub: entry.sub }),
+                ..Place::new(file, entry.line, entry.bus.as_ref(), Some(entry.node))
+            },
+            entry: entry.clone(),
+            done: 0,
+            completed: None,
+            undecided: None,
+            early: None,
+            other: None,
+            cut: None,
+            late: false,
+            untimed: false,
+            overdue: false,
+            lost: false,
+        });
+        Self { all: all.collect(), sequences, fits: Vec::new() }
+    }
+
+    /// A transfer has ended.
+    pub(super) fn ended(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let Self { all, sequences, fits } = self;
+        fits.clear();
+        fits.extend(all.iter().map(
+            |one| {
+                if one.place.is_on(scene.name) { one.entry.fit(transfer) } else { Fit::Elsewhere }
+            },
+        ));
+        let asked_for = fits.iter().any(|fit| matches!(fit, Fit::Fits | Fit::Undecided));
+        let seen = Sighting { at: scene.at, bus: scene.bus };
+        for (one, fit) in all.iter_mut().zip(fits.iter()) {
+            match fit {
+                Fit::Fits | Fit::Undecided if one.entry.sequence.is_none() => {
+                    one.come(matches!(fit, Fit::Fits), scene);
+                }
+                Fit::Other(other) if !asked_for && !one.is_done() => one.other = Some((seen, other.clone())),
+                Fit::Cut => one.cut = Some(Sighting { at: transfer.first, bus: scene.bus }),
+                _ => {}
+            }
+        }
+        for sequence in sequences {
+            sequence.take(all, fits, scene);
+        }
+    }
+
+    /// Frames of a bus are missing: what has not come may have been among them.
+    pub(super) fn lost(&mut self, name: &[u8]) {
+        for one in self.all.iter_mut().filter(|one| one.place.is_on(name) && !one.is_done()) {
+            one.lost = true;
+        }
+    }
+
+    /// It is so late as `closing` says: what should have come by now and has not.
+    pub(super) fn overdue(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
+        for one in self.all.iter_mut().filter(|one| !one.is_done() && !one.late) {
+            let elapsed = closing.end_ns.zip(start_ns).map(|(now, start)| now.saturating_sub(start));
+            if one.entry.within_ns.zip(elapsed).is_some_and(|(limit, elapsed)| elapsed > limit) {
+                one.missing(closing);
+                (one.overdue, one.late) = (true, true);
+            }
+        }
+    }
+
+    /// The capture is over.
+    pub(super) fn finish(&mut self, closing: &mut Closing<'_>) {
+        for one in self.all.iter().filter(|one| one.entry.sequence.is_none() && !one.is_done()) {
+            one.missing(closing);
+        }
+        for sequence in &self.sequences {
+            sequence.finish(&self.all, closing);
+        }
+        for one in &self.all {
+            if let Some(seen) = one.undecided {
+                let breach = Breach::new(Exp015::NotWhole, seen.at, seen.bus);
+                closing.raise(&one.place, breach);
+            }
+            if one.untimed && !one.late {
+                closing.unchecked(&one.place, Exp015::NoStamps);
+            }
+        }
+    }
+}
+
+impl Sequence {
+    /// Takes a transfer: the step that is due, else one that came too early.
+    fn take(&mut self, all: &mut [Progress], fits: &[Fit], scene: &mut Scene<'_>) {
+        let fit = |step: usize| fits.get(step).filter(|fit| matches!(fit, Fit::Fits | Fit::Undecided));
+        let mut open = self.steps.iter().skip(self.done);
+        if let Some(due) = open.next()
+            && let Some(fit) = fit(*due)
+            && let Some(one) = all.get_mut(*due)
+        {
+            one.come(matches!(fit, Fit::Fits), scene);
+            self.done += usize::from(one.is_done());
+            return;
+        }
+        let seen = Sighting { at: scene.at, bus: scene.bus };
+        for step in open.filter(|step| fit(**step).is_some()) {
+            if let Some(one) = all.get_mut(*step) {
+                one.early = Some(seen);
+            }
+        }
+    }
+
+    /// Names the steps that were never in their place. One that came too early is where the sequence goes on from: those
+    /// after it are held against it, not against what it should have waited for.
+    fn finish(&self, all: &[Progress], closing: &mut Closing<'_>) {
+        let steps = || self.steps.iter().filter_map(|step| all.get(*step));
+        let mut before = None;
+        for one in steps() {
+            let seen = if one.is_done() { one.completed } else { one.early };
+            let due = before.is_none_or(|(no, _): (u64, _)| seen.is_some_and(|seen| seen.at.no > no));
+            match seen {
+                Some(seen) if one.is_done() || due => before = Some((seen.at.no, one)),
+                Some(seen) => {
+                    let first = before.map_or("", |(_, one)| &one.place.label);
+                    let early = Exp002::TooEarly { sequence: self.name.as_str().into(), before: first.into() };
+                    closing.raise(&one.place, Breach::new(early, seen.at, seen.bus));
+                    before = Some((seen.at.no, one));
+                }
+                None => one.missing(closing),
+            }
+        }
+    }
+}

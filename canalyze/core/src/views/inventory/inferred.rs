@@ -1,0 +1,127 @@
+//! Which type an object has by its values alone: their size, and whether they look like text or have a sign.
+//!
+//! An integer has a sign where some values lie a little below zero and others at or above it, so that with a sign they
+//! lie close together: what is only 0 and all bits set may be a mask. A number may always be a real, or a string of
+//! four characters: that is not guessed. Must not: know which object it is.
+
+use super::sighting::Content;
+use crate::world::od::{self, DataType, Value};
+
+/// How much closer the values lie together with a sign than without.
+const CLOSER: u64 = 4;
+
+/// What the values of an object look like.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Looks {
+    /// Least and greatest size in bytes by SDO.
+    sizes: Option<(u64, u64)>,
+    /// The size by SDO of the last value.
+    size: u64,
+    /// Bits of it that a PDO carries.
+    mapped: Option<u8>,
+    /// All values are text.
+    text: bool,
+    /// Numbers as wide as the widest.
+    numbers: Option<Numbers>,
+}
+
+/// Numbers of one width.
+#[derive(Clone, Copy, Debug)]
+struct Numbers {
+    bits: u32,
+    /// Least and greatest without a sign.
+    unsigned: (u64, u64),
+    /// The same with one.
+    signed: (i64, i64),
+}
+
+impl Looks {
+    /// Takes a value.
+    pub(super) fn take(&mut self, content: Content<'_>) {
+        match content {
+            Content::None => {}
+            Content::Bits(raw, bits) => {
+                self.mapped = Some(bits);
+                self.number(raw, u32::from(bits));
+            }
+            Content::Bytes(bytes, size) => {
+                let text = matches!(od::decode(None, bytes), Value::Text(_));
+                self.text = text && (self.text || self.sizes.is_none());
+                self.sizes = Some(self.sizes.map_or((size, size), |(least, most)| (least.min(size), most.max(size))));
+                self.size = size;
+                if let 1..=8 = bytes.len() {
+                    let raw = bytes.iter().rev().fold(0, |raw, byte| raw << 8 | u64::from(*byte));
+                    self.number(raw, 8 * bytes.len() as u32);
+                }
+            }
+        }
+    }
+
+    fn number(&mut self, raw: u64, bits: u32) {
+        let unused = 64 - bits.clamp(1, 64);
+        let signed = (raw << unused).cast_signed() >> unused;
+        self.numbers = Some(match self.numbers {
+            Some(known) if known.bits > bits => known,
+            Some(Numbers { bits: width, unsigned: (least, most), signed: (low, high) }) if width == bits => {
+                Numbers { bits, unsigned: (least.min(raw), most.max(raw)), signed: (low.min(signed), high.max(signed)) }
+            }
+            _ => Numbers { bits, unsigned: (raw, raw), signed: (signed, signed) },
+        });
+    }
+
+    /// Its size in bits.
+    pub(super) fn bits(&self) -> Option<u64> {
+        self.sizes.map(|_| self.size.saturating_mul(8)).or(self.mapped.map(u64::from))
+    }
+
+    /// Whether values of a type look so.
+    pub(super) fn fits(&self, data_type: DataType) -> bool {
+        let Some(size) = data_type.size().map(|size| size as u64) else { return true };
+        match (self.sizes, self.mapped) {
+            (Some((least, most)), _) => least == size && most == size,
+            (None, Some(1)) => data_type == DataType::Boolean,
+            (None, Some(bits)) => u64::from(bits) == 8 * size,
+            (None, None) => true,
+        }
+    }
+
+    /// The type that they have by their looks.
+    pub(super) fn inferred(&self) -> Option<DataType> {
+        use DataType as T;
+        let bits = match self.sizes {
+            Some(_) if self.text => return Some(T::VisibleString),
+            Some((least, most)) if least != most => return Some(T::Domain),
+            Some((0, _)) => return None,
+            Some((size, _)) if size > 8 => return Some(T::OctetString),
+            Some((size, _)) => 8 * size,
+            None => u64::from(self.mapped?),
+        };
+        let signed = self.has_sign();
+        Some(match (bits, signed) {
+            (1, _) => T::Boolean,
+            (8, true) => T::Integer8,
+            (16, true) => T::Integer16,
+            (24, true) => T::Integer24,
+            (32, true) => T::Integer32,
+            (40, true) => T::Integer40,
+            (48, true) => T::Integer48,
+            (56, true) => T::Integer56,
+            (64, true) => T::Integer64,
+            (8, false) => T::Unsigned8,
+            (16, false) => T::Unsigned16,
+            (24, false) => T::Unsigned24,
+            (32, false) => T::Unsigned32,
+            (40, false) => T::Unsigned40,
+            (48, false) => T::Unsigned48,
+            (56, false) => T::Unsigned56,
+            (64, false) => T::Unsigned64,
+            _ => return None,
+        })
+    }
+
+    fn has_sign(&self) -> bool {
+        self.numbers.is_some_and(|Numbers { unsigned: (least, most), signed: (low, high), .. }| {
+            low < -1 && high >= 0 && low.abs_diff(high).saturating_mul(CLOSER) < most - least
+        })
+    }
+}

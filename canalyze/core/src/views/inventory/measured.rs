@@ -1,0 +1,132 @@
+//! What traffic shows that a description of the device may say otherwise: what an object held before anything wrote it,
+//! how long its values are, the least and the greatest of them, and how long PDOs are.
+//!
+//! All of it is of the bytes alone, since it is held against types that are not known here. Must not: know a description.
+
+use super::sighting::{Content, Sighting, Source};
+use super::{Held, hold};
+use crate::sdo::transfer::Direction;
+use crate::world::configuration::number;
+
+/// What SDO shows of one object.
+#[derive(Clone, Debug, Default)]
+pub struct Measured {
+    /// What was read first, where nothing had written it.
+    pub first: Option<Held>,
+    /// That came after a boot-up of the node, and no frames were lost between.
+    pub booted: bool,
+    /// Something may have written it.
+    touched: bool,
+    /// Least and greatest size in bytes of what was read and written, as far as transfers tell their sizes.
+    sizes: [Option<(u64, u64)>; 2],
+    extremes: Option<Extremes>,
+}
+
+/// The least and the greatest of numbers of one width, as their bytes are read.
+#[derive(Clone, Copy, Debug)]
+struct Extremes {
+    width: u64,
+    unsigned: [u64; 2],
+    signed: [u64; 2],
+    /// Where the width is that of a real, and one was none that is not a number.
+    real: Option<[u64; 2]>,
+}
+
+impl Measured {
+    /// Takes what is seen of the object. booted: the capture shows a boot-up of its node before.
+    pub(super) fn take(&mut self, sighting: &Sighting<'_>, booted: bool) {
+        let direction = match sighting.source {
+            Source::Read => Direction::Upload,
+            Source::Written => Direction::Download,
+            Source::Rpdo | Source::Unconfirmed => {
+                self.touched |= sighting.source == Source::Rpdo || sighting.content() != Content::None;
+                return;
+            }
+            Source::Tpdo | Source::Emcy | Source::Refused => return,
+        };
+        let content = sighting.content();
+        self.touched |= direction == Direction::Download;
+        let Content::Bytes(bytes, size) = content else { return };
+        if !self.touched && self.first.is_none() {
+            hold(&mut self.first, content, sighting.source, sighting.at);
+            self.booted = booted;
+        }
+        if !sighting.is_sized() {
+            return;
+        }
+        if let Some(sizes) = self.sizes.get_mut(direction as usize) {
+            *sizes = Some(sizes.map_or((size, size), |(least, most)| (least.min(size), most.max(size))));
+        }
+        if let Some(raw) = number(bytes).filter(|_| bytes.len() as u64 == size) {
+            self.extremes = Some(Extremes::with(self.extremes.filter(|known| known.width == size), raw, size));
+        }
+    }
+
+    /// Least and greatest size in bytes of what was read or written, where transfers tell it.
+    pub fn sizes(&self, direction: Direction) -> Option<(u64, u64)> {
+        self.sizes.get(direction as usize).copied().flatten()
+    }
+
+    /// The values of up to eight bytes that are the least or the greatest in any reading of their bytes, each once, and
+    /// their size.
+    pub fn extremes(&self) -> Option<(Vec<u64>, usize)> {
+        let known = self.extremes?;
+        let mut all = [known.unsigned, known.signed, known.real.unwrap_or(known.unsigned)].concat();
+        all.sort_unstable();
+        all.dedup();
+        Some((all, known.width as usize))
+    }
+}
+
+impl Extremes {
+    fn with(known: Option<Self>, raw: u64, width: u64) -> Self {
+        let fresh = [raw; 2];
+        let unused = 64 - 8 * width.clamp(1, 8) as u32;
+        let signed = |raw: u64| (raw << unused).cast_signed();
+        let mut all = known.unwrap_or(Self { width, unsigned: fresh, signed: fresh, real: None });
+        all.unsigned = widened(all.unsigned, raw, |raw| raw);
+        all.signed = widened(all.signed, raw, signed);
+        if real(raw, width).is_some_and(|real| !real.is_nan()) {
+            all.real = Some(widened(all.real.unwrap_or(fresh), raw, |raw| real(raw, width).unwrap_or(0.0)));
+        }
+        all
+    }
+}
+
+fn real(raw: u64, width: u64) -> Option<f64> {
+    match width {
+        4 => Some(f32::from_bits(raw as u32).into()),
+        8 => Some(f64::from_bits(raw)),
+        _ => None,
+    }
+}
+
+fn widened<T: PartialOrd>([least, most]: [u64; 2], raw: u64, of: impl Fn(u64) -> T) -> [u64; 2] {
+    [if of(raw) < of(least) { raw } else { least }, if of(raw) > of(most) { raw } else { most }]
+}
+
+/// Frames of one identifier that carry a PDO.
+#[derive(Clone, Copy, Debug)]
+pub struct Pdo {
+    /// The node whose PDO it was last.
+    pub node: u8,
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, from 1.
+    pub number: u16,
+    /// How many.
+    pub frames: u64,
+    /// The shortest and the longest, in bytes.
+    pub lengths: (u8, u8),
+}
+
+impl Pdo {
+    pub(super) fn new((node, transmit, number): (u8, bool, u16), length: u8) -> Self {
+        Self { node, transmit, number, frames: 0, lengths: (length, length) }
+    }
+
+    pub(super) fn take(&mut self, length: u8) {
+        self.frames += 1;
+        self.lengths = (self.lengths.0.min(length), self.lengths.1.max(length));
+    }
+}

@@ -1,0 +1,294 @@
+//! The communication objects of all buses: a line for each identifier, with its last frame.
+//!
+//! Data frames and remote frames of an identifier are two lines, all error frames of a bus are one. Must not: judge,
+//! or write words.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::recent::Recent;
+use crate::bytes::frame::{BusId, CanId, Frame, FrameRef, Kind};
+use crate::rules::finding::Severity;
+use crate::sdo::wire::Side;
+use crate::wire::message::Message;
+use crate::world::event::{Event, What};
+
+/// Lines that are kept; further identifiers are only counted.
+pub(super) const OBJECTS: usize = 4096;
+/// Lines of 29-bit identifiers without a meaning among them.
+const FOREIGN: usize = 1024;
+/// Further identifiers that are counted apart.
+const FURTHER: usize = 65_536;
+/// Times from one frame to the next of which period and jitter are made.
+const GAPS: usize = 16;
+/// Time in ns that a rate looks back.
+const RATE_NS: i64 = 2_000_000_000;
+/// Time in ns for which a byte counts as changed.
+const CHANGED_NS: i64 = 1_000_000_000;
+/// Time in ns for which a finding marks the line.
+const MARKED_NS: i64 = 10_000_000_000;
+/// 11-bit identifiers.
+const IDS: usize = 2048;
+
+/// Which line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key {
+    /// The bus.
+    pub(super) bus: BusId,
+    /// The identifier; the greatest one for error frames.
+    pub(super) id: CanId,
+    /// Data, remote or error.
+    pub(super) form: Form,
+}
+
+/// What the frames of a line are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Form {
+    Data,
+    Remote,
+    Error,
+}
+
+impl Key {
+    fn of(frame: &Frame) -> Self {
+        let form = match frame.kind {
+            Kind::Data | Kind::Fd { .. } => Form::Data,
+            Kind::Remote => Form::Remote,
+            Kind::Error => return Self { bus: frame.bus, id: CanId::extended(u32::MAX), form: Form::Error },
+        };
+        Self { bus: frame.bus, id: frame.id, form }
+    }
+}
+
+/// What a line is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Label {
+    /// A PDO: transmit, number.
+    Pdo(bool, u16),
+    /// An SRDO: number, inverted.
+    Srdo(u8, bool),
+    /// An SDO channel, by who sends.
+    Sdo(Side),
+    /// By its service.
+    Service(&'static str),
+}
+
+impl Label {
+    fn of(what: &What) -> Self {
+        match what {
+            What::Pdo(data) => Self::Pdo(data.transmit, data.number),
+            What::Mpdo(data) => Self::Pdo(data.transmit, data.number),
+            What::Sdo(step) => Self::Sdo(step.side),
+            What::Message(message) => match *message {
+                Message::Pdo { transmit, number, .. }
+                | Message::PdoRequest { transmit, number, .. }
+                | Message::Mpdo { transmit, number, .. } => Self::Pdo(transmit, number),
+                Message::Srdo { number, inverted, .. } => Self::Srdo(number, inverted),
+                _ => Self::Service(message.service()),
+            },
+            What::Transfer(_) | What::Note(_) | What::Finding(_) => Self::Service("foreign"),
+        }
+    }
+}
+
+/// One line.
+#[derive(Clone, Debug)]
+pub(super) struct Object {
+    pub(super) label: Label,
+    pub(super) service: &'static str,
+    pub(super) node: Option<u8>,
+    pub(super) count: u64,
+    pub(super) last: FrameRef,
+    pub(super) rate: Recent,
+    /// The identifier of the last frame: of error frames the class.
+    pub(super) id: CanId,
+    pub(super) len: u8,
+    data: [u8; 64],
+    /// The annotation of the last frame, without line end.
+    pub(super) text: Vec<u8>,
+    /// From when the time to the next frame counts.
+    from_ns: Option<i64>,
+    gaps: [i64; GAPS],
+    measured: usize,
+    /// When each byte changed last; `i64::MAX` without stamps.
+    changed: Vec<Option<i64>>,
+    /// The last finding of each severity.
+    marks: [Option<FrameRef>; 3],
+}
+
+impl Object {
+    fn new() -> Self {
+        Self {
+            label: Label::Service("foreign"),
+            service: "foreign",
+            node: None,
+            count: 0,
+            last: FrameRef::default(),
+            rate: Recent::new(RATE_NS),
+            id: CanId::standard(0),
+            len: 0,
+            data: [0; 64],
+            text: Vec::new(),
+            from_ns: None,
+            gaps: [0; GAPS],
+            measured: 0,
+            changed: Vec::new(),
+            marks: [None; 3],
+        }
+    }
+
+    fn take(&mut self, frame: &Frame) {
+        let payload = frame.payload();
+        let before = self.data.get(..usize::from(self.len)).unwrap_or(&[]);
+        if self.count == 0 {
+            self.changed = vec![None; payload.len()];
+        } else if frame.t_ns.is_none() {
+            self.changed.fill(None);
+        }
+        if self.changed.len() < payload.len() {
+            self.changed.resize(payload.len(), None);
+        }
+        if self.count > 0 && payload != before {
+            for (place, (slot, byte)) in self.changed.iter_mut().zip(payload).enumerate() {
+                if before.get(place) != Some(byte) {
+                    *slot = Some(frame.t_ns.unwrap_or(i64::MAX));
+                }
+            }
+        }
+        if let Some(now) = frame.t_ns {
+            if let Some(gap) = self.from_ns.map(|from| now.saturating_sub(from)).filter(|gap| *gap >= 0) {
+                if let Some(slot) = self.gaps.get_mut(self.measured % GAPS) {
+                    *slot = gap;
+                }
+                self.measured += 1;
+            }
+            self.rate.add(now, 1);
+        }
+        self.from_ns = frame.t_ns;
+        self.count += 1;
+        self.last = frame.reference();
+        self.id = frame.id;
+        self.len = payload.len() as u8;
+        self.data = frame.data;
+    }
+
+    /// The data of the last frame.
+    pub(super) fn data(&self) -> &[u8] {
+        self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
+    }
+
+    /// Whether each of these bytes has changed lately.
+    pub(super) fn changed(&self, now_ns: Option<i64>) -> impl Iterator<Item = bool> {
+        self.changed.iter().take(usize::from(self.len)).map(move |at| match (*at, now_ns) {
+            (None, _) => false,
+            (Some(i64::MAX), _) => true,
+            (Some(at), Some(now)) => (0..CHANGED_NS).contains(&now.saturating_sub(at)),
+            (Some(_), None) => false,
+        })
+    }
+
+    /// Mean of the last times from one frame to the next in ns, and by how much one of them differs from it at most,
+    /// where there are several.
+    pub(super) fn period(&self) -> Option<(i64, Option<i64>)> {
+        let gaps = self.gaps.get(..self.measured.min(GAPS)).filter(|gaps| !gaps.is_empty())?;
+        let mean = gaps.iter().map(|gap| i128::from(*gap)).sum::<i128>() / gaps.len() as i128;
+        let mean = mean as i64;
+        let jitter = gaps.iter().map(|gap| gap.saturating_sub(mean).saturating_abs()).max()?;
+        Some((mean, Some(jitter).filter(|_| gaps.len() > 1)))
+    }
+
+    /// The worst finding about it lately.
+    pub(super) fn severity(&self, now_ns: Option<i64>) -> Option<Severity> {
+        let lately = |mark: &Option<FrameRef>| {
+            mark.is_some_and(|at| match (at.t_ns, now_ns) {
+                (Some(at), Some(now)) => (0..MARKED_NS).contains(&now.saturating_sub(at)),
+                _ => at.no == self.last.no,
+            })
+        };
+        let worst = [Severity::Info, Severity::Warning, Severity::Error].into_iter().zip(&self.marks);
+        worst.filter(|(_, mark)| lately(mark)).map(|(severity, _)| severity).max()
+    }
+
+    /// A finding about its frame `at`.
+    pub(super) fn mark(&mut self, severity: Severity, at: FrameRef) {
+        if let Some(mark) = self.marks.get_mut(severity as usize) {
+            *mark = Some(at);
+        }
+    }
+}
+
+/// All lines.
+#[derive(Debug, Default)]
+pub(super) struct Objects {
+    all: Vec<Object>,
+    places: BTreeMap<Key, usize>,
+    /// By bus and 11-bit identifier the place of its data frames: the way of nearly every frame.
+    by_id: Vec<Vec<u16>>,
+    /// Lines of 29-bit identifiers without a meaning.
+    foreign: usize,
+    further: BTreeSet<Key>,
+}
+
+impl Objects {
+    /// Takes a frame with its own event; gives its line, where there is one.
+    pub(super) fn take(&mut self, frame: &Frame, own: Option<&Event>, service: &'static str) -> Option<&mut Object> {
+        let place = self.place(Key::of(frame), service)?;
+        let object = self.all.get_mut(place)?;
+        object.take(frame);
+        object.service = service;
+        object.node = own.and_then(|event| event.node);
+        object.label = own.map_or(Label::Service(service), |event| Label::of(&event.what));
+        Some(object)
+    }
+
+    fn place(&mut self, key: Key, service: &'static str) -> Option<usize> {
+        let quick = !key.id.is_extended() && key.form == Form::Data;
+        let bus = usize::from(key.bus.0);
+        if quick {
+            while self.by_id.len() <= bus {
+                self.by_id.push(vec![u16::MAX; IDS]);
+            }
+            let known = self.by_id.get(bus).and_then(|ids| ids.get(key.id.raw() as usize));
+            if let Some(place) = known.filter(|place| **place != u16::MAX) {
+                return Some(usize::from(*place));
+            }
+        } else if let Some(place) = self.places.get(&key) {
+            return Some(*place);
+        }
+        let foreign = service == "foreign" && key.id.is_extended();
+        if self.all.len() >= OBJECTS || foreign && self.foreign >= FOREIGN {
+            if self.further.len() < FURTHER {
+                self.further.insert(key);
+            }
+            return None;
+        }
+        let place = self.all.len();
+        self.foreign += usize::from(foreign);
+        self.all.push(Object::new());
+        self.places.insert(key, place);
+        // It may have come without a meaning before, and been counted.
+        self.further.remove(&key);
+        if quick && let Some(slot) = self.by_id.get_mut(bus).and_then(|ids| ids.get_mut(key.id.raw() as usize)) {
+            *slot = place as u16;
+        }
+        Some(place)
+    }
+
+    /// Frames of a bus were lost: no time may be measured across the gap.
+    pub(super) fn lost(&mut self, bus: BusId) {
+        for (_, place) in self.places.iter().filter(|(key, _)| key.bus == bus) {
+            if let Some(object) = self.all.get_mut(*place) {
+                object.from_ns = None;
+            }
+        }
+    }
+
+    /// All lines: by bus, 11-bit identifiers before 29-bit ones.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&Key, &Object)> {
+        self.places.iter().filter_map(|(key, place)| Some((key, self.all.get(*place)?)))
+    }
+
+    /// Identifiers that have no line; beyond [`FURTHER`] of them the count stands.
+    pub(super) fn more(&self) -> usize {
+        self.further.len()
+    }
+}

@@ -1,0 +1,185 @@
+//! What is watched of a bus and its nodes beyond the figures of `summary`: what holds now, not what was.
+//!
+//! Must not: judge, or write words.
+
+use super::recent::Recent;
+use crate::bytes::frame::{Frame, Kind};
+use crate::rules::finding::Severity;
+use crate::wire::error_frame;
+use crate::wire::message::Message;
+use crate::words::profiles::Profile;
+use crate::world::event::{Event, What};
+use crate::world::node::PerNode;
+
+/// Time in ns that the load looks back.
+const LOAD_NS: i64 = 1_000_000_000;
+/// Time in ns that rates look back.
+const RATE_NS: i64 = 2_000_000_000;
+/// Bits of byte 1 of an error frame: warning level, passive level (received and sent frames), back to active.
+const WARNING: u8 = 0x0C;
+const PASSIVE: u8 = 0x30;
+const ACTIVE: u8 = 0x40;
+/// Error counters from which the controller is at the warning level, and error passive (ISO 11898-1).
+const WARNING_FROM: u8 = 96;
+const PASSIVE_FROM: u8 = 128;
+/// Emergency error codes up to here take errors back.
+const RESET: u16 = 0xFF;
+
+/// How the listening controller stands, by its error frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ErrorState {
+    Warning,
+    Passive,
+    BusOff,
+}
+
+impl ErrorState {
+    /// The word in machine output.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Warning => "error-warning",
+            Self::Passive => "error-passive",
+            Self::BusOff => "bus-off",
+        }
+    }
+
+    /// What a frame says of it; `None` where it says nothing.
+    fn of(frame: &Frame) -> Option<Option<Self>> {
+        let class = error_frame::class(frame);
+        let has = |bit| class & bit != 0;
+        let [_, status, ..] = frame.head();
+        let status = if has(error_frame::CONTROLLER) { status } else { 0 };
+        let (tx, rx) = error_frame::counters(frame).filter(|_| has(error_frame::COUNTERS)).unwrap_or((0, 0));
+        if has(error_frame::BUS_OFF) {
+            Some(Some(Self::BusOff))
+        } else if status & PASSIVE != 0 || tx.max(rx) >= PASSIVE_FROM {
+            Some(Some(Self::Passive))
+        } else if status & WARNING != 0 || tx.max(rx) >= WARNING_FROM {
+            Some(Some(Self::Warning))
+        } else if status & ACTIVE != 0 || has(error_frame::RESTARTED) || has(error_frame::COUNTERS) {
+            Some(None)
+        } else {
+            None
+        }
+    }
+}
+
+/// The last emergency.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Emergency {
+    /// The last error code that was reported and not taken back; where all are, the last of them.
+    pub(super) code: u16,
+    /// By which it has its meaning.
+    pub(super) profile: Profile,
+    /// When it was reported, in ns.
+    pub(super) t_ns: Option<i64>,
+    /// Errors that stand, it among them; 0: none does.
+    pub(super) active: usize,
+}
+
+/// One node.
+#[derive(Debug)]
+pub(super) struct Live {
+    /// Frames of its identifiers.
+    pub(super) rate: Recent,
+    /// Its last boot-up, heartbeat or answer to node guarding, in ns.
+    pub(super) beat_ns: Option<i64>,
+    pub(super) emergency: Option<Emergency>,
+    /// By severity.
+    pub(super) findings: [u64; 3],
+    /// The bus was away since its state was seen last: what it is now, nobody knows.
+    pub(super) unknown: bool,
+}
+
+impl Default for Live {
+    fn default() -> Self {
+        Self { rate: Recent::new(RATE_NS), beat_ns: None, emergency: None, findings: [0; 3], unknown: false }
+    }
+}
+
+impl Live {
+    fn message(&mut self, message: &Message, t_ns: Option<i64>) {
+        self.unknown &= !matches!(message, Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Nmt { .. });
+        match *message {
+            Message::BootUp { .. } => {
+                self.beat_ns = t_ns;
+                self.taken_back();
+            }
+            Message::Heartbeat { .. } => self.beat_ns = t_ns,
+            Message::Emcy { code, profile, active, .. } => {
+                let latest = if code > RESET { Some(code) } else { active.iter().last() };
+                let Some(code_now) = latest else { return self.taken_back() };
+                let before = self.emergency.filter(|before| code <= RESET && before.code == code_now);
+                let t_ns = before.map_or(t_ns, |before| before.t_ns);
+                // A list that is full no longer has the latest one.
+                let count = active.iter().count();
+                self.emergency = Some(Emergency { code: code_now, profile, t_ns, active: count.max(1) });
+            }
+            _ => {}
+        }
+    }
+
+    /// No error stands any more; what the last one was is still shown.
+    fn taken_back(&mut self) {
+        if let Some(last) = &mut self.emergency {
+            last.active = 0;
+        }
+    }
+}
+
+/// One bus.
+#[derive(Debug)]
+pub(super) struct Wire {
+    /// Bits.
+    pub(super) load: Recent,
+    /// Frames.
+    pub(super) rate: Recent,
+    pub(super) state: Option<ErrorState>,
+    pub(super) nodes: PerNode<Live>,
+    /// Bits on the wire so far.
+    bits: u64,
+}
+
+impl Default for Wire {
+    fn default() -> Self {
+        Self { load: Recent::new(LOAD_NS), rate: Recent::new(RATE_NS), state: None, nodes: PerNode::default(), bits: 0 }
+    }
+}
+
+impl Wire {
+    /// Takes a frame with its own event. `bits`: of this bus, with this frame.
+    pub(super) fn take(&mut self, frame: &Frame, own: Option<&Event>, bits: u64) {
+        let more = bits.saturating_sub(std::mem::replace(&mut self.bits, bits));
+        if let Some(now) = frame.t_ns {
+            self.load.add(now, more as u32);
+            self.rate.add(now, 1);
+        }
+        if frame.kind == Kind::Error {
+            self.state = ErrorState::of(frame).unwrap_or(self.state);
+        } else if self.state == Some(ErrorState::BusOff) {
+            // A controller that is off receives nothing.
+            self.state = None;
+        }
+        let Some((event, node)) = own.and_then(|event| Some((event, event.node?))) else { return };
+        let live = self.nodes.entry(node);
+        if let Some(now) = frame.t_ns {
+            live.rate.add(now, 1);
+        }
+        if let What::Message(message) = &event.what {
+            live.message(message, frame.t_ns);
+        }
+    }
+
+    /// The bus is away: its nodes may do anything meanwhile, and its controller may be restarted.
+    pub(super) fn leave(&mut self) {
+        self.state = None;
+        self.nodes.iter_mut().for_each(|(_, live)| live.unknown = true);
+    }
+
+    /// A finding about one of its nodes.
+    pub(super) fn find(&mut self, node: u8, severity: Severity) {
+        if let Some(count) = self.nodes.entry(node).findings.get_mut(severity as usize) {
+            *count += 1;
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Each CAN-ID in figures, for traffic that is not CANopen: all that can be said of it.
+
+use std::collections::BTreeMap;
+
+use super::spread::Spread;
+use crate::bytes::frame::{CanId, Frame};
+
+/// Identifiers of a bus that are told apart (invariant 6).
+const TOLD_APART: usize = 1024;
+
+/// The frames of one identifier.
+#[derive(Clone, Debug)]
+pub struct Identifier {
+    /// Frames.
+    pub frames: u64,
+    /// Times from one to the next, in ns.
+    pub interval: Spread,
+    /// The least and the greatest length, in bytes.
+    pub length: (u8, u8),
+    /// CANopen gives it no service, or its frames are not those of that service.
+    pub foreign: bool,
+    last_ns: Option<i64>,
+}
+
+/// The identifiers of a bus.
+#[derive(Clone, Debug, Default)]
+pub struct Identifiers {
+    all: BTreeMap<CanId, Identifier>,
+    /// Nothing on the bus is CANopen.
+    foreign: bool,
+}
+
+impl Identifiers {
+    /// Takes a frame with data.
+    pub fn take(&mut self, frame: &Frame) {
+        if self.all.len() >= TOLD_APART && !self.all.contains_key(&frame.id) {
+            return;
+        }
+        let one = self.all.entry(frame.id).or_insert_with(|| Identifier {
+            frames: 0,
+            interval: Spread::default(),
+            length: (frame.len, frame.len),
+            foreign: false,
+            last_ns: None,
+        });
+        one.frames += 1;
+        one.length = (one.length.0.min(frame.len), one.length.1.max(frame.len));
+        if let (Some(now), Some(before)) = (frame.t_ns, one.last_ns)
+            && now >= before
+        {
+            one.interval.add(now.saturating_sub(before));
+        }
+        one.last_ns = frame.t_ns;
+    }
+
+    /// The frames of an identifier, or of all, are not CANopen.
+    pub fn foreign(&mut self, id: Option<CanId>) {
+        match id {
+            Some(id) => {
+                if let Some(one) = self.all.get_mut(&id) {
+                    one.foreign = true;
+                }
+            }
+            None => self.foreign = true,
+        }
+    }
+
+    /// Whether nothing on the bus is CANopen.
+    pub fn are_foreign(&self) -> bool {
+        self.foreign
+    }
+
+    /// Those that are not CANopen.
+    pub fn iter(&self) -> impl Iterator<Item = (CanId, &Identifier)> {
+        self.all.iter().filter(|(_, one)| self.foreign || one.foreign).map(|(id, one)| (*id, one))
+    }
+
+    /// Frames were lost: no time may be measured across the gap.
+    pub fn lost(&mut self) {
+        self.all.values_mut().for_each(|one| one.last_ns = None);
+    }
+}

@@ -1,0 +1,235 @@
+//! One node: its states, error control, SDO, EMCY, and how many frames there were.
+//!
+//! It counts what events say and judges nothing. Every list is bounded; what does not fit is only counted.
+
+use super::spread::{Ranked, Spread};
+use crate::bytes::frame::{Frame, FrameRef};
+use crate::sdo::transfer::{Direction, Status, Transfer, TransferId};
+use crate::sdo::wire::{Command, Mux, Side};
+use crate::wire::message::Message;
+use crate::words::profiles::Profile;
+use crate::world::event::{Place, Step};
+
+/// Changes of state that are listed.
+pub const CHANGES: usize = 64;
+/// Distinct abort codes, and distinct emergency error codes, that are counted apart.
+pub const CODES: usize = 32;
+/// SDO requests that await their response at a time: one a channel.
+const PENDING: usize = 8;
+/// Characters of the manufacturer device name (1008h) that are kept.
+const NAME: usize = 64;
+/// The manufacturer device name.
+const DEVICE_NAME: Mux = Mux { index: 0x1008, sub: 0 };
+
+/// The node has entered a state.
+#[derive(Clone, Copy, Debug)]
+pub struct Change {
+    /// 00 (boot-up), 04, 05, 7F, or what else error control carried.
+    pub state: u8,
+    /// The frame that shows it.
+    pub at: FrameRef,
+    /// It was commanded, and the node sends nothing that would confirm it.
+    pub commanded: bool,
+}
+
+/// How often something with a code came.
+#[derive(Clone, Copy, Debug)]
+pub struct Counted<K> {
+    /// The code, with what distinguishes it.
+    pub code: K,
+    /// How often.
+    pub count: u64,
+    /// The first time.
+    pub first: FrameRef,
+    /// The last time.
+    pub last: FrameRef,
+}
+
+/// Counts one more; beyond [`CODES`] distinct ones nothing is kept.
+fn count<K: PartialEq>(list: &mut Vec<Counted<K>>, code: K, at: FrameRef) {
+    if let Some(counted) = list.iter_mut().find(|counted| counted.code == code) {
+        counted.count += 1;
+        counted.last = at;
+    } else if list.len() < CODES {
+        list.push(Counted { code, count: 1, first: at, last: at });
+    }
+}
+
+/// The states of a node, by one kind of evidence.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    /// The last state; `None` where nothing tells.
+    pub state: Option<u8>,
+    /// How often a state was entered.
+    pub changes: u64,
+    /// The first [`CHANGES`] of these.
+    pub listed: Vec<Change>,
+}
+
+impl Track {
+    fn enters(&mut self, state: u8, at: FrameRef, commanded: bool) {
+        self.state = Some(state);
+        self.changes += 1;
+        if self.listed.len() < CHANGES {
+            self.listed.push(Change { state, at, commanded });
+        }
+    }
+}
+
+/// What is counted of one node.
+#[derive(Clone, Debug, Default)]
+pub struct Node {
+    /// Frames of its identifiers, to it and from it.
+    pub frames: u64,
+    /// Frames among them that it sent.
+    pub sent: u64,
+    /// Frames of its TPDOs.
+    pub tpdos: u64,
+    /// Frames of its RPDOs.
+    pub rpdos: u64,
+    /// Its error control is lost: the state is that before.
+    pub lost: bool,
+    /// Boot-ups.
+    pub boot_ups: u64,
+    /// Heartbeats, and answers to node guarding.
+    pub heartbeats: u64,
+    /// Times between them, in ns.
+    pub heartbeat: Spread,
+    /// Node guarding was seen.
+    pub guarded: bool,
+    /// Its device profile, where an EMCY came with it.
+    pub profile: Profile,
+    /// EMCYs.
+    pub emcys: u64,
+    /// By error code, with the error register of the last.
+    pub emcy_codes: Vec<Counted<u16>>,
+    /// SDO transfers by how they ended: ok, aborted, failed, incomplete.
+    pub transfers: [u64; 4],
+    /// Times from a request to its response, in ns.
+    pub response: Ranked,
+    /// Aborts by abort code and by who sent them.
+    pub aborts: Vec<Counted<(u32, Side)>>,
+    /// What an upload of 1008h said, where it is text.
+    pub device_name: Option<String>,
+    /// States by boot-ups and heartbeats.
+    shown: Track,
+    /// States by boot-ups and NMT commands.
+    commanded: Track,
+    last_heartbeat_ns: Option<i64>,
+    pending: Vec<(TransferId, i64)>,
+}
+
+impl Node {
+    /// Its states: what it shows itself; what it was commanded only where it sends no state of its own.
+    pub fn states(&self) -> &Track {
+        if self.heartbeats > 0 { &self.shown } else { &self.commanded }
+    }
+
+    /// Frames of the bus were lost: no time may be measured across the gap.
+    pub fn lost(&mut self) {
+        self.last_heartbeat_ns = None;
+        self.pending.clear();
+    }
+
+    /// Takes a message about the node.
+    pub fn message(&mut self, message: &Message, frame: &Frame) {
+        let at = frame.reference();
+        match *message {
+            Message::BootUp { .. } => {
+                self.boot_ups += 1;
+                self.lost = false;
+                self.last_heartbeat_ns = None;
+                self.shown.enters(0, at, false);
+                self.commanded.enters(0, at, false);
+            }
+            Message::Heartbeat { state, guarding, .. } => {
+                self.heartbeats += 1;
+                self.lost = false;
+                self.guarded |= guarding;
+                if let (Some(now), Some(before)) = (at.t_ns, self.last_heartbeat_ns)
+                    && now >= before
+                {
+                    self.heartbeat.add(now.saturating_sub(before));
+                }
+                self.last_heartbeat_ns = at.t_ns;
+                if self.shown.state != Some(state) {
+                    self.shown.enters(state, at, false);
+                }
+            }
+            Message::GuardingRequest { .. } => self.guarded = true,
+            Message::Emcy { code, profile, .. } => {
+                self.profile = profile;
+                self.emcys += 1;
+                count(&mut self.emcy_codes, code, at);
+            }
+            Message::Nmt { command, .. } => self.command(command, at),
+            _ => {}
+        }
+    }
+
+    /// An NMT command to it.
+    pub fn command(&mut self, command: u8, at: FrameRef) {
+        let state = match command {
+            0x01 => 0x05,
+            0x02 => 0x04,
+            0x80 => 0x7F,
+            _ => return,
+        };
+        if self.commanded.state != Some(state) {
+            self.commanded.enters(state, at, true);
+        }
+    }
+
+    /// Takes a frame of one of its SDO channels. A response is timed only where it is due and was captured after its
+    /// request; block segments that follow one another are not responses.
+    pub fn sdo(&mut self, step: &Step, transfer: Option<TransferId>, at: FrameRef) {
+        let Some(id) = transfer else { return };
+        let place = self.pending.iter().position(|(pending, _)| *pending == id);
+        let requested_ns = place.map(|place| self.pending.swap_remove(place).1);
+        let Some(now_ns) = at.t_ns else { return };
+        match step.side {
+            Side::Client => {
+                let ends = matches!(step.command, Command::Abort(..) | Command::BlockEnded);
+                let asks = step.answered_by.is_none() && step.place == Place::Due && !ends;
+                if asks && self.pending.len() < PENDING {
+                    self.pending.push((id, now_ns));
+                }
+            }
+            Side::Server => {
+                if let Some(requested_ns) = requested_ns
+                    && step.place == Place::Due
+                    && now_ns >= requested_ns
+                {
+                    self.response.add(now_ns.saturating_sub(requested_ns));
+                }
+            }
+        }
+    }
+
+    /// Takes an SDO transfer that has ended.
+    pub fn transfer(&mut self, transfer: &Transfer, at: FrameRef) {
+        self.pending.retain(|(id, _)| *id != transfer.id);
+        let slot = match transfer.outcome.status {
+            Status::Ok => 0,
+            Status::Aborted => 1,
+            Status::Failed => 2,
+            Status::Incomplete | Status::Open => 3,
+        };
+        if let Some(slot) = self.transfers.get_mut(slot) {
+            *slot += 1;
+        }
+        if let Some(abort) = transfer.outcome.abort {
+            count(&mut self.aborts, (abort.code, abort.by), at);
+        }
+        let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
+        if read && transfer.mux == Some(DEVICE_NAME) && !transfer.data.hole {
+            let text = transfer.data.kept.split(|byte| *byte == 0).next().unwrap_or(&[]).trim_ascii();
+            if let Ok(name) = std::str::from_utf8(text)
+                && !name.is_empty()
+                && !name.contains(char::is_control)
+            {
+                self.device_name = Some(name.chars().take(NAME).collect());
+            }
+        }
+    }
+}

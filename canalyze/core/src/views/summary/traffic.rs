@@ -1,0 +1,164 @@
+//! What comes in a rhythm: SYNC, and each PDO with its place in the SYNC cycle.
+//!
+//! Times are measured between frames as they were captured; where a SYNC's late echo stands after its PDO the delay
+//! is negative, says nothing of the node, and is only counted.
+
+use std::collections::BTreeMap;
+
+use super::spread::{Ranked, Spread};
+use crate::bytes::frame::{CanId, Frame};
+use crate::world::event::Placement;
+
+/// PDOs of a bus that are told apart; further ones count only for their nodes.
+const PDOS: usize = 1024;
+/// 11-bit identifiers.
+const IDS: usize = 2048;
+
+/// The SYNC of a bus.
+#[derive(Clone, Debug, Default)]
+pub struct Sync {
+    /// SYNCs.
+    pub frames: u64,
+    /// Times from one to the next, in ns.
+    pub period: Ranked,
+    /// Those that carry a counter.
+    pub counted: u64,
+    /// Least and greatest counter.
+    pub counters: (u8, u8),
+    /// Counters that are neither the one before plus 1, nor 1.
+    pub jumps: u64,
+    last_ns: Option<i64>,
+    last_counter: Option<u8>,
+}
+
+impl Sync {
+    /// Takes a SYNC.
+    pub fn take(&mut self, counter: Option<u8>, t_ns: Option<i64>) {
+        self.frames += 1;
+        if let (Some(now), Some(before)) = (t_ns, self.last_ns)
+            && now >= before
+        {
+            self.period.add(now.saturating_sub(before));
+        }
+        self.last_ns = t_ns;
+        if let Some(counter) = counter {
+            let (least, greatest) = if self.counted == 0 { (counter, counter) } else { self.counters };
+            self.counters = (least.min(counter), greatest.max(counter));
+            self.counted += 1;
+            let follows = |before: u8| counter == 1 || before.checked_add(1) == Some(counter);
+            self.jumps += u64::from(self.last_counter.is_some_and(|before| !follows(before)));
+        }
+        self.last_counter = counter;
+    }
+
+    /// Frames were lost: no time may be measured across the gap.
+    pub fn lost(&mut self) {
+        self.last_ns = None;
+        self.last_counter = None;
+    }
+}
+
+/// Which PDO: of a node, transmit or receive seen from there, and its number.
+pub type PdoKey = (u8, bool, u16);
+
+/// One PDO.
+#[derive(Clone, Debug)]
+pub struct Pdo {
+    /// Which.
+    pub key: PdoKey,
+    /// The identifier it last came with.
+    pub id: CanId,
+    /// Frames.
+    pub frames: u64,
+    /// Times from one to the next, in ns.
+    pub interval: Spread,
+    /// Those that belong to a SYNC cycle.
+    pub synchronous: u64,
+    /// Times since the SYNC, in ns.
+    pub delay: Ranked,
+    /// Those captured before their SYNC.
+    pub before_sync: u64,
+    last_ns: Option<i64>,
+}
+
+/// The PDOs of a bus.
+#[derive(Clone, Debug)]
+pub struct Pdos {
+    all: Vec<Pdo>,
+    places: BTreeMap<PdoKey, usize>,
+    /// By 11-bit identifier the place of the PDO that it last carried: the way of nearly every frame.
+    by_id: Vec<u16>,
+}
+
+impl Default for Pdos {
+    fn default() -> Self {
+        Self { all: Vec::new(), places: BTreeMap::new(), by_id: vec![u16::MAX; IDS] }
+    }
+}
+
+impl Pdos {
+    /// Takes a frame of a PDO.
+    pub fn take(&mut self, key: PdoKey, placement: Option<Placement>, frame: &Frame) {
+        let Some(place) = self.place(key, frame.id) else { return };
+        let Some(pdo) = self.all.get_mut(place) else { return };
+        pdo.id = frame.id;
+        pdo.frames += 1;
+        if let (Some(now), Some(before)) = (frame.t_ns, pdo.last_ns)
+            && now >= before
+        {
+            pdo.interval.add(now.saturating_sub(before));
+        }
+        pdo.last_ns = frame.t_ns;
+        if let Some(placement) = placement {
+            pdo.synchronous += 1;
+            match placement.delay_ns {
+                Some(delay) if delay >= 0 => pdo.delay.add(delay),
+                Some(_) => pdo.before_sync += 1,
+                None => {}
+            }
+        }
+    }
+
+    fn place(&mut self, key: PdoKey, id: CanId) -> Option<usize> {
+        let slot = if id.is_extended() { None } else { self.by_id.get_mut(id.raw() as usize) };
+        if let Some(place) = slot.as_deref()
+            && self.all.get(usize::from(*place)).is_some_and(|pdo| pdo.key == key)
+        {
+            return Some(usize::from(*place));
+        }
+        let place = match self.places.get(&key) {
+            Some(place) => *place,
+            None if self.all.len() < PDOS => {
+                self.all.push(Pdo {
+                    key,
+                    id,
+                    frames: 0,
+                    interval: Spread::default(),
+                    synchronous: 0,
+                    delay: Ranked::default(),
+                    before_sync: 0,
+                    last_ns: None,
+                });
+                self.places.insert(key, self.all.len() - 1);
+                self.all.len() - 1
+            }
+            None => return None,
+        };
+        if let Some(slot) = slot {
+            *slot = place as u16;
+        }
+        Some(place)
+    }
+
+    /// Frames were lost: no time may be measured across the gap.
+    pub fn lost(&mut self) {
+        for pdo in &mut self.all {
+            pdo.last_ns = None;
+        }
+    }
+
+    /// All, by node, receive before transmit, number.
+    pub fn iter(&self) -> impl Iterator<Item = &Pdo> {
+        self.places.values().filter_map(|place| self.all.get(*place))
+    }
+}

@@ -1,0 +1,374 @@
+//! Differences of two captures in words: what it is about, and what each capture has.
+//!
+//! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
+
+use super::digits::{Hex, Padded, Spaced, put};
+use super::object::pdo_of;
+use super::value::{self, Size};
+use super::{Lang, escape, findings, say, terms};
+use crate::bytes::frame::{CanId, FrameRef};
+use crate::sdo::transfer::{Direction, Mode, Status};
+use crate::sdo::wire::{Mux, Side as Sender};
+use crate::stories::incident::{Incident, Status as Standing};
+use crate::views::diff::difference::{Aspect, Difference, Shows, Side, What};
+use crate::views::diff::digest::{Action, Kind, Service, TransferDigest};
+use crate::views::diff::stories::{Differs, lasted_ns};
+use crate::words::profiles::Profile;
+use crate::world::dictionary::Described;
+
+/// The words of a report around its differences: `{}` is filled in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phrase {
+    /// Above the first one.
+    First,
+    /// Above all of them.
+    All,
+    /// Nothing differs.
+    Same,
+    /// A frame of a capture.
+    Frame,
+    /// Its line.
+    Line,
+    /// Beside a frame that is not there.
+    Near,
+    /// How many there are.
+    Count,
+    /// Above what went wrong.
+    Problems,
+    /// Nothing else differs than what went wrong.
+    NothingElse,
+    /// Above problems of one capture.
+    Only,
+    /// Above problems that both have, and that are others.
+    Both,
+    /// How many of them are not listed.
+    More,
+    /// What was compared.
+    Compared,
+    /// What was not compared, since only one capture shows that time.
+    Outside,
+    /// A capture was too long.
+    Full,
+    /// Times were not compared.
+    NoTimes,
+    /// Nothing shows where one capture lies in the other.
+    Unplaced,
+    /// A bus that has no name.
+    Unnamed,
+}
+
+/// Rows: the phrase, Chinese, English.
+static PHRASES: &[(Phrase, &str, &str)] = &[
+    (Phrase::First, "首处差异: ", "first difference: "),
+    (Phrase::All, "全部差异:", "all differences:"),
+    (Phrase::Same, "相同: 没有CANopen意义上的差异", "identical: no difference in CANopen terms"),
+    (Phrase::Frame, "第{}帧", "frame {}"),
+    (Phrase::Line, " (第{}行)", " (line {})"),
+    (Phrase::Near, "{}之后无", "none after {}"),
+    (Phrase::Count, "差异: {}", "differences: {}"),
+    (Phrase::Problems, "问题的差异: {}", "differing problems: {}"),
+    (Phrase::NothingElse, "此外没有CANopen意义上的差异", "no other difference in CANopen terms"),
+    (Phrase::Only, "仅{}有:", "only in {}:"),
+    (Phrase::Both, "两者都有但不同:", "in both but different:"),
+    (Phrase::More, "另有{}处未列出", "{} more not listed"),
+    (Phrase::Compared, "比较范围: ", "compared: "),
+    (
+        Phrase::Outside,
+        "未比较: 仅一个记录覆盖的时段内的传输、命令、状态等, A {} B {}",
+        "not compared (time covered by one capture only): transfers, commands, states; in A {} in B {}",
+    ),
+    (Phrase::Full, "{} 太长, 后面部分未比较", "{} is too long; its later part was not compared"),
+    (
+        Phrase::NoTimes,
+        "至少一个记录没有时间戳: 周期、抖动和问题未比较",
+        "at least one capture has no timestamps: periods, jitter and problems were not compared",
+    ),
+    (
+        Phrase::Unplaced,
+        "两个记录只有相同内容的重复, 无法确定对应位置: 仅一个记录有的内容未作判断",
+        "both captures only repeat the same content, so their relative position is unknown: content of one capture only was not judged",
+    ),
+    (Phrase::Unnamed, "总线", "bus"),
+];
+
+/// What fills a gap.
+pub type Fact<'a> = &'a dyn Fn(&mut Vec<u8>);
+
+/// A phrase, its gaps filled.
+pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>]) {
+    let row = PHRASES.iter().find(|row| row.0 == phrase);
+    let text = row.map_or("", |row| lang.pick(row.1, row.2));
+    let mut facts = facts.iter();
+    for (place, part) in text.split("{}").enumerate() {
+        if place > 0
+            && let Some(fact) = facts.next()
+        {
+            fact(out);
+        }
+        put!(out; part);
+    }
+}
+
+/// A frame and its line.
+pub fn frame(out: &mut Vec<u8>, lang: Lang, at: FrameRef) {
+    phrase(out, lang, Phrase::Frame, &[&|out| put!(out; at.no)]);
+    if let Some(line) = at.line {
+        phrase(out, lang, Phrase::Line, &[&|out| put!(out; line)]);
+    }
+}
+
+/// What a difference is about: `SDO download 1017h:00 producer heartbeat time`.
+pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
+    let action = difference.sides.iter().flatten().find_map(|side| match &side.shows {
+        Shows::Action(action) => Some(action),
+        _ => None,
+    });
+    match (difference.what, action) {
+        (What::Item(Kind::Sdo(_), aspect), Some(Action::Transfer(moved))) => {
+            transfer(out, lang, moved);
+            put!(out; match aspect {
+                Aspect::Presence => "",
+                Aspect::Outcome => lang.pick(", 结果", ", outcome"),
+                Aspect::Mode => lang.pick(", 方式", ", mode"),
+                Aspect::Value => lang.pick(", 值", ", value"),
+            });
+        }
+        (What::Poll, Some(Action::Transfer(moved))) => {
+            transfer(out, lang, moved);
+            put!(out; lang.pick(", 周期", ", period"));
+        }
+        (What::Item(kind, _), _) => put!(out; item(lang, kind, action)),
+        (What::Bus, _) => put!(out; lang.pick("总线", "bus")),
+        (What::Node, _) => put!(out; lang.pick("节点", "node")),
+        (What::Finding, _) => put!(out; lang.pick("检查结果", "finding")),
+        (what, _) => {
+            if let Some(of) = what.service() {
+                service(out, lang, of);
+            }
+            put!(out; match what {
+                What::Frames(_) => lang.pick(", 帧数", ", frames"),
+                What::Period(_) => lang.pick(", 周期", ", period"),
+                What::Jitter(_) => lang.pick(", 抖动", ", jitter"),
+                What::CobId(_) => ", COB-ID",
+                What::Mapping(_) => lang.pick(", 映射", ", mapping"),
+                What::Length(_) => lang.pick(", 长度", ", length"),
+                _ => "",
+            });
+        }
+    }
+}
+
+fn item(lang: Lang, kind: Kind, action: Option<&Action>) -> &'static str {
+    match kind {
+        Kind::Nmt => lang.pick("NMT命令", "NMT command"),
+        Kind::State if matches!(action, Some(Action::BootUp)) => lang.pick("启动报文", "boot-up"),
+        Kind::State => lang.pick("NMT状态", "NMT state"),
+        Kind::Sdo(_) => "SDO",
+        Kind::Emcy => "EMCY",
+        Kind::Drive(_) => lang.pick("驱动器状态", "drive state"),
+        Kind::LssMaster => lang.pick("LSS主站命令", "LSS command"),
+        Kind::LssSlave => lang.pick("LSS从站响应", "LSS response"),
+    }
+}
+
+fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &TransferDigest) {
+    put!(out; match moved.direction {
+        Direction::Upload => lang.pick("SDO上传", "SDO upload"),
+        Direction::Download => lang.pick("SDO下载", "SDO download"),
+    });
+    if let Some(mux) = moved.mux {
+        put!(out; " ", mux);
+        value::name(out, lang, mux, &moved.described);
+        pdo_of(out, mux);
+    }
+}
+
+/// A service that comes again and again.
+pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
+    match service {
+        Service::Sync => put!(out; lang.pick("同步报文", "SYNC")),
+        Service::Time => put!(out; "TIME"),
+        Service::ErrorControl => {
+            put!(out; lang.pick("错误控制(心跳或节点保护)", "error control (heartbeat or node guarding)"))
+        }
+        Service::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
+        Service::Srdo(number, inverted) => {
+            put!(out; "SRDO", number);
+            if inverted {
+                put!(out; lang.pick(" (取反数据)", " (inverted)"));
+            }
+        }
+    }
+}
+
+/// What one capture has.
+pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
+    let Some(side) = side else { return put!(out; lang.pick("无", "none")) };
+    if let Some(ns) = side.pace_ns {
+        return time(out, ns);
+    }
+    match &side.shows {
+        Shows::Action(action) => done(out, lang, what, action),
+        Shows::Count(count) => put!(out; *count, lang.pick("帧", if *count == 1 { " frame" } else { " frames" })),
+        Shows::Time(ns) => time(out, *ns),
+        Shows::Id(id) => identifier(out, *id),
+        Shows::Mapping(words) if words.is_empty() => put!(out; lang.pick("(空)", "(empty)")),
+        Shows::Mapping(words) => {
+            for (place, word) in words.iter().enumerate() {
+                put!(out; if place > 0 { ", " } else { "" });
+                let mux = Mux { index: (word >> 16) as u16, sub: (word >> 8) as u8 };
+                put!(out; mux);
+                value::name(out, lang, mux, &Described::default());
+                put!(out; " (", word & 0xFF, lang.pick("位)", if word & 0xFF == 1 { " bit)" } else { " bits)" }));
+            }
+        }
+        Shows::Length(bytes) => put!(out; Size(lang, u64::from(*bytes))),
+        Shows::Finding(finding) => {
+            put!(out; finding.code.rule().id, " ");
+            findings::placed(out, lang, finding, finding.at.no);
+        }
+    }
+}
+
+fn identifier(out: &mut Vec<u8>, id: CanId) {
+    let raw = u64::from(id.raw());
+    if id.is_extended() {
+        put!(out; Hex::<8>(raw), "h");
+    } else {
+        put!(out; Hex::<3>(raw), "h");
+    }
+}
+
+/// A time in ms, with up to three digits behind the point.
+fn time(out: &mut Vec<u8>, ns: i64) {
+    let us = ns.unsigned_abs() / 1000;
+    put!(out; us / 1000);
+    if !us.is_multiple_of(1000) {
+        put!(out; ".", Padded::<3>(us % 1000));
+        while out.last() == Some(&b'0') {
+            out.pop();
+        }
+    }
+    put!(out; " ms");
+}
+
+fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
+    match action {
+        Action::Transfer(moved) => moved_words(out, lang, what, moved),
+        Action::Nmt(command) => match terms::nmt::command(lang, *command) {
+            Some(word) => put!(out; word),
+            None => put!(out; Hex::<2>(u64::from(*command)), "h"),
+        },
+        Action::BootUp => put!(out; lang.pick("有", "present")),
+        Action::State(state) => match terms::nmt::state(lang, *state) {
+            Some(word) => put!(out; word),
+            None => put!(out; Hex::<2>(u64::from(*state)), "h"),
+        },
+        Action::Drive(state) => put!(out; match state {
+            Some(state) => terms::drive::state(lang, *state),
+            None => lang.pick("未定义", "undefined"),
+        }),
+        Action::Emcy(code, register) => {
+            put!(out; Hex::<4>(u64::from(*code)), "h");
+            if let Some(word) = terms::emcy::code(lang, Profile::UNKNOWN, *code) {
+                put!(out; " ", word);
+            }
+            put!(out; lang.pick(", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
+        }
+        Action::Lss(bytes) => {
+            let [specifier, ..] = *bytes;
+            if let Some(word) = terms::lss::command(lang, specifier) {
+                put!(out; word, " ");
+            }
+            put!(out; Spaced(bytes));
+        }
+    }
+}
+
+fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest) {
+    if matches!(what, What::Item(Kind::Sdo(_), Aspect::Mode)) {
+        return put!(out; match moved.mode {
+            Mode::Expedited => lang.pick("加速", "expedited"),
+            Mode::Segmented => lang.pick("分段", "segmented"),
+            Mode::Block => lang.pick("块", "block"),
+        });
+    }
+    match moved.status {
+        Status::Ok => {
+            let whole = moved.kept.len() as u64 == moved.size;
+            match moved.mux {
+                Some(mux) if whole => value::of_object(out, lang, mux, &moved.described, &moved.kept),
+                _ => value::value(out, lang, None, &moved.kept, moved.size),
+            }
+            if !whole {
+                put!(out; " (", Size(lang, moved.size), ", FNV-1a ", Hex::<16>(moved.hash), ")");
+            }
+        }
+        Status::Aborted => {
+            put!(out; lang.pick("中止", "aborted"));
+            if let Some(abort) = moved.abort {
+                put!(out; match abort.by {
+                    Sender::Client => lang.pick(" (主站)", " by the client"),
+                    Sender::Server => lang.pick(" (从站)", " by the server"),
+                });
+                put!(out; " ", Hex::<8>(u64::from(abort.code)), "h");
+                if let Some(word) = terms::abort_code(lang, abort.code) {
+                    put!(out; " ", word);
+                }
+            }
+        }
+        Status::Failed => put!(out; lang.pick("失败", "failed")),
+        Status::Incomplete | Status::Open => put!(out; lang.pick("不完整", "incomplete")),
+    }
+}
+
+/// In what respect a problem differs.
+pub fn respect(out: &mut Vec<u8>, lang: Lang, differs: Differs) {
+    put!(out; match differs {
+        Differs::Status => lang.pick("状态", "status"),
+        Differs::Duration => lang.pick("持续时间", "duration"),
+        Differs::Count => lang.pick("次数", "count"),
+        Differs::Cause => lang.pick("原因", "cause"),
+    });
+}
+
+/// What a problem is in that respect. `cause`: from what it comes.
+pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, cause: Option<&Incident>) {
+    match differs {
+        Differs::Status => put!(out; match one.status {
+            Standing::Stands => lang.pick("未恢复", "not resolved"),
+            Standing::Unknown => lang.pick("未知", "unknown"),
+            Standing::Over => lang.pick("已恢复", "resolved"),
+            Standing::Harmless => lang.pick("无害", "harmless"),
+        }),
+        Differs::Duration => match lasted_ns(one) {
+            Some(ns) => time(out, ns),
+            None => put!(out; "-"),
+        },
+        Differs::Count => put!(out; one.repeats.count),
+        Differs::Cause => match cause {
+            Some(cause) => {
+                put!(out; lang.of(cause.kind.row().words), lang.pick(" (第", " (frame "), cause.begin.no, lang.pick("帧)", ")"))
+            }
+            None => put!(out; lang.pick("不明", "unknown")),
+        },
+    }
+}
+
+/// A bus by its name.
+pub fn bus(out: &mut Vec<u8>, lang: Lang, name: &[u8]) {
+    if name.is_empty() {
+        return phrase(out, lang, Phrase::Unnamed, &[]);
+    }
+    escape::terminal(out, name);
+}
+
+/// The word for what follows a node-ID.
+pub fn node(out: &mut Vec<u8>, lang: Lang, node: u8) {
+    put!(out; lang.pick("节点", "node "), node);
+}
+
+/// How often the same difference comes.
+pub fn times(out: &mut Vec<u8>, lang: Lang, count: u64) {
+    say!(out, lang; zh: " (共", count, "次)"; en: " (", count, " times)");
+}

@@ -1,0 +1,297 @@
+//! The breakdown of every service but SDO and LSS: after the COB-ID, each field with its bytes, in the order of the frame.
+
+use super::{cob_id, data, line, node_id, reserved};
+use crate::bytes::frame::Frame;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::wire::pdo::{Multiplexed, communication_parameter, mapping_parameter};
+use crate::wire::{error_frame, usdo};
+use crate::words::digits::{Bin, Hex, Nibbles, Spaced, put};
+use crate::words::profiles::Profile;
+use crate::words::services::time::{Clock, Date};
+use crate::words::{Depth, Lang, say, services as words, terms};
+
+/// Appends the breakdown of a frame, whole lines.
+pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+    match *message {
+        Message::Usdo { request, source, .. } => {
+            put!(out; "#   COB-ID ", Hex::<3>(u64::from(frame.id.raw())), if request { "h = 600h + " } else { "h = 580h + " });
+            put!(out; lang.pick("源节点ID ", "source node-ID "), Hex::<2>(u64::from(source)), "h (", source, "): ");
+            put!(out; if request {
+                lang.pick("USDO请求, 客户端 -> 服务器\n", "USDO request, client -> server\n")
+            } else {
+                lang.pick("USDO响应, 服务器 -> 客户端\n", "USDO response, server -> client\n")
+            });
+        }
+        Message::ErrorFrame => {}
+        _ => cob_id(out, lang, role(message), frame),
+    }
+    let payload = frame.payload();
+    match *message {
+        Message::Nmt { command, node } => node_control(out, lang, command, node),
+        Message::Sync { counter: Some(counter) } => {
+            put!(out; "#   ", Hex::<2>(u64::from(counter)));
+            say!(out, lang;
+                zh: "  同步计数器 (1019h不为0时才有) = ", counter, "\n";
+                en: "  synchronous counter (only if 1019h is not 0) = ", counter, "\n");
+        }
+        Message::Sync { counter: None } => {
+            line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
+        }
+        Message::Time { ms, days, reserved } => time_of_day(out, lang, ms, days, reserved, payload),
+        Message::Emcy { code, profile, register, manufacturer, .. } => {
+            emcy(out, lang, (code, profile), register, &manufacturer)
+        }
+        Message::Pdo { transmit, number, .. } => {
+            parameters(out, lang, transmit, number);
+            data(out, lang, payload);
+        }
+        Message::Mpdo { transmit, number, content, .. } => {
+            parameters(out, lang, transmit, number);
+            multiplexed(out, lang, &content);
+        }
+        Message::PdoRequest { .. } | Message::GuardingRequest { .. } => {
+            say!(out, lang;
+                zh: "#   远程帧: 无数据, 请求长度(字节)=", frame.len, "\n";
+                en: "#   remote frame: no data, requested length (bytes)=", frame.len, "\n");
+        }
+        Message::BootUp { .. } => error_control(out, lang, 0, false),
+        Message::Heartbeat { state, toggle, .. } => error_control(out, lang, state, toggle),
+        Message::Lss { from_master, command } => super::lss::command(out, lang, from_master, command, frame),
+        Message::FlyingMaster { master: Some((priority, node)), .. } => {
+            line!(out; Hex::<2>(u64::from(priority)), lang.pick("  优先级 (0最高) = ", "  priority (0 is the highest) = "), priority);
+            node_id(out, lang, node);
+        }
+        Message::FlyingMaster { master: None, .. } => phrase(out, lang, message, frame),
+        Message::Gfc => line!(out; lang.pick("无数据", "no data")),
+        Message::Usdo { destination, command, .. } => usdo_header(out, lang, destination, command, payload),
+        Message::ErrorFrame => errors(out, lang, frame),
+        Message::Srdo { .. } | Message::Foreign { .. } => data(out, lang, payload),
+        Message::Malformed { .. } => {
+            phrase(out, lang, message, frame);
+            data(out, lang, payload);
+        }
+    }
+}
+
+/// The role that the message was decoded under.
+fn role(message: &Message) -> Role {
+    match *message {
+        Message::Nmt { .. } => Role::Nmt,
+        Message::Gfc => Role::Gfc,
+        Message::FlyingMaster { kind, .. } => Role::FlyingMaster(kind),
+        Message::Sync { .. } => Role::Sync,
+        Message::Time { .. } => Role::Time,
+        Message::Emcy { node, .. } => Role::Emcy(node),
+        Message::Pdo { transmit: true, number, node }
+        | Message::PdoRequest { transmit: true, number, node }
+        | Message::Mpdo { transmit: true, number, node, .. } => Role::Tpdo { number, node },
+        Message::Pdo { number, node, .. }
+        | Message::PdoRequest { number, node, .. }
+        | Message::Mpdo { number, node, .. } => Role::Rpdo { number, node },
+        Message::Srdo { number, inverted, .. } => Role::Srdo { number, inverted },
+        Message::BootUp { node } | Message::Heartbeat { node, .. } | Message::GuardingRequest { node } => {
+            Role::ErrorControl(node)
+        }
+        Message::Lss { from_master: true, .. } => Role::LssRequest,
+        Message::Lss { from_master: false, .. } => Role::LssResponse,
+        Message::Usdo { request: true, source, .. } => Role::SdoRequest(source),
+        Message::Usdo { request: false, source, .. } => Role::SdoResponse(source),
+        Message::ErrorFrame => Role::Foreign,
+        Message::Foreign { role } | Message::Malformed { role, .. } => role,
+    }
+}
+
+/// The line's own sentence, as a line of the breakdown.
+fn phrase(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+    put!(out; "#   ");
+    words::message(out, lang, Depth::Default, message, frame);
+    put!(out; "\n");
+}
+
+/// `#   00 20  索引2000h (小端格式)` and the sub-index.
+fn object(out: &mut Vec<u8>, lang: Lang, index: u16, sub: u8) {
+    put!(out; "#   ", Spaced(&index.to_le_bytes()), lang.pick("  索引", "  index "), Hex::<4>(u64::from(index)));
+    put!(out; lang.pick("h (小端格式)\n", "h (little-endian)\n"));
+    sub_index(out, lang, sub);
+}
+
+fn sub_index(out: &mut Vec<u8>, lang: Lang, sub: u8) {
+    let hex = Hex::<2>(u64::from(sub));
+    line!(out; hex, lang.pick("  子索引", "  sub-index "), hex, "h");
+}
+
+fn node_control(out: &mut Vec<u8>, lang: Lang, command: u8, node: u8) {
+    let word = terms::nmt::command(lang, command).unwrap_or(lang.pick("未知", "unknown"));
+    line!(out; Hex::<2>(u64::from(command)), lang.pick("  命令字: ", "  command specifier: "), word);
+    match node {
+        0 => line!(out; "00", lang.pick("  所有节点", "  all nodes")),
+        _ => node_id(out, lang, node),
+    }
+}
+
+fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, payload: &[u8]) {
+    let word = u64::from(ms) | u64::from(reserved) << 28;
+    put!(out; "#   ", Spaced(payload.get(..4).unwrap_or_default()), " = ", Hex::<8>(word));
+    put!(out; lang.pick("h (小端格式)  位31-28: ", "h (little-endian)  bits 31-28: "), Bin::<4>(u64::from(reserved)));
+    say!(out, lang;
+        zh: "b 保留 | 位27-0: 午夜起", ms, " ms = ", Clock(ms), "\n";
+        en: "b reserved | bits 27-0: since midnight ", ms, " ms = ", Clock(ms), "\n");
+    put!(out; "#   ", Spaced(&days.to_le_bytes()), " = ", Hex::<4>(u64::from(days)));
+    say!(out, lang;
+        zh: "h (小端格式)  1984-01-01起", days, "天 = ", Date(days), "\n";
+        en: "h (little-endian)  since 1984-01-01: ", days, " days = ", Date(days), "\n");
+}
+
+fn emcy(out: &mut Vec<u8>, lang: Lang, (code, profile): (u16, Profile), register: u8, manufacturer: &[u8; 5]) {
+    put!(out; "#   ", Spaced(&code.to_le_bytes()), lang.pick("  错误码 ", "  error code "), Hex::<4>(u64::from(code)));
+    put!(out; lang.pick("h (小端格式): ", "h (little-endian): "));
+    put!(out; terms::emcy::code(lang, profile, code).unwrap_or(lang.pick("未知", "unknown")), "\n");
+    put!(out; "#   ", Hex::<2>(u64::from(register)), " = ", Nibbles(register));
+    put!(out; lang.pick("  错误寄存器(1001h)", "  error register (1001h)"));
+    let mut between = "  ";
+    for bit in (0..8).filter(|bit| register & 1 << bit != 0) {
+        put!(out; between, lang.pick("位", "bit "), bit, ": 1 ", terms::emcy::register_bit(lang, bit).unwrap_or_default());
+        between = " | ";
+    }
+    if register == 0 {
+        put!(out; lang.pick("  无错误", "  no error"));
+    }
+    put!(out; "\n");
+    line!(out; Spaced(manufacturer), lang.pick("  制造商数据", "  manufacturer data"));
+}
+
+fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
+    let byte = state | u8::from(toggle) << 7;
+    put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), lang.pick("  位7: ", "  bit 7: "), u8::from(toggle));
+    put!(out; if toggle {
+        lang.pick(" toggle (节点保护)", " toggle (node guarding)")
+    } else {
+        lang.pick(" (心跳中恒为0; 节点保护中为toggle位)", " (always 0 in a heartbeat; the toggle bit of node guarding)")
+    });
+    put!(out; lang.pick(" | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(state)), "h ");
+    put!(out; terms::nmt::state(lang, state).unwrap_or(lang.pick("未知状态", "unknown state")));
+    put!(out; "\n");
+}
+
+pub(super) fn parameters(out: &mut Vec<u8>, lang: Lang, transmit: bool, number: u16) {
+    put!(out; "#   ", lang.pick("通信参数 ", "communication parameter "));
+    put!(out; Hex::<4>(u64::from(communication_parameter(transmit, number))));
+    put!(out; lang.pick("h, 映射参数 ", "h, mapping parameter "));
+    put!(out; Hex::<4>(u64::from(mapping_parameter(transmit, number))));
+    put!(out; lang.pick("h: 数据的含义由映射决定\n", "h: the mapping defines the data\n"));
+}
+
+fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed) {
+    let byte = content.node | u8::from(content.destination) << 7;
+    put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), lang.pick("  位7: ", "  bit 7: "));
+    put!(out; if content.destination {
+        lang.pick("1 目标地址模式(DAM)", "1 destination address mode (DAM)")
+    } else {
+        lang.pick("0 源地址模式(SAM)", "0 source address mode (SAM)")
+    });
+    put!(out; lang.pick(" | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(content.node)));
+    put!(out; lang.pick("h 节点ID (", "h node-ID ("), content.node, ")\n");
+    object(out, lang, content.index, content.sub);
+    put!(out; "#   ", Spaced(&content.data), lang.pick("  数据(4字节) = ", "  data (4 bytes) = "));
+    put!(out; u32::from_le_bytes(content.data), lang.pick(" (小端格式)\n", " (little-endian)\n"));
+}
+
+fn usdo_header(out: &mut Vec<u8>, lang: Lang, destination: u8, command: u8, payload: &[u8]) {
+    put!(out; "#   ", Hex::<2>(u64::from(destination)), lang.pick("  目标节点ID: ", "  destination node-ID: "));
+    match destination {
+        0 => put!(out; lang.pick("所有节点\n", "all nodes\n")),
+        _ => put!(out; destination, "\n"),
+    }
+    put!(out; "#   ", Hex::<2>(u64::from(command)), lang.pick("  命令字: ", "  command specifier: "));
+    put!(out; terms::usdo::command(lang, command).unwrap_or(lang.pick("未知", "unknown")));
+    if command & 0x80 != 0 {
+        put!(out; lang.pick(" (远程网络)", " (remote network)"));
+    }
+    put!(out; "\n");
+    if let Some(session) = payload.get(2) {
+        line!(out; Hex::<2>(u64::from(*session)), lang.pick("  会话ID = ", "  session-ID = "), *session);
+    }
+    let Some(object) = usdo::object(payload) else {
+        data(out, lang, payload.get(3..).unwrap_or_default());
+        return;
+    };
+    // Byte 3 is the sub-index and comes before the index here, other than in SDO.
+    sub_index(out, lang, object.sub);
+    put!(out; "#   ", Spaced(&object.index.to_le_bytes()), lang.pick("  索引", "  index "));
+    put!(out; Hex::<4>(u64::from(object.index)), lang.pick("h (小端格式)\n", "h (little-endian)\n"));
+    let mut rest = payload.get(6..).unwrap_or_default();
+    if let Some(code) = object.abort {
+        let word = terms::usdo::abort(lang, code).unwrap_or(lang.pick("未知", "unknown"));
+        line!(out; Hex::<2>(u64::from(code)), lang.pick("  中止码: ", "  abort code: "), word);
+        rest = payload.get(7..).unwrap_or_default();
+    }
+    if let (Some(data_type), Some(size)) = (object.data_type, object.size) {
+        let word =
+            crate::world::od::DataType::from_code(u16::from(data_type)).map_or("-", crate::world::od::DataType::name);
+        line!(out; Hex::<2>(u64::from(data_type)), lang.pick("  数据类型: ", "  data type: "), word);
+        line!(out; Hex::<2>(u64::from(size)), lang.pick("  数据长度(字节) = ", "  size (bytes) = "), size);
+        data(out, lang, object.data);
+        rest = payload.get(8 + object.data.len()..).unwrap_or_default();
+    }
+    reserved(out, lang, rest);
+}
+
+fn errors(out: &mut Vec<u8>, lang: Lang, frame: &Frame) {
+    let class = error_frame::class(frame);
+    line!(out; lang.pick("错误帧, 类别 ", "error frame, class "), Hex::<8>(u64::from(class)), "h");
+    for bit in error_frame::classes(frame) {
+        let word = terms::find(terms::error_frame::CLASSES, lang, bit).unwrap_or(lang.pick("未知", "unknown"));
+        line!(out; "  ", Hex::<8>(u64::from(bit)), "h  ", word);
+    }
+    let [arbitration, controller, protocol, location, transceiver, ..] = frame.head();
+    if class & error_frame::LOST_ARBITRATION != 0 {
+        put!(out; "#   d0: ", Hex::<2>(u64::from(arbitration)));
+        say!(out, lang;
+            zh: "  仲裁丢失的位 (0未指明) = ", arbitration, "\n";
+            en: "  lost at bit (0 unspecified) = ", arbitration, "\n");
+    }
+    if class & error_frame::CONTROLLER != 0 {
+        detail(out, lang, "d1: ", controller, terms::error_frame::CONTROLLER);
+    }
+    if class & error_frame::PROTOCOL != 0 {
+        detail(out, lang, "d2: ", protocol, terms::error_frame::PROTOCOL);
+        let unknown =
+            if location == 0 { lang.pick("未指明", "unspecified") } else { lang.pick("未知", "unknown") };
+        let word = terms::find(terms::error_frame::LOCATION, lang, location).unwrap_or(unknown);
+        line!(out; "d3: ", Hex::<2>(u64::from(location)), lang.pick("  位置: ", "  location: "), word);
+    }
+    if class & error_frame::TRANSCEIVER != 0 {
+        put!(out; "#   d4: ", Hex::<2>(u64::from(transceiver)), " = ", Nibbles(transceiver));
+        let nibbles = [
+            (transceiver & 0x0F, lang.pick("  位3-0: ", "  bits 3-0: ")),
+            (transceiver & 0xF0, lang.pick(" | 位7-4: ", " | bits 7-4: ")),
+        ];
+        for (wire, bits) in nibbles {
+            let unknown =
+                if wire == 0 { lang.pick("未指明", "unspecified") } else { lang.pick("未知", "unknown") };
+            let word = terms::find(terms::error_frame::TRANSCEIVER, lang, wire).unwrap_or(unknown);
+            put!(out; bits, word);
+        }
+        put!(out; "\n");
+    }
+    if let Some((tx, rx)) = error_frame::counters(frame) {
+        line!(out; "d6: ", Hex::<2>(u64::from(tx)), lang.pick("  发送错误计数 = ", "  TX error counter = "), tx);
+        line!(out; "d7: ", Hex::<2>(u64::from(rx)), lang.pick("  接收错误计数 = ", "  RX error counter = "), rx);
+    }
+}
+
+/// A byte of flags: `#   d1: 08 = 0000 1000b  位3: 1 发送错误达到警告水平`.
+fn detail(out: &mut Vec<u8>, lang: Lang, name: &'static str, byte: u8, rows: &'static [terms::Row<u8>]) {
+    put!(out; "#   ", name, Hex::<2>(u64::from(byte)), " = ", Nibbles(byte));
+    let mut between = "  ";
+    for bit in (0..8u8).filter(|bit| byte & 1 << bit != 0) {
+        let word = terms::find(rows, lang, 1 << bit).unwrap_or(lang.pick("未知", "unknown"));
+        put!(out; between, lang.pick("位", "bit "), bit, ": 1 ", word);
+        between = " | ";
+    }
+    if byte == 0 {
+        put!(out; lang.pick("  未指明", "  unspecified"));
+    }
+    put!(out; "\n");
+}

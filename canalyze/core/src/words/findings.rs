@@ -1,0 +1,83 @@
+//! Findings in words, in both languages.
+//!
+//! The sentences stand with their rules. It must not choose one; the finding names it.
+
+use std::collections::BTreeMap;
+
+use super::digits::put;
+use super::object::pdo_of;
+use super::{Lang, escape, say, sentence};
+use crate::rules::finding::{Code, Facts, Finding, Measured, Quantity, Said, Severity};
+
+/// The word for a severity.
+pub fn severity(lang: Lang, severity: Severity) -> &'static str {
+    let zh = match severity {
+        Severity::Info => "提示",
+        Severity::Warning => "警告",
+        Severity::Error => "错误",
+    };
+    lang.pick(zh, severity.name())
+}
+
+/// Appends how many consequences a frame has, and of which rules.
+pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<Code, u64>) {
+    let count: u64 = rules.values().sum();
+    let many = if count == 1 { " consequence: " } else { " consequences: " };
+    say!(out, lang; zh: "第", cause, "帧: ", count, "条后果: "; en: "frame ", cause, ": ", count, many);
+    sentence::codes(out, rules, lang.pick("、", ", "));
+}
+
+/// Appends a finding, in one sentence without line end, for a reader who sees it at the frame `seen_at`:
+/// another frame that it is about is named before it.
+pub fn placed(out: &mut Vec<u8>, lang: Lang, finding: &Finding, seen_at: u64) {
+    if let Some(frame) = finding.about().filter(|about| about.no != seen_at) {
+        let after = if finding.node.is_some() { " " } else { ": " };
+        say!(out, lang; zh: "第", frame.no, "帧", after; en: "frame ", frame.no, after);
+    }
+    message(out, lang, finding);
+}
+
+/// Appends what a finding reports of the frame that it is about, in one sentence without line end.
+pub fn message(out: &mut Vec<u8>, lang: Lang, finding: &Finding) {
+    let measured = finding.measured();
+    subject(out, lang, finding, measured.as_ref());
+    match (&finding.facts, measured) {
+        (Facts::Unmet(unmet), _) => {
+            let named = |name: &str| unmet.facts().find(|(known, _)| *known == name).map(|(_, said)| said.clone());
+            match unmet.repeated {
+                0 => sentence::fill(out, lang, lang.of(unmet.variant.words), named),
+                more => repeated(out, lang, more),
+            }
+            put!(out; lang.pick(" (期望: ", " (expected by "));
+            escape::terminal(out, unmet.expectation.as_bytes());
+            put!(out; ")");
+        }
+        (Facts::Repeated { count }, _) => repeated(out, lang, *count),
+        (_, Some(measured)) => {
+            let named = |name: &str| measured.get(name).map(Said::Quantity);
+            sentence::fill(out, lang, lang.of(measured.variant.words), named);
+        }
+        (_, None) => put!(out; lang.of(finding.code.rule().message)),
+    }
+}
+
+/// Node and object that a finding is about. An object that the sentence names is not named before it.
+fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&Measured>) {
+    if let Some(node) = finding.node {
+        put!(out; lang.pick("节点", "node "), node, " ");
+    }
+    let named = measured.is_some_and(|all| all.facts().any(|(_, fact)| matches!(fact, Quantity::Object(_))));
+    if let Some(object) = finding.object.filter(|_| !named) {
+        put!(out; object);
+        pdo_of(out, object);
+        put!(out; " ");
+    }
+    if finding.node.is_some() {
+        out.pop();
+        put!(out; ": ");
+    }
+}
+
+fn repeated(out: &mut Vec<u8>, lang: Lang, count: u64) {
+    say!(out, lang; zh: "同类问题另有", count, "次"; en: count, " more of the same");
+}

@@ -1,0 +1,100 @@
+//! Incidents in words, in both languages.
+//!
+//! The sentences stand in `diagnosis`. It must not choose one.
+
+use super::digits::put;
+use super::{Lang, sentence};
+use crate::rules::finding::{Measured, Said};
+use crate::stories::incident::{Grade, Incident, IncidentId, members};
+use crate::stories::rank::is_root;
+use crate::stories::{Diagnosis, Phase, titles};
+
+/// Most nodes that are named one by one.
+const NAMED: usize = 6;
+
+/// Appends what a step says.
+pub fn said(out: &mut Vec<u8>, lang: Lang, measured: &Measured) {
+    let named = |name: &str| measured.get(name).map(Said::Quantity);
+    sentence::fill(out, lang, lang.of(measured.variant.words), named);
+}
+
+/// Appends the line that tells of an incident that begins to show, whose cause has changed, or that is over.
+pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
+    let Some(one) = diagnosis.ledger().by_id(id) else { return };
+    let began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
+    let number = u64::from(one.number);
+    match phase {
+        Phase::Opened => {
+            put!(out; lang.pick("# ✖ 问题", "# ✖ problem "), number, ": ");
+            title(out, lang, one, began_ns);
+            if !is_root(one) {
+                put!(out; ", ");
+                because(out, lang, diagnosis, one, began_ns);
+            }
+        }
+        Phase::Linked => {
+            put!(out; lang.pick("# ↳ 问题", "# ↳ problem "), number, ": ");
+            because(out, lang, diagnosis, one, began_ns);
+        }
+        Phase::Ended => {
+            put!(out; lang.pick("# ✔ 已恢复 ", "# ✔ resolved "), number, ": ");
+            title(out, lang, one, began_ns);
+        }
+    }
+    put!(out; "\n");
+}
+
+/// Appends what caused an incident, with its number and title; a question mark behind it where another cause may still be
+/// found.
+fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident, began_ns: Option<i64>) {
+    let Some((link, cause)) = one.cause.and_then(|link| Some((link, diagnosis.ledger().by_id(link.cause)?))) else {
+        return;
+    };
+    let words = match link.grade {
+        Grade::Certain => lang.pick("起因是问题", "caused by "),
+        _ => lang.pick("起因很可能是问题", "probably caused by "),
+    };
+    put!(out; words, u64::from(cause.number), if diagnosis.is_settled_by_now(one) { " (" } else { "? (" });
+    title(out, lang, cause, began_ns);
+    put!(out; ")");
+}
+
+/// Appends the subject of an incident and what happened to it, in one line. `began_ns`: the first stamp of the capture.
+pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64>) {
+    subject(out, lang, one);
+    let words = lang.of(one.kind.row().words);
+    match titles::of(one, began_ns) {
+        Some(title) if titles::is_whole(one) => said(out, lang, &title),
+        Some(title) => {
+            put!(out; words, lang.pick(", ", ", "));
+            said(out, lang, &title);
+        }
+        None => put!(out; words),
+    }
+}
+
+/// Appends `node 3: `, `nodes 3, 4: `; nothing where it is about none.
+fn subject(out: &mut Vec<u8>, lang: Lang, one: &Incident) {
+    if let Some(node) = one.subject.node {
+        put!(out; lang.pick("节点", "node "), node);
+        let axes = (1..=8_u8).filter(|axis| one.subject.axes >> (axis - 1) & 1 != 0);
+        for (place, axis) in axes.filter(|axis| *axis > 1 || one.subject.axis.is_none()).enumerate() {
+            let many = one.subject.axis.is_none();
+            let first = lang.pick("轴", if many { " axes " } else { " axis " });
+            put!(out; if place > 0 { lang.pick("、", ", ") } else { first }, axis);
+        }
+        return put!(out; ": ");
+    }
+    let nodes: Vec<u8> = members(one.subject.nodes).collect();
+    if nodes.is_empty() {
+        return;
+    }
+    put!(out; lang.pick("节点", if nodes.len() == 1 { "node " } else { "nodes " }));
+    for (place, node) in nodes.iter().take(NAMED).enumerate() {
+        put!(out; if place > 0 { lang.pick("、", ", ") } else { "" }, *node);
+    }
+    if nodes.len() > NAMED {
+        put!(out; " ...");
+    }
+    put!(out; ": ");
+}

@@ -1,0 +1,20 @@
+//! Objects of the dictionary as CiA writes them: `1008h:00`.
+
+use super::digits::{Hex, Put, put};
+use crate::sdo::wire::Mux;
+
+impl Put for Mux {
+    fn put(&self, out: &mut Vec<u8>) {
+        put!(out; Hex::<4>(u64::from(self.index)), "h:", Hex::<2>(u64::from(self.sub)));
+    }
+}
+
+/// Which PDO a parameter is of: ` (TPDO1)` behind 1800h or 1A00h. Nothing for other objects.
+pub fn pdo_of(out: &mut Vec<u8>, mux: Mux) {
+    let (name, number) = match mux.index {
+        0x1400..=0x17FF => (" (RPDO", mux.index % 0x200),
+        0x1800..=0x1BFF => (" (TPDO", mux.index % 0x200),
+        _ => return,
+    };
+    put!(out; name, number + 1, ")");
+}

@@ -1,0 +1,101 @@
+//! PDOs in words: the signals of a mapped one, the object of a multiplex one. Nine tenths of a capture are these lines.
+
+use super::role::{Nodes, Pdo};
+use crate::bytes::frame::Frame;
+use crate::wire::pdo::Multiplexed;
+use crate::wire::pdo::mapping::Mapping;
+use crate::words::digits::put;
+use crate::words::value::{self, Size};
+use crate::words::{Depth, Lang, say, sentence, signal};
+use crate::world::configuration::Provenance;
+use crate::world::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
+
+/// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
+pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {
+    put!(out; Pdo { lang, transmit: data.transmit, number: data.number, node: data.node });
+    if depth == Depth::Brief {
+        return;
+    }
+    put!(out; ": ");
+    match &data.content {
+        Signals::Mapped(mapping, from) => {
+            signal::all(out, lang, mapping, frame.payload());
+            preset(out, lang, *from);
+        }
+        Signals::ByConsumer(mapping, from, node, number) => {
+            signal::all(out, lang, mapping, frame.payload());
+            let consumer = Pdo { lang, transmit: false, number: *number, node: *node };
+            say!(out, lang; zh: " (按", consumer, "的映射)"; en: " (mapped as ", consumer, ")");
+            preset(out, lang, *from);
+        }
+        Signals::None(why) => put!(out; Size(lang, frame.len.into()), match why {
+            Unmapped::Unknown => lang.pick(", 映射未知", ", mapping unknown"),
+            Unmapped::Unconfirmed => lang.pick(", 映射未知, COB-ID未确认", ", mapping unknown, COB-ID unconfirmed"),
+            Unmapped::Contradicted => lang.pick(", 与EDS默认映射不符", ", does not fit the EDS default mapping"),
+            Unmapped::Disabled => lang.pick(", 映射已禁用", ", mapping disabled"),
+            Unmapped::Multiplex => lang.pick(", 不是完整的MPDO", ", not a complete MPDO"),
+        }),
+    }
+    if let Some(sync) = &data.sync {
+        placement(out, sync);
+    }
+}
+
+/// Appends the phrase of a multiplex PDO, and at other depths than brief what it carries. No line end.
+pub fn multiplex(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &Addressed) {
+    put!(out; Pdo { lang, transmit: data.transmit, number: data.number, node: data.node });
+    if depth != Depth::Brief {
+        put!(out; ": ");
+        multiplexed(out, lang, &data.content, Some(&data.mapping));
+    }
+}
+
+/// A PDO without its mapping: its length.
+pub fn undecoded(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
+    put!(out; pdo);
+    if full {
+        put!(out; ": ", Size(lang, len.into()));
+    }
+}
+
+/// A remote request for a PDO; `len`: the length that it asks for.
+pub fn request(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
+    say!(out, lang; zh: "对", pdo, "的远程请求"; en: "remote request for ", pdo);
+    if full {
+        let size = Size(lang, len.into());
+        say!(out, lang; zh: ": 请求长度", size; en: ": requested length ", size);
+    }
+}
+
+/// What a multiplex PDO carries: `DAM-MPDO, 写节点10的2000h:01 = 2A 00 00 00`, as far as `mapping` knows the object with
+/// its name and value.
+pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping: Option<&Mapping>) {
+    let node = Nodes(lang, content.node);
+    if content.destination {
+        say!(out, lang; zh: "DAM-MPDO, 写", node, "的"; en: "DAM-MPDO, write to ", node, ": ");
+    } else if content.node == 0 {
+        say!(out, lang; zh: "SAM-MPDO, 无效的生产者节点ID 0 的"; en: "SAM-MPDO, invalid producer node-ID 0: ");
+    } else {
+        say!(out, lang; zh: "SAM-MPDO, 生产者", node, "的"; en: "SAM-MPDO, producer ", node, ": ");
+    }
+    value::multiplexed(out, lang, content, mapping);
+}
+
+/// What is only preset, or was only asked for, may not be what the device sends.
+fn preset(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
+    match from {
+        Provenance::Eds => say!(out, lang; zh: " (EDS默认映射)"; en: " (EDS default mapping)"),
+        Provenance::Unconfirmed(_) => say!(out, lang; zh: " (PDO配置未确认)"; en: " (PDO configuration unconfirmed)"),
+        _ => {}
+    }
+}
+
+/// `[SYNC 41 +0.8 ms]`.
+fn placement(out: &mut Vec<u8>, sync: &Placement) {
+    put!(out; " [SYNC ", sync.cycle);
+    if let Some(delay) = sync.delay_ns {
+        put!(out; if delay < 0 { " " } else { " +" });
+        sentence::duration(out, delay);
+    }
+    put!(out; "]");
+}

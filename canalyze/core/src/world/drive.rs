@@ -1,0 +1,493 @@
+//! CiA 402 (IEC 61800-7-201), drives: what statusword, controlword and modes of operation say, and which states
+//! can follow each other.
+//!
+//! | transition | from | to | by |
+//! |---|---|---|---|
+//! | 1 | not ready to switch on | switch on disabled | itself |
+//! | 2 | switch on disabled | ready to switch on | shutdown |
+//! | 3 | ready to switch on | switched on | switch on |
+//! | 4 | switched on | operation enabled | enable operation |
+//! | 5 | operation enabled | switched on | disable operation |
+//! | 6 | switched on | ready to switch on | shutdown |
+//! | 7 | ready to switch on | switch on disabled | disable voltage, quick stop |
+//! | 8 | operation enabled | ready to switch on | shutdown |
+//! | 9 | operation enabled | switch on disabled | disable voltage |
+//! | 10 | switched on | switch on disabled | disable voltage, quick stop |
+//! | 11 | operation enabled | quick stop active | quick stop |
+//! | 12 | quick stop active | switch on disabled | itself, disable voltage |
+//! | 13 | any but the fault states | fault reaction active | a fault |
+//! | 14 | fault reaction active | fault | itself |
+//! | 15 | fault | switch on disabled | fault reset |
+//! | 16 | quick stop active | operation enabled | enable operation |
+//!
+//! A statusword is a sample: states between two of them go unseen, and every state can be reached from every
+//! other one in some steps (not ready to switch on by a restart alone). So a pair of samples by itself proves
+//! nothing; [`explained`] takes the controlwords in between. Pure functions over numbers: which object a value
+//! belongs to, and that the device is a drive at all, is the caller's knowledge.
+
+/// Most logical devices: 6000h-9FFFh in steps of 800h.
+pub const AXES: u8 = 8;
+
+/// The profile's number in bits 15-0 of 1000h.
+pub const PROFILE: u16 = 402;
+
+/// An object of the power drive system whose value has words of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Object {
+    /// 6040h.
+    Controlword,
+    /// 6041h.
+    Statusword,
+    /// 6060h.
+    ModesOfOperation,
+    /// 6061h.
+    ModesOfOperationDisplay,
+    /// 6502h.
+    SupportedModes,
+}
+
+impl Object {
+    /// The object at an index of any axis.
+    pub const fn at(index: u16) -> Option<Self> {
+        if axis(index).is_none() {
+            return None;
+        }
+        Some(match crate::world::od::first_axis(index) {
+            0x6040 => Self::Controlword,
+            0x6041 => Self::Statusword,
+            0x6060 => Self::ModesOfOperation,
+            0x6061 => Self::ModesOfOperationDisplay,
+            0x6502 => Self::SupportedModes,
+            _ => return None,
+        })
+    }
+}
+
+/// The logical device that an index belongs to, 0..=7; `None` outside 6000h-9FFFh.
+pub const fn axis(index: u16) -> Option<u8> {
+    match index {
+        0x6000..=0x9FFF => Some(((index - 0x6000) / 0x800) as u8),
+        _ => None,
+    }
+}
+
+/// A state of the power drive system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum State {
+    /// Not ready to switch on: it starts.
+    NotReadyToSwitchOn,
+    /// Switch on disabled.
+    SwitchOnDisabled,
+    /// Ready to switch on.
+    ReadyToSwitchOn,
+    /// Switched on.
+    SwitchedOn,
+    /// Operation enabled.
+    OperationEnabled,
+    /// Quick stop active.
+    QuickStopActive,
+    /// Fault reaction active.
+    FaultReactionActive,
+    /// Fault.
+    Fault,
+}
+
+use State::{
+    Fault, FaultReactionActive, NotReadyToSwitchOn, OperationEnabled, QuickStopActive, ReadyToSwitchOn,
+    SwitchOnDisabled, SwitchedOn,
+};
+
+/// What a statusword is masked with, what is left then, and the state. No statusword fits two rows.
+const STATES: [(u16, u16, State); 8] = [
+    (0x004F, 0x0000, NotReadyToSwitchOn),
+    (0x004F, 0x0040, SwitchOnDisabled),
+    (0x006F, 0x0021, ReadyToSwitchOn),
+    (0x006F, 0x0023, SwitchedOn),
+    (0x006F, 0x0027, OperationEnabled),
+    (0x006F, 0x0007, QuickStopActive),
+    (0x004F, 0x000F, FaultReactionActive),
+    (0x004F, 0x0008, Fault),
+];
+
+impl State {
+    /// Every state, in the order of the standard's table.
+    pub const ALL: [Self; 8] = [
+        NotReadyToSwitchOn,
+        SwitchOnDisabled,
+        ReadyToSwitchOn,
+        SwitchedOn,
+        OperationEnabled,
+        QuickStopActive,
+        FaultReactionActive,
+        Fault,
+    ];
+
+    /// The name in machine output, that of the standard in kebab-case.
+    pub const fn name(self) -> &'static str {
+        match self {
+            NotReadyToSwitchOn => "not-ready-to-switch-on",
+            SwitchOnDisabled => "switch-on-disabled",
+            ReadyToSwitchOn => "ready-to-switch-on",
+            SwitchedOn => "switched-on",
+            OperationEnabled => "operation-enabled",
+            QuickStopActive => "quick-stop-active",
+            FaultReactionActive => "fault-reaction-active",
+            Fault => "fault",
+        }
+    }
+
+    /// The state of a statusword; `None` where its bits are those of no state.
+    pub fn of(statusword: u16) -> Option<Self> {
+        STATES.iter().find(|(mask, left, _)| statusword & mask == *left).map(|row| row.2)
+    }
+
+    /// The bits of the statusword that say this state, and their value.
+    pub fn coding(self) -> (u16, u16) {
+        STATES.iter().find(|row| row.2 == self).map_or((0, 0), |row| (row.0, row.1))
+    }
+
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
+/// A command of the controlword.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Command {
+    /// Bit 7 rises.
+    FaultReset,
+    /// `0xxx xx0x`.
+    DisableVoltage,
+    /// `0xxx x01x`.
+    QuickStop,
+    /// `0xxx x110`.
+    Shutdown,
+    /// `0xxx 0111`, coming from another command than enable operation.
+    SwitchOn,
+    /// `0xxx 0111`, coming from enable operation.
+    DisableOperation,
+    /// `0xxx 0111` where what was before is not known: both have these bits, and both lead to switched on.
+    SwitchOnOrDisableOperation,
+    /// `0xxx 1111`; where the drive is only ready to switch on, it switches on first.
+    EnableOperation,
+}
+
+/// What bits 7 and 3-0 of a controlword ask for, seen as a level: `None` with bit 7 set.
+const fn level(controlword: u16) -> Option<Command> {
+    Some(match controlword & 0x8F {
+        0x80.. => return None,
+        low if low & 0b0010 == 0 => Command::DisableVoltage,
+        low if low & 0b0100 == 0 => Command::QuickStop,
+        low if low & 0b0001 == 0 => Command::Shutdown,
+        0b0111 => Command::SwitchOnOrDisableOperation,
+        _ => Command::EnableOperation,
+    })
+}
+
+/// The command of a controlword. `previous` is the last one that differs from it, `None` where none is known.
+///
+/// `None` where bit 7 stays set: the edge resets a fault, and no other command has the bit.
+pub fn command(controlword: u16, previous: Option<u16>) -> Option<Command> {
+    let Some(asked) = level(controlword) else {
+        return previous.is_none_or(|word| word & 0x80 == 0).then_some(Command::FaultReset);
+    };
+    if asked != Command::SwitchOnOrDisableOperation {
+        return Some(asked);
+    }
+    Some(match previous.map(level) {
+        None | Some(Some(Command::SwitchOnOrDisableOperation)) => asked,
+        Some(Some(Command::EnableOperation)) => Command::DisableOperation,
+        Some(_) => Command::SwitchOn,
+    })
+}
+
+/// Bit 7 of the statusword.
+pub const fn warning(statusword: u16) -> bool {
+    statusword & 1 << 7 != 0
+}
+
+/// Bit 9 of the statusword: the drive obeys the controlword. Otherwise it is operated locally.
+pub const fn remote(statusword: u16) -> bool {
+    statusword & 1 << 9 != 0
+}
+
+/// Bit 8 of the controlword.
+pub const fn halt(controlword: u16) -> bool {
+    controlword & 1 << 8 != 0
+}
+
+/// The modes in supported drive modes (6502h) that the standard defines, as 6060h has them: bit n is mode n+1.
+pub fn supported_modes(modes: u32) -> impl Iterator<Item = i8> {
+    (1..=11).filter(move |mode| *mode != 5 && modes >> (mode - 1) & 1 != 0)
+}
+
+/// A transition: number, from, to, the commands that cause it, whether it can come without a command.
+///
+/// More of them come by themselves than the standard lists, since drives leave their states where power goes, a
+/// limit switch is hit, the bus is lost, a local input resets a fault. Upward, toward operation enabled, none does.
+type Transition = (u8, State, State, &'static [Command], bool);
+
+const TRANSITIONS: &[Transition] = &[
+    (1, NotReadyToSwitchOn, SwitchOnDisabled, &[], true),
+    (2, SwitchOnDisabled, ReadyToSwitchOn, &[Command::Shutdown], false),
+    (3, ReadyToSwitchOn, SwitchedOn, &[Command::SwitchOnOrDisableOperation, Command::EnableOperation], false),
+    (4, SwitchedOn, OperationEnabled, &[Command::EnableOperation], false),
+    (5, OperationEnabled, SwitchedOn, &[Command::SwitchOnOrDisableOperation], true),
+    (6, SwitchedOn, ReadyToSwitchOn, &[Command::Shutdown], true),
+    (7, ReadyToSwitchOn, SwitchOnDisabled, &[Command::DisableVoltage, Command::QuickStop], true),
+    (8, OperationEnabled, ReadyToSwitchOn, &[Command::Shutdown], true),
+    (9, OperationEnabled, SwitchOnDisabled, &[Command::DisableVoltage], true),
+    (10, SwitchedOn, SwitchOnDisabled, &[Command::DisableVoltage, Command::QuickStop], true),
+    (11, OperationEnabled, QuickStopActive, &[Command::QuickStop], true),
+    (12, QuickStopActive, SwitchOnDisabled, &[Command::DisableVoltage], true),
+    (13, NotReadyToSwitchOn, FaultReactionActive, &[], true),
+    (13, SwitchOnDisabled, FaultReactionActive, &[], true),
+    (13, ReadyToSwitchOn, FaultReactionActive, &[], true),
+    (13, SwitchedOn, FaultReactionActive, &[], true),
+    (13, OperationEnabled, FaultReactionActive, &[], true),
+    (13, QuickStopActive, FaultReactionActive, &[], true),
+    (14, FaultReactionActive, Fault, &[], true),
+    (15, Fault, SwitchOnDisabled, &[Command::FaultReset], true),
+    (16, QuickStopActive, OperationEnabled, &[Command::EnableOperation], false),
+];
+
+/// How one state can follow another in two samples of the statusword.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// It is the same state.
+    Same,
+    /// By this transition of the standard, 1..=16.
+    Directly(u8),
+    /// By this many transitions at least, 2..: the states between were not seen.
+    Through(u8),
+    /// Only by a restart of the device: not ready to switch on has no transition to it.
+    Restart,
+}
+
+/// How `to` can follow `from`, whatever was commanded.
+pub fn reach(from: State, to: State) -> Reach {
+    if from == to {
+        return Reach::Same;
+    }
+    if let Some(row) = TRANSITIONS.iter().find(|row| row.1 == from && row.2 == to) {
+        return Reach::Directly(row.0);
+    }
+    let mut reached = from.bit();
+    for steps in 1..=8 {
+        reached = step(reached, |_| true);
+        if reached & to.bit() != 0 {
+            return Reach::Through(steps);
+        }
+    }
+    Reach::Restart
+}
+
+/// Whether `to` can follow `from` where the drive was given these controlwords: the one in force at `from`, and
+/// all after it up to `to`, in their order. Where there are none, the one in force is not known: true.
+///
+/// It errs toward true: a controlword may be obeyed late, in part, or not at all; faults and falls toward
+/// switch on disabled come at any time; a fault may be reset otherwise. What is left to be false is a state
+/// nearer to operation enabled that no controlword led to. Three things stay with the caller. More than one
+/// controlword from before `from` may still be on its way then: a word held back for a SYNC, a sample of the
+/// statusword that waited to be sent; give them too. A drive that is operated locally ([`remote`] is false in
+/// either sample) obeys others. And a restart of the device, or a gap in the capture, explains everything.
+pub fn explained(from: State, to: State, controlwords: impl IntoIterator<Item = u16>) -> bool {
+    let mut reached = from.bit();
+    let mut any = false;
+    for word in controlwords {
+        any = true;
+        // Drives obey the other bits beside a bit 7 that stays set, though the standard names no such command.
+        let asked = level(word & !0x80);
+        // A word is in force until the next one: the drive may take several steps by it.
+        loop {
+            let further = step(reached, |row| row.4 || asked.is_some_and(|asked| row.3.contains(&asked)));
+            if further == reached {
+                break;
+            }
+            reached = further;
+        }
+    }
+    !any || reached & to.bit() != 0
+}
+
+/// The states of a set, and those that one transition leads to.
+fn step(states: u8, may: impl Fn(&Transition) -> bool) -> u8 {
+    let taken = TRANSITIONS.iter().filter(|row| states & row.1.bit() != 0 && may(row));
+    taken.fold(states, |reached, row| reached | row.2.bit())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn states_of_real_statuswords() {
+        let words = [
+            (0x1637, Some(OperationEnabled)),
+            (0x0250, Some(SwitchOnDisabled)),
+            (0x0218, Some(Fault)),
+            (0x0217, Some(QuickStopActive)),
+            (0x0740, Some(SwitchOnDisabled)),
+            (0x0721, Some(ReadyToSwitchOn)),
+            (0x0723, Some(SwitchedOn)),
+            (0x0737, Some(OperationEnabled)),
+            (0x0000, Some(NotReadyToSwitchOn)),
+            (0x021F, Some(FaultReactionActive)),
+            (0x0001, None),
+            (0x0022, None),
+            (0x0048, None),
+        ];
+        for (word, state) in words {
+            assert_eq!(State::of(word), state, "{word:04X}");
+        }
+        for word in 0..=u16::MAX {
+            assert!(STATES.iter().filter(|row| word & row.0 == row.1).count() <= 1, "{word:04X}");
+        }
+        for state in State::ALL {
+            assert_eq!(State::of(state.coding().1), Some(state));
+        }
+    }
+
+    #[test]
+    fn commands() {
+        let words = [
+            (0x0000, None, Some(Command::DisableVoltage)),
+            (0x000D, None, Some(Command::DisableVoltage)),
+            (0x0002, None, Some(Command::QuickStop)),
+            (0x000B, None, Some(Command::QuickStop)),
+            (0x0006, None, Some(Command::Shutdown)),
+            (0x000E, None, Some(Command::Shutdown)),
+            (0x0007, None, Some(Command::SwitchOnOrDisableOperation)),
+            (0x0007, Some(0x0006), Some(Command::SwitchOn)),
+            (0x0007, Some(0x000F), Some(Command::DisableOperation)),
+            (0x0007, Some(0x001F), Some(Command::DisableOperation)),
+            (0x0007, Some(0x0107), Some(Command::SwitchOnOrDisableOperation)),
+            (0x0007, Some(0x0080), Some(Command::SwitchOn)),
+            (0x000F, Some(0x0007), Some(Command::EnableOperation)),
+            (0x003F, None, Some(Command::EnableOperation)),
+            (0x0080, None, Some(Command::FaultReset)),
+            (0x008F, Some(0x000F), Some(Command::FaultReset)),
+            (0x008F, Some(0x0080), None),
+        ];
+        for (word, previous, expected) in words {
+            assert_eq!(command(word, previous), expected, "{word:04X} after {previous:04X?}");
+        }
+    }
+
+    #[test]
+    fn objects_of_every_axis() {
+        assert_eq!(Object::at(0x6040), Some(Object::Controlword));
+        assert_eq!(Object::at(0x6841), Some(Object::Statusword));
+        assert_eq!(Object::at(0x9861), Some(Object::ModesOfOperationDisplay));
+        assert_eq!(Object::at(0x6064), None);
+        assert_eq!(Object::at(0xA040), None);
+        assert_eq!((axis(0x6040), axis(0x6841), axis(0x9FFF)), (Some(0), Some(1), Some(AXES - 1)));
+        assert_eq!((axis(0x5FFF), axis(0xA000)), (None, None));
+    }
+
+    #[test]
+    fn bits() {
+        assert_eq!(supported_modes(0x0000_03ED).collect::<Vec<_>>(), [1, 3, 4, 6, 7, 8, 9, 10]);
+        assert_eq!(supported_modes(0xFFFF_0010).count(), 0);
+        assert!(warning(0x0080) && remote(0x0200) && !warning(0x0200));
+        assert!(halt(0x010F) && !halt(0x000F));
+    }
+
+    #[test]
+    fn reach_of_states() {
+        assert_eq!(reach(Fault, Fault), Reach::Same);
+        assert_eq!(reach(SwitchOnDisabled, ReadyToSwitchOn), Reach::Directly(2));
+        assert_eq!(reach(QuickStopActive, OperationEnabled), Reach::Directly(16));
+        assert_eq!(reach(SwitchOnDisabled, OperationEnabled), Reach::Through(3));
+        assert_eq!(reach(Fault, OperationEnabled), Reach::Through(4));
+        assert_eq!(reach(OperationEnabled, Fault), Reach::Through(2));
+        assert_eq!(reach(NotReadyToSwitchOn, OperationEnabled), Reach::Through(4));
+        for from in State::ALL {
+            for to in State::ALL {
+                let restart = to == NotReadyToSwitchOn && from != to;
+                assert_eq!(reach(from, to) == Reach::Restart, restart, "{from:?} {to:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_controlwords_explain() {
+        // The whole way up, sampled at its ends or at any step.
+        let way = [0x0000, 0x0006, 0x0007, 0x000F];
+        assert!(explained(SwitchOnDisabled, OperationEnabled, way));
+        assert!(explained(Fault, OperationEnabled, [0x0080, 0x0006, 0x000F]));
+        assert!(explained(SwitchOnDisabled, OperationEnabled, [0x0006, 0x000F]));
+        assert!(explained(Fault, ReadyToSwitchOn, [0x0086]));
+        for to in [ReadyToSwitchOn, SwitchedOn, OperationEnabled, Fault, QuickStopActive] {
+            assert!(explained(SwitchOnDisabled, to, way), "{to:?}");
+        }
+        // A controlword that is held: the fault comes, nothing goes up again by itself.
+        assert!(explained(OperationEnabled, Fault, [0x000F]));
+        assert!(explained(OperationEnabled, SwitchOnDisabled, [0x000F]));
+        assert!(!explained(Fault, OperationEnabled, [0x000F]));
+        assert!(!explained(SwitchOnDisabled, OperationEnabled, [0x000F]));
+        assert!(!explained(SwitchOnDisabled, ReadyToSwitchOn, [0x0000]));
+        assert!(!explained(SwitchedOn, OperationEnabled, [0x0006, 0x0007]));
+        // After a fault the way up begins with shutdown.
+        assert!(!explained(Fault, OperationEnabled, [0x0080, 0x0007, 0x000F]));
+        // Quick stop, and enabled again out of it.
+        assert!(explained(OperationEnabled, OperationEnabled, [0x0002, 0x000F]));
+        assert!(explained(QuickStopActive, OperationEnabled, [0x0002, 0x000F]));
+        assert!(!explained(QuickStopActive, OperationEnabled, [0x0002]));
+        // What was in force is not known.
+        assert!(explained(Fault, OperationEnabled, []));
+        assert!(!explained(Fault, NotReadyToSwitchOn, [0x0080]));
+    }
+
+    /// A drive that keeps to the standard: its state after a controlword, the commands' rows taken at once.
+    fn obey(state: State, word: u16, before: u16) -> State {
+        let asked = if word & !before & 0x80 != 0 { Some(Command::FaultReset) } else { level(word) };
+        TRANSITIONS
+            .iter()
+            .find(|row| row.1 == state && asked.is_some_and(|asked| row.3.contains(&asked)))
+            .map_or(state, |row| row.2)
+    }
+
+    proptest! {
+        /// Whatever a drive is told, in words that are obeyed once, twice or not at all, with faults in between:
+        /// two samples of it are always explained.
+        #[test]
+        fn never_wrong_on_a_drive_that_obeys(
+            words in proptest::collection::vec((0..16_u16, any::<bool>(), 0..3_u8, 0..12_u8), 1..40),
+            samples: (prop::sample::Index, prop::sample::Index),
+        ) {
+            let mut state = SwitchOnDisabled;
+            let mut seen = vec![];
+            let mut before = 0;
+            for (low, reset, times, chance) in words {
+                let word = low | u16::from(reset) << 7;
+                for _ in 0..times {
+                    state = obey(state, word, before);
+                }
+                if times > 0 {
+                    before = word;
+                }
+                state = match (state, chance) {
+                    (Fault, _) => Fault,
+                    (FaultReactionActive, _) => Fault,
+                    (QuickStopActive, 0..6) => SwitchOnDisabled,
+                    (_, 0) => FaultReactionActive,
+                    (state, _) => state,
+                };
+                seen.push((word, state));
+            }
+            let (a, b) = (samples.0.index(seen.len()), samples.1.index(seen.len()));
+            let (first, last) = (a.min(b), a.max(b));
+            let given = seen[first..=last].iter().map(|row| row.0);
+            // What was in force at the first sample may be an earlier word than the last one sent.
+            let given = std::iter::once(before_of(&seen, first)).chain(given);
+            prop_assert!(explained(seen[first].1, seen[last].1, given));
+        }
+    }
+
+    fn before_of(seen: &[(u16, State)], at: usize) -> u16 {
+        at.checked_sub(1).map_or(0, |before| seen[before].0)
+    }
+}

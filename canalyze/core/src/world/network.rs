@@ -1,0 +1,83 @@
+//! What is known of a network before its capture is read: descriptions of its devices, and options.
+//!
+//! Plain data, shared by all buses. It must not know what the capture shows.
+
+use std::sync::Arc;
+
+use crate::bytes::frame::CanId;
+use crate::world::dictionary::Dictionary;
+
+/// What was given beforehand.
+#[derive(Clone, Debug, Default)]
+pub struct Network {
+    /// Which device carries which description.
+    pub descriptions: Vec<Description>,
+    /// COB-IDs of PDOs (`--cob`).
+    pub cobs: Vec<Cob>,
+    /// Further SDO channels (`--sdo`).
+    pub sdos: Vec<Sdo>,
+    /// Communication cycle period in ns (`--sync-period`), where no object tells.
+    pub sync_period_ns: Option<i64>,
+    /// Synchronous window length in ns (`--sync-window`), where no object tells.
+    pub sync_window_ns: Option<i64>,
+    /// Tolerance of timing verdicts in ns (`--jitter`); measured where it is not given.
+    pub jitter_ns: Option<i64>,
+    /// Bit rate in bit/s (`--bitrate`).
+    pub bit_rate: Option<u32>,
+}
+
+/// A node's description.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// The bus's name; every bus where it is not given.
+    pub bus: Option<String>,
+    /// Node-ID, 1..=127.
+    pub node: u8,
+    /// The table.
+    pub dictionary: Arc<Dictionary>,
+}
+
+/// A PDO's COB-ID by option.
+#[derive(Clone, Debug)]
+pub struct Cob {
+    /// The bus's name; every bus where it is not given.
+    pub bus: Option<String>,
+    /// The identifier.
+    pub id: CanId,
+    /// Node-ID, 1..=127.
+    pub node: u8,
+    /// Transmit or receive, seen from the node.
+    pub transmit: bool,
+    /// PDO number, 1..=512.
+    pub number: u16,
+}
+
+/// An SDO channel by option.
+#[derive(Clone, Debug)]
+pub struct Sdo {
+    /// The bus's name; every bus where it is not given.
+    pub bus: Option<String>,
+    /// Client to server.
+    pub client: CanId,
+    /// Server to client.
+    pub server: CanId,
+    /// The server's node-ID, 1..=127.
+    pub node: u8,
+}
+
+impl Network {
+    /// Whether any node or identifier of the bus `name` was given.
+    pub fn describes(&self, name: &[u8]) -> bool {
+        let mut of = self.descriptions.iter().map(|one| one.bus.as_ref());
+        let mut cobs = self.cobs.iter().map(|one| one.bus.as_ref());
+        let mut sdos = self.sdos.iter().map(|one| one.bus.as_ref());
+        of.any(|bus| Self::holds(bus, name))
+            || cobs.any(|bus| Self::holds(bus, name))
+            || sdos.any(|bus| Self::holds(bus, name))
+    }
+
+    /// Whether something given for `of` holds on the bus `name`.
+    pub fn holds(of: Option<&String>, name: &[u8]) -> bool {
+        of.is_none_or(|bus| bus.as_bytes() == name)
+    }
+}
