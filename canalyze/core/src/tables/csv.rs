@@ -25,7 +25,7 @@ pub(super) fn cell(out: &mut Vec<u8>, text: &[u8]) {
     }
 }
 
-/// What `write` appends as JSON without its quotes; nothing for null.
+/// Appends the JSON that `write` appends, without its quotes; nothing for null.
 pub(super) fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     write(out);

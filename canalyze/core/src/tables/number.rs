@@ -14,7 +14,7 @@ const DIGITS_15: u64 = 1_000_000_000_000_000;
 /// Numbers beyond this are strings in JSON, since a double holds no more.
 const EXACT: u64 = 1 << 53;
 
-/// What a value is, so that each format can mark it.
+/// The shape of a value, by which each format marks it.
 pub(super) enum Shape {
     /// A decimal number that a double holds exactly, or a real.
     Number,

@@ -22,7 +22,7 @@ pub struct Setting<'a> {
     pub buses: &'a Buses,
     /// Digits after the point of the capture's stamps.
     pub decimals: u8,
-    /// How moments are written, and in lines the time.
+    /// The form of moments, and of the time in lines.
     pub clock: Clocked,
 }
 

@@ -1,6 +1,6 @@
 //! A table while its rows come: builders of columns under their names, and the batches that they become.
 //!
-//! What a table holds is its own file's matter. Must not: know CANopen.
+//! Must not: know CANopen.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -28,7 +28,7 @@ pub struct Batch {
 /// A column of numbers.
 pub(in crate::tables) type Numbers<T> = PrimitiveBuilder<T>;
 
-/// What bytes say; what is not UTF-8 becomes U+FFFD. Whole text, which nearly all is, is looked at once and quickly.
+/// Returns bytes as text, with U+FFFD for invalid UTF-8. Valid text, the usual case, is borrowed.
 pub(in crate::tables) fn lossy(bytes: &[u8]) -> Cow<'_, str> {
     std::str::from_utf8(bytes).map_or_else(|_| String::from_utf8_lossy(bytes), Cow::Borrowed)
 }
@@ -36,7 +36,7 @@ pub(in crate::tables) fn lossy(bytes: &[u8]) -> Cow<'_, str> {
 /// Distinct words that are looked at one by one before a map is asked.
 const FEW: usize = 8;
 
-/// A column of words of which there are few: each stands once in a batch, in the order in which they first came.
+/// A dictionary-encoded column of words; each is once in a batch, in order of first use.
 #[derive(Debug, Default)]
 pub(in crate::tables) struct Words {
     keys: PrimitiveBuilder<Int32Type>,
@@ -227,7 +227,7 @@ impl<C: Columns> Ends for Table<C> {
     }
 
     fn finish(&mut self, done: &mut Vec<Batch>) {
-        if self.rows > 0 || !self.told {
+        if self.rows > 0 || !self.emitted {
             self.end_batch(done);
         }
     }
@@ -243,7 +243,7 @@ pub(in crate::tables) struct Table<C> {
     rows: usize,
     bytes: usize,
     /// Some batch has come out, so that the schema is known.
-    told: bool,
+    emitted: bool,
 }
 
 impl<C: Columns> Table<C> {
@@ -253,7 +253,7 @@ impl<C: Columns> Table<C> {
             metadata.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
         all.insert("table".to_owned(), name.to_owned());
         let schema = Arc::new(Schema::new(columns.fields()).with_metadata(all));
-        Self { name: Arc::from(name), schema, columns, rows: 0, bytes: 0, told: false }
+        Self { name: Arc::from(name), schema, columns, rows: 0, bytes: 0, emitted: false }
     }
 
     /// Appends a record.
@@ -265,7 +265,7 @@ impl<C: Columns> Table<C> {
         self.end_row(bytes, done);
     }
 
-    /// A row is complete, which has so many bytes of text and data.
+    /// Ends a row with this number of bytes of text and data.
     pub(in crate::tables) fn end_row(&mut self, bytes: usize, done: &mut Vec<Batch>) {
         self.rows += 1;
         self.bytes += bytes;
@@ -275,7 +275,7 @@ impl<C: Columns> Table<C> {
     }
 
     fn end_batch(&mut self, done: &mut Vec<Batch>) {
-        (self.rows, self.bytes, self.told) = (0, 0, true);
+        (self.rows, self.bytes, self.emitted) = (0, 0, true);
         // Columns of one length and of the types that the schema says: an error cannot be.
         if let Ok(rows) = RecordBatch::try_new(Arc::clone(&self.schema), self.columns.arrays()) {
             done.push(Batch { name: Arc::clone(&self.name), rows });

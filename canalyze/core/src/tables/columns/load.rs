@@ -1,4 +1,4 @@
-//! `load`: one row each 100 ms of a bus: how busy it was.
+//! `load`: one row per 100 ms of a bus, with its load.
 //!
 //! Windows follow one another from the bus's first stamp on; `t_ns` is the end of one, `frame` and `cycle` are those of
 //! the last frame before it. However long a bus is silent, that is two rows of 0: the first window without a frame and

@@ -1,4 +1,4 @@
-//! What a capture holds as tables of columns, in Arrow's memory layout: for libraries, files of columns and timelines.
+//! The contents of a capture as tables in Arrow's memory layout, for libraries, files of columns and timelines.
 //!
 //! Only tables that are asked for are built. A batch of one ends after 65,536 rows or 16 MiB of text and data, or when
 //! it is asked for. Names and types of tables and columns are frozen by `tests.rs`: they are only ever added. Each file
@@ -96,9 +96,9 @@ pub enum Name {
     Lanes,
     /// Findings and emergencies, for people.
     Log,
-    /// How busy buses are.
+    /// Load of buses.
     Load,
-    /// What went wrong.
+    /// Problems.
     Incidents,
 }
 
@@ -135,7 +135,7 @@ pub struct Seen<'a> {
     pub window_ns: Option<i64>,
     /// The filter lets it through.
     pub shown: bool,
-    /// What is known of the capture.
+    /// The context of output.
     pub setting: Setting<'a>,
 }
 
@@ -182,7 +182,7 @@ trait Producer: Debug + Send + Sync {
     fn gap(&mut self, _done: &mut Vec<Batch>, _bus: BusId) {}
     /// It is `now_ns` on the clock of the frames.
     fn advance(&mut self, _done: &mut Vec<Batch>, _setting: Setting<'_>, _now_ns: i64) {}
-    /// Takes what is known of the nodes when the capture is over.
+    /// Takes the state of the nodes at the end of the capture.
     fn settle(&mut self, _state: &[Bus]) {}
     /// Takes the problems of the capture, which is over.
     fn diagnosis(&mut self, _done: &mut Vec<Batch>, _scene: Scene<'_>, _diagnosis: &Diagnosis) {}
@@ -341,7 +341,7 @@ impl Columns {
         self.tell(setting, finding);
     }
 
-    /// Takes what is known of the nodes when the capture is over.
+    /// Takes the state of the nodes at the end of the capture.
     pub fn settle(&mut self, state: &[Bus]) {
         self.tables.iter_mut().for_each(|table| table.settle(state));
     }

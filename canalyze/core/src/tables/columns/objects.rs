@@ -1,4 +1,4 @@
-//! `objects`: one row a value of an object that the capture shows, whatever service carried it.
+//! `objects`: one row per value of an object that the capture shows, whatever service carried it.
 //!
 //! | `source` | rows | `index`, `sub` |
 //! |---|---|---|

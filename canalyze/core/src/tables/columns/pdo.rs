@@ -6,8 +6,8 @@
 //! and text). A cell is null where the payload does not reach. Columns are named as the signals are; of several with one
 //! name the later ones have their object behind it. Multiplex PDOs have no such table: their object is another one in
 //! every frame. `cycle` is the SYNC cycle to which a synchronous PDO belongs, `running_cycle` the one that runs on the
-//! bus at any PDO. Version 0 is a synchronous PDO of which no mapping is known: it has no signals, and is there where all
-//! signals are. Must not: decide what a mapping is.
+//! bus at any PDO. Version 0 is a synchronous PDO without a known mapping: it has no signals, and is there if all signals
+//! are selected. Must not: decide what a mapping is.
 //!
 //! `wide/BUS/NODE.PDO/VERSION` is the same for whoever asks for values rather than for what is on the bus: a number with
 //! a factor is in its unit, what has words (a drive's states, commands and modes) is these words, and
@@ -59,7 +59,7 @@ enum Cells {
     Bytes(BinaryBuilder),
     /// A number in its unit.
     Scaled(Numbers<Float64Type>),
-    /// What a number means.
+    /// The meaning of a number.
     Worded(Worded),
 }
 
@@ -326,15 +326,15 @@ struct Version {
 /// The mappings of one PDO, the one used last first.
 #[derive(Debug, Default)]
 struct Versions {
-    /// How many there were, also those that are forgotten.
+    /// The number of mappings, including forgotten ones.
     count: usize,
     known: Vec<Version>,
 }
 
-/// What a cell holds.
+/// The content of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
-    /// What is on the bus.
+    /// The number on the bus.
     Bus,
     /// Its value.
     Values,
@@ -356,7 +356,7 @@ pub(super) struct Pdos {
 }
 
 impl Pdos {
-    /// No table yet.
+    /// Returns no tables.
     pub(super) fn new(lang: Lang, selection: Selection, of: Of) -> Self {
         Self { lang, of, selection, tables: BTreeMap::new(), unmapped: BTreeMap::new(), count: 0, bytes: 0 }
     }
@@ -404,7 +404,7 @@ impl Pdos {
         self.bytes += version.width;
     }
 
-    /// Appends where a synchronous PDO stands in its cycle, of which that is all that is known.
+    /// Appends the place of a synchronous PDO in its cycle; nothing else is known of it.
     fn unmapped(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, data: &ProcessData) {
         self.make_room(done);
         let Self { lang, unmapped, count, .. } = self;

@@ -45,7 +45,7 @@ pub(in crate::tables) struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// A signal of which no number is read.
+    /// Returns a signal without its numbers.
     fn new(frame: &'a Frame, signal: Signal<'a>) -> Self {
         Self { frame, signal, raw: None, integer: None, value: None }
     }

@@ -1,4 +1,4 @@
-//! `sync_cycles`: one row a SYNC cycle, when the next one begins or the capture ends.
+//! `sync_cycles`: one row per SYNC cycle, when the next one begins or the capture ends.
 //!
 //! Its number is that of `pdo.sync.cycle` in JSON lines: a SYNC that was captured twice, or one of another identifier,
 //! begins none. `pdos` counts all synchronous PDOs of the cycle; the filter decides whether its SYNC is shown.
@@ -64,7 +64,7 @@ pub(in crate::tables) struct Running {
     counter: Option<u8>,
     window_ns: Option<i64>,
     seen: Pdos,
-    /// What came before the SYNC that it belongs to.
+    /// PDOs before the SYNC that they belong to.
     early: Pdos,
     /// Frames were lost since.
     broken: bool,

@@ -100,7 +100,7 @@ pub(crate) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
     }
 }
 
-/// What a file shows of rows that are left out, or null.
+/// Appends the rows that a file leaves out, or null.
 pub(crate) fn left_out(out: &mut Vec<u8>, known: &LeftOut) {
     let LeftOut { places, uncounted, rows } = *known;
     match places {

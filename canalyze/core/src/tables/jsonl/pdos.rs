@@ -176,7 +176,7 @@ fn kind(mapped: &Mapped) -> &'static str {
     }
 }
 
-/// What the values of a mode of operation are called.
+/// Returns the values of a mode of operation with their names.
 fn words(mapped: &Mapped) -> impl Iterator<Item = (i8, &'static str)> {
     let object = drive::Object::at(mapped.index).filter(|_| signal::is_drives(mapped));
     let modes = matches!(object, Some(drive::Object::ModesOfOperation | drive::Object::ModesOfOperationDisplay));

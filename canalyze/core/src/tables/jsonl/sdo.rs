@@ -139,7 +139,7 @@ pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described:
         None => put!(out; ",\"index\":null,\"sub\":null"),
     }
     put!(out; ",\"name\":");
-    // A blank stands before the name.
+    // A blank is before the name.
     name_or_null(out, name.get(1..).unwrap_or(&[]));
 }
 

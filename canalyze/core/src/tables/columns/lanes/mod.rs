@@ -85,7 +85,7 @@ struct Bus {
     nodes: BTreeMap<u8, Node>,
     /// Nodes that have sent something, a bit each.
     present: u128,
-    /// Nodes of which a boot-up or a command to all says the state, and nothing else, a bit each.
+    /// Nodes whose state is known only from a boot-up or a command to all, one bit each.
     fresh: u128,
 }
 
@@ -98,7 +98,7 @@ pub(super) struct Lanes {
     channels: Channels,
 }
 
-/// What is written on.
+/// The table, and the text that is being written.
 #[derive(Debug)]
 struct Sheet {
     table: Table<Changes>,
@@ -114,7 +114,7 @@ impl Sheet {
     }
 }
 
-/// Where a frame stands, and whether a filter lets it through.
+/// The place of a frame; `shown`: the filter lets it through.
 #[derive(Clone, Copy, Debug)]
 struct Place<'a> {
     frame: &'a Frame,
@@ -135,7 +135,7 @@ impl Producer for Lanes {
         let at = At::frame(frame, scene.cycle);
         let place = Place { frame, at, shown: scene.shown };
         self.know(scene.setting, frame.bus);
-        // What became due before the frame stands behind its own event.
+        // Findings that became due before the frame are behind its own event.
         for event in events.iter().skip(1) {
             if let What::Finding(finding) = &event.what {
                 self.silence(done, finding, scene.cycle);
@@ -249,7 +249,7 @@ impl Lanes {
         }
     }
 
-    /// Somebody is not heard any more, or nobody is.
+    /// A node, or every node, is silent.
     fn silence(&mut self, done: &mut Vec<Batch>, finding: &Finding, cycle: u64) {
         let since = |from: Option<i64>, name, sign: i64| {
             Some(from?.saturating_add(sign.saturating_mul(measured(finding, name)?)))
@@ -480,7 +480,7 @@ fn bit(node: u8) -> u128 {
     1 << (node & 0x7F)
 }
 
-/// What a finding has measured, in ns.
+/// Returns a measured quantity of a finding, in ns.
 fn measured(finding: &Finding, name: &str) -> Option<i64> {
     match finding.measured()?.get(name)? {
         Quantity::Ns(ns) => Some(ns),

@@ -1,4 +1,4 @@
-//! How rows of `lanes` are written, the names of lanes, and where a row stands.
+//! Rows of `lanes`: their writer, their places, and the names of lanes.
 //!
 //! Must not: know what a lane is about.
 
@@ -13,10 +13,10 @@ use crate::words::escape::unsafe_on_a_terminal;
 
 /// Distinct states that a lane shows before it shows [`MANY`].
 pub(super) const DISTINCT: usize = 512;
-/// What stands for further states.
+/// The text for further states.
 pub(super) const MANY: &str = "…";
 
-/// Where a row stands: time stamp in ns, frame, SYNC cycle of its bus.
+/// The place of a row: time stamp in ns, frame, SYNC cycle of its bus.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct At {
     pub(super) t_ns: Option<i64>,
@@ -42,7 +42,7 @@ impl At {
     }
 }
 
-/// What rows are written with.
+/// The writer of rows.
 #[derive(Debug)]
 pub(super) struct Pen<'a> {
     pub(super) table: &'a mut Table<Changes>,
@@ -80,7 +80,7 @@ impl Pen<'_> {
     }
 }
 
-/// The part of a lane's name that stands for a bus, `can0/`; nothing where the capture names none.
+/// Returns the prefix of a lane's name for a bus, `can0/`; empty if the capture names none.
 pub(super) fn prefix(bus: &[u8]) -> String {
     let mut name = String::new();
     if !bus.is_empty() {
