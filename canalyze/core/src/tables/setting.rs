@@ -2,9 +2,9 @@
 //!
 //! Must not: know a record.
 
-use super::text::Clocked;
 use crate::bytes::frame::{BusId, Buses, Stamp, StampForm};
 use crate::bytes::writers::console;
+use crate::views::lines::Clocked;
 use crate::words::digits::{fraction, put};
 use crate::words::{Lang, escape};
 
