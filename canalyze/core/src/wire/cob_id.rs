@@ -77,6 +77,17 @@ impl Role {
                 | Self::LssRequest
         )
     }
+
+    /// Returns the node whose identifier it is; `None` if the identifier is not made of a node-ID.
+    pub fn node(self) -> Option<u8> {
+        match self {
+            Self::Emcy(node) | Self::SdoResponse(node) | Self::SdoRequest(node) | Self::ErrorControl(node) => {
+                Some(node)
+            }
+            Self::Tpdo { node, .. } | Self::Rpdo { node, .. } => Some(node),
+            _ => None,
+        }
+    }
 }
 
 /// Returns the role of an identifier in the pre-defined connection set.

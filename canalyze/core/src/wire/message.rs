@@ -153,24 +153,42 @@ pub enum Message {
 }
 
 impl Message {
+    /// Returns the role of the identifier under which the frame was decoded.
+    pub fn role(&self) -> Role {
+        match *self {
+            Self::Nmt { .. } => Role::Nmt,
+            Self::Gfc => Role::Gfc,
+            Self::FlyingMaster { kind, .. } => Role::FlyingMaster(kind),
+            Self::Sync { .. } => Role::Sync,
+            Self::Time { .. } => Role::Time,
+            Self::Emcy { node, .. } => Role::Emcy(node),
+            Self::Pdo { transmit: true, number, node }
+            | Self::PdoRequest { transmit: true, number, node }
+            | Self::Mpdo { transmit: true, number, node, .. } => Role::Tpdo { number, node },
+            Self::Pdo { number, node, .. }
+            | Self::PdoRequest { number, node, .. }
+            | Self::Mpdo { number, node, .. } => Role::Rpdo { number, node },
+            Self::Srdo { number, inverted, .. } => Role::Srdo { number, inverted },
+            Self::BootUp { node } | Self::Heartbeat { node, .. } | Self::GuardingRequest { node } => {
+                Role::ErrorControl(node)
+            }
+            Self::Lss { from_master: true, .. } => Role::LssRequest,
+            Self::Lss { from_master: false, .. } => Role::LssResponse,
+            Self::Usdo { request: true, source, .. } => Role::SdoRequest(source),
+            Self::Usdo { request: false, source, .. } => Role::SdoResponse(source),
+            Self::ErrorFrame => Role::Foreign,
+            Self::Foreign { role } | Self::Malformed { role, .. } => role,
+        }
+    }
+
     /// Returns the word for the service, as used in filters, in JSON, and as the name of the file that decodes it.
     /// Boot-up counts as heartbeat.
     pub fn service(&self) -> &'static str {
         match self {
-            Self::Nmt { .. } => "nmt",
-            Self::Gfc => "gfc",
-            Self::FlyingMaster { .. } => "flying_master",
-            Self::Sync { .. } => "sync",
-            Self::Time { .. } => "time",
-            Self::Emcy { .. } => "emcy",
-            Self::Pdo { .. } | Self::PdoRequest { .. } | Self::Mpdo { .. } => "pdo",
-            Self::Srdo { .. } => "srdo",
             Self::Heartbeat { guarding: true, .. } | Self::GuardingRequest { .. } => "guarding",
-            Self::BootUp { .. } | Self::Heartbeat { .. } => "heartbeat",
-            Self::Lss { .. } => "lss",
             Self::Usdo { .. } => "usdo",
             Self::ErrorFrame => "error",
-            Self::Foreign { role } | Self::Malformed { role, .. } => match role {
+            _ => match self.role() {
                 Role::Nmt => "nmt",
                 Role::Gfc => "gfc",
                 Role::FlyingMaster(_) => "flying_master",
@@ -191,34 +209,9 @@ impl Message {
     /// node or all nodes, or if the number is not a node-ID.
     pub fn node(&self) -> Option<u8> {
         let node = match *self {
-            Self::Nmt { node, .. }
-            | Self::Emcy { node, .. }
-            | Self::Pdo { node, .. }
-            | Self::PdoRequest { node, .. }
-            | Self::Mpdo { node, .. }
-            | Self::BootUp { node }
-            | Self::Heartbeat { node, .. }
-            | Self::GuardingRequest { node } => node,
-            Self::FlyingMaster { master, .. } => master.map_or(0, |(_, node)| node),
-            Self::Srdo { number, .. } => number,
-            Self::Usdo { source, .. } => source,
-            Self::Gfc | Self::Sync { .. } | Self::Time { .. } | Self::Lss { .. } | Self::ErrorFrame => 0,
-            Self::Foreign { role } | Self::Malformed { role, .. } => match role {
-                Role::Emcy(node) | Role::SdoRequest(node) | Role::SdoResponse(node) | Role::ErrorControl(node) => node,
-                Role::Tpdo { node, .. } | Role::Rpdo { node, .. } => node,
-                Role::Srdo { number, .. } => number,
-                Role::Nmt
-                | Role::Gfc
-                | Role::FlyingMaster(_)
-                | Role::Sync
-                | Role::Time
-                | Role::DynamicSdo
-                | Role::LssRequest
-                | Role::LssResponse
-                | Role::Reserved
-                | Role::Unassigned
-                | Role::Foreign => 0,
-            },
+            Self::Nmt { node, .. } | Self::FlyingMaster { master: Some((_, node)), .. } => node,
+            Self::Srdo { number, .. } | Self::Malformed { role: Role::Srdo { number, .. }, .. } => number,
+            _ => self.role().node()?,
         };
         (1..=127).contains(&node).then_some(node)
     }

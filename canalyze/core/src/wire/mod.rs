@@ -8,19 +8,23 @@ pub mod cob_id;
 pub mod emcy;
 pub mod error_control;
 pub mod error_frame;
+pub(crate) mod fields;
 pub mod flying_master;
 pub mod lss;
 pub mod message;
 pub mod nmt;
 pub mod pdo;
+pub mod role;
 pub mod srdo;
 pub mod sync;
 pub mod time;
 pub mod usdo;
 
 use crate::bytes::frame::{Frame, Kind};
+use crate::tables::jsonl::object::Object;
 use crate::wire::cob_id::Role;
 use crate::wire::message::{Flaw, Message};
+use crate::words::lang::Lang;
 
 /// What a frame says by itself, given the role of its identifier. Every frame gets an answer.
 ///
@@ -83,6 +87,50 @@ fn data(role: Role, frame: &Frame) -> Message {
         Role::LssResponse => lss::decode(role, false, payload),
         Role::SdoRequest(_) | Role::SdoResponse(_) => length(role, 8, 8),
         Role::DynamicSdo | Role::Reserved | Role::Unassigned | Role::Foreign => Message::Foreign { role },
+    }
+}
+
+/// The forms of a service's messages.
+trait WireService {
+    /// Appends the phrase of a message, and its content if `full`. No line end.
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, frame: &Frame);
+
+    /// Appends the lines of the breakdown below that of the COB-ID.
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame);
+
+    /// Appends the keys of the service's JSON object.
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame);
+}
+
+/// Returns the forms of a message.
+fn service(message: &Message) -> Option<&'static dyn WireService> {
+    Some(match message {
+        Message::Nmt { .. } => &nmt::NmtService,
+        Message::Sync { .. } => &sync::SyncService,
+        Message::Emcy { .. } => &emcy::EmcyService,
+        Message::Lss { .. } => &lss::LssService,
+        _ => return None,
+    })
+}
+
+/// Appends the phrase of a message, and its content if `full`. No line end. Nothing for a PDO.
+pub fn line(out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, frame: &Frame) {
+    if let Some(service) = service(message) {
+        service.line(out, lang, full, message, frame);
+    }
+}
+
+/// Appends the breakdown of a message below the line of its COB-ID. Nothing for a PDO.
+pub fn breakdown(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+    if let Some(service) = service(message) {
+        service.breakdown(out, lang, message, frame);
+    }
+}
+
+/// Appends the keys of a message in JSON. None for a PDO.
+pub(crate) fn json(object: &mut Object<'_>, message: &Message, frame: &Frame) {
+    if let Some(service) = service(message) {
+        service.json(object, message, frame);
     }
 }
 

@@ -1,14 +1,25 @@
 //! SYNC (CiA 301, 7.2.5): the beat of the synchronous PDOs.
 //!
-//! | byte | field |
-//! |---|---|
-//! | 0 | counter, 1..240; present only where 1019h is not 0 |
-//!
-//! Whether the counter runs on as it should is the bus's question: it needs the frame before and 1019h.
+//! Whether the counter continues as it should depends on the frame before and on 1019h, and is the bus's part.
 
-use super::length;
+use super::fields::{Breakdown, FieldRow, JsonKey, field, line};
+use super::role::Named;
+use super::{WireService, fields, length};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
+use crate::words::digits::put;
+use crate::words::lang::Lang;
+
+/// The counter, 1..=240; absent if 1019h is 0.
+static COUNTER: &[FieldRow] = &[field(
+    0,
+    1,
+    ("同步计数器 (1019h不为0时才有)", "synchronous counter (only if 1019h is not 0)"),
+    Breakdown::Decimal,
+    &[JsonKey::Decimal("counter")],
+)];
 
 /// Decodes a frame on the SYNC identifier.
 pub fn decode(role: Role, payload: &[u8]) -> Message {
@@ -16,6 +27,34 @@ pub fn decode(role: Role, payload: &[u8]) -> Message {
         [] => Message::Sync { counter: None },
         [counter] => Message::Sync { counter: Some(counter) },
         _ => length(role, 0, 1),
+    }
+}
+
+/// The forms of SYNC.
+pub(super) struct SyncService;
+
+impl WireService for SyncService {
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, _: &Frame) {
+        put!(out; Named(lang, Role::Sync));
+        if let (true, Message::Sync { counter: Some(counter) }) = (full, *message) {
+            put!(out; lang.pick(": 计数=", ": counter="), counter);
+        }
+    }
+
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+        match frame.len {
+            0 => {
+                line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"))
+            }
+            _ => fields::breakdown(out, lang, COUNTER, message, frame),
+        }
+    }
+
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
+        match frame.len {
+            0 => object.maybe("counter", None::<u8>),
+            _ => fields::json(object, COUNTER, message, frame),
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::stories::incident::{Incident, Status as Standing};
 use crate::views::diff::difference::{Aspect, Difference, Shows, Side, What};
 use crate::views::diff::digest::{Action, Kind, Service, TransferDigest};
 use crate::views::diff::stories::{Differs, lasted_ns};
+use crate::wire::{emcy, lss, nmt};
 use crate::words::profiles::Profile;
 use crate::world::dictionary::Described;
 
@@ -255,7 +256,7 @@ fn time(out: &mut Vec<u8>, ns: i64) {
 fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
     match action {
         Action::Transfer(moved) => moved_words(out, lang, what, moved),
-        Action::Nmt(command) => match terms::nmt::command(lang, *command) {
+        Action::Nmt(command) => match nmt::command(lang, *command) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*command)), "h"),
         },
@@ -270,14 +271,14 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
         }),
         Action::Emcy(code, register) => {
             put!(out; Hex::<4>(u64::from(*code)), "h");
-            if let Some(word) = terms::emcy::code(lang, Profile::UNKNOWN, *code) {
+            if let Some(word) = emcy::code(lang, Profile::UNKNOWN, *code) {
                 put!(out; " ", word);
             }
             put!(out; lang.pick(", 错误寄存器", ", error register "), Hex::<2>(u64::from(*register)), "h");
         }
         Action::Lss(bytes) => {
             let [specifier, ..] = *bytes;
-            if let Some(word) = terms::lss::command(lang, specifier) {
+            if let Some(word) = lss::command(lang, specifier) {
                 put!(out; word, " ");
             }
             put!(out; Spaced(bytes));

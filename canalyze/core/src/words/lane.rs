@@ -7,6 +7,7 @@ use super::transferred;
 use super::value::Size;
 use super::{Lang, terms};
 use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::wire::emcy;
 use crate::wire::message::Errors;
 use crate::words::profiles::Profile;
 use crate::world::od::{self, Value};
@@ -81,7 +82,7 @@ pub fn word(out: &mut Vec<u8>, lang: Lang, word: Word) {
 pub fn errors(out: &mut Vec<u8>, lang: Lang, profile: Profile, errors: Errors) {
     for (place, code) in errors.iter().enumerate() {
         put!(out; if place > 0 { " + " } else { "" }, Hex::<4>(u64::from(code)), "h");
-        if let Some(name) = terms::emcy::code(lang, profile, code) {
+        if let Some(name) = emcy::code(lang, profile, code) {
             put!(out; " ", name);
         }
     }
@@ -128,7 +129,7 @@ fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::words::terms::tests::sound;
+    use crate::words::lang::tests::sound;
 
     #[test]
     fn complete_and_sorted() {

@@ -23,6 +23,7 @@ pub mod findings;
 pub mod incidents;
 pub mod inventory;
 pub mod lane;
+pub mod lang;
 pub mod losses;
 pub mod notes;
 pub mod object;
@@ -37,42 +38,15 @@ pub mod value;
 
 use crate::rules::Words;
 
-/// The language of the text.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Lang {
-    /// Chinese, in the vocabulary of the notes.
-    #[default]
-    Zh,
-    /// English, in CiA 301's terms.
-    En,
-}
+pub use lang::Lang;
+pub(crate) use lang::say;
 
 impl Lang {
-    /// Words that stand in pairs.
+    /// Returns the words in this language.
     pub fn of(self, words: Words) -> &'static str {
         self.pick(words.zh, words.en)
     }
-
-    /// The one of two that is in this language.
-    pub(crate) const fn pick(self, zh: &'static str, en: &'static str) -> &'static str {
-        match self {
-            Self::Zh => zh,
-            Self::En => en,
-        }
-    }
 }
-
-/// Appends a phrase in the chosen language, each with its parts in its own order of words:
-/// `say!(out, lang; zh: "节点", node, "的心跳"; en: "heartbeat of node ", node)`.
-macro_rules! say {
-    ($out:expr, $lang:expr; zh: $($zh:expr),+; en: $($en:expr),+) => {
-        match $lang {
-            $crate::words::Lang::Zh => $crate::words::digits::put!($out; $($zh),+),
-            $crate::words::Lang::En => $crate::words::digits::put!($out; $($en),+),
-        }
-    };
-}
-pub(crate) use say;
 
 /// How detailed a line is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

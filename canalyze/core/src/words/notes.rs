@@ -1,8 +1,8 @@
 //! Notes of what has become known of an earlier frame, in both languages.
 
 use super::digits::{Hex, put};
-use super::{Lang, say, sentence, terms};
-use crate::wire::lss::Part;
+use super::{Lang, say, sentence};
+use crate::wire::lss::{self, Part};
 use crate::world::event::{Note, Scanned};
 
 /// Appends a note; `about` is the number of the earlier frame.
@@ -67,7 +67,7 @@ fn parts(out: &mut Vec<u8>, lang: Lang, address: [Option<u32>; 4]) {
     let mut between = "";
     for (number, value) in (0..).zip(address) {
         if let (Some(part), Some(value)) = (Part::from_number(number), value) {
-            put!(out; between, terms::lss::part(lang, part), "=", Hex::<8>(u64::from(value)), "h");
+            put!(out; between, lss::part(lang, part), "=", Hex::<8>(u64::from(value)), "h");
             between = ", ";
         }
     }

@@ -10,6 +10,7 @@ use super::value::Size;
 use super::{Lang, escape, signal, terms};
 use crate::rules::finding::{Code, CrcMatch, Problem, Quantity, Said};
 use crate::sdo::wire::Side;
+use crate::wire::{emcy, lss, nmt};
 
 /// Most bytes of one value in a sentence.
 const BYTES: usize = 16;
@@ -92,20 +93,20 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(state)), "h"),
         },
-        Quantity::Command(command) => match terms::nmt::command(lang, command) {
+        Quantity::Command(command) => match nmt::command(lang, command) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(command)), "h"),
         },
         Quantity::Pdo(transmit, number) => put!(out; if transmit { "TPDO" } else { "RPDO" }, number),
         Quantity::Lss(command) => {
             put!(out; Hex::<2>(u64::from(command)), "h");
-            if let Some(word) = terms::lss::command(lang, command) {
+            if let Some(word) = lss::command(lang, command) {
                 put!(out; " ", word);
             }
         }
         Quantity::LssError(command, code) => {
             put!(out; Hex::<2>(u64::from(code)), "h");
-            if let Some(word) = terms::lss::error_of(lang, command, code) {
+            if let Some(word) = lss::error_of(lang, command, code) {
                 put!(out; " ", word);
             }
         }
@@ -118,7 +119,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),
         Quantity::Emcy(code, profile) => {
             put!(out; Hex::<4>(u64::from(code)), "h");
-            if let Some(word) = terms::emcy::code(lang, profile, code) {
+            if let Some(word) = emcy::code(lang, profile, code) {
                 put!(out; " ", word);
             }
         }

@@ -4,7 +4,8 @@
 
 use std::sync::Arc;
 
-use super::digits::{Hex, Put, Spaced, decimal, put};
+use super::digits::{Hex, Spaced, put};
+pub use super::lang::Size;
 use super::services::time::Clock;
 use super::{Lang, escape, parameter, signal, terms};
 use crate::sdo::wire::Mux;
@@ -19,21 +20,6 @@ use crate::world::od::{self, DataType, Value};
 const TEXT: usize = 512;
 /// Most bytes that are shown in hexadecimal.
 pub(super) const BYTES: usize = 32;
-
-/// A number of bytes: `23字节`, `23 bytes`.
-#[derive(Clone, Copy, Debug)]
-pub struct Size(pub Lang, pub u64);
-
-impl Put for Size {
-    fn put(&self, out: &mut Vec<u8>) {
-        decimal(out, self.1);
-        match self.0 {
-            Lang::Zh => put!(out; "字节"),
-            Lang::En if self.1 == 1 => put!(out; " byte"),
-            Lang::En => put!(out; " bytes"),
-        }
-    }
-}
 
 /// A value. `bytes` may be only the beginning of `size` bytes.
 pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: &[u8], size: u64) {

@@ -6,9 +6,9 @@ use super::column::{Batch, Table};
 use super::{Ends, Producer, Scene};
 use crate::bytes::frame::Frame;
 use crate::tables::table::{Bytes, Moment, Name, U8, U16, U16s, U64, Word, table};
+use crate::wire::emcy;
 use crate::wire::message::{Errors, Message};
 use crate::words::profiles::Profile;
-use crate::words::terms::emcy;
 use crate::world::event::{Event, What};
 
 /// An emergency and its event.

@@ -16,7 +16,7 @@ pub mod facts;
 mod info;
 pub(super) mod note;
 pub(crate) mod obj;
-mod object;
+pub(crate) mod object;
 pub mod observed;
 pub(super) mod pdo;
 pub mod pdos;

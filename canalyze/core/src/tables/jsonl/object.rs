@@ -6,43 +6,43 @@ use crate::words::digits::{Hex, Joined, Put, put};
 use crate::words::escape;
 
 /// A JSON object being written. Keys are the program's own and need no escaping.
-pub(super) struct Object<'a> {
+pub(crate) struct Object<'a> {
     out: &'a mut Vec<u8>,
     empty: bool,
 }
 
 impl<'a> Object<'a> {
-    pub(super) fn open(out: &'a mut Vec<u8>) -> Self {
+    pub(crate) fn open(out: &'a mut Vec<u8>) -> Self {
         out.push(b'{');
         Self { out, empty: true }
     }
 
-    pub(super) fn close(self) {
+    pub(crate) fn close(self) {
         self.out.push(b'}');
     }
 
-    pub(super) fn key(&mut self, key: &'static str) -> &mut Vec<u8> {
+    pub(crate) fn key(&mut self, key: &'static str) -> &mut Vec<u8> {
         put!(self.out; if self.empty { "\"" } else { ",\"" }, key, "\":");
         self.empty = false;
         self.out
     }
 
-    pub(super) fn number(&mut self, key: &'static str, value: impl Put) {
+    pub(crate) fn number(&mut self, key: &'static str, value: impl Put) {
         value.put(self.key(key));
     }
 
-    pub(super) fn maybe(&mut self, key: &'static str, value: Option<impl Put>) {
+    pub(crate) fn maybe(&mut self, key: &'static str, value: Option<impl Put>) {
         match value {
             Some(value) => value.put(self.key(key)),
             None => put!(self.key(key); "null"),
         }
     }
 
-    pub(super) fn hex<const DIGITS: usize>(&mut self, key: &'static str, value: u64) {
+    pub(crate) fn hex<const DIGITS: usize>(&mut self, key: &'static str, value: u64) {
         put!(self.key(key); "\"", Hex::<DIGITS>(value), "\"");
     }
 
-    pub(super) fn maybe_hex(&mut self, key: &'static str, present: bool, value: u8) {
+    pub(crate) fn maybe_hex(&mut self, key: &'static str, present: bool, value: u8) {
         if present {
             self.hex::<2>(key, u64::from(value));
         } else {
@@ -50,26 +50,26 @@ impl<'a> Object<'a> {
         }
     }
 
-    pub(super) fn flag(&mut self, key: &'static str, value: bool) {
+    pub(crate) fn flag(&mut self, key: &'static str, value: bool) {
         put!(self.key(key); if value { "true" } else { "false" });
     }
 
-    pub(super) fn word(&mut self, key: &'static str, value: &'static str) {
+    pub(crate) fn word(&mut self, key: &'static str, value: &'static str) {
         escape::json(self.key(key), value.as_bytes());
     }
 
-    pub(super) fn optional(&mut self, key: &'static str, value: Option<&'static str>) {
+    pub(crate) fn optional(&mut self, key: &'static str, value: Option<&'static str>) {
         match value {
             Some(value) => self.word(key, value),
             None => put!(self.key(key); "null"),
         }
     }
 
-    pub(super) fn bytes(&mut self, key: &'static str, value: &[u8]) {
+    pub(crate) fn bytes(&mut self, key: &'static str, value: &[u8]) {
         put!(self.key(key); "\"", Joined(value), "\"");
     }
 
-    pub(super) fn list<T>(
+    pub(crate) fn list<T>(
         &mut self,
         key: &'static str,
         items: impl Iterator<Item = T>,

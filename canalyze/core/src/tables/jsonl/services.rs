@@ -6,14 +6,14 @@ use super::object::Object;
 use super::{NAMES, marked, quoted};
 use crate::bytes::frame::Frame;
 use crate::tables::number;
+use crate::wire;
 use crate::wire::cob_id::Role;
-use crate::wire::lss::{Bound, Command, Part, Setting, bit_rate};
 use crate::wire::message::{Flaw, Message};
 use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
 use crate::wire::{error_frame, time, usdo};
-use crate::words::digits::{Hex, Padded, Put, put};
+use crate::words::digits::{Hex, Padded, put};
 use crate::words::escape;
 use crate::words::{Lang, signal, terms};
 use crate::world::event::Addressed;
@@ -44,33 +44,17 @@ use crate::world::od::DataType;
 pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
     let mut object = Object::open(out);
     match *message {
-        Message::Nmt { command, node } => {
-            object.hex::<2>("command", u64::from(command));
-            object.optional("name", terms::nmt::command(NAMES, command));
-            object.number("target", node);
-        }
         Message::Gfc => {}
         Message::FlyingMaster { kind, master } => {
             object.number("kind", kind);
             object.maybe("priority", master.map(|(priority, _)| priority));
             object.maybe("master", master.map(|(_, node)| node));
         }
-        Message::Sync { counter } => object.maybe("counter", counter),
         Message::Time { ms, days, reserved } => {
             object.number("ms", ms);
             object.number("days", days);
             object.hex::<1>("reserved", u64::from(reserved));
             date(&mut object, ms, days);
-        }
-        Message::Emcy { code, profile, register, manufacturer, active, cleared, .. } => {
-            object.hex::<4>("code", u64::from(code));
-            object.optional("name", terms::emcy::code(NAMES, profile, code));
-            object.hex::<2>("register", u64::from(register));
-            object.list("register_bits", (0..8u8).filter(|bit| register & 1 << bit != 0), |out, bit| bit.put(out));
-            object.bytes("manufacturer", &manufacturer);
-            let hex = |out: &mut Vec<u8>, code: u16| put!(out; "\"", Hex::<4>(u64::from(code)), "\"");
-            object.list("active", active.iter(), hex);
-            object.list("cleared", cleared.iter(), hex);
         }
         Message::Pdo { transmit, number, .. } => process_data(&mut object, transmit, number, false),
         Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
@@ -105,11 +89,8 @@ pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
             before(&mut object, state, previous);
         }
         Message::GuardingRequest { .. } => object.flag("request", true),
-        Message::Lss { from_master, command } => {
-            object.word("from", if from_master { "master" } else { "slave" });
-            let [cs, ..] = frame.head();
-            object.hex::<2>("command", u64::from(cs));
-            lss(&mut object, command);
+        Message::Nmt { .. } | Message::Sync { .. } | Message::Emcy { .. } | Message::Lss { .. } => {
+            wire::json(&mut object, message, frame)
         }
         Message::Usdo { request, destination, command, .. } => {
             object.flag("request", request);
@@ -204,74 +185,6 @@ fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping
         None => put!(inner.key("text"); "null"),
     }
     inner.close();
-}
-
-fn lss(object: &mut Object<'_>, command: Command) {
-    match command {
-        Command::SwitchGlobal { mode } => object.number("mode", mode),
-        Command::SwitchSelective { part, value } | Command::InquireResponse { part, value } => {
-            object.word("part", part_key(part));
-            object.hex::<8>("value", u64::from(value));
-        }
-        Command::Inquire { part } => object.word("part", part_key(part)),
-        Command::Identify { bound, value } => {
-            object.word(
-                "bound",
-                match bound {
-                    Bound::Vendor => "vendor",
-                    Bound::Product => "product",
-                    Bound::RevisionLow => "revision_low",
-                    Bound::RevisionHigh => "revision_high",
-                    Bound::SerialLow => "serial_low",
-                    Bound::SerialHigh => "serial_high",
-                },
-            );
-            object.hex::<8>("value", u64::from(value));
-        }
-        Command::ConfigureNodeId { node } => object.number("new_node", node),
-        Command::InquireNodeIdResponse { node } => object.number("node", node),
-        Command::ConfigureBitTiming { selector, index } => {
-            object.number("selector", selector);
-            object.number("index", index);
-            object.maybe("kbit_s", bit_rate(index).filter(|_| selector == 0));
-        }
-        Command::ActivateBitTiming { delay } => object.number("delay_ms", delay),
-        Command::Confirmation { of, error, specific } => {
-            object.word(
-                "confirms",
-                match of {
-                    Setting::NodeId => "node_id",
-                    Setting::BitTiming => "bit_timing",
-                    Setting::Store => "store",
-                },
-            );
-            object.number("error", error);
-            object.optional("error_name", terms::lss::error(NAMES, of, error));
-            object.number("specific", specific);
-        }
-        Command::Fastscan { id_number, bit_check, sub, next } => {
-            object.hex::<8>("id_number", u64::from(id_number));
-            object.hex::<2>("bit_check", u64::from(bit_check));
-            object.number("lss_sub", sub);
-            object.number("lss_next", next);
-        }
-        Command::SwitchSelectiveResponse
-        | Command::Store
-        | Command::IdentifyNonConfigured
-        | Command::IdentifySlave
-        | Command::IdentifyNonConfiguredSlave
-        | Command::InquireNodeId
-        | Command::Unknown(_) => {}
-    }
-}
-
-const fn part_key(part: Part) -> &'static str {
-    match part {
-        Part::Vendor => "vendor",
-        Part::Product => "product",
-        Part::Revision => "revision",
-        Part::Serial => "serial",
-    }
 }
 
 fn usdo_object(object: &mut Object<'_>, payload: &[u8]) {

@@ -17,9 +17,10 @@ use crate::views::summary::node::{Counted, Node};
 use crate::views::summary::spread::{Ranked, Spread};
 use crate::views::summary::traffic::{Pdo, Sync};
 use crate::views::summary::{Bus, Capture, Raised, SERVICES, Summary};
+use crate::wire::emcy;
 use crate::words::Lang;
 use crate::words::digits::{Padded, put};
-use crate::words::terms::{abort_code, emcy, nmt};
+use crate::words::terms::{abort_code, nmt};
 
 const NS: u64 = 1_000_000_000;
 

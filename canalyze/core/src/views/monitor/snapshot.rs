@@ -37,6 +37,7 @@ use crate::rules::finding::Severity;
 use crate::sdo::wire::Side;
 use crate::tables::jsonl::{self, Setting};
 use crate::views::summary;
+use crate::wire::emcy;
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, escape, terms};
 use crate::world::bus::Bus;
@@ -247,7 +248,7 @@ impl View<'_> {
 
 fn emergency(out: &mut Vec<u8>, lang: Lang, emergency: Option<Emergency>) {
     let Some(Emergency { code, profile, t_ns, active }) = emergency else { return put!(out; "null") };
-    let text = terms::emcy::code(lang, profile, code).unwrap_or("");
+    let text = emcy::code(lang, profile, code).unwrap_or("");
     put!(out; "{\"code\":\"", Hex::<4>(u64::from(code)), "\",\"text\":\"", text, "\",\"t_ns\":");
     jsonl::signed_or_null(out, t_ns);
     put!(out; ",\"active\":", active, "}");

@@ -11,10 +11,11 @@ use crate::rules::{Code, RULES, Words};
 use crate::stories;
 use crate::stories::kinds::{Impact, KINDS, Kind};
 use crate::wire::cob_id::predefined;
+use crate::wire::emcy;
+use crate::wire::role::Named;
 use crate::words::digits::{Hex, put};
 use crate::words::explain::{described, term};
 use crate::words::profiles::Profile;
-use crate::words::services::role::Named;
 use crate::words::{Lang, say, signal, terms};
 use crate::world::drive::State;
 use crate::world::network::Description;
@@ -160,7 +161,7 @@ fn incident(out: &mut Vec<u8>, lang: Lang, text: &str) -> bool {
 
 fn emcy(out: &mut Vec<u8>, lang: Lang, value: u32) {
     let Ok(code) = u16::try_from(value) else { return };
-    let Some(words) = terms::emcy::code(lang, Profile::UNKNOWN, code) else { return };
+    let Some(words) = emcy::code(lang, Profile::UNKNOWN, code) else { return };
     let hex = Hex::<4>(u64::from(code));
     say!(out, lang; zh: "EMCY错误码 ", hex, "h: ", words; en: "EMCY error code ", hex, "h: ", words);
     put!(out; "\n  CiA 301 7.2.7.1\n");
@@ -176,7 +177,7 @@ fn register(out: &mut Vec<u8>, lang: Lang, value: u32) {
     put!(out; lang.pick("错误寄存器 ", "error register "), Hex::<2>(u64::from(register)), "h (1001h)\n");
     let bits = (0..8).filter(|bit| register >> bit & 1 != 0);
     for bit in bits {
-        let words = terms::emcy::register_bit(lang, bit).unwrap_or(lang.pick("保留", "reserved"));
+        let words = emcy::register_bit(lang, bit).unwrap_or(lang.pick("保留", "reserved"));
         put!(out; lang.pick("  位", "  bit "), bit, ": ", words, "\n");
     }
     if register == 0 {

@@ -1,13 +1,13 @@
 //! The breakdown of every service but SDO and LSS: after the COB-ID, each field with its bytes, in the order of the frame.
 
-use super::{cob_id, data, line, node_id, reserved};
+use super::{cob_id, data, line};
 use crate::bytes::frame::Frame;
-use crate::wire::cob_id::Role;
+use crate::wire;
+use crate::wire::fields::{node_id, reserved};
 use crate::wire::message::Message;
 use crate::wire::pdo::{Multiplexed, communication_parameter, mapping_parameter};
 use crate::wire::{error_frame, usdo};
 use crate::words::digits::{Bin, Hex, Nibbles, Spaced, put};
-use crate::words::profiles::Profile;
 use crate::words::services::time::{Clock, Date};
 use crate::words::{Depth, Lang, say, services as words, terms};
 
@@ -24,24 +24,11 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             });
         }
         Message::ErrorFrame => {}
-        _ => cob_id(out, lang, role(message), frame),
+        _ => cob_id(out, lang, message.role(), frame),
     }
     let payload = frame.payload();
     match *message {
-        Message::Nmt { command, node } => node_control(out, lang, command, node),
-        Message::Sync { counter: Some(counter) } => {
-            put!(out; "#   ", Hex::<2>(u64::from(counter)));
-            say!(out, lang;
-                zh: "  同步计数器 (1019h不为0时才有) = ", counter, "\n";
-                en: "  synchronous counter (only if 1019h is not 0) = ", counter, "\n");
-        }
-        Message::Sync { counter: None } => {
-            line!(out; lang.pick("无数据: 不带同步计数器 (1019h = 0)", "no data: no synchronous counter (1019h = 0)"));
-        }
         Message::Time { ms, days, reserved } => time_of_day(out, lang, ms, days, reserved, payload),
-        Message::Emcy { code, profile, register, manufacturer, .. } => {
-            emcy(out, lang, (code, profile), register, &manufacturer)
-        }
         Message::Pdo { transmit, number, .. } => {
             parameters(out, lang, transmit, number);
             data(out, lang, payload);
@@ -57,10 +44,12 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
         }
         Message::BootUp { .. } => error_control(out, lang, 0, false),
         Message::Heartbeat { state, toggle, .. } => error_control(out, lang, state, toggle),
-        Message::Lss { from_master, command } => super::lss::command(out, lang, from_master, command, frame),
+        Message::Nmt { .. } | Message::Sync { .. } | Message::Emcy { .. } | Message::Lss { .. } => {
+            wire::breakdown(out, lang, message, frame)
+        }
         Message::FlyingMaster { master: Some((priority, node)), .. } => {
             line!(out; Hex::<2>(u64::from(priority)), lang.pick("  优先级 (0最高) = ", "  priority (0 is the highest) = "), priority);
-            node_id(out, lang, node);
+            node_line(out, lang, node);
         }
         Message::FlyingMaster { master: None, .. } => phrase(out, lang, message, frame),
         Message::Gfc => line!(out; lang.pick("无数据", "no data")),
@@ -71,34 +60,6 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             phrase(out, lang, message, frame);
             data(out, lang, payload);
         }
-    }
-}
-
-/// The role that the message was decoded under.
-fn role(message: &Message) -> Role {
-    match *message {
-        Message::Nmt { .. } => Role::Nmt,
-        Message::Gfc => Role::Gfc,
-        Message::FlyingMaster { kind, .. } => Role::FlyingMaster(kind),
-        Message::Sync { .. } => Role::Sync,
-        Message::Time { .. } => Role::Time,
-        Message::Emcy { node, .. } => Role::Emcy(node),
-        Message::Pdo { transmit: true, number, node }
-        | Message::PdoRequest { transmit: true, number, node }
-        | Message::Mpdo { transmit: true, number, node, .. } => Role::Tpdo { number, node },
-        Message::Pdo { number, node, .. }
-        | Message::PdoRequest { number, node, .. }
-        | Message::Mpdo { number, node, .. } => Role::Rpdo { number, node },
-        Message::Srdo { number, inverted, .. } => Role::Srdo { number, inverted },
-        Message::BootUp { node } | Message::Heartbeat { node, .. } | Message::GuardingRequest { node } => {
-            Role::ErrorControl(node)
-        }
-        Message::Lss { from_master: true, .. } => Role::LssRequest,
-        Message::Lss { from_master: false, .. } => Role::LssResponse,
-        Message::Usdo { request: true, source, .. } => Role::SdoRequest(source),
-        Message::Usdo { request: false, source, .. } => Role::SdoResponse(source),
-        Message::ErrorFrame => Role::Foreign,
-        Message::Foreign { role } | Message::Malformed { role, .. } => role,
     }
 }
 
@@ -121,15 +82,6 @@ fn sub_index(out: &mut Vec<u8>, lang: Lang, sub: u8) {
     line!(out; hex, lang.pick("  子索引", "  sub-index "), hex, "h");
 }
 
-fn node_control(out: &mut Vec<u8>, lang: Lang, command: u8, node: u8) {
-    let word = terms::nmt::command(lang, command).unwrap_or(lang.pick("未知", "unknown"));
-    line!(out; Hex::<2>(u64::from(command)), lang.pick("  命令字: ", "  command specifier: "), word);
-    match node {
-        0 => line!(out; "00", lang.pick("  所有节点", "  all nodes")),
-        _ => node_id(out, lang, node),
-    }
-}
-
 fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, payload: &[u8]) {
     let word = u64::from(ms) | u64::from(reserved) << 28;
     put!(out; "#   ", Spaced(payload.get(..4).unwrap_or_default()), " = ", Hex::<8>(word));
@@ -141,24 +93,6 @@ fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, 
     say!(out, lang;
         zh: "h (小端格式)  1984-01-01起", days, "天 = ", Date(days), "\n";
         en: "h (little-endian)  since 1984-01-01: ", days, " days = ", Date(days), "\n");
-}
-
-fn emcy(out: &mut Vec<u8>, lang: Lang, (code, profile): (u16, Profile), register: u8, manufacturer: &[u8; 5]) {
-    put!(out; "#   ", Spaced(&code.to_le_bytes()), lang.pick("  错误码 ", "  error code "), Hex::<4>(u64::from(code)));
-    put!(out; lang.pick("h (小端格式): ", "h (little-endian): "));
-    put!(out; terms::emcy::code(lang, profile, code).unwrap_or(lang.pick("未知", "unknown")), "\n");
-    put!(out; "#   ", Hex::<2>(u64::from(register)), " = ", Nibbles(register));
-    put!(out; lang.pick("  错误寄存器(1001h)", "  error register (1001h)"));
-    let mut between = "  ";
-    for bit in (0..8).filter(|bit| register & 1 << bit != 0) {
-        put!(out; between, lang.pick("位", "bit "), bit, ": 1 ", terms::emcy::register_bit(lang, bit).unwrap_or_default());
-        between = " | ";
-    }
-    if register == 0 {
-        put!(out; lang.pick("  无错误", "  no error"));
-    }
-    put!(out; "\n");
-    line!(out; Spaced(manufacturer), lang.pick("  制造商数据", "  manufacturer data"));
 }
 
 fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
@@ -294,4 +228,8 @@ fn detail(out: &mut Vec<u8>, lang: Lang, name: &'static str, byte: u8, rows: &'s
         put!(out; lang.pick("  未指明", "  unspecified"));
     }
     put!(out; "\n");
+}
+
+fn node_line(out: &mut Vec<u8>, lang: Lang, node: u8) {
+    line!(out; Hex::<2>(u64::from(node)), |out: &mut Vec<u8>| node_id(out, lang, node));
 }

@@ -5,23 +5,21 @@
 //! as a state or an error code, stands in `terms`. Must not decide anything. No `format!` and no allocation: these are
 //! the lines of the hot path.
 
-pub mod emcy;
 pub mod error_frame;
-pub mod lss;
 pub mod nmt;
 pub mod pdo;
-pub mod role;
 pub mod sdo;
 pub mod time;
 pub mod usdo;
 
-use self::role::{Named, Nodes, Pdo};
 use super::digits::put;
 use super::value::Size;
 use super::{Depth, Lang, say};
 use crate::bytes::frame::{Frame, Kind};
+use crate::wire;
 use crate::wire::cob_id::Role;
 use crate::wire::message::{Flaw, Message};
+use crate::wire::role::{Named, Nodes, Pdo};
 
 /// Appends the phrase of a message, and at other depths than brief its content. No line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, frame: &Frame) {
@@ -40,12 +38,6 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
         Message::PdoRequest { transmit, number, node } => {
             pdo::request(out, lang, full, Pdo { lang, transmit, number, node }, frame.len);
         }
-        Message::Sync { counter } => {
-            put!(out; Named(lang, Role::Sync));
-            if let (true, Some(counter)) = (full, counter) {
-                say!(out, lang; zh: ": 计数=", counter; en: ": counter=", counter);
-            }
-        }
         Message::BootUp { node } => say!(out, lang; zh: "节点", node, "的启动报文"; en: "boot-up of node ", node),
         Message::Heartbeat { node, state, toggle, guarding, previous } => {
             nmt::error_control(out, lang, node, guarding);
@@ -54,16 +46,10 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
             }
         }
         Message::GuardingRequest { node } => nmt::guarding_request(out, lang, full, node, frame.len),
-        Message::Emcy { node, code, profile, register, manufacturer, cleared, .. } => {
-            put!(out; Named(lang, Role::Emcy(node)));
-            if full {
-                emcy::content(out, lang, (code, profile), register, &manufacturer);
-                emcy::cleared(out, lang, cleared);
-            }
-        }
-        Message::Nmt { command, node } => nmt::node_control(out, lang, full, command, node),
         Message::Time { ms, days, reserved } => time::time_of_day(out, lang, full, ms, days, reserved),
-        Message::Lss { from_master, command } => lss::command(out, lang, full, from_master, command),
+        Message::Nmt { .. } | Message::Sync { .. } | Message::Emcy { .. } | Message::Lss { .. } => {
+            wire::line(out, lang, full, message, frame)
+        }
         Message::Srdo { number, inverted, valid } => {
             put!(out; Named(lang, Role::Srdo { number, inverted }));
             if full {

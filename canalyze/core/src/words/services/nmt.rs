@@ -1,52 +1,8 @@
 //! NMT in words: node control, heartbeats and node guarding (CiA 301, 7.2.8). Must not judge a state.
 
-use crate::wire::nmt;
 use crate::words::digits::{Hex, put};
-use crate::words::services::role::Nodes;
 use crate::words::value::Size;
 use crate::words::{Lang, say, terms};
-
-/// A command to one node or to all: `NMT主站命令: 启动节点5 (进入操作状态)`.
-pub fn node_control(out: &mut Vec<u8>, lang: Lang, full: bool, command: u8, node: u8) {
-    let name = terms::nmt::command(lang, command).unwrap_or_default();
-    let whom = |out: &mut Vec<u8>| match node {
-        0..=127 => put!(out; Nodes(lang, node)),
-        _ => say!(out, lang; zh: "无效的节点ID ", node; en: "invalid node-ID ", node),
-    };
-    match command {
-        nmt::START => say!(out, lang; zh: "NMT主站命令: 启动", whom; en: "NMT ", name, ": ", whom),
-        nmt::STOP => say!(out, lang; zh: "NMT主站命令: 停止", whom; en: "NMT ", name, ": ", whom),
-        nmt::PRE_OPERATIONAL => {
-            say!(out, lang; zh: "NMT主站命令: ", whom, "进入预操作状态"; en: "NMT ", name, ": ", whom);
-        }
-        nmt::RESET_NODE => say!(out, lang; zh: "NMT主站命令: 复位", whom; en: "NMT ", name, ": ", whom),
-        nmt::RESET_COMMUNICATION => {
-            say!(out, lang; zh: "NMT主站命令: ", whom, "复位通信"; en: "NMT ", name, ": ", whom);
-        }
-        _ => {
-            let unknown = Hex::<2>(u64::from(command));
-            say!(out, lang;
-                zh: "NMT主站命令: 未知命令 ", unknown, "h, ", whom;
-                en: "NMT unknown command ", unknown, "h: ", whom);
-        }
-    }
-    if full {
-        effect(out, lang, command);
-    }
-}
-
-fn effect(out: &mut Vec<u8>, lang: Lang, command: u8) {
-    match command {
-        nmt::START => say!(out, lang; zh: " (进入操作状态)"; en: " (to Operational)"),
-        nmt::STOP => say!(out, lang; zh: " (进入停止状态)"; en: " (to Stopped)"),
-        nmt::PRE_OPERATIONAL => say!(out, lang; zh: " (停止PDO)"; en: " (PDO off)"),
-        nmt::RESET_NODE => {
-            say!(out, lang; zh: " (复位应用, 进入初始化状态)"; en: " (resets the application, to Initialisation)");
-        }
-        nmt::RESET_COMMUNICATION => say!(out, lang; zh: " (进入初始化状态)"; en: " (to Initialisation)"),
-        _ => {}
-    }
-}
 
 /// A heartbeat or the answer to a guarding request.
 pub fn error_control(out: &mut Vec<u8>, lang: Lang, node: u8, guarding: bool) {

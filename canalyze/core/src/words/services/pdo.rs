@@ -1,9 +1,9 @@
 //! PDOs in words: the signals of a mapped one, the object of a multiplex one. Nine tenths of a capture are these lines.
 
-use super::role::{Nodes, Pdo};
 use crate::bytes::frame::Frame;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
+use crate::wire::role::{Nodes, Pdo};
 use crate::words::digits::put;
 use crate::words::value::{self, Size};
 use crate::words::{Depth, Lang, say, sentence, signal};

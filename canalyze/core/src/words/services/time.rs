@@ -1,9 +1,9 @@
 //! TIME in words (CiA 301, 7.2.6): the date and the time of day that it sets.
 
 use crate::wire::cob_id::Role;
+use crate::wire::role::Named;
 use crate::wire::time;
 use crate::words::digits::{Hex, Padded, Put, put};
-use crate::words::services::role::Named;
 use crate::words::{Lang, say};
 
 /// A time of day: `12:34:56.789`; hours exceed 23 where it is beyond a day.

@@ -1,8 +1,8 @@
 //! USDO in words (CiA 1301): what its first frames carry.
 
+use crate::wire::role::Nodes;
 use crate::wire::usdo;
 use crate::words::digits::{Hex, Spaced, put};
-use crate::words::services::role::Nodes;
 use crate::words::value::Size;
 use crate::words::{Lang, say, terms};
 use crate::world::od::DataType;

@@ -46,7 +46,7 @@ pub fn abbreviation(mode: i8) -> Option<&'static str> {
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::words::terms::tests::sound;
+    use crate::words::lang::tests::sound;
 
     #[test]
     fn complete_and_sorted() {

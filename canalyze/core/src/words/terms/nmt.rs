@@ -3,15 +3,6 @@
 use super::{Row, find};
 use crate::words::Lang;
 
-/// Command specifiers of node control.
-pub static COMMANDS: &[Row<u8>] = &[
-    (0x01, "启动远程节点", "start remote node"),
-    (0x02, "停止远程节点", "stop remote node"),
-    (0x80, "进入预操作状态", "enter Pre-operational"),
-    (0x81, "复位节点", "reset node"),
-    (0x82, "复位通信", "reset communication"),
-];
-
 /// NMT states, as error control carries them: with 00h, a node says that it has left Initialisation (CiA 301, 7.3.2).
 pub static STATES: &[Row<u8>] = &[
     (0x00, "启动(Boot-up)", "Pre-operational (boot-up)"),
@@ -19,11 +10,6 @@ pub static STATES: &[Row<u8>] = &[
     (0x05, "操作状态", "Operational"),
     (0x7F, "预操作状态", "Pre-operational"),
 ];
-
-/// The name of a command.
-pub fn command(lang: Lang, command: u8) -> Option<&'static str> {
-    find(COMMANDS, lang, command)
-}
 
 /// The name of a state (without the toggle bit).
 pub fn state(lang: Lang, state: u8) -> Option<&'static str> {

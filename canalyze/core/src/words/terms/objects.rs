@@ -26,7 +26,7 @@ pub fn object_name(lang: Lang, profile: Profile, index: u16, sub: u8) -> Option<
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
-    use crate::words::terms::tests::sound;
+    use crate::words::lang::tests::sound;
 
     #[test]
     fn tables_are_sound() {
