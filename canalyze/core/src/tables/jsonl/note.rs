@@ -36,7 +36,7 @@ table! {
         node: U8 or null = one.event.node;
         transfer: U64 or null = one.event.transfer.map(|id| id.0);
         text: Text = |out: &mut Vec<u8>| notes::note(out, cx.setting.lang, one.note, one.about.no);
-        facts: Members in members = |out: &mut Vec<u8>| facts::note(out, one.note);
+        facts as "facts": Members in members = |out: &mut Vec<u8>| facts::note(out, one.note);
     }
 }
 
