@@ -7,7 +7,8 @@ use super::digits::{hex, hex_byte};
 
 /// Ends the JSON string whose text begins at `start`, behind its opening quote.
 pub fn close(out: &mut Vec<u8>, start: usize) {
-    if out.get(start..).is_some_and(is_bare) {
+    let is_plain = |text: &[u8]| text.iter().all(|byte| is_plain(*byte)) && std::str::from_utf8(text).is_ok();
+    if out.get(start..).is_some_and(|text| is_bare(text) || is_plain(text)) {
         return out.push(b'"');
     }
     let text = out.split_off(start);
