@@ -275,8 +275,6 @@ class Session:
         `offset` on may be wrong). offset: where in the file as it is. bytes: how many of it are lost behind what was
         fed. ValueError for another kind.
         """
-    def foresee(self, end: bytes, input: int = 0) -> None:
-        """The end of an MCAP file from its summary on, before anything of it is fed: used where data are damaged."""
     def covered(self, input: int = 0) -> None:
         """What is fed from here on is under a check sum of its own: damage that is told as `doubtful` begins here."""
     def wants(self) -> int | None:

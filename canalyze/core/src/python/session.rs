@@ -202,11 +202,6 @@ impl Session {
         Ok(())
     }
 
-    #[pyo3(signature = (end, input = 0))]
-    fn foresee(&self, py: Python<'_>, end: &[u8], input: usize) {
-        self.run(py, |core| core.foresee(input, end));
-    }
-
     #[pyo3(signature = (input = 0))]
     fn covered(&self, py: Python<'_>, input: usize) {
         self.run(py, |core| core.covered(input));

@@ -148,13 +148,6 @@ impl Session {
         }
     }
 
-    /// What stands at the end of a file, from its summary on, before anything of it is fed. Only MCAP has such.
-    pub fn foresee(&mut self, input: usize, end: &[u8]) {
-        if let Some(reader) = self.inputs.get(input).and_then(|one| one.reader.as_mut()) {
-            reader.foresee(end);
-        }
-    }
-
     /// What is fed of a file from here on is under a check sum of its own: where that fails, what came before is sound.
     pub fn covered(&mut self, input: usize) {
         if let Some(one) = self.inputs.get(input) {
@@ -326,7 +319,7 @@ impl Session {
         out
     }
 
-    /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other
+    /// All that a view shows by now but the trace, as a JSON object (see `views/monitor/snapshot.rs`); empty in other
     /// formats.
     pub fn snapshot(&mut self) -> Vec<u8> {
         let by_now = self.stream.decoding.diagnosis_by_now();
@@ -341,7 +334,7 @@ impl Session {
         monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
     }
 
-    /// What a view shows of one node beyond its row, as a JSON object (see `monitor/page.rs`); empty in other formats, and
+    /// What a view shows of one node beyond its row, as a JSON object (see `views/monitor/page.rs`); empty in other formats, and
     /// of a bus that there is not.
     pub fn page(&self, bus: &[u8], node: u8) -> Vec<u8> {
         let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };

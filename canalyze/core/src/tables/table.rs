@@ -729,7 +729,11 @@ pub(super) fn schema(out: &mut Vec<u8>, [table, kind, en, zh]: [&str; 4], csv: &
         let column = arrow.map_or("", |field| if row.sink == "arrow" { named } else { field.name() });
         text(out, "{\"column\":", column);
         text(out, ",\"arrow\":", &arrow.map_or(String::new(), |field| type_name(field.data_type())));
-        text(out, ",\"key\":", if row.sink == "arrow" || row.sink == "members" && row.key.is_empty() { "" } else { named });
+        text(
+            out,
+            ",\"key\":",
+            if row.sink == "arrow" || row.sink == "members" && row.key.is_empty() { "" } else { named },
+        );
         text(out, ",\"json\":", if row.sink == "arrow" { "" } else { row.json });
         let truth = |yes: bool| if yes { "true" } else { "false" };
         put!(out; ",\"nullable\":", truth(row.is_null), ",\"optional\":", truth(row.sink == "optional"));

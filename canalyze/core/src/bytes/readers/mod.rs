@@ -98,13 +98,6 @@ impl Reader {
         matches!(self, Self::Live(_))
     }
 
-    /// Passes the end of the file ahead of everything else, from the format's summary on.
-    pub fn foresee(&mut self, end: &[u8]) {
-        if let Self::Mcap(reader) = self {
-            reader.foresee(end);
-        }
-    }
-
     /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let sink = &mut |item: Item, buses: &Buses| sink(item.on_known_bus(), buses);
@@ -250,11 +243,11 @@ pub enum DamageKind {
     Compression,
     /// The rest of the file cannot be read.
     Rest,
-    /// Messages of a topic without a name or of a type without a definition in the file.
+    /// Messages of a topic whose definition, or whose type's, is lost or cannot be used.
     Undefined,
     /// Decompressed data from here on may be wrong: their check sum fails or cannot be reached.
     Doubtful,
-    /// A definition from a damaged part had to be used, so messages read by it may be wrong.
+    /// Definitions of types or topics that contradict each other, so the frames read by the first may be wrong.
     Definition,
     /// The file states more messages than were found.
     Missing,

@@ -29,7 +29,6 @@ use super::columns::frames::{Framed, Frames};
 use super::setting::seconds;
 use super::table::Cx;
 use crate::bytes::frame::Frame;
-use crate::bytes::readers::listing::LeftOut;
 use crate::rules::finding::Finding;
 use crate::views::finding_context::Held;
 use crate::words::digits::put;
@@ -98,28 +97,6 @@ pub(crate) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
         Some(number) => put!(out; number),
         None => put!(out; "null"),
     }
-}
-
-/// Appends the rows that a file leaves out, or null.
-pub(crate) fn left_out(out: &mut Vec<u8>, known: &LeftOut) {
-    let LeftOut { places, uncounted, rows } = *known;
-    match places {
-        0 => put!(out; "null"),
-        _ => put!(out; "{\"places\":", places, ",\"uncounted\":", uncounted, ",\"rows\":", rows, "}"),
-    }
-}
-
-/// A number that may be negative, or null.
-pub(crate) fn signed_or_null(out: &mut Vec<u8>, number: Option<i64>) {
-    match number {
-        Some(number) => put!(out; number),
-        None => put!(out; "null"),
-    }
-}
-
-/// A bus name; empty where the capture names none.
-pub(crate) fn name(out: &mut Vec<u8>, name: &[u8]) {
-    escape::json(out, name);
 }
 
 /// `true` or `false`.

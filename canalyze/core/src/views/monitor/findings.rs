@@ -1,7 +1,7 @@
 //! The last findings.
 //!
-//! Of one kind on one object the first few have rows of their own; the rest is counted in the last of these, so that a
-//! fault of every cycle buries no other. Must not: judge, or forget a count.
+//! The first few of one kind on one object have rows of their own; the others are counted in the last of these, so that
+//! a fault in every cycle does not hide others. Findings are not judged here, and each is counted.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -9,20 +9,20 @@ use std::sync::Arc;
 use crate::bytes::frame::BusId;
 use crate::rules::finding::{Code, Facts, Finding};
 use crate::sdo::wire::Mux;
-use crate::tables::jsonl::{self, Setting};
-use crate::words::digits::put;
+use crate::tables::jsonl::Setting;
+use crate::tables::jsonl::obj::{WriteJson, array, obj, text, written};
 use crate::words::findings;
 
-/// Rows that are kept.
+/// Maximum number of rows.
 const ROWS: usize = 500;
-/// Findings of one kind that have rows of their own.
+/// Number of findings of one kind that have rows of their own.
 const SHOWN: u64 = 10;
-/// Kinds that are told apart; findings of further ones all have rows.
+/// Maximum number of kinds that are counted; findings of further kinds all have rows.
 const KINDS: usize = 4096;
 
 type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
 
-/// A row: the object in JSON but for its count.
+/// A row: its keys in JSON but for its count.
 #[derive(Debug)]
 struct Row {
     json: Vec<u8>,
@@ -32,15 +32,15 @@ struct Row {
 /// The findings of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
-    /// How many of each kind, and the number of its last row.
+    /// The number of findings of each kind, and the number of its last row.
     kinds: BTreeMap<Kind, (u64, u64)>,
     rows: VecDeque<Row>,
-    /// Rows that are no longer kept.
+    /// The number of rows that are no longer kept.
     gone: u64,
 }
 
 impl Findings {
-    /// Takes a finding; gives whether it has a row of its own.
+    /// Takes a finding. Returns true if it has a row of its own.
     pub(super) fn take(&mut self, setting: Setting<'_>, finding: &Finding) -> bool {
         let expectation = finding.expectation().map(Arc::clone);
         let kind = (finding.code, finding.bus, finding.node, finding.object, expectation, finding.because_of.is_some());
@@ -69,30 +69,23 @@ impl Findings {
         true
     }
 
-    /// Appends the rows, oldest first, as a JSON list.
-    pub(super) fn list(&self, out: &mut Vec<u8>) {
-        for (place, row) in self.rows.iter().enumerate() {
-            put!(out; if place > 0 { "," } else { "[" });
-            out.extend_from_slice(&row.json);
-            put!(out; row.count, "}");
-        }
-        put!(out; if self.rows.is_empty() { "[]" } else { "]" });
+    /// Returns the rows, oldest first.
+    pub(super) fn list(&self) -> impl WriteJson {
+        array(self.rows.iter().map(|row| obj! { _: written(&row.json), "count": row.count }))
     }
 }
 
 fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     let mut out = Vec::with_capacity(256);
-    let rule = finding.code.rule();
-    put!(&mut out; "{\"code\":\"", rule.id, "\",\"severity\":\"", finding.severity().name(), "\",\"frame\":");
-    jsonl::number_or_null(&mut out, (finding.at.no > 0).then_some(finding.at.no));
-    put!(&mut out; ",\"t_ns\":");
-    jsonl::signed_or_null(&mut out, finding.at.t_ns);
-    put!(&mut out; ",\"bus\":");
-    jsonl::name(&mut out, setting.buses.name(finding.bus));
-    put!(&mut out; ",\"node\":");
-    jsonl::number_or_null(&mut out, finding.node.map(u64::from));
-    put!(&mut out; ",\"text\":");
-    jsonl::quoted(&mut out, |text| findings::placed(text, setting.lang, finding, finding.at.no));
-    put!(&mut out; ",\"count\":");
+    obj! {
+        "code": finding.code.rule().id,
+        "severity": finding.severity().name(),
+        "frame": finding.at.number(), "t_ns": finding.at.t_ns,
+        "bus": setting.buses.name(finding.bus),
+        "node": finding.node,
+        "text": text(|out| findings::placed(out, setting.lang, finding, finding.at.no)),
+    }
+    .inline()
+    .write_json(&mut out);
     out
 }

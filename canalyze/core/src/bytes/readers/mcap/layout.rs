@@ -21,21 +21,6 @@ pub(super) enum Layout {
 }
 
 impl Layout {
-    pub(super) const ALL: [Layout; 2] = [Layout::Can, Layout::Fd];
-
-    /// A type of this layout.
-    pub(super) fn definition(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Can => ("can_msgs/Frame", CAN_FRAME),
-            Self::Fd => ("ros2_socketcan_msgs/FdFrame", FD_FRAME),
-        }
-    }
-
-    /// Whether its frames are FD frames, whatever their length.
-    pub(super) fn fd(self) -> Option<bool> {
-        (self == Self::Fd).then_some(true)
-    }
-
     /// The fields of a message; `None` where it is not all there, or in the other byte order.
     #[inline(always)]
     pub(super) fn read(self, wire: Wire, message: &[u8]) -> Option<Fields<'_>> {

@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use super::bytes::Bytes;
 use super::defined::Defined;
-use super::waiting::Waiting;
 use crate::bytes::readers::Damage;
 
 /// Losses of one file.
@@ -47,7 +47,7 @@ impl Lost {
         let bad = self.bad.take()?;
         let frames = |id: u16, count| match defined.channel(id) {
             Some(channel) if channel.plan.is_some() => Some(count),
-            Some(channel) if !channel.waits => Some(0),
+            Some(channel) if !channel.lacking => Some(0),
             _ => None,
         };
         let each: Option<Vec<u64>> = bad.indexed.iter().map(|(id, count)| frames(*id, *count)).collect();
@@ -61,21 +61,32 @@ impl Lost {
     }
 
     /// Frames that the file counts and that neither came nor are known to be lost.
-    pub(super) fn missing(&self, defined: &Defined, waiting: &Waiting) -> Option<u64> {
-        let counted = self.counted.as_ref().filter(|_| defined.age <= 1)?;
+    pub(super) fn missing(&self, defined: &Defined) -> Option<u64> {
+        let (counted, found) = (self.counted.as_ref()?, defined.messages());
         let missing = counted.iter().map(|(id, count)| {
-            let channel = defined.channel(*id);
-            let read = channel.map_or(0, |channel| channel.messages) + defined.past(*id);
-            let found = read + waiting.count(*id);
-            let lost = self.frames.get(id).copied().unwrap_or_default();
-            let frames = channel.is_none_or(|channel| channel.plan.is_some());
-            if frames { count.saturating_sub(found.saturating_add(lost)) } else { 0 }
+            let frames = defined.channel(*id).is_none_or(|channel| channel.plan.is_some());
+            let all = [&found, &self.frames].map(|of| of.get(id).copied().unwrap_or_default());
+            if frames { count.saturating_sub(all.iter().sum()) } else { 0 }
         });
         let missing = missing.fold(0, u64::saturating_add);
         // A channel that the file does not count is one of the others, with a damaged number here or there.
-        let waiting = waiting.rest().map(|(id, _)| (id, waiting.count(id)));
-        let strange = waiting.chain(defined.messages()).filter(|(id, _)| !counted.contains_key(id));
-        let strange = strange.fold(0, |sum: u64, (_, count)| sum.saturating_add(count));
+        let strange = found.iter().filter(|(id, _)| !counted.contains_key(id)).map(|(_, count)| count).sum();
         Some(missing.saturating_sub(strange)).filter(|missing| *missing > 0)
     }
+}
+
+/// Reads the number of messages of each channel; `None` if the record has none, or is damaged.
+pub(super) fn statistics(content: &[u8]) -> Option<BTreeMap<u16, u64>> {
+    let mut rest = Bytes(content);
+    let all = rest.u64()?;
+    // Schemas, channels, attachments, metadata, chunks, two times.
+    rest.take(2 + 4 + 4 + 4 + 4 + 8 + 8)?;
+    let mut rows = Bytes(rest.counted()?);
+    let mut messages = BTreeMap::new();
+    while let (Some(id), Some(count)) = (rows.u16(), rows.u64()) {
+        messages.insert(id, count);
+    }
+    let sum = messages.values().fold(0, |sum: u64, count| sum.saturating_add(*count));
+    // The total repeats the sum, which shows damage where no check sum covers it.
+    (sum == all).then_some(messages)
 }

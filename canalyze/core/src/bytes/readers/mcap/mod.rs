@@ -1,15 +1,14 @@
 //! MCAP: the container of ROS recordings, of whose topics some hold CAN frames.
 //!
-//! `walk` cuts the input into records, `chunk` unpacks and checks them, `schema` and `plan` find out once for each type
-//! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, `order` sorts, and
-//! `echo` finds what is there twice. `defined` keeps the types and topics, and says which are to be believed; `summary`
-//! is what the end of the file says of it, where that can be read first.
+//! `walk` cuts the input into records, `chunk` unpacks and checks them, `defined` keeps the types and topics, `schema`
+//! and `plan` find out once for each type how its messages are frames, `fields` makes the frame, `topic` finds its bus,
+//! `clock` its time, `order` sorts, `echo` finds frames that are there twice, and `lost` counts the missing ones.
 //! This file puts these together. A topic whose messages are no frames is only listed. Of protobuf, FlatBuffers and
 //! JSON no messages are read.
 //!
 //! Nothing of a chunk is believed before its check sum is; only of the last one, that is cut off, what can be unpacked
-//! is taken. A damaged chunk is passed over alone. Files name types and topics once, in their first chunk, and mostly
-//! again at their end: messages of a topic that is not named, or by a damaged chunk only, wait for that (`waiting`).
+//! is taken. A damaged chunk is passed over alone, with its definitions: the messages of topics that it defines are
+//! counted and reported, not read.
 //!
 //! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are kept.
 
@@ -27,11 +26,9 @@ mod lost;
 mod order;
 mod plan;
 mod schema;
-mod summary;
 #[cfg(test)]
 mod tests;
 mod topic;
-mod waiting;
 mod walk;
 
 use std::collections::BTreeMap;
@@ -42,16 +39,14 @@ use self::bytes::Bytes;
 #[cfg(test)]
 use self::bytes::Wire;
 use self::chunk::{Packing, Unpacker};
-use self::defined::{Channel, Defined, Took, Trust};
+use self::defined::Defined;
 use self::fields::BusField;
 use self::held::Held;
 use self::lost::Lost;
 use self::order::Order;
 #[cfg(test)]
 use self::plan::Plan;
-use self::summary::Summary;
-use self::waiting::Waiting;
-use self::walk::{HEAD, Read, Record, Step, Walk, inner, op};
+use self::walk::{HEAD, Record, Step, Walk, inner, op};
 use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
 #[cfg(test)]
 use crate::bytes::frame::BusId;
@@ -85,11 +80,7 @@ struct File {
     lag_ns: i64,
     /// When the last message outside of chunks was recorded, and how many have come.
     loose: (i64, u32),
-    /// Messages of channels whose definition was lost, and may be repeated at the end of the file.
-    waiting: Waiting,
     lost: Lost,
-    /// The end of the file was looked at before: what it counts is known, or is not to be believed.
-    foreseen: bool,
     /// A part is lost up to the end.
     rest_lost: bool,
     over: bool,
@@ -109,9 +100,7 @@ impl Mcap {
             order: Order::new(),
             lag_ns: 0,
             loose: (i64::MIN, 0),
-            waiting: Waiting::default(),
             lost: Lost::default(),
-            foreseen: false,
             rest_lost: false,
             over: false,
             profile: Vec::new(),
@@ -120,13 +109,6 @@ impl Mcap {
             passed_over: BTreeMap::new(),
         };
         Self { walk: Walk::new(), file }
-    }
-
-    /// Takes the end of the file, from its summary on, before anything else of it: see `summary`.
-    pub fn foresee(&mut self, end: &[u8]) {
-        let mut summary = Summary::read(end);
-        self.file.lost.counted = summary.as_mut().and_then(|summary| summary.messages.take());
-        (self.file.defined.summary, self.file.foreseen) = (summary, true);
     }
 
     /// Takes the next bytes, in any chunking.
@@ -180,7 +162,6 @@ impl Mcap {
                     if record.op == op::CHUNK {
                         file.rescue(walk.body(record), record.at, buses, sink);
                     }
-                    file.catch_up(buses, sink);
                     return Some((record.at, record.len as u64));
                 }
                 Step::Record(record) => {
@@ -189,9 +170,7 @@ impl Mcap {
                         Went::Message(log_ns) => walk.near(log_ns),
                         Went::Fine | Went::Wrong => {}
                     }
-                    for id in std::mem::take(&mut file.defined.changed) {
-                        walk.mark(id, file.defined.channel(id).map_or(Read::Unknown, Channel::read));
-                    }
+                    file.defined.fresh.drain(..).for_each(|id| walk.mark(id));
                     walk.went(record, !matches!(went, Went::Wrong));
                 }
             }
@@ -210,68 +189,29 @@ enum Went {
 }
 
 impl File {
-    /// A file begins, perhaps after another: nothing of that holds.
+    /// Begins a file, perhaps after another.
     fn begin(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        self.settle(buses, sink);
-        self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        self.lost.reported = false;
+        self.end(true, buses, sink);
+        self.lost = Lost::default();
         self.defined.begin();
     }
 
-    /// `whole`: all of the file was read.
+    /// Ends a file. `whole`: all of it was read.
     fn end(&mut self, whole: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
-        self.catch_up(buses, sink);
-        self.defined.accept();
-        self.catch_up(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        let mut say = |at, kind, frames| {
-            sink(Item::Damaged(Damage { place: Place::Byte(at), kind, bytes: None, frames: Some(frames) }), buses);
-        };
-        for (at, frames) in self.defined.doubts() {
-            say(at, DamageKind::Definition, frames);
-        }
-        let waiting = self.waiting.rest().map(|(id, at)| (at, self.waiting.count(id)));
-        let undefined = waiting.chain(self.defined.unfit()).reduce(|one, other| (one.0.min(other.0), one.1 + other.1));
-        if let Some((at, messages)) = undefined {
-            say(at, DamageKind::Undefined, messages);
-        }
-        if whole && let Some(missing) = self.lost.missing(&self.defined, &self.waiting) {
-            say(0, DamageKind::Missing, missing);
-        }
-    }
-
-    /// Reads the messages that waited for their channel, as far as it is known by now.
-    fn catch_up(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.defined.ready.is_empty() {
-            return;
-        }
-        let ready = std::mem::take(&mut self.defined.ready);
-        for message in self.waiting.take(&ready) {
-            self.message(&message.body, message.at, buses, sink);
-        }
-        if self.defined.both_sides && !self.library.starts_with(b"canalyze") {
-            self.order.seek_echoes();
-        }
-    }
-
-    /// A message of a channel that is not known, or not well enough.
-    #[cold]
-    fn wait(&mut self, id: u16, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.defined.channel(id).is_none() && self.defined.recall(id) {
-            self.catch_up(buses, sink);
-            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
-                return self.message(body, at, buses, sink);
+        let missing = self.lost.missing(&self.defined).filter(|_| whole);
+        let found = [
+            (DamageKind::Definition, self.defined.contradiction()),
+            (DamageKind::Undefined, self.defined.unread()),
+            (DamageKind::Missing, missing.map(|missing| (0, missing))),
+        ];
+        for (kind, found) in found {
+            if let Some((at, frames)) = found {
+                let (place, frames) = (Place::Byte(at), Some(frames));
+                sink(Item::Damaged(Damage { place, kind, bytes: None, frames }), buses);
             }
         }
-        if !self.waiting.has_room(body) {
-            self.defined.accept();
-            self.catch_up(buses, sink);
-            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
-                return self.message(body, at, buses, sink);
-            }
-        }
-        self.waiting.push(id, body, at);
     }
 
     /// Says that a part is lost: what is held came before it.
@@ -297,13 +237,10 @@ impl File {
         if record.op != op::MESSAGE_INDEX {
             self.settle(buses, sink);
         }
-        if !self.defined.ready.is_empty() && !matches!(record.op, op::SCHEMA | op::CHANNEL) {
-            self.catch_up(buses, sink);
-        }
         let fine = |read: Option<()>| if read.is_some() { Went::Fine } else { Went::Wrong };
         match record.op {
             op::HEADER => fine(self.header(body)),
-            op::SCHEMA | op::CHANNEL => self.definition(record, body, buses, sink),
+            op::SCHEMA | op::CHANNEL => fine(self.definition(record.op, body, record.at, false)),
             op::MESSAGE => self.loose_message(record, body, buses, sink),
             op::CHUNK => self.chunk(record, body, buses, sink),
             op::MESSAGE_INDEX => {
@@ -311,9 +248,7 @@ impl File {
                 Went::Fine
             }
             op::STATISTICS => {
-                if !self.foreseen {
-                    self.lost.counted = summary::statistics(body);
-                }
+                self.lost.counted = lost::statistics(body);
                 Went::Fine
             }
             op::FOOTER | op::DATA_END | op::CHUNK_INDEX => Went::Fine,
@@ -334,28 +269,16 @@ impl File {
         Some(())
     }
 
-    /// A type or a topic outside of chunks.
-    fn definition(
-        &mut self,
-        record: Record,
-        body: &[u8],
-        buses: &mut Buses,
-        sink: &mut impl FnMut(Item, &Buses),
-    ) -> Went {
-        let Some(took) = self.defined(record.op, body, Trust::Plain(record.at)) else { return Went::Wrong };
-        if took == Took::Corrected {
-            let (place, bytes) = (Place::Byte(record.at), Some(record.len as u64));
-            self.damaged(Damage { place, kind: DamageKind::Structure, bytes, frames: Some(0) }, buses, sink);
+    /// Takes the definition of a type or a topic; `None` if it is malformed. `at`: its record's or chunk's offset.
+    fn definition(&mut self, op: u8, body: &[u8], at: u64, checked: bool) -> Option<()> {
+        if op == op::SCHEMA {
+            return self.defined.schema(body, at, checked);
         }
-        Went::Fine
-    }
-
-    /// Takes a definition; what became of it, or `None` where it is none.
-    fn defined(&mut self, op: u8, body: &[u8], trust: Trust) -> Option<Took> {
-        match op {
-            op::SCHEMA => self.defined.schema(body, trust),
-            _ => self.defined.define(body, trust).map(|(_, took)| took),
+        self.defined.define(body, at, checked)?;
+        if self.defined.both_sides && !self.library.starts_with(b"canalyze") {
+            self.order.seek_echoes();
         }
+        Some(())
     }
 
     /// A message outside of chunks.
@@ -391,8 +314,8 @@ impl File {
     fn message(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let mut rest = Bytes(body);
         let Some(id) = rest.u16() else { return };
-        let channel = self.defined.channel_mut(id).filter(|channel| !channel.waits);
-        let Some(channel) = channel else { return self.wait(id, body, at, buses, sink) };
+        let channel = self.defined.channel_mut(id).filter(|channel| !channel.lacking);
+        let Some(channel) = channel else { return self.defined.skip(id, at) };
         channel.messages += 1;
         let Some(plan) = &channel.plan else { return };
         let times = (rest.u32(), rest.u64(), rest.u64());
@@ -443,19 +366,14 @@ impl File {
                 }
                 let before = signed(head.start_ns).saturating_sub(self.lag_ns);
                 self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
-                let trust = if head.crc == 0 { Trust::Plain(record.at) } else { Trust::Checked };
-                let (left, corrected) = self.records(records, (record.at, trust), buses, sink);
-                let parts = [(corrected, Some(0)), (left, None)];
-                for (bytes, frames) in parts.into_iter().filter(|(bytes, _)| *bytes > 0) {
-                    let (kind, bytes) = (DamageKind::Structure, Some(bytes as u64));
-                    self.damaged(Damage { place, kind, bytes, frames }, buses, sink);
+                let left = self.records(records, record.at, head.crc != 0, buses, sink);
+                if left > 0 {
+                    let (kind, bytes) = (DamageKind::Structure, Some(left as u64));
+                    self.damaged(Damage { place, kind, bytes, frames: None }, buses, sink);
                 }
                 Went::Fine
             }
             Err(kind) => {
-                self.defined.recall_all();
-                self.definitions(unpacker.rescue(&head, packed), record.at);
-                self.catch_up(buses, sink);
                 let damage = Damage { place, kind, bytes: Some(record.len as u64), frames: None };
                 self.lost.chunk(damage);
                 Went::Fine
@@ -475,49 +393,29 @@ impl File {
         let before = signed(head.start_ns).saturating_sub(self.lag_ns);
         self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
         let mut unpacker = std::mem::take(&mut self.unpacker);
-        self.records(unpacker.rescue(&head, packed), (at, Trust::Plain(at)), buses, sink);
+        self.records(unpacker.rescue(&head, packed), at, false, buses, sink);
         self.unpacker = unpacker;
     }
 
-    /// The records in a chunk: the bytes at its end that are none, and those of definitions that are damaged.
+    /// Takes the records in a chunk; returns the number of bytes at its end that are no record.
     fn records(
         &mut self,
         records: &[u8],
-        (at, trust): (u64, Trust),
+        at: u64,
+        checked: bool,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
-    ) -> (usize, usize) {
-        let (mut rest, mut corrected) = (records, 0);
+    ) -> usize {
+        let mut rest = records;
         while let Some((op, body, after)) = inner(rest) {
             match op {
-                op::MESSAGE => {
-                    if !self.defined.ready.is_empty() {
-                        self.catch_up(buses, sink);
-                    }
-                    self.message(body, at, buses, sink);
-                }
-                op::SCHEMA | op::CHANNEL => {
-                    if let Some(Took::Corrected) = self.defined(op, body, trust) {
-                        corrected += HEAD + body.len();
-                    }
-                }
+                op::MESSAGE => self.message(body, at, buses, sink),
+                op::SCHEMA | op::CHANNEL => _ = self.definition(op, body, at, checked),
                 _ => {}
             }
             rest = after;
         }
-        self.catch_up(buses, sink);
-        (rest.len(), corrected)
-    }
-
-    /// Takes only what the damaged chunk that begins here defines, where nothing is known of it.
-    fn definitions(&mut self, records: &[u8], at: u64) {
-        let mut rest = records;
-        while let Some((op, body, after)) = inner(rest) {
-            if matches!(op, op::SCHEMA | op::CHANNEL) {
-                self.defined(op, body, Trust::Damaged(at));
-            }
-            rest = after;
-        }
+        rest.len()
     }
 
     /// A message index: it says how many messages were in a chunk that is lost.
@@ -538,8 +436,7 @@ impl File {
         dialect.push(("chunks", chunks.to_string().into_bytes()));
         let echoes = Some((b"Echo".to_vec(), self.order.echoes())).filter(|(_, count)| *count > 0);
         let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).chain(echoes).collect();
-        let topics = self.defined.topics(|id| self.waiting.count(id));
-        Contents { dialect, passed_over, topics }
+        Contents { dialect, passed_over, topics: self.defined.topics() }
     }
 }
 

@@ -157,7 +157,7 @@ proptest! {
     #[test]
     fn any_definition(text in "((std_msgs/Header header|uint32 id|bool fdf|uint8\\[\\] data|string s|X x|=====\nMSG: a/X|[a-z]{1,3}\\[<=[0-9]{1,12}\\] y)\n){0,12}", message in prop::collection::vec(any::<u8>(), 0..80)) {
         for wire in [Wire::Cdr, Wire::Ros1] {
-            if let Some(plan) = Plan::new("a/B", Some(&text), wire, &[]) {
+            if let Some(plan) = Plan::new("a/B", Some(&text), wire, &[(Role::Id, "id"), (Role::Data, "data")]) {
                 let _ = plan.read(&message).map(|fields| fields.frame());
             }
         }

@@ -72,17 +72,6 @@ pub(super) struct Record {
 /// Bytes of the type and length before a record.
 pub(super) const HEAD: usize = 9;
 
-/// What is read of the messages of a channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Read {
-    /// They are kept as far as they may be frames: their definition may come later.
-    Unknown,
-    /// All of it: they are frames.
-    Frames,
-    /// Nothing.
-    Nothing,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     /// Before the sign at the beginning.
@@ -111,8 +100,8 @@ pub(super) struct Walk {
     state: State,
     /// Whether the end was as it should be.
     whole: bool,
-    /// What is known of channels, by their numbers.
-    reads: Vec<Read>,
+    /// Channels of frames, by their numbers.
+    frames: Vec<bool>,
     /// When the last message outside of chunks was recorded.
     near_ns: Option<u64>,
     /// The data of the file are over: only records of its summary follow.
@@ -131,7 +120,7 @@ impl Walk {
             need: 0,
             state: State::Magic,
             whole: true,
-            reads: Vec::new(),
+            frames: Vec::new(),
             near_ns: None,
             data_ended: false,
             sum: None,
@@ -161,19 +150,19 @@ impl Walk {
         self.held.extend_from_slice(bytes);
     }
 
-    /// Says what is read of the messages of a channel.
-    pub(super) fn mark(&mut self, channel: u16, read: Read) {
+    /// Marks a channel as one of frames: its messages are kept.
+    pub(super) fn mark(&mut self, channel: u16) {
         let index = usize::from(channel);
-        if self.reads.len() <= index {
-            self.reads.resize(index + 1, Read::Unknown);
+        if self.frames.len() <= index {
+            self.frames.resize(index + 1, false);
         }
-        if let Some(known) = self.reads.get_mut(index) {
-            *known = read;
+        if let Some(frames) = self.frames.get_mut(index) {
+            *frames = true;
         }
     }
 
-    fn read(&self, channel: u16) -> Read {
-        self.reads.get(usize::from(channel)).copied().unwrap_or(Read::Unknown)
+    fn has_frames(&self, channel: u16) -> bool {
+        self.frames.get(usize::from(channel)).copied().unwrap_or_default()
     }
 
     /// Whether the input ended as a whole file does, perhaps with zeros after it.
@@ -302,6 +291,7 @@ impl Walk {
             self.advance(MAGIC.len());
             self.state = State::Records;
             (self.whole, self.data_ended) = (false, false);
+            self.frames.clear();
             return Some(Step::Begin);
         }
         if MAGIC.starts_with(self.rest()) {
@@ -415,8 +405,7 @@ impl Walk {
             op::CHUNK => chunk(body, len),
             op::MESSAGE => match Bytes(body).u16() {
                 None if len >= 22 => Kept::More(HEAD + 2),
-                Some(channel) if self.read(channel) == Read::Frames => whole(MAX_MESSAGE, 22),
-                Some(channel) if self.read(channel) == Read::Unknown && len <= MAX_MESSAGE => whole(MAX_MESSAGE, 22),
+                Some(channel) if self.has_frames(channel) => whole(MAX_MESSAGE, 22),
                 _ => head(2, (22..=MAX_RECORD).contains(&len)),
             },
             op::MESSAGE_INDEX => match index(Bytes(body)) {
@@ -512,7 +501,7 @@ impl Walk {
         body.u32()?;
         let (log, publish) = (body.u64()?, body.u64()?);
         let near = self.near_ns?;
-        let known = self.read(channel) == Read::Frames;
+        let known = self.has_frames(channel);
         let close = log.abs_diff(near) < NEAR_NS && publish.abs_diff(near) < NEAR_NS;
         Some(known && close && (22..=MAX_MESSAGE).contains(&len))
     }

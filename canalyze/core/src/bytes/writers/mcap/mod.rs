@@ -14,14 +14,15 @@
 mod cdr;
 mod container;
 mod decoded;
-mod definitions;
+mod frames;
+mod message;
 #[cfg(test)]
 mod tests;
 
 use self::cdr::Cdr;
 use self::container::{ChannelId, Container, SchemaId};
 use self::decoded::Decoded;
-use self::definitions::Definition;
+use self::message::{Header, RosMessage, RosValues};
 use super::{Loss, Losses, Setting};
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
@@ -151,22 +152,16 @@ impl Mcap {
         }
         let Some(channel) = self.channel(setting, frame) else { return };
         let bus = self.topics.get(usize::from(frame.bus.0)).map_or("", |topics| &topics.name);
-        let cdr = self.cdr.begin().header(self.now, bus.as_bytes()).u32(frame.id.raw());
+        let (header, cdr) = (Header(self.now, bus), self.cdr.begin());
         match (frame.kind, self.settings.fd_schema) {
             (Kind::Fd { brs, esi }, FdSchema::Ros2) => {
                 if brs || esi {
                     self.losses.count(Loss::FdFlags);
                 }
-                cdr.bool(frame.id.is_extended()).bool(false).u8(frame.len).sequence(frame.payload());
+                frames::fd(header, frame).values.append(cdr);
             }
-            (Kind::Fd { brs, esi }, FdSchema::Dataspeed) => {
-                cdr.bool(frame.id.is_extended()).bool(true).bool(brs).bool(esi).bool(false).sequence(frame.payload());
-            }
-            (kind, _) => {
-                let error = kind == Kind::Error;
-                cdr.bool(kind == Kind::Remote).bool(frame.id.is_extended() && !error).bool(error);
-                cdr.u8(frame.len.min(8)).array(&if kind == Kind::Remote { [0; 8] } else { frame.head() });
-            }
+            (Kind::Fd { .. }, FdSchema::Dataspeed) => frames::dataspeed(header, frame).values.append(cdr),
+            _ => frames::classic(header, frame).values.append(cdr),
         }
         self.container.message(out, channel, self.frames as u32, self.now, self.cdr.bytes());
     }
@@ -275,12 +270,12 @@ impl Mcap {
         }
         let topic =
             format!("/{}/{}_can_bus{}", topics.name, if sent { "to" } else { "from" }, if fd { "_fd" } else { "" });
-        let (definition, slot) = match (fd, self.settings.fd_schema) {
-            (false, _) => (definitions::FRAME, &mut self.frame),
-            (true, FdSchema::Ros2) => (definitions::FD_FRAME, &mut self.fd),
-            (true, FdSchema::Dataspeed) => (definitions::DATASPEED_FRAME, &mut self.fd),
-        };
-        let schema = declare(&mut self.container, slot, definition)?;
+        let (container, header) = (&mut self.container, Header(0, ""));
+        let schema = match (fd, self.settings.fd_schema) {
+            (false, _) => declare(container, &mut self.frame, &frames::classic(header, frame)),
+            (true, FdSchema::Ros2) => declare(container, &mut self.fd, &frames::fd(header, frame)),
+            (true, FdSchema::Dataspeed) => declare(container, &mut self.fd, &frames::dataspeed(header, frame)),
+        }?;
         let channel = self.container.channel(&topic, schema, ROS2.1, &[])?;
         let [from, to] = &mut self.bus(setting, frame.bus)?.channels;
         let [classic, with_fd] = if sent { to } else { from };
@@ -293,9 +288,13 @@ impl Mcap {
 }
 
 /// Returns the ID of a schema, declaring it on first use.
-fn declare(container: &mut Container, slot: &mut Option<SchemaId>, definition: Definition) -> Option<SchemaId> {
+fn declare(
+    container: &mut Container,
+    slot: &mut Option<SchemaId>,
+    message: &RosMessage<impl RosValues>,
+) -> Option<SchemaId> {
     if slot.is_none() {
-        *slot = container.schema(definition.name, ROS2.0, &definition.text());
+        *slot = container.schema(message.name, ROS2.0, &message.definition());
     }
     *slot
 }

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use self::pdo::Pdos;
 use super::cdr::Cdr;
 use super::container::{ChannelId, Container, SchemaId};
-use super::definitions::Definition;
+use super::message::{RosMessage, RosValues};
 use super::{Losses, ROS2, Setting};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::Finding;
@@ -109,13 +109,30 @@ impl Decoded {
         report::finding(self, place, bus, finding);
     }
 
-    /// The channel of a topic, declared when it is first needed.
-    fn channel(&mut self, place: &mut Place<'_, '_>, topic: &str, definition: Definition) -> Option<ChannelId> {
+    /// Appends a message, at this time and about this frame. The channel of its topic is declared when it is first needed.
+    fn send(
+        &mut self,
+        place: &mut Place<'_, '_>,
+        topic: &str,
+        (at, time): (FrameRef, u64),
+        message: RosMessage<impl RosValues>,
+    ) {
+        let Some(channel) = self.channel(place, topic, &message) else { return };
+        message.values.append(place.cdr.begin());
+        place.send(channel, at, time);
+    }
+
+    fn channel(
+        &mut self,
+        place: &mut Place<'_, '_>,
+        topic: &str,
+        message: &RosMessage<impl RosValues>,
+    ) -> Option<ChannelId> {
         if let Some(known) = self.channels.get(topic) {
             return Some(*known);
         }
-        let slot = self.schemas.entry(definition.name).or_default();
-        let schema = super::declare(place.container, slot, definition)?;
+        let slot = self.schemas.entry(message.name).or_default();
+        let schema = super::declare(place.container, slot, message)?;
         let channel = place.container.channel(topic, schema, ROS2.1, &[])?;
         self.channels.insert(topic.to_owned(), channel);
         Some(channel)

@@ -10,7 +10,8 @@
 use std::sync::Arc;
 
 use super::super::container::ChannelId;
-use super::super::{Loss, ROS2, definitions};
+use super::super::message::whole;
+use super::super::{Loss, ROS2};
 use super::Place;
 use super::fields::{self, Form};
 use crate::bytes::frame::{BusId, Frame};
@@ -186,7 +187,7 @@ impl Pdos {
         let version = self.types.iter().filter(|one| one.whose == whose).count() + 1;
         let (fields, text) = definition(self.lang, mapping, reach);
         let (topic, name) = names(bus, whose, version);
-        let schema = place.container.schema(&name, ROS2.0, &definitions::whole(&text));
+        let schema = place.container.schema(&name, ROS2.0, &whole(&text));
         let channel = schema.and_then(|schema| place.container.channel(&topic, schema, ROS2.1, &[]));
         self.types.push(Type { whose, mapping: Arc::clone(mapping), reach, fields, channel });
         Some(self.types.len() - 1)
