@@ -29,7 +29,7 @@ use self::stream::Stream;
 use self::tally::Tally;
 use crate::bytes::frame::{BusId, Buses, Frame};
 use crate::bytes::inputs::{Inputs, Next, Refusal};
-use crate::bytes::readers::{Damage, Format as Input, Item, Reader, Settings};
+use crate::bytes::readers::{Damage, InputFormat as Input, Item, Reader, Settings};
 use crate::bytes::writers::Loss;
 use crate::evidence::services::Nature;
 use crate::tables::columns::Batch;

@@ -17,7 +17,7 @@ use crate::tables::columns::transfers;
 use crate::tables::jsonl;
 use crate::views::expectation::observed::Observed;
 use crate::views::filter::Filter;
-use crate::views::finding_context::{FindingContext, Held};
+use crate::views::finding_context::{FindingContext, HeldFrame};
 use crate::views::summary::Summary;
 use crate::words::Lang;
 use crate::world::event::{Event, What};
@@ -67,7 +67,7 @@ impl Records {
         out: &mut Vec<u8>,
         view: View<'_>,
         events: &[Event],
-        passes: impl Fn(&Event, &Finding, &[&Held]) -> bool,
+        passes: impl Fn(&Event, &Finding, &[&HeldFrame]) -> bool,
     ) {
         let Some(context) = &self.context else { return };
         for event in events {
@@ -122,7 +122,7 @@ impl Sink for Records {
         if let Some(summary) = &mut self.summary {
             summary.asides(events);
         }
-        let passes = |held: &Held, event: &Event| {
+        let passes = |held: &HeldFrame, event: &Event| {
             let events = held.event.as_slice();
             let seen = Seen { lang: view.jsonl.lang, frame: &held.frame, events, further: Some(event) };
             filter.shows(&held.frame, &seen, view.buses, view.clock)

@@ -8,7 +8,7 @@ use crate::rules::finding::Finding;
 use crate::tables::jsonl::facts;
 use crate::tables::setting::{Setting, quoted};
 use crate::tables::table::{Given, Hex4, Json, List, Moment, Name, Text, U8, U64, Word, list, table};
-use crate::views::finding_context::Held;
+use crate::views::finding_context::HeldFrame;
 use crate::views::lines::Lines;
 use crate::words::digits::put;
 use crate::words::{Depth, findings};
@@ -17,7 +17,7 @@ use crate::words::{Depth, findings};
 #[derive(Clone, Copy)]
 pub(in crate::tables) struct Found<'a> {
     pub(in crate::tables) finding: &'a Finding,
-    pub(in crate::tables) context: Option<&'a [&'a Held]>,
+    pub(in crate::tables) context: Option<&'a [&'a HeldFrame]>,
 }
 
 table! {
@@ -69,7 +69,7 @@ impl Producer for Table<Findings> {
     }
 }
 
-fn lines(out: &mut Vec<u8>, setting: Setting<'_>, context: &[&Held]) {
+fn lines(out: &mut Vec<u8>, setting: Setting<'_>, context: &[&HeldFrame]) {
     let mut lines = Lines::new(setting.lang, Depth::Default, None);
     lines.clock = setting.clock;
     list(out, context, |out, held| {

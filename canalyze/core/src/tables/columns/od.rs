@@ -22,7 +22,7 @@ use crate::tables::table::{
     list, table,
 };
 use crate::views::inventory::sighting::{Content, Source};
-use crate::views::inventory::{Held, InForce, Inventory, Node, Object, TypeFrom};
+use crate::views::inventory::{HeldValue, InForce, Inventory, NodeObjects, ObservedObject, TypeFrom};
 use crate::wire::pdo::mapping::{Mapped, Number, extract, number};
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, escape, inventory, terms};
@@ -36,7 +36,7 @@ pub(in crate::tables) struct Owned<'a> {
     bus: BusId,
     node: u8,
     mux: Mux,
-    object: &'a Object,
+    object: &'a ObservedObject,
 }
 
 impl<'a> Owned<'a> {
@@ -44,13 +44,13 @@ impl<'a> Owned<'a> {
         self.object.data_type(self.mux)
     }
 
-    fn last(self) -> Option<&'a Held> {
+    fn last(self) -> Option<&'a HeldValue> {
         self.object.value.as_ref()
     }
 
     /// A value by the type of the object.
-    fn typed(self, held: Option<&'a Held>) -> Value<'a> {
-        (self.known().map(|known| known.0), held.map(Held::content))
+    fn typed(self, held: Option<&'a HeldValue>) -> Value<'a> {
+        (self.known().map(|known| known.0), held.map(HeldValue::content))
     }
 }
 
@@ -99,7 +99,7 @@ table! {
         text: MaybeText or null = |out: &mut Vec<u8>| text(out, cx.setting.lang, one);
         /// bytes of the last value, the first 4096
         /// 最后一个值的字节，最多4096个
-        data: Bytes or null = octets(one.last().map(Held::content)).as_deref();
+        data: Bytes or null = octets(one.last().map(HeldValue::content)).as_deref();
         /// what carried the last value: read, written, tpdo, rpdo or emcy
         /// 最后一个值的来源：read、written、tpdo、rpdo、emcy
         source: Word or null = one.last().map(|held| held.source.name());
@@ -233,7 +233,7 @@ fn each<'a>(all: &'a Inventory, mut take: impl FnMut(Owned<'a>)) {
 }
 
 /// Appends the JSON lines of a node's objects.
-pub(super) fn lines(out: &mut Vec<u8>, cx: &Cx<'_>, (bus, node): (BusId, u8), of: &Node) {
+pub(super) fn lines(out: &mut Vec<u8>, cx: &Cx<'_>, (bus, node): (BusId, u8), of: &NodeObjects) {
     for (mux, object) in &of.objects {
         Objects::json(out, cx, Owned { bus, node, mux: *mux, object });
         out.push(b'\n');
@@ -311,7 +311,7 @@ pub(super) fn octets(content: Option<Content<'_>>) -> Option<Cow<'_, [u8]>> {
 
 /// Returns the last value as a whole number and in its unit.
 fn read(one: Owned<'_>) -> (Option<i64>, Option<f64>) {
-    let (raw, bits) = match one.last().map(Held::content) {
+    let (raw, bits) = match one.last().map(HeldValue::content) {
         Some(Content::Bits(raw, bits)) => (Some(raw), bits),
         Some(Content::Bytes(bytes, size)) => {
             let number = bytes.len() as u64 == size && (1..=8).contains(&bytes.len());
@@ -336,7 +336,7 @@ fn configured(out: &mut Vec<u8>, one: Owned<'_>) {
     put!(out; "\",\"size\":", held.content().size(), ",\"frame\":", held.at.no, "}");
 }
 
-fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &Object) {
+fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &ObservedObject) {
     list(out, &object.aborted, |out, one| {
         put!(out; "{\"request\":\"", one.direction.name(), "\",\"code\":\"");
         put!(out; Hex::<8>(u64::from(one.abort.code)), "\",\"by\":\"", side(one.abort.by), "\",\"text\":");
@@ -348,7 +348,7 @@ fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &Object) {
     });
 }
 
-fn aborts_cell(out: &mut Vec<u8>, object: &Object) {
+fn aborts_cell(out: &mut Vec<u8>, object: &ObservedObject) {
     for (place, one) in object.aborted.iter().enumerate() {
         put!(out; if place > 0 { " " } else { "" }, one.direction.name(), ":");
         put!(out; Hex::<8>(u64::from(one.abort.code)), ":", one.count);
@@ -367,14 +367,14 @@ fn in_force(out: &mut Vec<u8>, setting: Setting<'_>, one: Owned<'_>) {
     }
 }
 
-fn first(out: &mut Vec<u8>, object: &Object) {
+fn first(out: &mut Vec<u8>, object: &ObservedObject) {
     let Some(held) = &object.measured.first else { return put!(out; "null") };
     put!(out; "{\"data\":\"", Joined(&octets(Some(held.content())).unwrap_or_default()), "\",\"size\":");
     put!(out; held.content().size(), ",\"booted\":", if object.measured.booted { "true" } else { "false" });
     put!(out; ",\"frame\":", held.at.no, "}");
 }
 
-fn sizes(out: &mut Vec<u8>, object: &Object) {
+fn sizes(out: &mut Vec<u8>, object: &ObservedObject) {
     for (key, direction) in [("{\"read\":", Direction::Upload), (",\"written\":", Direction::Download)] {
         match object.measured.sizes(direction) {
             Some((least, most)) => put!(out; key, "[", least, ",", most, "]"),
@@ -384,7 +384,7 @@ fn sizes(out: &mut Vec<u8>, object: &Object) {
     put!(out; "}");
 }
 
-fn extremes(out: &mut Vec<u8>, object: &Object) {
+fn extremes(out: &mut Vec<u8>, object: &ObservedObject) {
     let (values, size) = object.measured.extremes().unwrap_or_default();
     list(out, &values, |out, raw| {
         let all = raw.to_le_bytes();

@@ -7,7 +7,7 @@ use super::od;
 use crate::bytes::frame::{BusId, CanId};
 use crate::tables::setting::Setting;
 use crate::tables::table::{Cx, Hex8, Identifier, Name, Truth, U8, U64, Word, table};
-use crate::views::inventory::{Inventory, Node, Object, Pdo};
+use crate::views::inventory::{Inventory, NodeObjects, ObservedObject, PdoFrames};
 use crate::words::Lang;
 
 /// A node, and its booting.
@@ -15,7 +15,7 @@ use crate::words::Lang;
 pub(in crate::tables) struct Seen<'a> {
     bus: BusId,
     id: u8,
-    node: &'a Node,
+    node: &'a NodeObjects,
     booted: bool,
 }
 
@@ -30,7 +30,7 @@ table! {
         objects: U64 = one.node.objects.len() as u64;
         /// number of values
         /// 值的个数
-        values: U64 = one.node.objects.values().map(Object::values).sum::<u64>();
+        values: U64 = one.node.objects.values().map(ObservedObject::values).sum::<u64>();
         /// how often something was seen of objects for which there is no room
         /// 因数量过多而未列出的对象出现的次数
         further: U64 = one.node.further;
@@ -64,7 +64,7 @@ table! {
 table! {
     /// One line per identifier that carries a PDO.
     /// 一行是一个传送PDO的标识符
-    Pdos json "od_pdo", |cx, one: (BusId, CanId, &Pdo)| {
+    Pdos json "od_pdo", |cx, one: (BusId, CanId, &PdoFrames)| {
         bus: Name or null = cx.setting.bus(one.0);
         node: U8 = one.2.node;
         pdo: Word = &*format!("{}{}", if one.2.transmit { "TPDO" } else { "RPDO" }, one.2.number);
@@ -100,6 +100,6 @@ pub fn lines(out: &mut Vec<u8>, setting: Setting<'_>, all: &Inventory, names: La
     }
 }
 
-fn profile(node: &Node) -> Option<u64> {
+fn profile(node: &NodeObjects) -> Option<u64> {
     node.number(0x1000, 0).map(|number| u64::from(number & 0xFFFF)).filter(|number| *number != 0)
 }

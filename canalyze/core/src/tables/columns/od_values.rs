@@ -10,7 +10,7 @@ use crate::tables::jsonl::sdo::{abort_or_null, side};
 use crate::tables::setting::NAMES;
 use crate::tables::setting::Setting;
 use crate::tables::table::{Any, Bytes, Cx, Hex4, Hex8, Moment, Name, Piece, Text, U8, U64, Word, table};
-use crate::views::inventory::sighting::{Content, Shown, Sighting};
+use crate::views::inventory::sighting::{Content, ObjectSighting, Shown};
 use crate::words::digits::put;
 use crate::words::{Lang, inventory, signal, terms, value};
 use crate::world::od::DataType;
@@ -18,7 +18,7 @@ use crate::world::od::DataType;
 table! {
     /// One line per value of an object, in the order of the capture.
     /// 一行是一个对象的一个值，按记录的次序
-    Values json "od_value", |cx, one: &Sighting<'_>| {
+    Values json "od_value", |cx, one: &ObjectSighting<'_>| {
         bus: Name or null = cx.setting.bus(one.bus);
         node: U8 = one.node;
         object: Piece in csv = |out: &mut Vec<u8>| place(out, one.object);
@@ -53,7 +53,7 @@ table! {
 }
 
 /// Appends a value's JSON line. `names`: the language of names.
-pub fn line(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &Sighting<'_>, names: Lang) {
+pub fn line(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &ObjectSighting<'_>, names: Lang) {
     Values::json(out, &Cx { setting, names }, sighting);
     out.push(b'\n');
 }
@@ -64,12 +64,12 @@ pub fn head(out: &mut Vec<u8>) {
 }
 
 /// Appends a value's row of CSV.
-pub fn row(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &Sighting<'_>) {
+pub fn row(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &ObjectSighting<'_>) {
     Values::csv(out, &Cx { setting, names: NAMES }, sighting);
 }
 
 /// Returns the name of the object.
-fn name(names: Lang, sighting: &Sighting<'_>) -> Vec<u8> {
+fn name(names: Lang, sighting: &ObjectSighting<'_>) -> Vec<u8> {
     let mut out = Vec::new();
     match sighting.shown {
         Shown::Transfer(transfer) => {
@@ -89,7 +89,7 @@ fn name(names: Lang, sighting: &Sighting<'_>) -> Vec<u8> {
 }
 
 /// Returns the type of the value, as far as a description or a standard has one.
-fn type_of(sighting: &Sighting<'_>) -> Option<DataType> {
+fn type_of(sighting: &ObjectSighting<'_>) -> Option<DataType> {
     match sighting.shown {
         Shown::Transfer(transfer) => transfer.data_type(),
         Shown::Bits(mapped, _) | Shown::Octets(mapped, _) => mapped.data_type,

@@ -47,7 +47,7 @@ table! {
 
 /// The PDOs of a cycle.
 #[derive(Clone, Copy, Debug, Default)]
-struct Pdos {
+struct CyclePdos {
     pdos: u32,
     /// Least and greatest delay in ns.
     delays: Option<(i64, i64)>,
@@ -63,9 +63,9 @@ pub(in crate::tables) struct Running {
     period_ns: Option<i64>,
     counter: Option<u8>,
     window_ns: Option<i64>,
-    seen: Pdos,
+    seen: CyclePdos,
     /// PDOs before the SYNC that they belong to.
-    early: Pdos,
+    early: CyclePdos,
     /// Frames were lost since.
     broken: bool,
 }

@@ -3,10 +3,10 @@
 
 use super::obj::{WriteJson, array, hex2, hex4, hex8, named, obj, pdo, raw, text, time};
 use crate::stories::incident::Incident;
-use crate::tables::diff::{Setting, extents};
+use crate::tables::diff::{DiffSetting, extents};
 use crate::tables::jsonl::sdo::side as by;
 use crate::views::diff::Comparison;
-use crate::views::diff::difference::{Difference, Shows, Side};
+use crate::views::diff::difference::{CaptureSide, Difference, Shows};
 use crate::views::diff::digest::{Action, Digest, Service, TransferDigest};
 use crate::views::diff::stories::{StoryDifference, lasted_ns};
 use crate::words::diff as words;
@@ -14,7 +14,7 @@ use crate::words::digits::{Joined, put};
 use crate::words::{findings, incidents};
 
 /// Appends all lines. `files`: the names of both.
-pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, files: [&[u8]; 2]) {
+pub fn write(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison, files: [&[u8]; 2]) {
     for one in &comparison.stories {
         if let Some(story) = story(setting, one) {
             story.write_line(out);
@@ -56,7 +56,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, f
 }
 
 /// Returns an incident that is in one capture only, or differs in both.
-fn story<'a>(setting: Setting<'a>, one: &'a StoryDifference) -> Option<impl WriteJson> {
+fn story<'a>(setting: DiffSetting<'a>, one: &'a StoryDifference) -> Option<impl WriteJson> {
     let sides = setting.incidents(one);
     let (_, first) = sides.iter().flatten().next()?;
     let [a, b] = sides.map(|side| side.map(|(digest, one)| incident(setting, digest, one)));
@@ -72,7 +72,7 @@ fn story<'a>(setting: Setting<'a>, one: &'a StoryDifference) -> Option<impl Writ
     })
 }
 
-fn incident<'a>(setting: Setting<'a>, digest: &'a Digest, one: &'a Incident) -> impl WriteJson {
+fn incident<'a>(setting: DiffSetting<'a>, digest: &'a Digest, one: &'a Incident) -> impl WriteJson {
     obj! {
         "bus": named(digest.buses.name(one.bus)),
         "id": one.number, "frame": one.begin.no, "t": time(one.begin.t_ns, digest.decimals),
@@ -86,7 +86,7 @@ fn incident<'a>(setting: Setting<'a>, digest: &'a Digest, one: &'a Incident) -> 
     }
 }
 
-fn difference<'a>(setting: Setting<'a>, one: &'a Difference) -> impl WriteJson {
+fn difference<'a>(setting: DiffSetting<'a>, one: &'a Difference) -> impl WriteJson {
     let shown = || one.sides.iter().flatten().map(|side| &side.shows);
     let moved = shown().find_map(|shows| match shows {
         Shows::Action(Action::Transfer(moved)) => Some(moved),
@@ -130,7 +130,7 @@ fn service(service: Service) -> impl WriteJson {
     })
 }
 
-fn side<'a>(setting: Setting<'a>, difference: &'a Difference, place: usize) -> Option<impl WriteJson> {
+fn side<'a>(setting: DiffSetting<'a>, difference: &'a Difference, place: usize) -> Option<impl WriteJson> {
     let side = difference.sides.get(place)?.as_ref()?;
     let digest = setting.digests.get(place);
     let bus = difference.bus.get(place).copied().flatten().zip(digest);
@@ -147,7 +147,7 @@ fn side<'a>(setting: Setting<'a>, difference: &'a Difference, place: usize) -> O
 }
 
 /// Appends the value of a side, whose keys depend on its kind.
-fn value(out: &mut Vec<u8>, setting: Setting<'_>, side: &Side) {
+fn value(out: &mut Vec<u8>, setting: DiffSetting<'_>, side: &CaptureSide) {
     let period = |ns: i64| obj! { "period_us": ns / 1000 };
     if let Some(ns) = side.pace_ns {
         return period(ns).write_json(out);

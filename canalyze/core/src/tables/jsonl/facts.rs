@@ -119,6 +119,6 @@ fn quantity(quantity: Quantity) -> impl WriteJson {
         }
         .write_json(out),
         Quantity::Mode(mode) => i64::from(mode).write_json(out),
-        Quantity::Drive(word) => drive::State::of(word).map_or("", drive::State::name).write_json(out),
+        Quantity::Drive(word) => drive::DriveState::of(word).map_or("", drive::DriveState::name).write_json(out),
     })
 }

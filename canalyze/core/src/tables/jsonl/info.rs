@@ -9,7 +9,7 @@ use super::obj::{WriteJson, array, named, obj, raw, text, time};
 use crate::bytes::frame::{BusId, Stamp, StampForm};
 use crate::bytes::info::{Info, Zone};
 use crate::bytes::readers::listing::LeftOut;
-use crate::bytes::readers::{Contents, Damage, DamageKind, Place};
+use crate::bytes::readers::{Contents, Damage, DamageKind, FilePlace};
 use crate::bytes::writers::console;
 
 /// Names of damage, as this crate's callers say it too.
@@ -92,8 +92,8 @@ fn damage(damage: &Damage) -> impl WriteJson + use<> {
     }
 }
 
-fn offset(place: Place) -> Option<u64> {
-    if let Place::Byte(offset) = place { Some(offset) } else { None }
+fn offset(place: FilePlace) -> Option<u64> {
+    if let FilePlace::Byte(offset) = place { Some(offset) } else { None }
 }
 
 /// Returns the places where the file itself shows that rows are missing: those without a count, and the rows of the others.

@@ -30,7 +30,7 @@ use super::setting::seconds;
 use super::table::Cx;
 use crate::bytes::frame::Frame;
 use crate::rules::finding::Finding;
-use crate::views::finding_context::Held;
+use crate::views::finding_context::HeldFrame;
 use crate::words::digits::put;
 use crate::words::escape;
 use crate::world::event::{Event, What, service};
@@ -67,7 +67,7 @@ pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
 }
 
 /// Appends a finding's object with the lines of its context.
-pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&Held]) {
+pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&HeldFrame]) {
     found(out, setting, Found { finding, context: Some(context) });
 }
 

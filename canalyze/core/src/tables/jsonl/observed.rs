@@ -5,7 +5,7 @@
 use super::Setting;
 use super::obj::{self, Given, Obj, Values, WriteJson, hex2, hex4, named, obj, text, time};
 use super::summary::us;
-use crate::views::expectation::observed::{Kind, Observed, Train};
+use crate::views::expectation::observed::{Observed, StateKind, Train};
 use crate::views::expectation::state_name;
 use crate::words::digits::put;
 use crate::words::signal;
@@ -42,8 +42,8 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, observed: &Observed) {
     }
     for ((bus, node, kind), shown) in &observed.states {
         let (kind, axis, state) = match *kind {
-            Kind::Nmt(state) => ("observed_state", None, state_name(state)),
-            Kind::Drive(axis, state) => ("observed_drive", Some(axis), Some(state.name())),
+            StateKind::Nmt(state) => ("observed_state", None, state_name(state)),
+            StateKind::Drive(axis, state) => ("observed_drive", Some(axis), Some(state.name())),
         };
         let Some(state) = state else { continue };
         obj! {

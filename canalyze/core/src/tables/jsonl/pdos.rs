@@ -9,7 +9,7 @@ use crate::tables::setting::{NAMES, Setting};
 use crate::tables::table::{
     Any, Cx, Given, Hex4, Identifier, Label, List, Name, Text, Truth, U8, U16, U32, U64, Word, list, table,
 };
-use crate::views::inventory::pdos::{Address, Pdo, Pdos, Whose};
+use crate::views::inventory::pdos::{Address, KnownPdo, PdoInventory, PdoOwner};
 use crate::views::lines::Clocked;
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::digits::put;
@@ -23,7 +23,7 @@ const DESTINATION: u32 = 1 << 7;
 table! {
     /// One line per PDO.
     /// 一行是一个PDO
-    Lines json "pdo", |cx, one: (Whose, &Pdo)| {
+    Lines json "pdo", |cx, one: (PdoOwner, &KnownPdo)| {
         bus: Name or null = cx.setting.bus(one.0.bus);
         /// identifier
         /// 标识符
@@ -118,7 +118,7 @@ table! {
 }
 
 /// Appends all of them.
-pub fn write(out: &mut Vec<u8>, buses: &Buses, all: &Pdos) {
+pub fn write(out: &mut Vec<u8>, buses: &Buses, all: &PdoInventory) {
     let setting = Setting { lang: NAMES, file: b"", buses, decimals: 9, clock: Clocked::default() };
     for (whose, pdo) in &all.pdos {
         Lines::json(out, &Cx::of(setting), (*whose, pdo));
@@ -130,7 +130,7 @@ pub fn write(out: &mut Vec<u8>, buses: &Buses, all: &Pdos) {
 }
 
 /// Returns the word for the content, and for its source.
-fn content(pdo: &Pdo) -> (&'static str, Option<&'static str>) {
+fn content(pdo: &KnownPdo) -> (&'static str, Option<&'static str>) {
     match &pdo.content {
         Content::Mapped(_, from) => ("mapped", Some(from.name())),
         Content::Multiplex { destination: true, from } => ("destination", Some(from.name())),
@@ -140,11 +140,11 @@ fn content(pdo: &Pdo) -> (&'static str, Option<&'static str>) {
     }
 }
 
-fn mapping(pdo: &Pdo) -> Option<&Mapping> {
+fn mapping(pdo: &KnownPdo) -> Option<&Mapping> {
     if let Content::Mapped(mapping, _) = &pdo.content { Some(mapping) } else { None }
 }
 
-fn signals(out: &mut Vec<u8>, cx: &Cx<'_>, node: u8, pdo: &Pdo) {
+fn signals(out: &mut Vec<u8>, cx: &Cx<'_>, node: u8, pdo: &KnownPdo) {
     let mapped = mapping(pdo).into_iter().flat_map(|mapping| {
         let names = signal::written(mapping, NAMES).iter().map(|how| how.name.clone());
         mapping.entries.iter().zip(names).filter(|(mapped, _)| !mapped.dummy)
@@ -178,8 +178,9 @@ fn kind(mapped: &Mapped) -> &'static str {
 
 /// Returns the values of a mode of operation with their names.
 fn words(mapped: &Mapped) -> impl Iterator<Item = (i8, &'static str)> {
-    let object = drive::Object::at(mapped.index).filter(|_| signal::is_drives(mapped));
-    let modes = matches!(object, Some(drive::Object::ModesOfOperation | drive::Object::ModesOfOperationDisplay));
+    let object = drive::DriveObject::at(mapped.index).filter(|_| signal::is_drives(mapped));
+    let modes =
+        matches!(object, Some(drive::DriveObject::ModesOfOperation | drive::DriveObject::ModesOfOperationDisplay));
     (i8::MIN..=i8::MAX)
         .filter(move |mode| modes && terms::drive::abbreviation(*mode).is_some())
         .map(|mode| (mode, terms::drive::mode(NAMES, mode)))

@@ -14,10 +14,10 @@ use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Side;
 use crate::views::summary::identifiers::Identifier;
 use crate::views::summary::load::Peak;
-use crate::views::summary::node::{Counted, Node};
+use crate::views::summary::node::{Counted, NodeSummary};
 use crate::views::summary::spread::{Ranked, Spread};
-use crate::views::summary::traffic::{Pdo, Sync};
-use crate::views::summary::{Bus, Capture, Raised, SERVICES, Summary};
+use crate::views::summary::traffic::{PdoTraffic, Sync};
+use crate::views::summary::{BusSummary, Capture, Raised, SERVICES, Summary};
 use crate::wire::emcy;
 use crate::words::Lang;
 use crate::words::digits::{Padded, put};
@@ -87,7 +87,7 @@ fn capture(setting: Setting<'_>, summary: &Summary) -> impl WriteJson {
     }
 }
 
-fn bus(name: &[u8], bus: &Bus, elapsed_ns: Option<u64>, bit_rate: Option<u32>) -> impl WriteJson {
+fn bus(name: &[u8], bus: &BusSummary, elapsed_ns: Option<u64>, bit_rate: Option<u32>) -> impl WriteJson {
     let [second, tenth] = bus.load.peaks().map(|(window_ns, bits, frames)| {
         let window_ns = window_ns.unsigned_abs();
         (elapsed_ns.filter(|elapsed| *elapsed >= window_ns).map(|_| window_ns), bits, frames)
@@ -130,7 +130,7 @@ fn node<'a>(
     setting: Setting<'a>,
     summary: &'a Summary,
     (bus, id): (&'a [u8], u8),
-    node: &'a Node,
+    node: &'a NodeSummary,
     elapsed_ns: Option<u64>,
 ) -> impl WriteJson {
     let lang = setting.lang;
@@ -197,7 +197,7 @@ fn state(lang: Lang, state: Option<u8>) -> (Option<&'static str>, Option<&'stati
     (state.and_then(|state| nmt::state(lang, state)), named.map(|(_, name)| *name))
 }
 
-fn pdo(bus: &[u8], pdo: &Pdo, elapsed_ns: Option<u64>) -> impl WriteJson {
+fn pdo(bus: &[u8], pdo: &PdoTraffic, elapsed_ns: Option<u64>) -> impl WriteJson {
     let (node, transmit, number) = pdo.key;
     obj! {
         "kind": "summary_pdo", "bus": named(bus), "node": node,

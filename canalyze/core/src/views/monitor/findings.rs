@@ -20,11 +20,11 @@ const SHOWN: u64 = 10;
 /// Maximum number of kinds that are counted; findings of further kinds all have rows.
 const KINDS: usize = 4096;
 
-type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
+type FindingKey = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
 
 /// A row: its keys in JSON but for its count.
 #[derive(Debug)]
-struct Row {
+struct FindingRow {
     json: Vec<u8>,
     count: u64,
 }
@@ -33,8 +33,8 @@ struct Row {
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     /// The number of findings of each kind, and the number of its last row.
-    kinds: BTreeMap<Kind, (u64, u64)>,
-    rows: VecDeque<Row>,
+    kinds: BTreeMap<FindingKey, (u64, u64)>,
+    rows: VecDeque<FindingRow>,
     /// The number of rows that are no longer kept.
     gone: u64,
 }
@@ -65,7 +65,7 @@ impl Findings {
             self.gone += 1;
         }
         let count = if let Facts::Unmet(unmet) = &finding.facts { unmet.repeated.max(1) } else { 1 };
-        self.rows.push_back(Row { json: json(setting, finding), count });
+        self.rows.push_back(FindingRow { json: json(setting, finding), count });
         true
     }
 

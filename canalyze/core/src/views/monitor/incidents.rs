@@ -3,7 +3,7 @@
 //! While the capture continues, they are shown as if it had ended now; those that may still change are marked. Problems
 //! are not judged here, and nothing is kept between snapshots.
 
-use super::clock::Clock;
+use super::clock::CaptureClock;
 use super::{Known, Monitor};
 use crate::bytes::frame::BusId;
 use crate::stories::incident::{Incident, IncidentId, Status, members};
@@ -18,7 +18,7 @@ const ROWS: usize = 256;
 
 /// The present incidents.
 pub(super) struct Incidents<'a> {
-    clock: Clock,
+    clock: CaptureClock,
     /// The diagnosis while the capture continues; `None` without problems.
     told: Option<&'a Diagnosis>,
     /// The diagnosis as if the capture had ended now.

@@ -4,10 +4,10 @@
 //! never renamed. Nothing is changed here.
 
 use super::incidents::Incidents;
-use super::objects::{Form, Key, Label, Object};
+use super::objects::{Label, LineForm, LineKey, ObjectLine};
 use super::trace::identifier;
 use super::transfers;
-use super::wire::{Emergency, ErrorState, Live, Wire};
+use super::wire::{ErrorState, LastEmergency, Live, Wire};
 use super::{Known, Monitor};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Severity;
@@ -89,7 +89,12 @@ impl<'a> View<'a> {
         }))
     }
 
-    fn node<'b>(&'b self, (bus, id): (BusId, u8), node: &'b summary::node::Node, live: &'b Live) -> impl WriteJson {
+    fn node<'b>(
+        &'b self,
+        (bus, id): (BusId, u8),
+        node: &'b summary::node::NodeSummary,
+        live: &'b Live,
+    ) -> impl WriteJson {
         let Setting { lang, buses, .. } = self.setting;
         let known = self.known.get(usize::from(bus.0));
         let state = node.states().state;
@@ -146,16 +151,16 @@ impl<'a> View<'a> {
         is_there.then(|| text(words))
     }
 
-    fn object<'b>(&'b self, key: &'b Key, object: &'b Object) -> impl WriteJson {
+    fn object<'b>(&'b self, key: &'b LineKey, object: &'b ObjectLine) -> impl WriteJson {
         let Setting { lang, buses, .. } = self.setting;
         let now_ns = self.monitor.clock.now_ns;
-        let error = key.form == Form::Error;
+        let error = key.form == LineForm::Error;
         let (period, jitter) = object.period().unzip();
         obj! {
             "bus": buses.name(key.bus),
             "id": text(move |out| identifier(out, object.id, error)),
             "ext": object.id.is_extended() && !error,
-            "rtr": key.form == Form::Remote,
+            "rtr": key.form == LineForm::Remote,
             "service": object.service, "node": object.node,
             "name": text(move |out| label(out, lang, object.label)),
             "count": object.count, "last_ns": object.last.t_ns, "period_ns": period,
@@ -191,7 +196,7 @@ impl<'a> View<'a> {
     }
 }
 
-fn emergency(lang: Lang, Emergency { code, profile, t_ns, active }: Emergency) -> impl WriteJson {
+fn emergency(lang: Lang, LastEmergency { code, profile, t_ns, active }: LastEmergency) -> impl WriteJson {
     obj! {
         "code": hex4(code),
         "text": emcy::code(lang, profile, code).unwrap_or(""),

@@ -23,7 +23,7 @@ use self::cdr::Cdr;
 use self::container::{ChannelId, Container, SchemaId};
 use self::decoded::Decoded;
 use self::message::{Header, RosMessage, RosValues};
-use super::{Loss, Losses, Setting};
+use super::{CaptureFacts, Loss, Losses};
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
 use crate::rules::finding::Finding;
@@ -54,7 +54,7 @@ impl FdSchema {
 
 /// The options of a file.
 #[derive(Clone, Debug, Default)]
-pub struct Settings {
+pub struct McapSettings {
     /// The schema of CAN FD frames.
     pub fd_schema: FdSchema,
     /// Without message indexes: almost half the size, but refused by some readers.
@@ -79,7 +79,7 @@ struct Topics {
 pub struct Mcap {
     /// The losses.
     pub losses: Losses,
-    settings: Settings,
+    settings: McapSettings,
     container: Container,
     cdr: Cdr,
     frame: Option<SchemaId>,
@@ -96,13 +96,13 @@ pub struct Mcap {
 
 impl Default for Mcap {
     fn default() -> Self {
-        Self::new(Settings::default())
+        Self::new(McapSettings::default())
     }
 }
 
 impl Mcap {
     /// Creates a writer at the beginning of a file.
-    pub fn new(settings: Settings) -> Self {
+    pub fn new(settings: McapSettings) -> Self {
         Self {
             losses: Losses::default(),
             container: Container::new(!settings.archive),
@@ -132,7 +132,7 @@ impl Mcap {
     }
 
     /// Appends a frame.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         self.begin(out);
         let moment = setting.moment(frame);
         self.now = match moment {
@@ -167,7 +167,7 @@ impl Mcap {
     }
 
     /// Appends an error marker as an error frame without a class; other markers are counted as losses.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { .. } | Marker::LeftOut { .. } => self.losses.count(Loss::Gap),
             Marker::Error { bus, stamp, .. } => {
@@ -180,7 +180,7 @@ impl Mcap {
     }
 
     /// Appends the events of the last frame, if decoded topics are wanted. Without a frame: later knowledge.
-    pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
+    pub fn events(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: Option<&Frame>, events: &[Event]) {
         if self.decoded.is_none() {
             return;
         }
@@ -189,7 +189,7 @@ impl Mcap {
             self.bus(setting, event.bus);
         }
         let Self { decoded: Some(decoded), container, cdr, topics, losses, now, .. } = self else { return };
-        let mut place = decoded::Place { out, container, cdr, losses, setting, now: *now };
+        let mut place = decoded::MessagePlace { out, container, cdr, losses, setting, now: *now };
         for event in events {
             let bus = topics.get(usize::from(event.bus.0)).map_or("", |topics| &topics.name);
             decoded.event(&mut place, bus, frame, event);
@@ -197,7 +197,7 @@ impl Mcap {
     }
 
     /// Appends a finding about the capture, which has no frame.
-    pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+    pub fn finding(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, finding: &Finding) {
         if self.decoded.is_none() {
             return;
         }
@@ -205,7 +205,7 @@ impl Mcap {
         self.bus(setting, finding.bus);
         let Self { decoded: Some(decoded), container, cdr, topics, losses, now, .. } = self else { return };
         let bus = topics.get(usize::from(finding.bus.0)).map_or("", |topics| &topics.name);
-        decoded.finding(&mut decoded::Place { out, container, cdr, losses, setting, now: *now }, bus, finding);
+        decoded.finding(&mut decoded::MessagePlace { out, container, cdr, losses, setting, now: *now }, bus, finding);
     }
 
     /// Appends a chunk that is old at `now_ns` on the clock of live frames.
@@ -214,7 +214,7 @@ impl Mcap {
     }
 
     /// Appends the end of the file.
-    pub fn finish(&mut self, out: &mut Vec<u8>, _setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, _setting: CaptureFacts<'_>) {
         self.begin(out);
         // One line for each, since names may contain anything else.
         let lines = |words: Vec<&str>| words.join("\n");
@@ -236,7 +236,7 @@ impl Mcap {
     }
 
     /// Returns the topics of a bus, naming them on first use.
-    fn bus(&mut self, setting: Setting<'_>, bus: BusId) -> Option<&mut Topics> {
+    fn bus(&mut self, setting: CaptureFacts<'_>, bus: BusId) -> Option<&mut Topics> {
         let place = usize::from(bus.0);
         if self.topics.len() <= place {
             self.topics.resize(place + 1, Topics::default());
@@ -254,7 +254,7 @@ impl Mcap {
     }
 
     /// Returns the channel of a frame, declaring it on first use.
-    fn channel(&mut self, setting: Setting<'_>, frame: &Frame) -> Option<ChannelId> {
+    fn channel(&mut self, setting: CaptureFacts<'_>, frame: &Frame) -> Option<ChannelId> {
         let fd = matches!(frame.kind, Kind::Fd { .. });
         let sent = frame.dir == Some(Direction::Tx);
         let topics = self.bus(setting, frame.bus)?;

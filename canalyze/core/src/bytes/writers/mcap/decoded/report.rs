@@ -1,14 +1,14 @@
 //! States, emergencies, SDO transfers and findings as messages.
 
 use super::super::message::{Header, Octets, Time, message};
-use super::{Decoded, Place};
+use super::{Decoded, MessagePlace};
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
 use crate::wire::message::Message;
 use crate::words::digits::put;
 use crate::words::{Depth, findings, services, terms, transferred, value};
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 use crate::world::event::Event;
 
 /// Most bytes of a transfer that its message has.
@@ -26,7 +26,7 @@ const fn level(severity: Severity) -> u8 {
 /// Appends what a frame of an error-control or an emergency service says.
 pub(super) fn message(
     decoded: &mut Decoded,
-    place: &mut Place<'_, '_>,
+    place: &mut MessagePlace<'_, '_>,
     bus: &str,
     at: FrameRef,
     message: &Message,
@@ -57,7 +57,7 @@ pub(super) fn message(
     }
 }
 
-fn nmt_state(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, at: FrameRef, node: u8, state: u8) {
+fn nmt_state(decoded: &mut Decoded, place: &mut MessagePlace<'_, '_>, bus: &str, at: FrameRef, node: u8, state: u8) {
     let topic = format!("/{bus}/node{node}/nmt_state");
     let message = message! {
         /// As boot-up, heartbeat and guarding show it: 0 booted (pre-operational), 4 stopped, 5 operational, 127 pre-operational.
@@ -73,14 +73,14 @@ fn nmt_state(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, at: Fr
 /// Appends the state of a drive, where it is another one than before.
 pub(super) fn drive_state(
     decoded: &mut Decoded,
-    place: &mut Place<'_, '_>,
+    place: &mut MessagePlace<'_, '_>,
     bus: &str,
     event: &Event,
     node: u8,
     axis: u8,
     statusword: u16,
 ) {
-    let state = State::of(statusword);
+    let state = DriveState::of(statusword);
     if decoded.drives.insert((event.bus, node, axis), state) == Some(state) {
         return;
     }
@@ -100,7 +100,13 @@ pub(super) fn drive_state(
 }
 
 /// Appends an SDO transfer.
-pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, at: FrameRef, transfer: &Transfer) {
+pub(super) fn transfer(
+    decoded: &mut Decoded,
+    place: &mut MessagePlace<'_, '_>,
+    bus: &str,
+    at: FrameRef,
+    transfer: &Transfer,
+) {
     let lang = decoded.lang;
     let topic = format!("/{bus}/node{}/sdo", transfer.node);
     let time = place.moment(at);
@@ -148,7 +154,7 @@ pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &s
 }
 
 /// Appends a finding, as itself and as a line of the log.
-pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, finding: &Finding) {
+pub(super) fn finding(decoded: &mut Decoded, place: &mut MessagePlace<'_, '_>, bus: &str, finding: &Finding) {
     let rule = finding.code.rule();
     let mut words = std::mem::take(&mut decoded.words);
     words.clear();
@@ -185,7 +191,7 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
 /// Appends a line of the log.
 fn log(
     decoded: &mut Decoded,
-    place: &mut Place<'_, '_>,
+    place: &mut MessagePlace<'_, '_>,
     bus: &str,
     node: Option<u8>,
     at: FrameRef,
