@@ -17,7 +17,7 @@ use crate::bytes::writers::{Losses, Writer};
 use crate::rules::finding::Finding;
 use crate::stories::incident::IncidentId;
 use crate::stories::{Diagnosis, Phase};
-use crate::tables::columns::signals::Lines as Signals;
+use crate::tables::columns::signals::SignalLines as Signals;
 use crate::tables::columns::{Batch, Columns};
 use crate::views::diff::digest::Digest;
 use crate::views::filter::Filter;

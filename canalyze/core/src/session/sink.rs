@@ -15,7 +15,7 @@ use crate::rules::finding::Finding;
 use crate::sdo::transfer::Transfer;
 use crate::stories::incident::IncidentId;
 use crate::stories::{Diagnosis, Phase};
-use crate::tables::columns::signals::Lines as Signals;
+use crate::tables::columns::signals::SignalLines as Signals;
 use crate::tables::columns::{Columns, Seen};
 use crate::tables::jsonl;
 use crate::views::diff::digest::Digest;

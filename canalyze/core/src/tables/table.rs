@@ -50,7 +50,7 @@ impl<'a> Cx<'a> {
 }
 
 /// A kind of column.
-pub(super) trait Kind<V> {
+pub(super) trait ColumnKind<V> {
     /// Appends a value as JSON.
     fn json(out: &mut Vec<u8>, cx: &Cx<'_>, value: V);
     /// Appends a value as a cell of CSV.
@@ -164,7 +164,7 @@ kinds! {
 /// Implements kinds of optional values: the type of a value, its JSON, and how its column holds it.
 macro_rules! optional {
     ($($kind:ident $value:ty, |$out:ident, $cx:ident, $one:ident| $json:expr $(, |$column:ident, $held:ident| $append:expr)?;)*) => {$(
-        impl<'v, V: Into<Option<$value>>> Kind<V> for $kind {
+        impl<'v, V: Into<Option<$value>>> ColumnKind<V> for $kind {
             #[inline]
             fn json($out: &mut Vec<u8>, $cx: &Cx<'_>, value: V) {
                 match value.into() {
@@ -175,7 +175,7 @@ macro_rules! optional {
 
             fn csv(out: &mut Vec<u8>, cx: &Cx<'_>, value: V) {
                 if let Some(value) = value.into() {
-                    csv::bare(out, |out| <Self as Kind<$value>>::json(out, cx, value));
+                    csv::bare(out, |out| <Self as ColumnKind<$value>>::json(out, cx, value));
                 }
             }
         }
@@ -225,7 +225,7 @@ optional! {
     };
 }
 
-impl<'v, V: Into<Option<&'v str>>> Kind<V> for Word {
+impl<'v, V: Into<Option<&'v str>>> ColumnKind<V> for Word {
     #[inline]
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, word: V) {
         match word.into() {
@@ -249,7 +249,7 @@ impl<'v, V: Into<Option<&'v str>>> Stored<V> for Word {
 }
 
 /// The stamp in ns, and its digits behind the point.
-impl Kind<(Option<i64>, u8)> for Stamped {
+impl ColumnKind<(Option<i64>, u8)> for Stamped {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, (t_ns, decimals): (Option<i64>, u8)) {
         seconds(out, t_ns, decimals);
     }
@@ -261,7 +261,7 @@ impl Stored<(Option<i64>, u8)> for Stamped {
     }
 }
 
-impl Kind<CanId> for Identifier {
+impl ColumnKind<CanId> for Identifier {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, id: CanId) {
         let raw = u64::from(id.raw());
         match id.is_extended() {
@@ -277,7 +277,7 @@ impl Stored<CanId> for Identifier {
     }
 }
 
-impl<N: AsRef<[u8]>> Kind<N> for Name {
+impl<N: AsRef<[u8]>> ColumnKind<N> for Name {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, name: N) {
         match name.as_ref() {
             [] => put!(out; "null"),
@@ -297,7 +297,7 @@ impl<N: AsRef<[u8]>> Stored<N> for Name {
     }
 }
 
-impl<N: AsRef<[u8]>> Kind<N> for Given {
+impl<N: AsRef<[u8]>> ColumnKind<N> for Given {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, name: N) {
         escape::json(out, name.as_ref());
     }
@@ -330,7 +330,7 @@ fn text(column: &mut StringBuilder, write: impl FnOnce(&mut Vec<u8>) -> bool) ->
     bytes
 }
 
-impl<F: FnOnce(&mut Vec<u8>)> Kind<F> for Text {
+impl<F: FnOnce(&mut Vec<u8>)> ColumnKind<F> for Text {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, write: F) {
         quoted(out, write);
     }
@@ -345,7 +345,7 @@ impl<F: FnOnce(&mut Vec<u8>)> Stored<F> for Text {
     }
 }
 
-impl<F: FnOnce(&mut Vec<u8>) -> bool> Kind<F> for MaybeText {
+impl<F: FnOnce(&mut Vec<u8>) -> bool> ColumnKind<F> for MaybeText {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, write: F) {
         let (start, mut is_some) = (out.len(), false);
         quoted(out, |out| is_some = write(out));
@@ -364,7 +364,7 @@ impl<F: FnOnce(&mut Vec<u8>) -> bool> Stored<F> for MaybeText {
 
 macro_rules! written {
     ($($kind:ident)*) => {$(
-        impl<F: FnOnce(&mut Vec<u8>)> Kind<F> for $kind {
+        impl<F: FnOnce(&mut Vec<u8>)> ColumnKind<F> for $kind {
             fn json(out: &mut Vec<u8>, _: &Cx<'_>, write: F) {
                 write(out);
             }
@@ -383,7 +383,7 @@ impl<F: FnOnce(&mut Vec<u8>)> Stored<F> for Json {
     }
 }
 
-impl<F: FnOnce(&mut Vec<u8>)> Kind<F> for Piece {
+impl<F: FnOnce(&mut Vec<u8>)> ColumnKind<F> for Piece {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, write: F) {
         write(out);
     }
@@ -393,7 +393,7 @@ impl<F: FnOnce(&mut Vec<u8>)> Kind<F> for Piece {
     }
 }
 
-impl Kind<(Option<od::DataType>, &[u8])> for Typed {
+impl ColumnKind<(Option<od::DataType>, &[u8])> for Typed {
     fn json(out: &mut Vec<u8>, _: &Cx<'_>, (data_type, bytes): (Option<od::DataType>, &[u8])) {
         json_value(out, data_type, bytes);
     }
@@ -406,7 +406,7 @@ impl Kind<(Option<od::DataType>, &[u8])> for Typed {
     }
 }
 
-impl Kind<&[Code]> for Codes {
+impl ColumnKind<&[Code]> for Codes {
     fn json(out: &mut Vec<u8>, cx: &Cx<'_>, codes: &[Code]) {
         List::json(out, cx, |out: &mut Vec<u8>| list(out, codes, |out, code| put!(out; "\"", code.rule().id, "\"")));
     }
@@ -591,17 +591,17 @@ macro_rules! table {
     (@member $out:ident $cx:ident (arrow) $($rest:tt)*) => {};
     (@member $out:ident $cx:ident (csv) $($rest:tt)*) => {};
     (@member $out:ident $cx:ident (members) $kind:ident ($key:expr) $value:expr) => {
-        <$kind as $crate::tables::table::Kind<_>>::json($out, $cx, $value)
+        <$kind as $crate::tables::table::ColumnKind<_>>::json($out, $cx, $value)
     };
     (@member $out:ident $cx:ident (optional) $kind:ident ($key:expr) $value:expr) => {
         if let Some(value) = $value {
             $out.extend_from_slice($key.as_bytes());
-            <$kind as $crate::tables::table::Kind<_>>::json($out, $cx, value);
+            <$kind as $crate::tables::table::ColumnKind<_>>::json($out, $cx, value);
         }
     };
     (@member $out:ident $cx:ident ($($json:ident)?) $kind:ident ($key:expr) $value:expr) => {{
         $out.extend_from_slice($key.as_bytes());
-        <$kind as $crate::tables::table::Kind<_>>::json($out, $cx, $value);
+        <$kind as $crate::tables::table::ColumnKind<_>>::json($out, $cx, $value);
     }};
     (@csv $table:ident $cx:ident $one:ident $record:ty; [$($cell:ident),* $(,)?] $rows:tt) => {
         $crate::tables::table::table! { @cells HEADINGS $table [$($cell),*] $rows }
@@ -638,7 +638,7 @@ macro_rules! table {
                 $one: $record,
             ) {
                 macro_rules! cell {
-                    $(($column) => { <$kind as $crate::tables::table::Kind<_>>::csv(out, $cx, $value) };)*
+                    $(($column) => { <$kind as $crate::tables::table::ColumnKind<_>>::csv(out, $cx, $value) };)*
                 }
                 $(cell!($cell); out.push(b',');)*
                 out.pop();

@@ -3,7 +3,7 @@
 //! Must not: judge.
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::tables::table::{Bytes, Moment, Name, U8, U16, U16s, U64, Word, table};
 use crate::wire::emcy;
@@ -51,8 +51,8 @@ table! {
     }
 }
 
-impl Producer for Table<Emcy> {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, _: &Frame, events: &[Event]) {
+impl Collector for Table<Emcy> {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, _: &Frame, events: &[Event]) {
         for event in events {
             let What::Message(Message::Emcy { node, code, profile, register, ref manufacturer, active, cleared }) =
                 event.what

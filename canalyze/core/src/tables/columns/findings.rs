@@ -3,7 +3,7 @@
 //! `message` is about `cause_frame`, where there is one. Must not: judge.
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::rules::finding::Finding;
 use crate::tables::jsonl::facts;
 use crate::tables::setting::{Setting, quoted};
@@ -15,7 +15,7 @@ use crate::words::{Depth, findings};
 
 /// A finding, and the frames of its context where their lines are listed.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Found<'a> {
+pub(in crate::tables) struct FoundFinding<'a> {
     pub(in crate::tables) finding: &'a Finding,
     pub(in crate::tables) context: Option<&'a [&'a HeldFrame]>,
 }
@@ -23,7 +23,7 @@ pub(in crate::tables) struct Found<'a> {
 table! {
     /// One row per finding.
     /// 一行是一条检查结果
-    Findings arrow "findings" json "finding", |cx, one: Found<'_>| {
+    Findings arrow "findings" json "finding", |cx, one: FoundFinding<'_>| {
         /// code of the rule
         /// 规则代码
         code: Word = one.finding.code.rule().id;
@@ -59,9 +59,9 @@ table! {
     }
 }
 
-impl Producer for Table<Findings> {
-    fn finding(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, finding: &Finding) {
-        self.row(done, &scene.cx(), Found { finding, context: None });
+impl Collector for Table<Findings> {
+    fn finding(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, finding: &Finding) {
+        self.row(done, &scene.cx(), FoundFinding { finding, context: None });
     }
 
     fn table(&mut self) -> &mut dyn Ends {

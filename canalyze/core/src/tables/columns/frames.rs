@@ -4,7 +4,7 @@
 //! raised at the frame, each of which has a `finding` line after it. Must not: judge.
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{Direction, Frame, Kind as Form};
 use crate::tables::jsonl::{pdo, sdo, services};
 use crate::tables::table::{
@@ -76,8 +76,8 @@ table! {
     }
 }
 
-impl Producer for Table<Frames> {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+impl Collector for Table<Frames> {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         self.row(done, &scene.cx(), Framed { frame, service: scene.service, events });
     }
 

@@ -3,7 +3,7 @@
 //! A cause is before its consequences, which have one more `depth`. Must not: judge.
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::stories::incident::{Incident, Link, members};
 use crate::stories::rank::{is_root, stories};
 use crate::stories::{Diagnosis, advice};
@@ -15,14 +15,14 @@ use crate::words::incidents;
 
 /// A problem, and the diagnosis that it is in.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Problem<'a> {
+pub(in crate::tables) struct ProblemRow<'a> {
     one: &'a Incident,
     depth: u64,
-    scene: Scene<'a>,
+    scene: TableContext<'a>,
     diagnosis: &'a Diagnosis,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> ProblemRow<'a> {
     fn cycle(self, frame: u64) -> u64 {
         self.scene.cycles.at(self.one.bus, frame)
     }
@@ -31,7 +31,7 @@ impl<'a> Problem<'a> {
 table! {
     /// One row per problem, known at the end of the capture; a cause comes before its consequences.
     /// 一行是一个问题，读完整个记录后得出；原因排在它引起的问题之前
-    Incidents arrow "incidents", |cx, of: Problem<'_>| {
+    Incidents arrow "incidents", |cx, of: ProblemRow<'_>| {
         /// number of the problem
         /// 问题编号
         id: U32 = of.one.number;
@@ -114,11 +114,11 @@ table! {
     }
 }
 
-impl Producer for Table<Incidents> {
-    fn diagnosis(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, diagnosis: &Diagnosis) {
+impl Collector for Table<Incidents> {
+    fn diagnosis(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, diagnosis: &Diagnosis) {
         for (id, depth) in stories(diagnosis.ledger()) {
             if let Some(one) = diagnosis.ledger().by_id(id) {
-                self.row(done, &scene.cx(), Problem { one, depth, scene, diagnosis });
+                self.row(done, &scene.cx(), ProblemRow { one, depth, scene, diagnosis });
             }
         }
     }
@@ -136,7 +136,7 @@ fn pdo(one: &Incident) -> Option<String> {
     one.subject.pdo.map(|(transmit, number)| format!("{}{number}", if transmit { "TPDO" } else { "RPDO" }))
 }
 
-fn checks(out: &mut Vec<u8>, setting: Setting<'_>, of: Problem<'_>) {
+fn checks(out: &mut Vec<u8>, setting: Setting<'_>, of: ProblemRow<'_>) {
     for (place, check) in advice::of(of.one, of.diagnosis.shown()).iter().enumerate() {
         put!(out; if place > 0 { "\n" } else { "" }, setting.lang.of(check.words));
     }

@@ -4,7 +4,7 @@
 //! own for time and bus, and findings are in `log`. Must not: put words together.
 
 use super::column::{Batch, Table, lossy};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::rules::finding::Severity;
 use crate::tables::table::{Moment, Name, U8, U64, Utf8, Word, table};
@@ -15,7 +15,7 @@ use crate::world::event::Event;
 /// A frame, its line, and the scene.
 pub(in crate::tables) struct Listed<'a> {
     frame: &'a Frame,
-    scene: Scene<'a>,
+    scene: TableContext<'a>,
     line: &'a [u8],
 }
 
@@ -49,8 +49,8 @@ impl Listing {
     }
 }
 
-impl Producer for Listing {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+impl Collector for Listing {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         self.line.clear();
         self.lines.alone(&mut self.line, frame, events.first());
         self.table.row(done, &scene.cx(), Listed { frame, scene, line: &self.line });

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
 use crate::tables::setting::Setting;
 use crate::tables::table::{Cx, Moment, Name, Real, U32, U64, table};
@@ -22,7 +22,7 @@ const PER_SECOND: f64 = 10.0;
 
 /// A window that is over.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Window<'a> {
+pub(in crate::tables) struct LoadWindow<'a> {
     bus: BusId,
     running: &'a Running,
     end_ns: i64,
@@ -33,7 +33,7 @@ pub(in crate::tables) struct Window<'a> {
 table! {
     /// One row per bus and 100 ms.
     /// 一行是一条总线的100 ms
-    Windows arrow "load", |cx, one: Window<'_>| {
+    Windows arrow "load", |cx, one: LoadWindow<'_>| {
         t: Moment = one.end_ns;
         frame: U64 = one.running.last.0;
         cycle: U64 = one.running.last.1;
@@ -85,8 +85,8 @@ impl Load {
     }
 }
 
-impl Producer for Load {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, _: &[Event]) {
+impl Collector for Load {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, _: &[Event]) {
         let Some(t_ns) = frame.t_ns else { return };
         let Self { table, room, running } = self;
         let running = running.entry(frame.bus).or_insert_with(|| Running { begin_ns: t_ns, ..Running::default() });
@@ -113,7 +113,7 @@ impl Producer for Load {
         }
     }
 
-    fn finish(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>) {
+    fn finish(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>) {
         if let Some(end_ns) = scene.last.t_ns {
             self.advance(done, scene.setting, end_ns);
         }
@@ -141,7 +141,7 @@ fn says<'a>(
     setting: Setting<'a>,
     bus: BusId,
 ) -> impl FnMut(&Running, i64) + 'a {
-    move |running, end_ns| table.row(done, &Cx::of(setting), Window { bus, running, end_ns, room })
+    move |running, end_ns| table.row(done, &Cx::of(setting), LoadWindow { bus, running, end_ns, room })
 }
 
 impl Running {

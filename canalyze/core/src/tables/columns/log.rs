@@ -5,7 +5,7 @@
 //! Must not: judge.
 
 use super::column::{Batch, Table, lossy};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::{Finding, Severity};
 use crate::tables::table::{Moment, Name, U8, U64, Utf8, Word, table};
@@ -53,8 +53,8 @@ pub(super) struct Log {
     text: Vec<u8>,
 }
 
-impl Producer for Log {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+impl Collector for Log {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         for event in events {
             let What::Message(message) = &event.what else { continue };
             let Message::Emcy { node, code, .. } = *message else { continue };
@@ -74,7 +74,7 @@ impl Producer for Log {
         }
     }
 
-    fn finding(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, finding: &Finding) {
+    fn finding(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, finding: &Finding) {
         let at = if finding.at.no > 0 { finding.at } else { scene.last };
         self.text.clear();
         findings::placed(&mut self.text, scene.setting.lang, finding, finding.at.no);

@@ -141,7 +141,7 @@ pub struct Seen<'a> {
 
 /// The context of a record that a table takes.
 #[derive(Clone, Copy)]
-struct Scene<'a> {
+struct TableContext<'a> {
     setting: Setting<'a>,
     service: (&'static str, Option<u8>),
     cycle: u64,
@@ -154,30 +154,30 @@ struct Scene<'a> {
     last: FrameRef,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> TableContext<'a> {
     fn cx(&self) -> Cx<'a> {
         Cx::of(self.setting)
     }
 }
 
 /// A table with what it follows. Each takes what concerns it.
-trait Producer: Debug + Send + Sync {
+trait Collector: Debug + Send + Sync {
     /// Returns the table itself.
     fn table(&mut self) -> &mut dyn Ends;
     /// Takes the objects of nodes as they are to be collected.
     fn taking(&mut self, _inventory: &mut Inventory) {}
     /// Takes a frame and its events but for transfers, whether the filter lets it through or not.
-    fn passing(&mut self, _done: &mut Vec<Batch>, _scene: Scene<'_>, _frame: &Frame, _events: &[Event]) {}
+    fn passing(&mut self, _done: &mut Vec<Batch>, _scene: TableContext<'_>, _frame: &Frame, _events: &[Event]) {}
     /// Takes a frame and its events but for transfers.
-    fn frame(&mut self, _done: &mut Vec<Batch>, _scene: Scene<'_>, _frame: &Frame, _events: &[Event]) {}
+    fn frame(&mut self, _done: &mut Vec<Batch>, _scene: TableContext<'_>, _frame: &Frame, _events: &[Event]) {}
     /// Takes events that belong to no frame at hand.
-    fn asides(&mut self, _done: &mut Vec<Batch>, _scene: Scene<'_>, _events: &[Event]) {}
+    fn asides(&mut self, _done: &mut Vec<Batch>, _scene: TableContext<'_>, _events: &[Event]) {}
     /// Takes a finding that is shown.
-    fn finding(&mut self, _done: &mut Vec<Batch>, _scene: Scene<'_>, _finding: &Finding) {}
+    fn finding(&mut self, _done: &mut Vec<Batch>, _scene: TableContext<'_>, _finding: &Finding) {}
     /// Takes a finding about the capture, before [`Self::finding`].
     fn about_capture(&mut self, _done: &mut Vec<Batch>, _finding: &Finding) {}
     /// Takes a transfer that has ended.
-    fn transfer(&mut self, _done: &mut Vec<Batch>, _scene: Scene<'_>, _transfer: &Transfer) {}
+    fn transfer(&mut self, _done: &mut Vec<Batch>, _scene: TableContext<'_>, _transfer: &Transfer) {}
     /// Frames of a bus may be missing.
     fn gap(&mut self, _done: &mut Vec<Batch>, _bus: BusId) {}
     /// It is `now_ns` on the clock of the frames.
@@ -185,13 +185,13 @@ trait Producer: Debug + Send + Sync {
     /// Takes the state of the nodes at the end of the capture.
     fn settle(&mut self, _state: &[Bus]) {}
     /// Takes the problems of the capture, which is over.
-    fn diagnosis(&mut self, _done: &mut Vec<Batch>, _scene: Scene<'_>, _diagnosis: &Diagnosis) {}
+    fn diagnosis(&mut self, _done: &mut Vec<Batch>, _scene: TableContext<'_>, _diagnosis: &Diagnosis) {}
     /// Ends the batch that runs.
     fn flush(&mut self, done: &mut Vec<Batch>) {
         self.table().flush(done);
     }
     /// Ends the last batch; the capture is over.
-    fn finish(&mut self, done: &mut Vec<Batch>, _scene: Scene<'_>) {
+    fn finish(&mut self, done: &mut Vec<Batch>, _scene: TableContext<'_>) {
         self.table().finish(done);
     }
 }
@@ -202,7 +202,7 @@ pub struct Columns {
     /// Batches that are complete.
     done: Vec<Batch>,
     /// In the order of [`Name::NAMES`].
-    tables: Vec<Box<dyn Producer>>,
+    tables: Vec<Box<dyn Collector>>,
     diagnoses: bool,
     cycle_numbers: CycleNumbers,
     repeats: Repeats,
@@ -214,7 +214,7 @@ impl Columns {
     /// Returns these tables, without a row. `select`: the signals that are in them; `bit_rate`: of all buses, in bit/s.
     pub fn new(lang: Lang, select: &Select, tables: &[Name], bit_rate: Option<u32>) -> Self {
         let selection = |lang| Selection::new(lang, select.clone());
-        let table = |name: &Name| -> Box<dyn Producer> {
+        let table = |name: &Name| -> Box<dyn Collector> {
             match name {
                 Name::Frames => Box::<Table<frames::Frames>>::default(),
                 Name::Transfers => Box::<Table<transfers::Transfers>>::default(),
@@ -252,9 +252,13 @@ impl Columns {
     }
 
     /// Calls `take` with each table, in the context of no frame.
-    fn each(&mut self, setting: Setting<'_>, mut take: impl FnMut(&mut dyn Producer, &mut Vec<Batch>, Scene<'_>)) {
+    fn each(
+        &mut self,
+        setting: Setting<'_>,
+        mut take: impl FnMut(&mut dyn Collector, &mut Vec<Batch>, TableContext<'_>),
+    ) {
         let Self { done, tables, cycle_numbers: cycles, last, .. } = self;
-        let scene = Scene {
+        let scene = TableContext {
             setting,
             service: ("foreign", None),
             cycle: 0,
@@ -273,13 +277,13 @@ impl Columns {
         self.last = frame.reference();
         self.cycle_numbers.frame(frame, cycle);
         self.each(setting, |table, done, scene| {
-            table.passing(done, Scene { service, cycle, window_ns, shown, ..scene }, frame, events);
+            table.passing(done, TableContext { service, cycle, window_ns, shown, ..scene }, frame, events);
         });
         // Repeats are counted whether they are shown or not.
         let severity = self.findings(setting, events, shown);
         if shown {
             self.each(setting, |table, done, scene| {
-                table.frame(done, Scene { service, cycle, window_ns, severity, ..scene }, frame, events);
+                table.frame(done, TableContext { service, cycle, window_ns, severity, ..scene }, frame, events);
             });
         }
     }

@@ -13,7 +13,7 @@
 
 use super::column::{Batch, Table, lossy};
 use super::signals::{each, numbers};
-use super::{Ends, Producer, Scene, states};
+use super::{Collector, Ends, TableContext, states};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::sdo::transfer::{Status, Transfer};
 use crate::sdo::wire::Mux;
@@ -109,7 +109,7 @@ impl Objects {
     }
 
     /// Appends the signals of a PDO.
-    fn process_data(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, event: &Event) {
+    fn process_data(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, event: &Event) {
         let Self { table, selection, text } = self;
         each(selection, &event.what, |signal| {
             let mapped = signal.mapped;
@@ -141,7 +141,7 @@ impl Objects {
     }
 
     /// Appends the values that a message carries: an emergency, or a change of a state.
-    fn message(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, event: &Event, message: &Message) {
+    fn message(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, event: &Event, message: &Message) {
         let of = |source, node, object, name| {
             let (at, bus) = (event.at, event.bus);
             Of { source, at, bus, node, object, name, unit: None }
@@ -159,8 +159,8 @@ impl Objects {
     }
 }
 
-impl Producer for Objects {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+impl Collector for Objects {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         for event in events {
             match &event.what {
                 What::Message(message) => self.message(done, scene, event, message),
@@ -170,7 +170,7 @@ impl Producer for Objects {
     }
 
     /// Appends the value that a transfer has moved, if all of it is there.
-    fn transfer(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, transfer: &Transfer) {
+    fn transfer(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, transfer: &Transfer) {
         let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
         let bytes = transfer.data.kept.as_slice();
         if bytes.len() as u64 != transfer.data.size {

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 use super::column::{Batch, Table};
 use super::signals::numbers;
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
 use crate::sdo::transfer::{Direction, Transfer};
 use crate::sdo::wire::Mux;
@@ -18,8 +18,8 @@ use crate::tables::jsonl::sdo::{json_value, side};
 use crate::tables::setting::NAMES;
 use crate::tables::setting::{Setting, quoted};
 use crate::tables::table::{
-    Bytes, Cx, Hex4, I64, InJson, Json, Kind, List, MaybeText, Moment, Name, Piece, Real, Truth, U8, U32s, U64, Word,
-    list, table,
+    Bytes, ColumnKind, Cx, Hex4, I64, InJson, Json, List, MaybeText, Moment, Name, Piece, Real, Truth, U8, U32s, U64,
+    Word, list, table,
 };
 use crate::views::inventory::sighting::{Content, Source};
 use crate::views::inventory::{HeldValue, InForce, Inventory, NodeObjects, ObservedObject, TypeFrom};
@@ -49,7 +49,7 @@ impl<'a> Owned<'a> {
     }
 
     /// A value by the type of the object.
-    fn typed(self, held: Option<&'a HeldValue>) -> Value<'a> {
+    fn typed(self, held: Option<&'a HeldValue>) -> ByType<'a> {
         (self.known().map(|known| known.0), held.map(HeldValue::content))
     }
 }
@@ -93,7 +93,7 @@ table! {
         integer: I64 or null in arrow = read(one).0;
         /// last value, without unit and factor
         /// 最后一个值，不带单位和系数
-        value_shown as "value": Shown or null in json = one.typed(one.last());
+        value_shown as "value": ShownValue or null in json = one.typed(one.last());
         /// last value in words
         /// 最后一个值的文字
         text: MaybeText or null = |out: &mut Vec<u8>| text(out, cx.setting.lang, one);
@@ -138,7 +138,7 @@ table! {
         unconfirmed: U64 = one.object.count(Source::Unconfirmed);
         /// value of a write without an answer
         /// 没有响应的写入值
-        requested: Shown or null in json = one.typed(one.object.requested.as_ref());
+        requested: ShownValue or null in json = one.typed(one.object.requested.as_ref());
         /// the last write that was accepted: value, data, size, frame; null of a command or process data
         /// 最后一次被接受的写入：value、data、size、frame；命令和过程数据为null
         configured: Json or null in json = |out: &mut Vec<u8>| configured(out, one);
@@ -194,16 +194,16 @@ pub(super) struct Od {
     inventory: Inventory,
 }
 
-impl Producer for Od {
+impl Collector for Od {
     fn taking(&mut self, inventory: &mut Inventory) {
         self.inventory = std::mem::take(inventory);
     }
 
-    fn frame(&mut self, _: &mut Vec<Batch>, _: Scene<'_>, frame: &Frame, events: &[Event]) {
+    fn frame(&mut self, _: &mut Vec<Batch>, _: TableContext<'_>, frame: &Frame, events: &[Event]) {
         self.inventory.frame(frame, events);
     }
 
-    fn transfer(&mut self, _: &mut Vec<Batch>, _: Scene<'_>, transfer: &Transfer) {
+    fn transfer(&mut self, _: &mut Vec<Batch>, _: TableContext<'_>, transfer: &Transfer) {
         self.inventory.transfer(transfer);
     }
 
@@ -211,7 +211,7 @@ impl Producer for Od {
         self.inventory.settle(state);
     }
 
-    fn finish(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>) {
+    fn finish(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>) {
         each(&self.inventory, |one| self.table.row(done, &scene.cx(), one));
         self.table.finish(done);
     }
@@ -253,17 +253,17 @@ pub(super) fn place(out: &mut Vec<u8>, mux: Mux) {
 }
 
 /// The type of a value, and its bytes or bits.
-type Value<'a> = (Option<DataType>, Option<Content<'a>>);
+type ByType<'a> = (Option<DataType>, Option<Content<'a>>);
 
 /// A value by its type, without its unit; null where it is not known.
-pub(super) enum Shown {}
+pub(super) enum ShownValue {}
 
-impl InJson for Shown {
+impl InJson for ShownValue {
     const JSON: &'static str = "any";
 }
 
-impl Shown {
-    fn write(out: &mut Vec<u8>, (data_type, content): Value<'_>) {
+impl ShownValue {
+    fn write(out: &mut Vec<u8>, (data_type, content): ByType<'_>) {
         match content {
             Some(Content::Bytes(bytes, size)) if bytes.len() as u64 == size => json_value(out, data_type, bytes),
             Some(Content::Bits(raw, bits)) => match number(data_type, raw, bits) {
@@ -280,12 +280,12 @@ impl Shown {
     }
 }
 
-impl Kind<Value<'_>> for Shown {
-    fn json(out: &mut Vec<u8>, _: &Cx<'_>, value: Value<'_>) {
+impl ColumnKind<ByType<'_>> for ShownValue {
+    fn json(out: &mut Vec<u8>, _: &Cx<'_>, value: ByType<'_>) {
         Self::write(out, value);
     }
 
-    fn csv(out: &mut Vec<u8>, _: &Cx<'_>, (data_type, content): Value<'_>) {
+    fn csv(out: &mut Vec<u8>, _: &Cx<'_>, (data_type, content): ByType<'_>) {
         if let Some(Content::Bytes(bytes, size)) = content
             && bytes.len() as u64 == size
             && let od::Value::Text(text) = od::decode(data_type, bytes)
@@ -331,7 +331,7 @@ fn text(out: &mut Vec<u8>, lang: Lang, one: Owned<'_>) -> bool {
 
 fn configured(out: &mut Vec<u8>, one: Owned<'_>) {
     let Some(held) = one.object.configured(one.mux) else { return put!(out; "null") };
-    put!(out; "{\"value\":", |out: &mut Vec<u8>| Shown::write(out, one.typed(Some(held))));
+    put!(out; "{\"value\":", |out: &mut Vec<u8>| ShownValue::write(out, one.typed(Some(held))));
     put!(out; ",\"data\":\"", Joined(&octets(Some(held.content())).unwrap_or_default()));
     put!(out; "\",\"size\":", held.content().size(), ",\"frame\":", held.at.no, "}");
 }

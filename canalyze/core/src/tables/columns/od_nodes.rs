@@ -12,7 +12,7 @@ use crate::words::Lang;
 
 /// A node, and its booting.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Seen<'a> {
+pub(in crate::tables) struct SeenNode<'a> {
     bus: BusId,
     id: u8,
     node: &'a NodeObjects,
@@ -22,7 +22,7 @@ pub(in crate::tables) struct Seen<'a> {
 table! {
     /// One line per node.
     /// 一行是一个节点
-    Nodes json "od_node", |cx, one: Seen<'_>| {
+    Nodes json "od_node", |cx, one: SeenNode<'_>| {
         bus: Name or null = cx.setting.bus(one.bus);
         node: U8 = one.id;
         /// number of objects
@@ -90,7 +90,7 @@ table! {
 pub fn lines(out: &mut Vec<u8>, setting: Setting<'_>, all: &Inventory, names: Lang) {
     let cx = Cx { setting, names };
     for ((bus, id), node) in &all.nodes {
-        Nodes::json(out, &cx, Seen { bus: *bus, id: *id, node, booted: all.has_booted(*bus, *id) });
+        Nodes::json(out, &cx, SeenNode { bus: *bus, id: *id, node, booted: all.has_booted(*bus, *id) });
         out.push(b'\n');
         od::lines(out, &cx, (*bus, *id), node);
     }

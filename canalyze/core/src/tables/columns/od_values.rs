@@ -3,7 +3,7 @@
 //! The type is null where neither a description nor a standard has one. CSV is the same in every language. Must not:
 //! decide anything.
 
-use super::od::{Shown as ValueShown, octets, place};
+use super::od::{ShownValue, octets, place};
 use crate::sdo::wire::Mux;
 use crate::tables::csv;
 use crate::tables::jsonl::sdo::{abort_or_null, side};
@@ -38,7 +38,7 @@ table! {
         source: Word = one.source.name();
         /// value, without unit and factor
         /// 值，不带单位和系数
-        value: ValueShown or null = (type_of(one), Some(one.content()));
+        value: ShownValue or null = (type_of(one), Some(one.content()));
         text: Text = |out: &mut Vec<u8>| inventory::seen(out, cx.setting.lang, one);
         data: Bytes or null = octets(Some(one.content())).as_deref();
         t: Moment or null = one.at.t_ns;

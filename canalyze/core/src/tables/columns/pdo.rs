@@ -26,7 +26,7 @@ use arrow_schema::Field;
 
 use super::column::{Append, Batch, Column, Columns, Numbers, Table, Words};
 use super::signals::numbers;
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
 use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::tables::table::{Cx, Duration, Moment, U64, Word, table};
@@ -198,7 +198,7 @@ fn type_of<C: Column>(_: &C) -> arrow_schema::DataType {
 
 /// The place of a PDO in the capture.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Place<'a> {
+pub(in crate::tables) struct PdoPlace<'a> {
     frame: &'a Frame,
     running: u64,
     from: &'static str,
@@ -208,7 +208,7 @@ pub(in crate::tables) struct Place<'a> {
 table! {
     /// One row per PDO; its signals are further columns.
     /// 一行是一个PDO，其后每个信号一列
-    Places arrow "pdo", |cx, one: Place<'_>| {
+    Places arrow "pdo", |cx, one: PdoPlace<'_>| {
         t: Moment or null = one.frame.t_ns;
         frame: U64 = one.frame.no;
         provenance: Word = one.from;
@@ -226,7 +226,7 @@ table! {
 #[derive(Debug, Default)]
 struct Wide {
     places: Places,
-    /// Place in the mapping, the column as the schema has it, its values.
+    /// PdoPlace in the mapping, the column as the schema has it, its values.
     signals: Vec<(usize, Field, Cells)>,
 }
 
@@ -257,7 +257,7 @@ impl Wide {
         Self { places, signals }
     }
 
-    fn append(&mut self, cx: &Cx<'_>, mapping: &Mapping, place: Place<'_>) {
+    fn append(&mut self, cx: &Cx<'_>, mapping: &Mapping, place: PdoPlace<'_>) {
         self.places.append(cx, place);
         for (at, _, cells) in &mut self.signals {
             if let Some(mapped) = mapping.entries.get(*at) {
@@ -362,7 +362,7 @@ impl Pdos {
     }
 
     /// Appends the signals of a PDO.
-    fn process_data(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, data: &ProcessData) {
+    fn process_data(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, data: &ProcessData) {
         let (Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..)) = &data.content else {
             if self.of == Of::Bus && data.sync.is_some() && self.selection.is_everything() {
                 self.unmapped(done, scene, frame, data);
@@ -398,14 +398,14 @@ impl Pdos {
             // The newer of two that are the same is the one that comes again.
             version.mapping = Arc::clone(mapping);
         }
-        let place = Place { frame, running: scene.cycle, from: from.name(), sync: data.sync };
+        let place = PdoPlace { frame, running: scene.cycle, from: from.name(), sync: data.sync };
         version.table.columns.append(&scene.cx(), mapping, place);
         version.table.end_row(0, done);
         self.bytes += version.width;
     }
 
     /// Appends the place of a synchronous PDO in its cycle; nothing else is known of it.
-    fn unmapped(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, data: &ProcessData) {
+    fn unmapped(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, data: &ProcessData) {
         self.make_room(done);
         let Self { lang, unmapped, count, .. } = self;
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
@@ -413,7 +413,7 @@ impl Pdos {
             *count += 1;
             named((Of::Bus, *lang), scene.setting.bus(frame.bus), whose, 0, Wide::default())
         });
-        let place = Place { frame, running: scene.cycle, from: "unknown", sync: data.sync };
+        let place = PdoPlace { frame, running: scene.cycle, from: "unknown", sync: data.sync };
         table.columns.places.append(&scene.cx(), place);
         table.end_row(0, done);
         self.bytes += 8 * FIXED;
@@ -454,8 +454,8 @@ impl Ends for Pdos {
     }
 }
 
-impl Producer for Pdos {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+impl Collector for Pdos {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         for event in events {
             if let What::Pdo(data) = &event.what {
                 self.process_data(done, scene, frame, data);

@@ -7,7 +7,7 @@
 //! `value` and `raw` are all four bytes. Must not: decide which mapping holds.
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::bytes::select::Select;
 use crate::tables::csv;
@@ -26,7 +26,7 @@ use crate::world::event::{Addressed, Event, Signals as Content, What};
 
 /// A signal of a PDO.
 #[derive(Clone, Copy)]
-pub(super) struct Signal<'a> {
+pub(super) struct ListedSignal<'a> {
     pub(super) whose: Whose,
     pub(super) mapping: &'a Mapping,
     pub(super) mapped: &'a Mapped,
@@ -38,7 +38,7 @@ pub(super) struct Signal<'a> {
 #[derive(Clone, Copy)]
 pub(in crate::tables) struct Sample<'a> {
     frame: &'a Frame,
-    signal: Signal<'a>,
+    signal: ListedSignal<'a>,
     raw: Option<u64>,
     integer: Option<i64>,
     value: Option<f64>,
@@ -46,7 +46,7 @@ pub(in crate::tables) struct Sample<'a> {
 
 impl<'a> Sample<'a> {
     /// Returns a signal without its numbers.
-    fn new(frame: &'a Frame, signal: Signal<'a>) -> Self {
+    fn new(frame: &'a Frame, signal: ListedSignal<'a>) -> Self {
         Self { frame, signal, raw: None, integer: None, value: None }
     }
 
@@ -57,7 +57,7 @@ impl<'a> Sample<'a> {
 
     /// The bytes, where it has no value.
     fn octets(&self) -> Option<&'a [u8]> {
-        let Signal { mapping, mapped, .. } = self.signal;
+        let ListedSignal { mapping, mapped, .. } = self.signal;
         if self.value.is_none() { mapping.octets(mapped, self.frame.payload()) } else { None }
     }
 
@@ -111,11 +111,11 @@ table! {
 }
 
 /// Calls `take` with each signal of a PDO that is listed.
-pub(super) fn each(selection: &mut Selection, what: &What, mut take: impl FnMut(Signal<'_>)) {
+pub(super) fn each(selection: &mut Selection, what: &What, mut take: impl FnMut(ListedSignal<'_>)) {
     let mut all = |whose, mapping: &Mapping, from, chosen: &[Chosen]| {
         for chosen in chosen {
             if let Some(mapped) = mapping.entries.get(chosen.place) {
-                take(Signal { whose, mapping, mapped, from, chosen });
+                take(ListedSignal { whose, mapping, mapped, from, chosen });
             }
         }
     };
@@ -151,8 +151,8 @@ impl Listed {
     }
 }
 
-impl Producer for Listed {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+impl Collector for Listed {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         let Self { table, selection } = self;
         for event in events {
             each(selection, &event.what, |signal| {
@@ -170,14 +170,14 @@ impl Producer for Listed {
 
 /// The renderer of CSV and JSON lines.
 #[derive(Debug)]
-pub struct Lines {
+pub struct SignalLines {
     lang: Lang,
     csv: bool,
     headed: bool,
     selection: Selection,
 }
 
-impl Lines {
+impl SignalLines {
     /// Returns a renderer at the beginning of a capture.
     pub fn new(lang: Lang, csv: bool, select: Select) -> Self {
         Self { lang, csv, headed: false, selection: Selection::new(NAMES, select) }

@@ -9,7 +9,7 @@
 //! Must not: keep state of its own; the state that a node has shown before comes with the message.
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::tables::table::{Moment, Name, U8, U64, Word, table};
 use crate::wire::message::Message;
@@ -18,7 +18,7 @@ use crate::world::event::{Event, What};
 
 /// A state or a command, and the event that shows it.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Shown<'a> {
+pub(in crate::tables) struct ShownState<'a> {
     event: &'a Event,
     node: Option<u8>,
     state: Option<u8>,
@@ -29,7 +29,7 @@ pub(in crate::tables) struct Shown<'a> {
 table! {
     /// One row per change of an NMT state, and per NMT command.
     /// 一行是一次NMT状态变化或一条NMT命令
-    States arrow "states", |cx, one: Shown<'_>| {
+    States arrow "states", |cx, one: ShownState<'_>| {
         t: Moment or null = one.event.at.t_ns;
         frame: U64 = one.event.at.no;
         bus: Name or null = cx.setting.bus(one.event.bus);
@@ -45,17 +45,17 @@ table! {
     }
 }
 
-impl Producer for Table<States> {
-    fn frame(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, _: &Frame, events: &[Event]) {
+impl Collector for Table<States> {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, _: &Frame, events: &[Event]) {
         for event in events {
             let What::Message(message) = &event.what else { continue };
             let shown = match (seen(message), message) {
                 (Some((node, state, source)), _) => {
-                    Shown { event, node: Some(node), state: Some(state), source, command: None }
+                    ShownState { event, node: Some(node), state: Some(state), source, command: None }
                 }
                 (None, &Message::Nmt { command, node }) => {
                     let (node, state) = ((node > 0).then_some(node), commanded(command));
-                    Shown { event, node, state, source: "command", command: Some(command) }
+                    ShownState { event, node, state, source: "command", command: Some(command) }
                 }
                 _ => continue,
             };

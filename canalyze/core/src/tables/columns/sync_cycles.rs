@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::{Code, Finding};
 use crate::tables::setting::Setting;
@@ -85,9 +85,9 @@ impl Cycles {
     }
 }
 
-impl Producer for Cycles {
-    fn passing(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
-        let Scene { cycle, window_ns, shown, setting, .. } = scene;
+impl Collector for Cycles {
+    fn passing(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
+        let TableContext { cycle, window_ns, shown, setting, .. } = scene;
         match events.first().map(|event| &event.what) {
             Some(What::Pdo(data)) => {
                 let Some(placement) = data.sync else { return };
@@ -119,7 +119,7 @@ impl Producer for Cycles {
     }
 
     /// Frames of a bus, or of all, were lost: no time is measured across the gap.
-    fn finding(&mut self, _: &mut Vec<Batch>, _: Scene<'_>, finding: &Finding) {
+    fn finding(&mut self, _: &mut Vec<Batch>, _: TableContext<'_>, finding: &Finding) {
         let is_lost = |bus: BusId| match finding.code {
             Code::Cap002 => bus == finding.bus,
             code => matches!(code, Code::Cap004 | Code::Cap008),
@@ -129,7 +129,7 @@ impl Producer for Cycles {
         }
     }
 
-    fn finish(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>) {
+    fn finish(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>) {
         for (bus, running) in std::mem::take(&mut self.running) {
             self.row(done, scene.setting, bus, &running);
         }

@@ -5,7 +5,7 @@
 //! 65536. CSV is the same in every language. Must not: judge a transfer.
 
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::sdo::holes::Hole;
 use crate::sdo::transfer::{Status, Transfer};
 use crate::tables::csv;
@@ -137,8 +137,8 @@ table! {
     ]
 }
 
-impl Producer for Table<Transfers> {
-    fn transfer(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, transfer: &Transfer) {
+impl Collector for Table<Transfers> {
+    fn transfer(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, transfer: &Transfer) {
         self.row(done, &scene.cx(), Ended::new(transfer));
     }
 

@@ -24,7 +24,7 @@ pub mod sdo;
 pub mod services;
 pub mod summary;
 
-use super::columns::findings::{Findings, Found};
+use super::columns::findings::{Findings, FoundFinding};
 use super::columns::frames::{Framed, Frames};
 use super::setting::seconds;
 use super::table::Cx;
@@ -63,15 +63,15 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
 
 /// Appends a finding's object.
 pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
-    found(out, setting, Found { finding, context: None });
+    found(out, setting, FoundFinding { finding, context: None });
 }
 
 /// Appends a finding's object with the lines of its context.
 pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&HeldFrame]) {
-    found(out, setting, Found { finding, context: Some(context) });
+    found(out, setting, FoundFinding { finding, context: Some(context) });
 }
 
-fn found(out: &mut Vec<u8>, setting: Setting<'_>, found: Found<'_>) {
+fn found(out: &mut Vec<u8>, setting: Setting<'_>, found: FoundFinding<'_>) {
     Findings::json(out, &Cx { setting, names: NAMES }, found);
     out.push(b'\n');
 }

@@ -91,7 +91,7 @@ table! {
 
 /// A signal of a PDO.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Signal<'a> {
+pub(in crate::tables) struct CarriedSignal<'a> {
     mapping: &'a Mapping,
     mapped: &'a Mapped,
     place: usize,
@@ -102,7 +102,7 @@ pub(in crate::tables) struct Signal<'a> {
 table! {
     /// A signal of a PDO.
     /// PDO的一个信号
-    Signals object "frame.pdo.signals", |cx, one: Signal<'_>| {
+    Signals object "frame.pdo.signals", |cx, one: CarriedSignal<'_>| {
         index: Hex4 = one.mapped.index;
         sub: U8 = one.mapped.sub;
         name: Given = signal::own_name(one.mapping, cx.names, one.place);
@@ -163,6 +163,6 @@ fn signals(out: &mut Vec<u8>, cx: &Cx<'_>, one: Carried<'_>) {
     let Some((mapping, from)) = one.mapping() else { return put!(out; "[]") };
     let entries = mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy);
     list(out, entries, |out, (place, mapped)| {
-        Signals::json(out, cx, Signal { mapping, mapped, place, from, payload: one.frame.payload() });
+        Signals::json(out, cx, CarriedSignal { mapping, mapped, place, from, payload: one.frame.payload() });
     });
 }

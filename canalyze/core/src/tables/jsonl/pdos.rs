@@ -74,7 +74,7 @@ table! {
 
 /// A signal of a PDO; `address`: in a multiplex PDO.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Signal<'a> {
+pub(in crate::tables) struct KnownSignal<'a> {
     node: u8,
     address: Option<Address>,
     mapped: &'a Mapped,
@@ -84,7 +84,7 @@ pub(in crate::tables) struct Signal<'a> {
 table! {
     /// A signal of a PDO.
     /// PDO的一个信号
-    Signals object "pdo.signals", |_cx, one: Signal<'_>| {
+    Signals object "pdo.signals", |_cx, one: KnownSignal<'_>| {
         /// node whose object it is; null where any may be
         /// 对象所属的节点；可为任意节点时为null
         node: U8 or null = Some(one.address.map_or(one.node, |address| address.node)).filter(|node| *node != 0);
@@ -156,7 +156,7 @@ fn signals(out: &mut Vec<u8>, cx: &Cx<'_>, node: u8, pdo: &KnownPdo) {
         (Some(*address), mapped, name)
     });
     list(out, mapped.chain(addressed), |out, (address, mapped, name)| {
-        Signals::json(out, cx, Signal { node, address, mapped, name: &name });
+        Signals::json(out, cx, KnownSignal { node, address, mapped, name: &name });
     });
 }
 

@@ -29,7 +29,7 @@ use self::rows::{At, Pen, prefix};
 use self::transfers::Channels;
 use self::values::Values;
 use super::column::{Batch, Table};
-use super::{Ends, Producer, Scene};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
@@ -49,7 +49,7 @@ use crate::world::event::{Event, Note, ProcessData, What};
 
 /// A change of a lane.
 #[derive(Clone, Copy)]
-pub(in crate::tables) struct Change<'a> {
+pub(in crate::tables) struct LaneChange<'a> {
     lane: &'a str,
     at: At,
     state: Option<&'a str>,
@@ -59,7 +59,7 @@ pub(in crate::tables) struct Change<'a> {
 table! {
     /// One row per change in a lane of the timeline.
     /// 一行是时间轴上一条状态条的一次变化
-    Changes arrow "lanes", |_cx (()), one: Change<'_>| {
+    Changes arrow "lanes", |_cx (()), one: LaneChange<'_>| {
         /// name of the lane
         /// 状态条的名称
         lane: Choice = one.lane;
@@ -130,8 +130,8 @@ impl Lanes {
     }
 }
 
-impl Producer for Lanes {
-    fn passing(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, frame: &Frame, events: &[Event]) {
+impl Collector for Lanes {
+    fn passing(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         let at = At::frame(frame, scene.cycle);
         let place = Place { frame, at, shown: scene.shown };
         self.know(scene.setting, frame.bus);
@@ -159,7 +159,7 @@ impl Producer for Lanes {
         }
     }
 
-    fn asides(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, events: &[Event]) {
+    fn asides(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, events: &[Event]) {
         for event in events {
             if let What::Finding(finding) = &event.what {
                 self.silence(done, finding, scene.cycles.at(finding.bus, finding.at.no));
@@ -195,7 +195,7 @@ impl Producer for Lanes {
         self.values.end(&mut pen, id, None, *last);
     }
 
-    fn transfer(&mut self, done: &mut Vec<Batch>, scene: Scene<'_>, transfer: &Transfer) {
+    fn transfer(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, transfer: &Transfer) {
         let cycles = scene.cycles;
         self.know(scene.setting, transfer.bus);
         let Some(bus) = self.buses.get_mut(usize::from(transfer.bus.0)) else { return };
@@ -225,7 +225,7 @@ impl Producer for Lanes {
         }
     }
 
-    fn finish(&mut self, done: &mut Vec<Batch>, _: Scene<'_>) {
+    fn finish(&mut self, done: &mut Vec<Batch>, _: TableContext<'_>) {
         self.channels.flush(&mut self.sheet.pen(done));
         self.sheet.table.finish(done);
     }

@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use super::{Change, Changes};
+use super::{Changes, LaneChange};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::tables::columns::column::{Append, Batch, Table};
 use crate::tables::columns::cycle_numbers::CycleNumbers;
@@ -70,7 +70,7 @@ impl Pen<'_> {
 
     /// Writes a row.
     pub(super) fn row(&mut self, lane: &str, at: At, state: Option<&str>, class: Option<&'static str>) {
-        self.table.columns.append((), Change { lane, at, state, class });
+        self.table.columns.append((), LaneChange { lane, at, state, class });
         self.table.end_row(lane.len() + state.map_or(0, str::len), self.done);
     }
 
