@@ -47,7 +47,7 @@ pub use self::options::{Encoding, Format, Knowledge, Options, Output, Rows, Scop
 #[derive(Debug)]
 pub struct Session {
     lang: Lang,
-    /// How files are read.
+    /// Settings of the readers.
     reading: Settings,
     inputs: Inputs,
     /// The file that has its turn: what is kept of it is with the stream.
@@ -151,14 +151,14 @@ impl Session {
         }
     }
 
-    /// What stands at the end of a file, from its summary on, before anything of it is fed. Only MCAP has such.
+    /// Takes the end of an MCAP file, from its summary on, before anything of the file is fed.
     pub fn foresee(&mut self, input: usize, end: &[u8]) {
         if let Some(reader) = self.inputs.get(input).and_then(|one| one.reader.as_mut()) {
             reader.foresee(end);
         }
     }
 
-    /// What is fed of a file from here on is under a check sum of its own: where that fails, what came before is sound.
+    /// Marks the beginning of bytes under a check sum of their own: if it fails, earlier bytes are sound.
     pub fn covered(&mut self, input: usize) {
         if let Some(one) = self.inputs.get(input) {
             one.covers();
@@ -245,7 +245,7 @@ impl Session {
         self.stream.item(&mut Item::Frame(frame), &self.buses, out);
     }
 
-    /// Whether frames are held back until the next ones have shown what the recording did with them.
+    /// Returns true if frames are held back until later ones show the effect of the recording on them.
     pub fn holds(&self) -> bool {
         !self.stream.ahead.is_empty()
     }
@@ -262,7 +262,7 @@ impl Session {
         self.stream.advance(now_ns, &self.buses, out);
     }
 
-    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its
+    /// Returns the contents so far of the current file (the last one, between files; of several the one fed last) beyond its
     /// frames, as a JSON object: see [`jsonl::contents`].
     pub fn contents(&mut self) -> Vec<u8> {
         let mut out = Vec::new();
@@ -291,8 +291,8 @@ impl Session {
         std::mem::take(&mut self.stream.decoding.extracted)
     }
 
-    /// What the format that is written cannot hold, a line each that begins with the name of the file. `further`: what
-    /// a writer outside of this crate has lost of what it was handed.
+    /// Returns a line, beginning with the name of the file, for each kind of loss in the written format. `further`:
+    /// losses of a writer outside this crate.
     pub fn losses(&self, file: &[u8], further: &[(Loss, u64)]) -> Vec<String> {
         let mut losses = self.stream.sinks.find::<Writer>().map(|writer| writer.losses().clone()).unwrap_or_default();
         for (loss, count) in further {
@@ -312,7 +312,7 @@ impl Session {
         self.stream.sinks.is_done()
     }
 
-    /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, reported ones (of repeats
+    /// Returns the counts so far, as a JSON object: `frames` and `shown`; `findings` by severity, reported ones (of repeats
     /// that are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended; `expectations`,
     /// null where there are none, with those `missed`; `buses`, each with `name`, `frames`, `error_frames` among them,
     /// and `dropped` ones.
@@ -322,7 +322,7 @@ impl Session {
         out
     }
 
-    /// What each node was seen to do so far, as a JSON list: see `tally.rs`.
+    /// Returns the counts of each node so far, as a JSON list: see `tally.rs`.
     pub fn nodes(&self) -> Vec<u8> {
         let (mut out, Stream { capture, tally, decoding, .. }) = (Vec::new(), &self.stream);
         tally.nodes(&mut out, self.lang, decoding.buses(), (&self.buses, capture.last.t_ns));
@@ -344,7 +344,7 @@ impl Session {
         monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
     }
 
-    /// What a view shows of one node beyond its row, as a JSON object (see `monitor/page.rs`); empty in other formats, and
+    /// Returns the page of one node in a view, as a JSON object (see `monitor/page.rs`); empty in other formats, and
     /// of a bus that there is not.
     pub fn page(&self, bus: &[u8], node: u8) -> Vec<u8> {
         let Some(monitor) = self.stream.sinks.find::<Monitor>() else { return Vec::new() };
@@ -362,7 +362,7 @@ impl Session {
         monitor.trace(wanted, &self.buses, self.stream.capture.view(&self.buses).clock)
     }
 
-    /// What the capture, which is over, has shown of its buses: that one of them is CANopen, where one is.
+    /// Returns the nature of the buses at the end of the capture: CANopen if one of them is.
     pub fn nature(&self) -> Nature {
         self.stream.decoding.nature()
     }

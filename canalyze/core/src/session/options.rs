@@ -174,7 +174,7 @@ impl Format {
 pub struct Options {
     /// The language of words for people.
     pub lang: Lang,
-    /// How files are read.
+    /// Settings of the readers.
     pub reading: readers::Settings,
     /// Knowledge from before the capture.
     pub known: Knowledge,

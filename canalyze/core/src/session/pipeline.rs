@@ -150,7 +150,7 @@ fn write_beside<'scope>(
     Builder::new().spawn_scoped(scope, write).is_ok()
 }
 
-/// What several write, in the order in which it was called for.
+/// The output of several threads, in the order of the calls.
 struct Ordered<'a> {
     next: usize,
     out: &'a mut Vec<u8>,
@@ -173,7 +173,7 @@ impl Ordered<'_> {
     }
 }
 
-/// What a format would have been called with.
+/// A call that is made later.
 #[derive(Debug)]
 enum Call {
     /// The frame of this number, which is among the items of the block, and how many events it has.
@@ -357,7 +357,7 @@ mod tests {
     use super::*;
     use crate::bytes::readers::{Format, Settings};
 
-    /// Whether a piece with this number of lines was shared, and what came out of it.
+    /// Returns true if a piece with this number of lines was shared, and its output.
     fn fed(lines: usize, threads: usize) -> (bool, Vec<u8>) {
         let line = b"(1700000000.000000) can0 185#0102030405060708\n";
         let (mut session, bytes) = (Session::new(Options::of(Lang::Zh, &[Output::Lines])), line.repeat(lines));

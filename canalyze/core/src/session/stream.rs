@@ -55,7 +55,7 @@ impl Stream {
         }
     }
 
-    /// Whether what is written may be written later, by another thread: what is understood needs nothing of it.
+    /// Returns true if the output may be written later, by another thread.
     pub(super) fn defers(&self) -> bool {
         self.sinks.defers() && !self.decoding.extract
     }
@@ -279,7 +279,7 @@ impl Stream {
         }
     }
 
-    /// What belongs to no frame at hand.
+    /// Writes the events that belong to no frame at hand.
     pub(super) fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.diagnosed_aside();
         self.decoding.restore_times();
