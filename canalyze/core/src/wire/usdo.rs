@@ -56,7 +56,7 @@ static COMMANDS: &[Term<u8>] = &[
 ];
 
 /// Abort codes.
-static ABORTS: &[Term<u8>] = &[
+const ABORTS: &[Term<u8>] = &[
     (0x10, "未知原因", "unknown reason"),
     (0x11, "协议错误", "protocol error"),
     (0x12, "协议超时", "protocol timed out"),

@@ -13,7 +13,7 @@ use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
 use crate::wire::time;
-use crate::words::digits::{Hex, Padded, put};
+use crate::words::digits::{Padded, put};
 use crate::words::escape;
 use crate::words::{Lang, signal, terms};
 use crate::world::event::Addressed;

@@ -142,7 +142,7 @@ fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
     say!(out, lang; zh: ", 无法判定: 块数据段", seqno; en: ", undetermined: block segment ", seqno);
     let plain = wire::decode(step.side, bytes);
     if !plain.is_unreadable() {
-        let (zh, en) = words(&Step { command: plain, ..step.clone() });
+        let (zh, en) = sdo_command::row(&plain, step.side).phrase;
         say!(out, lang; zh: ", 或", zh; en: ", or ", en);
     }
 }
