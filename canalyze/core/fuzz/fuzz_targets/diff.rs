@@ -9,10 +9,10 @@ mod traffic;
 use std::sync::Arc;
 
 use canalyze_core::views::diff::digest::Digest;
-use canalyze_core::views::diff::{Comparison, Settings, compare};
+use canalyze_core::views::diff::{Comparison, DiffSettings, compare};
 use canalyze_core::bytes::frame::Frame;
 use canalyze_core::world::network::Network;
-use canalyze_core::tables::diff::{Setting, body, head};
+use canalyze_core::tables::diff::{DiffSetting, body, head};
 use canalyze_core::tables::jsonl;
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::words::Lang;
@@ -32,7 +32,7 @@ fn digest(frames: &[Frame], network: &Arc<Network>) -> Digest {
 }
 
 fn written(lang: Lang, digests: [&Digest; 2], compared: &Comparison) {
-    let setting = || Setting { lang, digests };
+    let setting = || DiffSetting { lang, digests };
     let mut out = Vec::new();
     head(&mut out, setting(), compared);
     body(&mut out, setting(), compared);
@@ -57,7 +57,7 @@ fuzz_target!(|input: &[u8]| {
         let middle = rest.get(..cut / 2).unwrap_or_default();
         traffic::frames(&[middle, other, rest.get(cut / 2..cut).unwrap_or_default()].concat(), choice & 1 == 0)
     };
-    let settings = || Settings { tolerance: f64::from(choice >> 5) / 4.0, buses: Vec::new() };
+    let settings = || DiffSettings { tolerance: f64::from(choice >> 5) / 4.0, buses: Vec::new() };
     let (a, b) = (digest(&one, &network), digest(&other, &network));
     for one in [&a, &b] {
         let compared = compare(one, one, &settings());

@@ -5,7 +5,7 @@
 #![no_main]
 
 use canalyze_core::bytes::masks::Masks;
-use canalyze_core::bytes::readers::Format as Input;
+use canalyze_core::bytes::readers::InputFormat as Input;
 use canalyze_core::session::{Format, Options, Session};
 use libfuzzer_sys::fuzz_target;
 

@@ -5,7 +5,7 @@
 
 use canalyze_core::views::filter::Filter;
 use canalyze_core::views::monitor::{Line, Wanted};
-use canalyze_core::bytes::readers::Format as Input;
+use canalyze_core::bytes::readers::InputFormat as Input;
 use canalyze_core::bytes::readers::candump::Stamps;
 use canalyze_core::tables::columns::Name;
 use canalyze_core::session::{Format, Options, Session};

@@ -22,7 +22,7 @@ use self::network::Network;
 use self::session::Session;
 use crate::bytes::frame::Buses;
 use crate::bytes::readers::candump;
-use crate::bytes::readers::{Format as Input, listing, sniff};
+use crate::bytes::readers::{InputFormat as Input, listing, sniff};
 use crate::bytes::writers::Format as Written;
 use crate::rules::{RULES, SEVERITIES};
 use crate::session::{Options, Session as Core};

@@ -15,7 +15,7 @@ use crate::bytes::inputs::Refusal;
 use crate::bytes::masks::Masks;
 use crate::bytes::readers::candump::Stamps;
 use crate::bytes::readers::mcap::{Choice, Clock, Map};
-use crate::bytes::readers::{Damage, Format as Input, Place};
+use crate::bytes::readers::{Damage, FilePlace, InputFormat as Input};
 use crate::bytes::select::Select;
 use crate::bytes::writers::mcap::{self, FdSchema};
 use crate::bytes::writers::{self, Format as Written, Loss};
@@ -147,7 +147,8 @@ impl Session {
             maps: given.mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
         };
         let fd_schema = choose("mcap_fd_schema", &given.mcap_fd_schema, FdSchema::NAMES)?;
-        let written = mcap::Settings { fd_schema, archive: given.mcap_archive, decoded: given.decoded.then_some(lang) };
+        let written =
+            mcap::McapSettings { fd_schema, archive: given.mcap_archive, decoded: given.decoded.then_some(lang) };
         let options = Options {
             lang,
             format: choose("format", &given.format, &formats)?,
@@ -166,7 +167,7 @@ impl Session {
             select: Select::parse(given.select.as_deref().unwrap_or("")),
             mcap,
             tables: given.tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
-            writing: writers::Settings { mcap: written },
+            writing: writers::WriterSettings { mcap: written },
             incidents,
             threads: given.threads,
             expectations: expectations.map(|given| Arc::clone(&given.get().expected)),
@@ -198,7 +199,7 @@ impl Session {
     #[pyo3(signature = (kind, offset, bytes = None, input = 0))]
     fn damaged(&self, py: Python<'_>, kind: &str, offset: u64, bytes: Option<u64>, input: usize) -> PyResult<()> {
         let kind = choose("kind", kind, tables::jsonl::DAMAGES)?;
-        self.run(py, |core| core.damaged(input, Damage { place: Place::Byte(offset), kind, bytes, frames: None }));
+        self.run(py, |core| core.damaged(input, Damage { place: FilePlace::Byte(offset), kind, bytes, frames: None }));
         Ok(())
     }
 

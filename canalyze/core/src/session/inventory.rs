@@ -12,8 +12,8 @@ use crate::sdo::transfer::Transfer;
 use crate::tables::{inventory, jsonl};
 use crate::views::filter::Filter;
 use crate::views::inventory::Inventory;
-use crate::views::inventory::pdos::Pdos as Kept;
-use crate::views::inventory::sighting::{self, Sighting};
+use crate::views::inventory::pdos::PdoInventory as Kept;
+use crate::views::inventory::sighting::{self, ObjectSighting};
 use crate::words::Lang;
 use crate::world::bus::Bus;
 use crate::world::event::Event;
@@ -89,7 +89,7 @@ impl History {
         Self { names: names(format, lang), filter, headed: false }
     }
 
-    fn write(&mut self, out: &mut Vec<u8>, view: View<'_>, sighting: &Sighting<'_>) {
+    fn write(&mut self, out: &mut Vec<u8>, view: View<'_>, sighting: &ObjectSighting<'_>) {
         if !self.filter.takes_object(sighting.node, sighting.object) {
             return;
         }
@@ -113,7 +113,7 @@ impl Sink for History {
     }
 
     fn transfer(&mut self, out: &mut Vec<u8>, view: View<'_>, transfer: &Transfer) -> bool {
-        if let Some(sighting) = Sighting::of(transfer) {
+        if let Some(sighting) = ObjectSighting::of(transfer) {
             self.write(out, view, &sighting);
         }
         true

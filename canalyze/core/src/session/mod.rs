@@ -29,7 +29,7 @@ use self::stream::Stream;
 use self::tally::Tally;
 use crate::bytes::frame::{BusId, Buses, Frame};
 use crate::bytes::inputs::{Inputs, Next, Refusal};
-use crate::bytes::readers::{Damage, Format as Input, Item, Reader, Settings};
+use crate::bytes::readers::{Damage, InputFormat as Input, Item, Reader, Settings};
 use crate::bytes::writers::Loss;
 use crate::evidence::services::Nature;
 use crate::tables::columns::Batch;
@@ -319,7 +319,7 @@ impl Session {
         out
     }
 
-    /// All that a view shows by now but the trace, as a JSON object (see `monitor/snapshot.rs`); empty in other
+    /// All that a view shows by now but the trace, as a JSON object (see `views/monitor/snapshot.rs`); empty in other
     /// formats.
     pub fn snapshot(&mut self) -> Vec<u8> {
         let by_now = self.stream.decoding.diagnosis_by_now();
@@ -334,7 +334,7 @@ impl Session {
         monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
     }
 
-    /// What a view shows of one node beyond its row, as a JSON object (see `monitor/page.rs`); empty in other formats, and
+    /// What a view shows of one node beyond its row, as a JSON object (see `views/monitor/page.rs`); empty in other formats, and
     /// of a bus that there is not.
     pub fn page(&self, bus: &[u8], node: u8) -> Vec<u8> {
         let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };

@@ -109,7 +109,7 @@ pub struct Options {
     /// Which tables of columns are built, beside what comes out in any format but [`Format::Info`].
     pub tables: Vec<columns::Name>,
     /// How the format that is written is written.
-    pub writing: writers::Settings,
+    pub writing: writers::WriterSettings,
     /// Whether incidents are written, too: in [`Format::Text`] as they begin and end, in [`Format::Jsonl`] both so and at
     /// the end, in [`Format::Check`] and [`Format::Observed`] at the end.
     pub incidents: bool,

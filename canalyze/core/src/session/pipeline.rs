@@ -19,7 +19,7 @@ use crate::bytes::readers::{Item, Marker, Reader};
 use crate::bytes::writers;
 use crate::rules::finding::Finding;
 use crate::tables::jsonl;
-use crate::views::filter::{Clock, Filter};
+use crate::views::filter::{Filter, FilterClock};
 use crate::views::lines::Clocked;
 use crate::words::Lang;
 use crate::world::event::Event;
@@ -203,7 +203,7 @@ struct Setting {
     file: Arc<[u8]>,
     decimals: u8,
     moments: Clocked,
-    clock: Clock,
+    clock: FilterClock,
     date_ns: Option<i64>,
 }
 
@@ -229,7 +229,7 @@ impl Setting {
     fn view(&self) -> View<'_> {
         let Self { lang, buses, file, decimals, moments, clock, date_ns } = self;
         let jsonl = jsonl::Setting { lang: *lang, file, buses, decimals: *decimals, clock: *moments };
-        View { buses, clock: *clock, jsonl, writing: writers::Setting { buses, date_ns: *date_ns } }
+        View { buses, clock: *clock, jsonl, writing: writers::CaptureFacts { buses, date_ns: *date_ns } }
     }
 }
 
@@ -356,13 +356,13 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::super::{Options, Session};
     use super::*;
-    use crate::bytes::readers::{Format, Settings};
+    use crate::bytes::readers::{InputFormat, Settings};
 
     /// Whether a piece with this number of lines was shared, and what came out of it.
     fn fed(lines: usize, threads: usize) -> (bool, Vec<u8>) {
         let line = b"(1700000000.000000) can0 185#0102030405060708\n";
         let (mut session, bytes) = (Session::new(Options::default()), line.repeat(lines));
-        let mut reader = Reader::new(Format::Candump, &Settings::default());
+        let mut reader = Reader::new(InputFormat::Candump, &Settings::default());
         let Session { buses, stream, .. } = &mut session;
         let (mut out, mut counted) = (Vec::new(), 0);
         let piece = Piece { reader: &mut reader, bytes: &bytes, buses };

@@ -16,7 +16,7 @@ use crate::stories::Diagnosis;
 use crate::tables::{jsonl, transfers};
 use crate::views::expectation::observed::Observed;
 use crate::views::filter::Filter;
-use crate::views::finding_context::{FindingContext, Held};
+use crate::views::finding_context::{FindingContext, HeldFrame};
 use crate::views::summary::Summary;
 use crate::words::Lang;
 use crate::world::event::{Event, What};
@@ -66,7 +66,7 @@ impl Records {
         out: &mut Vec<u8>,
         view: View<'_>,
         events: &[Event],
-        passes: impl Fn(&Event, &Finding, &[&Held]) -> bool,
+        passes: impl Fn(&Event, &Finding, &[&HeldFrame]) -> bool,
     ) {
         let Some(context) = &self.context else { return };
         for event in events {
@@ -121,7 +121,7 @@ impl Sink for Records {
         if let Some(summary) = &mut self.summary {
             summary.asides(events);
         }
-        let passes = |held: &Held, event: &Event| {
+        let passes = |held: &HeldFrame, event: &Event| {
             let events = held.event.as_slice();
             let seen = Seen { lang: view.jsonl.lang, frame: &held.frame, events, further: Some(event) };
             filter.shows(&held.frame, &seen, view.buses, view.clock)

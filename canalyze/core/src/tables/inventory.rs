@@ -9,8 +9,8 @@ use super::jsonl::inventory::{bytes, name, number_of, type_of};
 use super::jsonl::sdo::side;
 use super::jsonl::{NAMES, Setting};
 use crate::sdo::wire::Mux;
-use crate::views::inventory::sighting::{Content, Sighting, Source};
-use crate::views::inventory::{Held, InForce, Inventory, Object};
+use crate::views::inventory::sighting::{Content, ObjectSighting, Source};
+use crate::views::inventory::{HeldValue, InForce, Inventory, ObservedObject};
 use crate::words::digits::{Hex, put};
 use crate::words::value;
 use crate::world::od::{self, DataType, Value};
@@ -37,7 +37,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, all: &Inventory) {
     }
 }
 
-fn row(out: &mut Vec<u8>, setting: Setting<'_>, mux: Mux, object: &Object) {
+fn row(out: &mut Vec<u8>, setting: Setting<'_>, mux: Mux, object: &ObservedObject) {
     place(out, mux);
     let mut known = Vec::new();
     value::name(&mut known, NAMES, mux, &object.described);
@@ -51,9 +51,9 @@ fn row(out: &mut Vec<u8>, setting: Setting<'_>, mux: Mux, object: &Object) {
     }
     put!(out; ",", object.access().unwrap_or(""), ",");
     let last = object.value.as_ref();
-    value_cell(out, data_type, last.map(Held::content));
+    value_cell(out, data_type, last.map(HeldValue::content));
     put!(out; ",");
-    bare(out, |out| bytes(out, last.map(Held::content)));
+    bare(out, |out| bytes(out, last.map(HeldValue::content)));
     put!(out; ",", last.map_or("", |held| held.source.name()), ",");
     bare(out, |out| setting.moment(out, last.and_then(|held| held.at.t_ns)));
     put!(out; ",");
@@ -65,7 +65,7 @@ fn row(out: &mut Vec<u8>, setting: Setting<'_>, mux: Mux, object: &Object) {
         put!(out; ",", object.count(source));
     }
     put!(out; ",");
-    value_cell(out, data_type, object.requested.as_ref().map(Held::content));
+    value_cell(out, data_type, object.requested.as_ref().map(HeldValue::content));
     for (place, one) in object.aborted.iter().enumerate() {
         put!(out; if place > 0 { " " } else { "," }, one.direction.name(), ":");
         put!(out; Hex::<8>(u64::from(one.abort.code)), ":", one.count);
@@ -84,7 +84,7 @@ pub fn history_head(out: &mut Vec<u8>) {
 }
 
 /// Appends what is seen of an object.
-pub fn sighting(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &Sighting<'_>) {
+pub fn sighting(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &ObjectSighting<'_>) {
     bare(out, |out| setting.moment(out, sighting.at.t_ns));
     put!(out; ",", sighting.at.no, ",");
     cell(out, setting.buses.name(sighting.bus));

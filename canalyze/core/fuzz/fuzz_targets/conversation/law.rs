@@ -4,7 +4,7 @@
 
 use super::cut::Excerpt;
 use super::{Input, Sent, Truth, conversation};
-use canalyze_core::bytes::readers::Format as Reader;
+use canalyze_core::bytes::readers::InputFormat as Reader;
 use canalyze_core::session::{Format, Options, Session};
 use canalyze_core::words::Lang;
 use serde_json::Value;

@@ -43,7 +43,7 @@ pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
     let options = Options { format: Format::Jsonl, network: Arc::new(network), ..Options::default() };
     let mut session = Session::new(options);
     let mut out = Vec::new();
-    session.begin(b"capture.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"capture.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(log.as_bytes(), &mut out);
     session.finish(&mut out);
     let text = String::from_utf8(out).unwrap();

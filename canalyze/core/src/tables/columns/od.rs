@@ -11,7 +11,7 @@ use super::signals::numbers;
 use crate::sdo::wire::Mux;
 use crate::tables::jsonl::Setting;
 use crate::views::inventory::sighting::{Content, Source};
-use crate::views::inventory::{Held, InForce, Inventory, Object};
+use crate::views::inventory::{HeldValue, InForce, Inventory, ObservedObject};
 use crate::wire::pdo::mapping::{Mapped, extract};
 use crate::words::{Lang, inventory, value};
 
@@ -82,7 +82,7 @@ impl Od {
 }
 
 impl Table<Rows> {
-    fn row(&mut self, done: &mut Vec<Batch>, (bus, node, lang): (&[u8], u8, Lang), mux: Mux, object: &Object) {
+    fn row(&mut self, done: &mut Vec<Batch>, (bus, node, lang): (&[u8], u8, Lang), mux: Mux, object: &ObservedObject) {
         let columns = &mut self.columns;
         columns.bus.name(bus);
         columns.node.append_value(node);
@@ -132,13 +132,13 @@ impl Table<Rows> {
 
 impl Rows {
     /// Appends the last value, and says how long it is.
-    fn value(&mut self, lang: Lang, mux: Mux, object: &Object) -> usize {
+    fn value(&mut self, lang: Lang, mux: Mux, object: &ObservedObject) -> usize {
         let held = object.value.as_ref();
         let mut text = Vec::new();
         if let Some(held) = held {
             inventory::held(&mut text, lang, mux, object, &held.value);
         }
-        let (raw, bits, data) = match held.map(Held::content) {
+        let (raw, bits, data) = match held.map(HeldValue::content) {
             Some(Content::Bits(raw, bits)) => (Some(raw), bits, raw.to_le_bytes().to_vec()),
             Some(Content::Bytes(bytes, size)) => {
                 let number = bytes.len() as u64 == size && (1..=8).contains(&bytes.len());
@@ -149,7 +149,7 @@ impl Rows {
         };
         let mapped = Mapped { bits, ..inventory::mapped(mux, object) };
         let (integer, value) = raw.map_or((None, None), |raw| numbers(&mapped, raw));
-        let data = if matches!(held.map(Held::content), Some(Content::Bits(..))) {
+        let data = if matches!(held.map(HeldValue::content), Some(Content::Bits(..))) {
             data.get(..usize::from(bits).div_ceil(8)).unwrap_or(&data)
         } else {
             &data

@@ -33,7 +33,7 @@ columns! {
 
 /// The PDOs of a cycle.
 #[derive(Clone, Copy, Debug, Default)]
-struct Pdos {
+struct CyclePdos {
     pdos: u32,
     /// Least and greatest delay in ns.
     delays: Option<(i64, i64)>,
@@ -49,9 +49,9 @@ struct Running {
     period_ns: Option<i64>,
     counter: Option<u8>,
     window_ns: Option<i64>,
-    seen: Pdos,
+    seen: CyclePdos,
     /// What came before the SYNC that it belongs to.
-    early: Pdos,
+    early: CyclePdos,
     /// Frames were lost since.
     broken: bool,
 }

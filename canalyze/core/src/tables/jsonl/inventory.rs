@@ -31,8 +31,8 @@ use super::summary::can_id;
 use super::{Setting, name_or_null, number_or_null, quoted, truth};
 use crate::sdo::transfer::Direction;
 use crate::sdo::wire::Mux;
-use crate::views::inventory::sighting::{Content, Shown, Sighting, Source};
-use crate::views::inventory::{Held, InForce, Inventory, Node, Object};
+use crate::views::inventory::sighting::{Content, ObjectSighting, Shown, Source};
+use crate::views::inventory::{HeldValue, InForce, Inventory, NodeObjects, ObservedObject};
 use crate::wire::pdo::mapping::{Number, number};
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, inventory, signal, terms, value};
@@ -62,9 +62,9 @@ fn head(out: &mut Vec<u8>, kind: &str, (bus, node): (&[u8], u8)) {
     put!(out; ",\"node\":", node);
 }
 
-fn node(out: &mut Vec<u8>, whose: (&[u8], u8), node: &Node, booted: bool) {
+fn node(out: &mut Vec<u8>, whose: (&[u8], u8), node: &NodeObjects, booted: bool) {
     head(out, "od_node", whose);
-    let values: u64 = node.objects.values().map(Object::values).sum();
+    let values: u64 = node.objects.values().map(ObservedObject::values).sum();
     put!(out; ",\"objects\":", node.objects.len(), ",\"values\":", values, ",\"further\":", node.further);
     put!(out; ",\"booted\":", truth(booted));
     let identity = [
@@ -89,7 +89,13 @@ fn node(out: &mut Vec<u8>, whose: (&[u8], u8), node: &Node, booted: bool) {
     put!(out; "}\n");
 }
 
-fn object(out: &mut Vec<u8>, setting: Setting<'_>, (whose, mux): ((&[u8], u8), Mux), object: &Object, names: Lang) {
+fn object(
+    out: &mut Vec<u8>,
+    setting: Setting<'_>,
+    (whose, mux): ((&[u8], u8), Mux),
+    object: &ObservedObject,
+    names: Lang,
+) {
     head(out, "od_object", whose);
     super::sdo::object(out, names, Some(mux), &object.described);
     let known = object.data_type(mux);
@@ -109,14 +115,14 @@ fn object(out: &mut Vec<u8>, setting: Setting<'_>, (whose, mux): ((&[u8], u8), M
     let data_type = known.map(|known| known.0);
     let last = object.value.as_ref();
     put!(out; ",\"value\":");
-    number_of(out, data_type, last.map(Held::content));
+    number_of(out, data_type, last.map(HeldValue::content));
     put!(out; ",\"text\":");
     match last {
         Some(held) => quoted(out, |text| inventory::held(text, setting.lang, mux, object, &held.value)),
         None => put!(out; "null"),
     }
     put!(out; ",\"data\":");
-    bytes(out, last.map(Held::content));
+    bytes(out, last.map(HeldValue::content));
     put!(out; ",\"source\":");
     name_or_null(out, last.map_or("", |held| held.source.name()).as_bytes());
     put!(out; ",\"t\":");
@@ -128,7 +134,7 @@ fn object(out: &mut Vec<u8>, setting: Setting<'_>, (whose, mux): ((&[u8], u8), M
         put!(out; ",\"", source.name(), "\":", object.count(source));
     }
     put!(out; ",\"requested\":");
-    number_of(out, data_type, object.requested.as_ref().map(Held::content));
+    number_of(out, data_type, object.requested.as_ref().map(HeldValue::content));
     put!(out; ",\"configured\":");
     match object.configured(mux) {
         Some(held) => {
@@ -155,7 +161,7 @@ fn object(out: &mut Vec<u8>, setting: Setting<'_>, (whose, mux): ((&[u8], u8), M
     put!(out; ",\"first_frame\":", object.first.no, ",\"last_frame\":", object.last.no, "}\n");
 }
 
-fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &Object) {
+fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &ObservedObject) {
     put!(out; ",\"aborts\":[");
     for (place, one) in object.aborted.iter().enumerate() {
         put!(out; if place > 0 { "," } else { "" }, "{\"request\":\"", one.direction.name(), "\",\"code\":\"");
@@ -166,7 +172,7 @@ fn aborts(out: &mut Vec<u8>, setting: Setting<'_>, object: &Object) {
     put!(out; "]");
 }
 
-fn measured(out: &mut Vec<u8>, object: &Object) {
+fn measured(out: &mut Vec<u8>, object: &ObservedObject) {
     put!(out; ",\"first\":");
     match &object.measured.first {
         Some(held) => {
@@ -225,7 +231,7 @@ pub(in crate::tables) fn bytes(out: &mut Vec<u8>, content: Option<Content<'_>>) 
 }
 
 /// Appends the name of an object that is seen.
-pub(in crate::tables) fn name(out: &mut Vec<u8>, names: Lang, sighting: &Sighting<'_>) {
+pub(in crate::tables) fn name(out: &mut Vec<u8>, names: Lang, sighting: &ObjectSighting<'_>) {
     match sighting.shown {
         Shown::Transfer(transfer) => {
             let mut known = Vec::new();
@@ -244,7 +250,7 @@ pub(in crate::tables) fn name(out: &mut Vec<u8>, names: Lang, sighting: &Sightin
 }
 
 /// The type of what is seen, as far as a description or a standard has one.
-pub(in crate::tables) fn type_of(sighting: &Sighting<'_>) -> Option<DataType> {
+pub(in crate::tables) fn type_of(sighting: &ObjectSighting<'_>) -> Option<DataType> {
     match sighting.shown {
         Shown::Transfer(transfer) => transfer.data_type(),
         Shown::Bits(mapped, _) | Shown::Octets(mapped, _) => mapped.data_type,
@@ -253,8 +259,8 @@ pub(in crate::tables) fn type_of(sighting: &Sighting<'_>) -> Option<DataType> {
 }
 
 /// Appends what is seen of an object.
-pub fn sighting(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &Sighting<'_>, names: Lang) {
-    let Sighting { bus, node, object: Mux { index, sub }, at, source, .. } = *sighting;
+pub fn sighting(out: &mut Vec<u8>, setting: Setting<'_>, sighting: &ObjectSighting<'_>, names: Lang) {
+    let ObjectSighting { bus, node, object: Mux { index, sub }, at, source, .. } = *sighting;
     head(out, "od_value", (setting.buses.name(bus), node));
     put!(out; ",\"index\":\"", Hex::<4>(u64::from(index)), "\",\"sub\":", sub, ",\"name\":");
     let mut known = Vec::new();

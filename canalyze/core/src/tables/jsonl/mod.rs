@@ -39,10 +39,9 @@ pub mod services;
 pub mod summary;
 
 use crate::bytes::frame::{Buses, Direction, Frame, Kind, Stamp, StampForm};
-use crate::bytes::readers::listing::LeftOut;
 use crate::bytes::writers::console;
 use crate::rules::finding::Finding;
-use crate::views::finding_context::Held;
+use crate::views::finding_context::HeldFrame;
 use crate::views::lines::{Clocked, Lines};
 use crate::words::digits::{Hex, Joined, fraction, put};
 use crate::words::{Depth, Lang, escape, findings, notes, services as words};
@@ -180,7 +179,7 @@ pub fn finding(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
 }
 
 /// A finding's object with the lines of its context.
-pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&Held]) {
+pub fn finding_with_lines(out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding, context: &[&HeldFrame]) {
     found(out, setting, finding);
     put!(out; ",\"lines\":[");
     let mut lines = Lines::new(setting.lang, Depth::Default, None);
@@ -293,28 +292,6 @@ pub(crate) fn number_or_null(out: &mut Vec<u8>, number: Option<u64>) {
         Some(number) => put!(out; number),
         None => put!(out; "null"),
     }
-}
-
-/// What a file shows of rows that are left out, or null.
-pub(crate) fn left_out(out: &mut Vec<u8>, known: &LeftOut) {
-    let LeftOut { places, uncounted, rows } = *known;
-    match places {
-        0 => put!(out; "null"),
-        _ => put!(out; "{\"places\":", places, ",\"uncounted\":", uncounted, ",\"rows\":", rows, "}"),
-    }
-}
-
-/// A number that may be negative, or null.
-pub(crate) fn signed_or_null(out: &mut Vec<u8>, number: Option<i64>) {
-    match number {
-        Some(number) => put!(out; number),
-        None => put!(out; "null"),
-    }
-}
-
-/// A bus name; empty where the capture names none.
-pub(crate) fn name(out: &mut Vec<u8>, name: &[u8]) {
-    escape::json(out, name);
 }
 
 /// Seconds as a decimal string, or null.

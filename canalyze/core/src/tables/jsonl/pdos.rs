@@ -16,7 +16,7 @@ use std::sync::Arc;
 use super::object::Object;
 use super::{NAMES, name_or_null, quoted};
 use crate::bytes::frame::Buses;
-use crate::views::inventory::pdos::{Address, Pdo, Pdos, Whose};
+use crate::views::inventory::pdos::{Address, KnownPdo, PdoInventory, PdoOwner};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::digits::put;
 use crate::words::{escape, signal, terms};
@@ -27,7 +27,7 @@ use crate::world::node::Content;
 const DESTINATION: u32 = 1 << 7;
 
 /// Appends all of them.
-pub fn write(out: &mut Vec<u8>, buses: &Buses, all: &Pdos) {
+pub fn write(out: &mut Vec<u8>, buses: &Buses, all: &PdoInventory) {
     for (whose, pdo) in &all.pdos {
         line(out, buses.name(whose.bus), *whose, pdo);
     }
@@ -36,7 +36,7 @@ pub fn write(out: &mut Vec<u8>, buses: &Buses, all: &Pdos) {
     }
 }
 
-fn line(out: &mut Vec<u8>, bus: &[u8], whose: Whose, pdo: &Pdo) {
+fn line(out: &mut Vec<u8>, bus: &[u8], whose: PdoOwner, pdo: &KnownPdo) {
     let mut object = Object::open(out);
     object.word("kind", "pdo");
     name_or_null(object.key("bus"), bus);
@@ -119,8 +119,9 @@ fn kind(mapped: &Mapped) -> &'static str {
 
 /// What the values of a mode of operation are called.
 fn words(mapped: &Mapped) -> impl Iterator<Item = (i8, &'static str)> {
-    let object = drive::Object::at(mapped.index).filter(|_| signal::is_drives(mapped));
-    let modes = matches!(object, Some(drive::Object::ModesOfOperation | drive::Object::ModesOfOperationDisplay));
+    let object = drive::DriveObject::at(mapped.index).filter(|_| signal::is_drives(mapped));
+    let modes =
+        matches!(object, Some(drive::DriveObject::ModesOfOperation | drive::DriveObject::ModesOfOperationDisplay));
     (i8::MIN..=i8::MAX)
         .filter(move |mode| modes && terms::drive::abbreviation(*mode).is_some())
         .map(|mode| (mode, terms::drive::mode(NAMES, mode)))

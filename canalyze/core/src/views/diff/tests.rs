@@ -5,13 +5,13 @@
 use proptest::prelude::*;
 
 use super::digest::Digest;
-use super::{Settings, compare};
+use super::{DiffSettings, compare};
 use crate::bytes::frame::{CanId, Frame, Stamp, StampForm};
-use crate::bytes::readers::Format as Input;
+use crate::bytes::readers::InputFormat as Input;
 use crate::session::{Format, Options, Session};
 
-fn settings() -> Settings {
-    Settings { tolerance: 0.1, buses: Vec::new() }
+fn settings() -> DiffSettings {
+    DiffSettings { tolerance: 0.1, buses: Vec::new() }
 }
 
 fn digest(frames: &[Frame]) -> Digest {

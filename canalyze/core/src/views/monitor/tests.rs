@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::{Line, Wanted};
-use crate::bytes::readers::Format as Input;
+use crate::bytes::readers::InputFormat as Input;
 use crate::session::{Format, Options, Session};
 use crate::views::filter::Filter;
 use crate::words::Lang;

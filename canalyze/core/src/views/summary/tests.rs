@@ -15,7 +15,7 @@ fn records(text: &str, bit_rate: Option<u32>) -> Vec<Value> {
     let network = Arc::new(Network { bit_rate, ..Network::default() });
     let mut session = Session::new(Options { lang: Lang::En, format: Format::Summary, network, ..Options::default() });
     let mut out = Vec::new();
-    session.begin(b"capture.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"capture.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(text.as_bytes(), &mut out);
     session.finish(&mut out);
     String::from_utf8(out).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()

@@ -17,24 +17,24 @@ use crate::bytes::frame::{Frame, Kind};
 use crate::wire;
 use crate::wire::cob_id::Role;
 use crate::wire::message::{Flaw, Message};
-use crate::wire::role::{Named, Pdo};
+use crate::wire::role::{Named, PdoLabel};
 
 /// Appends the phrase of a message, and at other depths than brief its content. No line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, frame: &Frame) {
     let full = depth != Depth::Brief;
     match *message {
         Message::Pdo { transmit, number, node } => {
-            pdo::undecoded(out, lang, full, Pdo { lang, transmit, number, node }, frame.len);
+            pdo::undecoded(out, lang, full, PdoLabel { lang, transmit, number, node }, frame.len);
         }
         Message::Mpdo { transmit, number, node, content } => {
-            put!(out; Pdo { lang, transmit, number, node });
+            put!(out; PdoLabel { lang, transmit, number, node });
             if full {
                 put!(out; ": ");
                 pdo::multiplexed(out, lang, &content, None);
             }
         }
         Message::PdoRequest { transmit, number, node } => {
-            pdo::request(out, lang, full, Pdo { lang, transmit, number, node }, frame.len);
+            pdo::request(out, lang, full, PdoLabel { lang, transmit, number, node }, frame.len);
         }
         Message::BootUp { node } => say!(out, lang; zh: "节点", node, "的启动报文"; en: "boot-up of node ", node),
         Message::Heartbeat { node, state, toggle, guarding, previous } => {

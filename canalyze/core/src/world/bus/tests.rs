@@ -38,7 +38,7 @@ fn known(frame: &str) -> String {
     let network = Arc::new(Network { descriptions, ..Network::default() });
     let mut session = Session::new(Options { lang: Lang::En, format: Format::Jsonl, network, ..Options::default() });
     let mut out = Vec::new();
-    session.begin(b"x.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"x.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(format!("(1.000000) can0 184#{frame}\n").as_bytes(), &mut out);
     session.finish(&mut out);
     let line = out.split(|byte| *byte == b'\n').next().unwrap();
@@ -76,7 +76,7 @@ fn the_object_in_a_multiplex_pdo() {
 fn producers(capture: &str) -> Vec<String> {
     let mut session = Session::new(Options { lang: Lang::En, format: Format::Jsonl, ..Options::default() });
     let mut out = Vec::new();
-    session.begin(b"x.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"x.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(capture.as_bytes(), &mut out);
     session.finish(&mut out);
     let rows = out.split(|byte| *byte == b'\n').filter(|line| !line.is_empty());

@@ -47,7 +47,7 @@ use self::order::Order;
 #[cfg(test)]
 use self::plan::Plan;
 use self::walk::{HEAD, Record, Step, Walk, inner, op};
-use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
+use super::{Contents, Damage, DamageKind, FilePlace, Item, Unreadable};
 #[cfg(test)]
 use crate::bytes::frame::BusId;
 use crate::bytes::frame::Buses;
@@ -129,7 +129,7 @@ impl Mcap {
         let whole = self.walk.is_whole() || self.file.rest_lost || self.walk.offset() == 0;
         let (at, bytes) = cut.unwrap_or((self.walk.offset(), 0));
         if !whole || cut.is_some() {
-            let (place, bytes) = (Place::Byte(at), Some(bytes));
+            let (place, bytes) = (FilePlace::Byte(at), Some(bytes));
             sink(Item::Damaged(Damage { place, kind: DamageKind::Cut, bytes, frames: None }), buses);
         }
         self.walk.stop();
@@ -208,7 +208,7 @@ impl File {
         ];
         for (kind, found) in found {
             if let Some((at, frames)) = found {
-                let (place, frames) = (Place::Byte(at), Some(frames));
+                let (place, frames) = (FilePlace::Byte(at), Some(frames));
                 sink(Item::Damaged(Damage { place, kind, bytes: None, frames }), buses);
             }
         }
@@ -334,7 +334,7 @@ impl File {
         let read = fields.and_then(|fields| fields.frame().map(|frame| (fields, frame)));
         let (fields, mut frame) = match read {
             Ok(read) => read,
-            Err(reason) => return sink(Item::Unreadable { place: Place::Byte(at), reason }, buses),
+            Err(reason) => return sink(Item::Unreadable { place: FilePlace::Byte(at), reason }, buses),
         };
         let t_ns = channel.source.time(fields.stamp_ns, publish, log);
         self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
@@ -351,7 +351,7 @@ impl File {
         let Some(head) = chunk::head(body) else { return Went::Wrong };
         let packed = body.get(head.size..).unwrap_or_default();
         let mut unpacker = std::mem::take(&mut self.unpacker);
-        let place = Place::Byte(record.at);
+        let place = FilePlace::Byte(record.at);
         let went = match unpacker.unpack(&head, packed) {
             // Without a check sum nothing says which of the two lengths is right.
             _ if record.doubtful && head.crc == 0 => Went::Wrong,

@@ -11,7 +11,7 @@ use super::layout::{self, Layout};
 use super::schema::{Definitions, Field, Kind, Many};
 
 /// A known type of frames.
-struct Known {
+struct KnownType {
     name: &'static str,
     /// Its definition, if a file does not bring one along (or in a language that is not read).
     text: &'static str,
@@ -54,9 +54,15 @@ const DATASPEED_SIZED: &[(Role, &str)] = &[
 const DATASPEED_NESTED: &[(Role, &str)] =
     &[(Role::Id, "msg.id"), (Role::Ext, "msg.extended"), (Role::Len, "msg.dlc"), (Role::Data, "msg.data")];
 
-const KNOWN: &[Known] = &[
-    Known { name: "can_msgs/Frame", text: layout::CAN_FRAME, fields: CAN_FIELDS, layout: Some(Layout::Can), fd: None },
-    Known {
+const KNOWN: &[KnownType] = &[
+    KnownType {
+        name: "can_msgs/Frame",
+        text: layout::CAN_FRAME,
+        fields: CAN_FIELDS,
+        layout: Some(Layout::Can),
+        fd: None,
+    },
+    KnownType {
         name: "ros2_socketcan_msgs/FdFrame",
         text: layout::FD_FRAME,
         fields: FD_FIELDS,
@@ -71,11 +77,11 @@ const KNOWN: &[Known] = &[
     dataspeed("dataspeed_can_msgs/CanMessageStamped", "", DATASPEED_NESTED),
 ];
 
-const fn dataspeed(name: &'static str, text: &'static str, fields: &'static [(Role, &'static str)]) -> Known {
-    Known { name, text, fields, layout: None, fd: None }
+const fn dataspeed(name: &'static str, text: &'static str, fields: &'static [(Role, &'static str)]) -> KnownType {
+    KnownType { name, text, fields, layout: None, fd: None }
 }
 
-fn known(name: &str) -> Option<&'static Known> {
+fn known(name: &str) -> Option<&'static KnownType> {
     KNOWN.iter().find(|known| known.name == name)
 }
 
@@ -87,7 +93,7 @@ const MOST_STEPS: usize = 1024;
 
 /// One step through a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Step {
+enum PlanStep {
     /// Numbers of this size, so many.
     Pass { size: u8, count: u32 },
     /// A sequence of numbers of this size.
@@ -95,7 +101,7 @@ enum Step {
     /// A text.
     PassText,
     /// So many times, or as often as the message says.
-    Repeat { count: Option<u32>, steps: Vec<Step> },
+    Repeat { count: Option<u32>, steps: Vec<PlanStep> },
     /// A number that is wanted.
     Number { size: u8, role: Role },
     /// Seconds and nanoseconds.
@@ -110,7 +116,7 @@ enum Step {
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     wire: Wire,
-    steps: Vec<Step>,
+    steps: Vec<PlanStep>,
     fast: Option<Layout>,
     fd: Option<bool>,
     len_is_code: bool,
@@ -149,7 +155,7 @@ impl Plan {
         });
         let read_as = names.collect::<Vec<_>>().join(" ");
         let len_is_code = fields.iter().any(|(role, path)| *role == Role::Len && path.ends_with("dlc"));
-        let own = |known: &&Known| {
+        let own = |known: &&KnownType| {
             let definitions = Definitions::read(name, known.text, wire == Wire::Ros1);
             self::steps(&definitions, &fields).as_ref() == Some(&steps)
         };
@@ -206,7 +212,7 @@ pub(super) fn is_known(name: &str) -> bool {
 }
 
 /// Makes the steps to these fields; `None` if the type lacks one.
-fn steps(definitions: &Definitions, fields: &[(Role, &str)]) -> Option<Vec<Step>> {
+fn steps(definitions: &Definitions, fields: &[(Role, &str)]) -> Option<Vec<PlanStep>> {
     let wanted = fields.iter().map(|(role, path)| Some((resolve(definitions, *role, path)?, *role)));
     let wanted: Vec<Wanted> = wanted.collect::<Option<_>>()?;
     Making { definitions, wanted: &wanted, found: 0, steps: 0 }.steps(&definitions.fields, &mut Vec::new())
@@ -250,7 +256,7 @@ struct Making<'a> {
 
 impl Making<'_> {
     /// The steps through these fields, up to the last that is wanted; `None` where that cannot be.
-    fn steps(&mut self, fields: &[Field], path: &mut Vec<usize>) -> Option<Vec<Step>> {
+    fn steps(&mut self, fields: &[Field], path: &mut Vec<usize>) -> Option<Vec<PlanStep>> {
         if path.len() > DEPTH {
             return None;
         }
@@ -270,7 +276,7 @@ impl Making<'_> {
         Some(steps)
     }
 
-    fn field(&mut self, field: &Field, path: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+    fn field(&mut self, field: &Field, path: &mut Vec<usize>, steps: &mut Vec<PlanStep>) -> Option<()> {
         let role = self.wanted.iter().find(|(wanted, _)| wanted == path).map(|(_, role)| *role);
         self.found += usize::from(role.is_some());
         let count = match field.many {
@@ -280,19 +286,19 @@ impl Making<'_> {
         };
         let step = match (&field.kind, role) {
             (Kind::Unknown, _) => return None,
-            (_, Some(Role::Stamp)) => Step::Stamp,
-            (Kind::Text, Some(_)) => Step::Text,
-            (Kind::Number { .. }, Some(Role::Data)) => Step::Data { count },
-            (Kind::Number { size, .. }, Some(role)) => Step::Number { size: *size, role },
+            (_, Some(Role::Stamp)) => PlanStep::Stamp,
+            (Kind::Text, Some(_)) => PlanStep::Text,
+            (Kind::Number { .. }, Some(Role::Data)) => PlanStep::Data { count },
+            (Kind::Number { size, .. }, Some(role)) => PlanStep::Number { size: *size, role },
             (Kind::Number { size, .. }, None) => match count {
-                Some(count) => Step::Pass { size: *size, count },
-                None => Step::PassSequence { size: *size },
+                Some(count) => PlanStep::Pass { size: *size, count },
+                None => PlanStep::PassSequence { size: *size },
             },
-            (Kind::Text, None) if field.many == Many::One => Step::PassText,
-            (Kind::Text, None) => Step::Repeat { count, steps: vec![Step::PassText] },
+            (Kind::Text, None) if field.many == Many::One => PlanStep::PassText,
+            (Kind::Text, None) => PlanStep::Repeat { count, steps: vec![PlanStep::PassText] },
             (Kind::Message(name), _) => {
                 let inner = match name.as_str() {
-                    "time" | "duration" => vec![Step::Pass { size: 4, count: 2 }],
+                    "time" | "duration" => vec![PlanStep::Pass { size: 4, count: 2 }],
                     name => {
                         let inner = self.definitions.of(name)?;
                         self.steps(inner, path)?
@@ -306,7 +312,7 @@ impl Making<'_> {
                 if inner.is_empty() {
                     return None;
                 }
-                Step::Repeat { count, steps: inner }
+                PlanStep::Repeat { count, steps: inner }
             }
         };
         steps.push(step);
@@ -360,18 +366,18 @@ impl<'a> At<'a> {
     }
 }
 
-fn run<'a>(steps: &[Step], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<()> {
+fn run<'a>(steps: &[PlanStep], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<()> {
     for step in steps {
         match step {
-            Step::Pass { size, count } => at.pass(*size, u64::from(*count))?,
-            Step::PassSequence { size } => {
+            PlanStep::Pass { size, count } => at.pass(*size, u64::from(*count))?,
+            PlanStep::PassSequence { size } => {
                 let count = at.number(4)?;
                 at.pass(*size, count)?;
             }
-            Step::PassText => {
+            PlanStep::PassText => {
                 at.text()?;
             }
-            Step::Repeat { count, steps } => {
+            PlanStep::Repeat { count, steps } => {
                 let count = match count {
                     Some(count) => u64::from(*count),
                     None => at.number(4)?,
@@ -385,7 +391,7 @@ fn run<'a>(steps: &[Step], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<(
                     }
                 }
             }
-            Step::Number { size, role } => {
+            PlanStep::Number { size, role } => {
                 let value = at.number(*size)?;
                 match role {
                     Role::Id => fields.id = value,
@@ -400,12 +406,12 @@ fn run<'a>(steps: &[Step], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<(
                     Role::Data | Role::Stamp => {}
                 }
             }
-            Step::Stamp => {
+            PlanStep::Stamp => {
                 let (seconds, ns) = (at.number(4)? as u32, at.number(4)?);
                 fields.stamp_ns = Some(layout::nanoseconds(seconds, ns as u32));
             }
-            Step::Text => fields.bus = Some(BusField::Name(at.text()?)),
-            Step::Data { count } => {
+            PlanStep::Text => fields.bus = Some(BusField::Name(at.text()?)),
+            PlanStep::Data { count } => {
                 let count = match count {
                     Some(count) => u64::from(*count),
                     None => at.number(4)?,

@@ -9,7 +9,7 @@
 use crc32fast::Hasher;
 
 use super::bytes::Bytes;
-use crate::bytes::readers::{Damage, DamageKind, Place};
+use crate::bytes::readers::{Damage, DamageKind, FilePlace};
 
 pub(super) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 /// A longer record is none (256 MiB): chunks are 1 to 16 MiB as a rule.
@@ -227,7 +227,7 @@ impl Walk {
             op::DATA_END if crc != 0 && crc != sum => DamageKind::Unlocated,
             _ => return None,
         };
-        Some(Step::Damaged(Damage { place: Place::Byte(self.offset()), kind, bytes: None, frames: None }))
+        Some(Step::Damaged(Damage { place: FilePlace::Byte(self.offset()), kind, bytes: None, frames: None }))
     }
 
     fn advance(&mut self, count: usize) {
@@ -456,7 +456,7 @@ impl Walk {
         self.advance(found.unwrap_or(last));
         self.need = LOOK + 1;
         let damage = |kind, end: u64| {
-            Step::Damaged(Damage { place: Place::Byte(since), kind, bytes: Some(end - since), frames: None })
+            Step::Damaged(Damage { place: FilePlace::Byte(since), kind, bytes: Some(end - since), frames: None })
         };
         match found {
             Some(_) => {

@@ -46,7 +46,7 @@ use crate::words::lane::Word;
 use crate::words::profiles::Profile;
 use crate::words::{Lang, signal, value};
 use crate::world::dictionary::Described;
-use crate::world::drive::{self, Object};
+use crate::world::drive::{self, DriveObject};
 use crate::world::event::{Event, Note, ProcessData, What};
 
 columns! {
@@ -201,7 +201,7 @@ impl Lanes {
             [low, high, _, _] if mux.index == 0x1000 => {
                 node.profile = Profile::of(u32::from(u16::from_le_bytes([low, high])));
             }
-            [low, high] if Object::at(mux.index) == Some(Object::Statusword) => {
+            [low, high] if DriveObject::at(mux.index) == Some(DriveObject::Statusword) => {
                 let Described { object, profile } = &transfer.described;
                 let is_drives = match object {
                     Some(object) => signal::is_drives(&value::as_mapped(object, *profile)),
@@ -458,7 +458,7 @@ impl Bus {
 pub fn class_of(kind: &str, number: u16) -> Option<&'static str> {
     match kind {
         "nmt" => u8::try_from(number).ok().map(|state| NodeState::Shown(state).class()),
-        "drive" => drive::State::of(number).map(drive::State::name),
+        "drive" => drive::DriveState::of(number).map(drive::DriveState::name),
         _ => None,
     }
 }

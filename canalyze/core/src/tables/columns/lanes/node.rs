@@ -10,7 +10,7 @@ use crate::wire::message::Errors;
 use crate::words::lane::{self, Word};
 use crate::words::profiles::Profile;
 use crate::words::terms;
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 
 /// A reset command captured so soon after a boot-up was sent before it, in ns: an echo may be late.
 const LATE_NS: i64 = 10_000_000;
@@ -76,7 +76,7 @@ impl NodeState {
 #[derive(Debug)]
 struct Axis {
     number: u8,
-    state: Option<State>,
+    state: Option<DriveState>,
     /// It came in a PDO.
     by_pdo: bool,
     /// The frame that told it.
@@ -240,7 +240,7 @@ impl Node {
 
     /// An axis has reported a statusword, in a frame.
     pub(super) fn reports(&mut self, pen: &mut Pen<'_>, prefix: &str, (axis, by_pdo): (u8, bool), word: u16, at: At) {
-        let state = State::of(word);
+        let state = DriveState::of(word);
         let place = match self.axes.iter().position(|one| one.number == axis) {
             Some(place) => place,
             None if state.is_none() => return,

@@ -7,7 +7,7 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, DictionaryArray, StringArray};
 
-use crate::bytes::readers::Format as Input;
+use crate::bytes::readers::InputFormat as Input;
 use crate::session::{Format, Options, Session};
 use crate::tables::columns::{Batch, Name};
 use crate::views::filter::Filter;

@@ -11,7 +11,7 @@ use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::profiles::Profile;
 use crate::words::signal;
-use crate::world::drive::{self, Object};
+use crate::world::drive::{self, DriveObject};
 use crate::world::event::{ProcessData, Signals};
 use crate::world::od::{self, DataType};
 
@@ -69,7 +69,7 @@ impl Signal {
         }
         let class = match (self.is_truth, self.is_statusword) {
             (true, _) => truth(raw),
-            (_, true) => drive::State::of(raw as u16).map(drive::State::name),
+            (_, true) => drive::DriveState::of(raw as u16).map(drive::DriveState::name),
             _ => None,
         };
         if self.distinct.contains(&raw) && !self.many {
@@ -233,7 +233,7 @@ fn key(frame: &Frame, data: &ProcessData) -> Key {
 
 /// Whether an entry is a drive's statusword.
 fn is_statusword(mapped: &Mapped) -> bool {
-    mapped.sub == 0 && Object::at(mapped.index) == Some(Object::Statusword) && signal::is_drives(mapped)
+    mapped.sub == 0 && DriveObject::at(mapped.index) == Some(DriveObject::Statusword) && signal::is_drives(mapped)
 }
 
 /// A PDO of a bus.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::Expectations;
-use crate::bytes::readers::Format as Input;
+use crate::bytes::readers::InputFormat as Input;
 use crate::bytes::readers::candump::Stamps;
 use crate::session::{Format, Options, Session};
 use crate::words::Lang;

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::*;
 use crate::bytes::frame::{BusId, Buses, CanId};
 use crate::bytes::masks::Masks;
-use crate::bytes::readers::{Format as Input, Item, Reader, Settings};
+use crate::bytes::readers::{InputFormat as Input, Item, Reader, Settings};
 use crate::bytes::writers;
 use crate::session::{Format, Options, Session};
 use crate::words::Lang;
