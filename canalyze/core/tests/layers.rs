@@ -624,9 +624,13 @@ fn words_for_people_stand_in_text_and_rules() {
         let chinese = source.chars().any(|c| ('\u{4E00}'..='\u{9FFF}').contains(&c));
         // Listings are read in any language.
         let read = module == "bytes::readers::listing";
-        // A kind of incident is declared with its words, like a rule.
-        let declared =
-            ["rules", "stories::kinds", "stories::sayings", "stories::apart"].iter().any(|room| belongs(&module, room));
+        // A kind of incident is declared with its words, and a record with the documentation of its columns, like a rule.
+        let records =
+            ["tables::table", "tables::columns", "tables::jsonl::note", "tables::jsonl::pdo", "tables::jsonl::pdos"];
+        let declared = ["rules", "stories::kinds", "stories::sayings", "stories::apart"]
+            .iter()
+            .chain(&records)
+            .any(|room| belongs(&module, room));
         let words = belongs(&module, "words") || belongs(&module, "wire") || declared || is_test(&module) || read;
         assert!(!chinese || words, "{module} holds Chinese words");
     }

@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use self::columns::{Batch, Table};
 use self::comparison::Comparison;
@@ -141,6 +142,11 @@ fn class_of(kind: &str, number: u16) -> Option<&'static str> {
     tables::columns::class_of(kind, number)
 }
 
+#[pyfunction]
+fn schema(py: Python<'_>) -> Bound<'_, PyBytes> {
+    PyBytes::new(py, &tables::columns::schema())
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -158,6 +164,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(omission, module)?)?;
     module.add_function(wrap_pyfunction!(class_of, module)?)?;
     module.add_function(wrap_pyfunction!(may_hold_command, module)?)?;
+    module.add_function(wrap_pyfunction!(schema, module)?)?;
     module.add("SERVICES", SERVICES)?;
     module.add("SEVERITIES", SEVERITIES.iter().map(|one| one.name()).collect::<Vec<_>>())?;
     module.add("COLOURS", COLOURS.iter().copied().collect::<BTreeMap<_, _>>())?;

@@ -9,7 +9,8 @@ use super::sink::{Passing, Sink};
 use crate::bytes::frame::{BusId, Buses};
 use crate::bytes::readers::Marker;
 use crate::sdo::transfer::Transfer;
-use crate::tables::{inventory, jsonl};
+use crate::tables::columns::{od, od_nodes, od_values};
+use crate::tables::jsonl;
 use crate::views::filter::Filter;
 use crate::views::inventory::Inventory;
 use crate::views::inventory::pdos::PdoInventory as Kept;
@@ -64,12 +65,9 @@ impl Sink for Objects {
 
     fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
         match self.names {
-            Some(names) => jsonl::inventory::write(out, view.jsonl, &self.inventory, names),
+            Some(names) => od_nodes::lines(out, view.jsonl, &self.inventory, names),
             None if self.inventory.nodes.is_empty() => {}
-            None => {
-                inventory::head(out);
-                inventory::write(out, view.jsonl, &self.inventory);
-            }
+            None => od::csv(out, view.jsonl, &self.inventory),
         }
     }
 }
@@ -94,12 +92,12 @@ impl History {
             return;
         }
         match self.names {
-            Some(names) => jsonl::inventory::sighting(out, view.jsonl, sighting, names),
+            Some(names) => od_values::line(out, view.jsonl, sighting, names),
             None => {
                 if !std::mem::replace(&mut self.headed, true) {
-                    inventory::history_head(out);
+                    od_values::head(out);
                 }
-                inventory::sighting(out, view.jsonl, sighting);
+                od_values::row(out, view.jsonl, sighting);
             }
         }
     }

@@ -10,6 +10,7 @@ use crate::sdo::wire::Mux;
 use crate::views::filter::Subject;
 use crate::views::lines::Lines;
 use crate::words::{Depth, Lang, lane};
+pub(super) use crate::world::event::service;
 use crate::world::event::{Event, Signals, What};
 
 /// A frame with its events.
@@ -51,15 +52,6 @@ impl Subject for Seen<'_> {
             lines.said(out, event, self.frame);
         }
     }
-}
-
-/// The service that a frame belongs to and the node that it is about, by the first of its events.
-pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
-    events.first().map_or(("foreign", None), |event| match &event.what {
-        What::Message(message) => (message.service(), event.node),
-        What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
-        _ => ("sdo", event.node),
-    })
 }
 
 /// Whether an event is about an object that is wanted.

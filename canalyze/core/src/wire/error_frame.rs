@@ -134,12 +134,12 @@ struct DetailRow {
     class: u32,
     at: usize,
     key: &'static str,
-    content: Content,
+    content: Detail,
 }
 
 /// The content of a byte of details.
 #[derive(Clone, Copy)]
-enum Content {
+enum Detail {
     /// The number of a bit, 0 if it is unspecified.
     Bit,
     /// Flags by their masks.
@@ -151,11 +151,11 @@ enum Content {
 }
 
 static DETAILS: &[DetailRow] = &[
-    DetailRow { class: LOST_ARBITRATION, at: 0, key: "arbitration_bit", content: Content::Bit },
-    DetailRow { class: CONTROLLER, at: 1, key: "controller", content: Content::Flags(STATUS) },
-    DetailRow { class: PROTOCOL, at: 2, key: "protocol", content: Content::Flags(VIOLATIONS) },
-    DetailRow { class: PROTOCOL, at: 3, key: "location", content: Content::Location },
-    DetailRow { class: TRANSCEIVER, at: 4, key: "transceiver", content: Content::Wires },
+    DetailRow { class: LOST_ARBITRATION, at: 0, key: "arbitration_bit", content: Detail::Bit },
+    DetailRow { class: CONTROLLER, at: 1, key: "controller", content: Detail::Flags(STATUS) },
+    DetailRow { class: PROTOCOL, at: 2, key: "protocol", content: Detail::Flags(VIOLATIONS) },
+    DetailRow { class: PROTOCOL, at: 3, key: "location", content: Detail::Location },
+    DetailRow { class: TRANSCEIVER, at: 4, key: "transceiver", content: Detail::Wires },
 ];
 
 impl DetailRow {
@@ -166,10 +166,10 @@ impl DetailRow {
     /// Appends it behind the class of a line.
     fn line(&self, out: &mut Vec<u8>, lang: Lang, byte: u8) {
         match self.content {
-            Content::Bit if byte == 0 => put!(out; lang.pick(" (位置未指明)", " (position unspecified)")),
-            Content::Bit => say!(out, lang; zh: " (第", byte, "位)"; en: " (bit ", byte, ")"),
-            Content::Flags(terms) => listed(out, lang, terms, masks(byte)),
-            Content::Location => match find(LOCATIONS, lang, byte) {
+            Detail::Bit if byte == 0 => put!(out; lang.pick(" (位置未指明)", " (position unspecified)")),
+            Detail::Bit => say!(out, lang; zh: " (第", byte, "位)"; en: " (bit ", byte, ")"),
+            Detail::Flags(terms) => listed(out, lang, terms, masks(byte)),
+            Detail::Location => match find(LOCATIONS, lang, byte) {
                 Some(word) => put!(out; lang.pick(", 位置: ", ", location: "), word),
                 None if byte == 0 => put!(out; lang.pick(", 位置未指明", ", location unspecified")),
                 None => {
@@ -177,9 +177,7 @@ impl DetailRow {
                     put!(out; unknown, Hex::<2>(u64::from(byte)), "h");
                 }
             },
-            Content::Wires => {
-                listed(out, lang, WIRES, [byte & 0x0F, byte & 0xF0].into_iter().filter(|wire| *wire != 0))
-            }
+            Detail::Wires => listed(out, lang, WIRES, [byte & 0x0F, byte & 0xF0].into_iter().filter(|wire| *wire != 0)),
         }
     }
 
@@ -189,10 +187,10 @@ impl DetailRow {
         let or = |code| if code == 0 { UNSPECIFIED } else { UNKNOWN };
         put!(out; "#   d", self.at as u64, ": ", Hex::<2>(u64::from(byte)));
         match self.content {
-            Content::Bit => {
+            Detail::Bit => {
                 put!(out; lang.pick("  仲裁丢失的位 (0未指明) = ", "  lost at bit (0 unspecified) = "), byte)
             }
-            Content::Flags(terms) => {
+            Detail::Flags(terms) => {
                 put!(out; " = ", Nibbles(byte));
                 let mut between = "  ";
                 for mask in masks(byte) {
@@ -204,8 +202,8 @@ impl DetailRow {
                     put!(out; "  ", lang.word(UNSPECIFIED));
                 }
             }
-            Content::Location => put!(out; lang.pick("  位置: ", "  location: "), word(LOCATIONS, byte, or(byte))),
-            Content::Wires => {
+            Detail::Location => put!(out; lang.pick("  位置: ", "  location: "), word(LOCATIONS, byte, or(byte))),
+            Detail::Wires => {
                 let (canh, canl) = (byte & 0x0F, byte & 0xF0);
                 put!(out; " = ", Nibbles(byte), lang.pick("  位3-0: ", "  bits 3-0: "), word(WIRES, canh, or(canh)));
                 put!(out; lang.pick(" | 位7-4: ", " | bits 7-4: "), word(WIRES, canl, or(canl)));
@@ -380,7 +378,7 @@ impl WireService for ErrorFrameService {
         for row in DETAILS {
             let byte = (class & row.class != 0).then(|| row.byte(frame));
             match row.content {
-                Content::Bit => object.maybe(row.key, byte),
+                Detail::Bit => object.maybe(row.key, byte),
                 _ => object.maybe_hex(row.key, byte.is_some(), byte.unwrap_or_default()),
             }
         }
