@@ -68,6 +68,8 @@ const MAY_USE: &[Row] = &[
         &[
             "bytes::calendar",
             "bytes::frame",
+            "sdo::wire",
+            "world::od",
             "words::digits",
             "words::profiles",
             "words::lang",
