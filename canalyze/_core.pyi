@@ -540,6 +540,15 @@ def class_of(kind: str, number: int) -> str | None:
     kind: nmt (number: an NMT state) or drive (number: a statusword). None where it has no class.
     """
 
+def schema() -> bytes:
+    """Returns the schema of all records as a JSON list.
+
+    Each has `table` (its Arrow table) and `kind` (of its JSON lines; `frame.pdo` is an object in another one), null where
+    there is none, its documentation `en` and `zh`, the headings of `csv`, and `columns`. A column has its name `column`
+    and its type `arrow` in the table, its `key` and its type `json` (integer, number, string, boolean, array, object or
+    any) in the object, null where it is not there, `nullable`, `optional` (the key may be absent), `en` and `zh`.
+    """
+
 def settings(content: bytes, file: str) -> Settings:
     """Read a canalyze.toml; file: its name in messages. SettingsError for what is wrong with it."""
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import tomllib
 from collections.abc import Iterator
@@ -216,7 +217,14 @@ def test_every_key_of_expectations_is_on_their_page(lang: str) -> None:
 
 
 def test_every_table_of_columns_is_on_their_page() -> None:
-    assert {*page_columns.TABLES, "pdo", "wide"} == set(_core.TABLES)
+    assert {*(record["table"] for record in page_columns.tables()), "wide"} == set(_core.TABLES)
+
+
+def test_every_column_has_a_meaning_in_both_languages() -> None:
+    for record in json.loads(_core.schema()):
+        for column in record["columns"]:
+            assert column["column"] or column["key"] or column["json"] == "object", (record, column)
+            assert all(column[lang] for lang in LANGUAGES), (record["kind"] or record["table"], column)
 
 
 def test_the_readme_is_short_and_begins_with_the_chinese_one() -> None:

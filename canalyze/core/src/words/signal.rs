@@ -60,6 +60,11 @@ pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
     })
 }
 
+/// Returns the name of the entry at a place in its mapping, as [`name`] writes it.
+pub fn own_name(mapping: &Mapping, lang: Lang, place: usize) -> &[u8] {
+    written(mapping, lang).get(place).and_then(|how| how.name.get(..how.own)).unwrap_or(&[])
+}
+
 /// Adds its object to each name that occurs more than once (descriptions may repeat names), and its position if the
 /// object is mapped more than once.
 fn tell_apart(mapping: &Mapping, lang: Lang, found: &mut [Written]) {
@@ -83,6 +88,7 @@ fn tell_apart(mapping: &Mapping, lang: Lang, found: &mut [Written]) {
 fn write(mapped: &Mapped, lang: Lang) -> Written {
     let mut found = Written::default();
     name(&mut found.name, lang, mapped);
+    found.own = found.name.len();
     escape::terminal(&mut found.unit, mapped.unit.as_deref().unwrap_or("").as_bytes());
     if is_drives(mapped) && DriveObject::at(mapped.index).is_some() {
         found.words = od::first_axis(mapped.index);

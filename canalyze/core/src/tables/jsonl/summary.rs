@@ -219,12 +219,6 @@ fn identifier(bus: &[u8], id: CanId, one: &Identifier, elapsed_ns: Option<u64>) 
     }
 }
 
-pub(in crate::tables) fn can_id(out: &mut Vec<u8>, id: CanId) {
-    put!(out; ",\"id\":");
-    id.write_json(out);
-    put!(out; ",\"ext\":", if id.is_extended() { "true" } else { "false" });
-}
-
 fn finding(setting: Setting<'_>, (code, severity): (Code, Severity), raised: &Raised) -> impl WriteJson {
     let rule = code.rule();
     let names = setting.buses.names().enumerate().filter(|(bus, _)| raised.buses >> bus & 1 == 1);
