@@ -33,6 +33,12 @@ pub enum Time {
     None,
 }
 
+impl Time {
+    /// All forms, with their names.
+    pub const NAMES: &[(&str, Self)] =
+        &[("a", Self::Absolute), ("d", Self::Delta), ("z", Self::Zero), ("A", Self::Date), ("n", Self::None)];
+}
+
 /// How time is shown, and what it counts from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clocked {
