@@ -13,11 +13,8 @@ rules! {
     /// The file was truncated or edited, holds another program's output, or is of an unsupported format.
     Cap001 "CAP001" "unreadable-lines" Warning "-" [] {
         message "有无法读取的行或记录" "lines or records that cannot be read";
-        Lines { lines: Count }
-            "{lines}行无法读取"
-            "{lines|line|lines} cannot be read";
-        OfFurtherBuses { lines: Count, further_buses: Count }
-            "{lines}行无法读取, 其中{further_buses}行属于超出数量上限的总线"
+        Lines { lines: Count } "{lines}行无法读取" "{lines|line|lines} cannot be read";
+        OfFurtherBuses { lines: Count, further_buses: Count } "{lines}行无法读取, 其中{further_buses}行属于超出数量上限的总线"
             "{lines|line|lines} cannot be read, {further_buses} of them on buses beyond the limit";
     }
 
@@ -28,9 +25,7 @@ rules! {
     /// The receive buffer is too small, the host too busy or its disk too slow; use candump -r or dumpcap -B for a larger buffer; other programs have their own settings.
     Cap002 "CAP002" "dropped-frames" Warning "-" [] {
         message "记录程序丢帧" "frames lost by the recording program";
-        Dropped { frames: Count, total: Count }
-            "丢失{frames}帧 (累计{total}帧)"
-            "{frames|frame|frames} lost (total {total})";
+        Dropped { frames: Count, total: Count } "丢失{frames}帧 (累计{total}帧)" "{frames|frame|frames} lost (total {total})";
     }
 
     /// 管道中的时间戳按从零开始解释, 却出现倒退: 很可能是与前一帧的差值。
@@ -50,29 +45,21 @@ rules! {
     Cap004 "CAP004" "damaged-capture" Warning "-" [] {
         message "文件有一部分损坏" "part of the file is damaged";
         Checksum { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
-            "校验和不符; 跳过{bytes}字节"
-            "checksum does not match; {bytes|byte|bytes} skipped";
+            "校验和不符; 跳过{bytes}字节" "checksum does not match; {bytes|byte|bytes} skipped";
         Structure { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
-            "长度或类型无效; 跳过{bytes}字节"
-            "invalid length or type; {bytes|byte|bytes} skipped";
+            "长度或类型无效; 跳过{bytes}字节" "invalid length or type; {bytes|byte|bytes} skipped";
         Compression { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
-            "压缩数据损坏; 跳过{bytes}字节"
-            "compressed data damaged; {bytes|byte|bytes} skipped";
+            "压缩数据损坏; 跳过{bytes}字节" "compressed data damaged; {bytes|byte|bytes} skipped";
         ChecksumUncounted { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "校验和不符; 跳过的字节数未知"
-            "checksum does not match; unknown number of bytes skipped";
+            "校验和不符; 跳过的字节数未知" "checksum does not match; unknown number of bytes skipped";
         StructureUncounted { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "长度或类型无效; 跳过的字节数未知"
-            "invalid length or type; unknown number of bytes skipped";
+            "长度或类型无效; 跳过的字节数未知" "invalid length or type; unknown number of bytes skipped";
         CompressionUncounted { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "压缩数据损坏; 跳过的字节数未知"
-            "compressed data damaged; unknown number of bytes skipped";
+            "压缩数据损坏; 跳过的字节数未知" "compressed data damaged; unknown number of bytes skipped";
         Rest { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "文件的其余部分无法读取"
-            "the rest of the file cannot be read";
+            "文件的其余部分无法读取" "the rest of the file cannot be read";
         Undefined { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "部分topic的定义已丢失或无法使用, 其消息已跳过"
-            "messages skipped: the definition of their topic is lost or unusable";
+            "部分topic的定义已丢失或无法使用, 其消息已跳过" "messages skipped: the definition of their topic is lost or unusable";
         UndefinedWithFrames { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Count }
             "部分topic的定义已丢失或无法使用, 其{frames}条消息已跳过"
             "{frames|message|messages} skipped: the definition of their topic is lost or unusable";
@@ -86,8 +73,7 @@ rules! {
             "topic或类型的定义前后矛盾; 按第一个定义读取的{frames}帧可能有误"
             "definitions of a topic or type contradict each other: {frames|frame|frames} read by the first may be wrong";
         Missing { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
-            "按文件自身的统计, 还缺少{frames}条消息"
-            "{frames|message|messages} missing according to the file's own statistics";
+            "按文件自身的统计, 还缺少{frames}条消息" "{frames|message|messages} missing according to the file's own statistics";
         Unlocated { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
             "全部数据的校验和不符, 损坏位置不明; 已读取的{frames}帧可能有误"
             "checksum over all data does not match, damaged place unknown: {frames|frame|frames} already read may be wrong";
@@ -110,8 +96,7 @@ rules! {
     Cap005 "CAP005" "capture-cut" Info "-" [] {
         message "文件在一条记录中间结束" "file ends in the middle of a record";
         Cut { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
-            "文件在一条记录中间结束; 此前的内容都已读取"
-            "file ends in the middle of a record; everything up to there was read";
+            "文件在一条记录中间结束; 此前的内容都已读取" "file ends in the middle of a record; everything up to there was read";
     }
 
     /// 该帧的时间戳比同一总线上的前一帧早10 ms以上: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。
@@ -121,9 +106,7 @@ rules! {
     /// The host's clock was set (NTP, GPS, by hand), recordings were joined out of order, or the recording was edited.
     Cap006 "CAP006" "clock-set-back" Warning "-" [Sync, Time] {
         message "时间戳倒退" "timestamp goes back";
-        Back { back: Ns }
-            "时间戳倒退{back}"
-            "timestamp goes back {back}";
+        Back { back: Ns } "时间戳倒退{back}" "timestamp goes back {back}";
     }
 
     /// 该帧之前总线上没有任何报文, 而几个互不相关的节点此时都应发送; 之后它们又按原周期继续: 这段时间的帧没有录到, 或者时钟被向前调整。跨越此处的内容不作判断。
@@ -133,8 +116,7 @@ rules! {
     /// A receive buffer overflowed, the adapter was disconnected for a while, the recording was paused, cut or joined, or the host's clock was set.
     Cap007 "CAP007" "recording-hole" Warning "-" [Sync, ErrorControl] {
         message "记录中有空缺" "gap in the recording";
-        Silent { silence: Ns }
-            "{silence}内没有任何帧, 而有几个节点应发送报文; 之后都照常继续"
+        Silent { silence: Ns } "{silence}内没有任何帧, 而有几个节点应发送报文; 之后都照常继续"
             "no frame for {silence} although several nodes should have sent; then all continue as before";
     }
 
@@ -146,13 +128,8 @@ rules! {
     Cap008 "CAP008" "rows-left-out" Warning "-" [] {
         message "记录中缺少一部分帧" "frames left out of the capture";
         Rows { rows: Count, last: Count, next: Count }
-            "行号从{last}跳到{next}: 缺{rows}行"
-            "row {last} is followed by row {next}: {rows|row is|rows are} missing";
-        Counted { rows: Count }
-            "此处注明略去{rows}行"
-            "{rows|row|rows} marked as omitted here";
-        Uncounted
-            "此处略去若干行, 未注明行数"
-            "rows omitted here, number unknown";
+            "行号从{last}跳到{next}: 缺{rows}行" "row {last} is followed by row {next}: {rows|row is|rows are} missing";
+        Counted { rows: Count } "此处注明略去{rows}行" "{rows|row|rows} marked as omitted here";
+        Uncounted "此处略去若干行, 未注明行数" "rows omitted here, number unknown";
     }
 }

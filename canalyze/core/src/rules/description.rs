@@ -14,8 +14,7 @@ rules! {
     Eds001 "EDS001" "differs-from-eds" Info "CiA 306" [Sdo] {
         message "读到的值与EDS的默认值不同" "value read differs from the EDS's default";
         Value { found: Quantity, described: Quantity }
-            "读到{found}, EDS的默认值为{described}"
-            "read {found}, EDS default is {described}";
+            "读到{found}, EDS的默认值为{described}" "read {found}, EDS default is {described}";
         PdoLength { found: Count, mapped: Count }
             "PDO为{found}字节, EDS的默认映射为{mapped}字节: 设备在记录开始前已被配置, 或者EDS不是这台设备的"
             "PDO is {found|byte|bytes}, the EDS's default mapping has {mapped}: the device was configured before the capture began, or the EDS is for another device";
@@ -29,8 +28,7 @@ rules! {
     Eds002 "EDS002" "differs-from-dcf" Warning "CiA 306" [Sdo] {
         message "读到的值与DCF不同" "value read differs from the DCF";
         Value { found: Quantity, described: Quantity }
-            "读到{found}, DCF配置为{described}"
-            "read {found}, DCF has {described}";
+            "读到{found}, DCF配置为{described}" "read {found}, DCF has {described}";
     }
 
     /// 访问成功了, 但设备描述中没有这个索引或子索引。
@@ -40,12 +38,8 @@ rules! {
     /// The EDS is of another firmware, or the vendor left the object out of it.
     Eds003 "EDS003" "not-in-description" Info "CiA 306" [Sdo] {
         message "设备描述中没有该对象" "object is not in the description";
-        Index
-            "访问成功, 但设备描述中没有该索引"
-            "index accessed that the description does not list";
-        SubIndex
-            "访问成功, 但设备描述中该索引没有这个子索引"
-            "sub-index accessed that the description does not list";
+        Index "访问成功, 但设备描述中没有该索引" "index accessed that the description does not list";
+        SubIndex "访问成功, 但设备描述中该索引没有这个子索引" "sub-index accessed that the description does not list";
     }
 
     /// 设备类型(1000h)、制造商ID或产品码(1018h)与设备描述中的不同: 这份描述很可能不是这台设备的。
@@ -55,8 +49,7 @@ rules! {
     /// The wrong EDS was given for the node, node-IDs were mixed up, or the device was replaced.
     Eds004 "EDS004" "identity-differs" Warning "CiA 306" [Sdo] {
         message "设备标识与设备描述不符" "identity differs from the description";
-        Value { found: Quantity, described: Quantity }
-            "读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"
+        Value { found: Quantity, described: Quantity } "读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"
             "read {found}, the description has {described}: the EDS is probably for another device";
     }
 
@@ -67,11 +60,7 @@ rules! {
     /// The EDS is of another firmware, or of a whole series of which this device lacks an option.
     Eds005 "EDS005" "not-in-device" Info "CiA 306" [Sdo] {
         message "设备中没有设备描述中的对象" "object of the description is not in the device";
-        Index
-            "设备中没有该索引, 而设备描述中有"
-            "the device has no such index, but the description lists it";
-        SubIndex
-            "设备中没有该子索引, 而设备描述中有"
-            "the device has no such sub-index, but the description lists it";
+        Index "设备中没有该索引, 而设备描述中有" "the device has no such index, but the description lists it";
+        SubIndex "设备中没有该子索引, 而设备描述中有" "the device has no such sub-index, but the description lists it";
     }
 }

@@ -38,8 +38,7 @@ rules! {
     Drv003 "DRV003" "fault-without-emcy" Info "CiA 402-2, EMCY" [Pdo, Sdo, Emcy] {
         message "进入故障状态却没有紧急报文" "fault state without EMCY";
         Unannounced { statusword: Statusword }
-            "状态字变为{statusword}, 前后没有紧急报文"
-            "statusword changed to {statusword} without an EMCY before or after";
+            "状态字变为{statusword}, 前后没有紧急报文" "statusword changed to {statusword} without an EMCY before or after";
     }
 
     /// 写入6060h的操作模式在1秒内没有出现在6061h中。有些驱动器只在特定状态下才切换模式, 不支持的模式不会切换。
@@ -49,8 +48,7 @@ rules! {
     /// The drive does not support the mode (see 6502h), does not change it in this state, or another PDO writes another mode.
     Drv004 "DRV004" "mode-not-taken" Info "CiA 402-2, 6060h, 6061h" [Pdo, Sdo, Emcy] {
         message "6061h未显示请求的操作模式" "6061h does not show the requested mode";
-        StillDisplayed { requested: Mode, displayed: Mode, after: Ns }
-            "请求的模式为{requested}, {after}后6061h仍为{displayed}"
+        StillDisplayed { requested: Mode, displayed: Mode, after: Ns } "请求的模式为{requested}, {after}后6061h仍为{displayed}"
             "mode {requested} requested, {after} later 6061h still reads {displayed}";
     }
 
@@ -61,8 +59,6 @@ rules! {
     /// See the error code in the EMCY or 603Fh, and the manufacturer's manual; lost communication may also be the cause.
     Drv005 "DRV005" "drive-fault" Error "CiA 402-2, power drive system" [Pdo, Sdo, Emcy] {
         message "驱动器故障" "drive fault";
-        Entered { statusword: Statusword }
-            "状态字变为{statusword}"
-            "statusword changed to {statusword}";
+        Entered { statusword: Statusword } "状态字变为{statusword}" "statusword changed to {statusword}";
     }
 }

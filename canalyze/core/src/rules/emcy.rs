@@ -14,8 +14,7 @@ rules! {
     Emc001 "EMC001" "code-without-register" Warning "CiA 301 7.2.7.3.1" [Emcy] {
         message "错误码不为0, 错误寄存器却为0" "error code with error register 0";
         NoRegister { code: Emcy, register: Hex2 }
-            "错误码{code}, 错误寄存器为{register}"
-            "error code {code}, error register {register}";
+            "错误码{code}, 错误寄存器为{register}" "error code {code}, error register {register}";
     }
 
     /// 错误码为0000h而错误寄存器不为0: 一个错误消失, 其他错误仍在。这是允许的。
@@ -26,20 +25,16 @@ rules! {
     Emc002 "EMC002" "partial-reset" Info "CiA 301 7.2.7.1" [Emcy] {
         message "部分错误复位" "partial error reset";
         StillSet { code: JsonOnly<Emcy>, register: Hex2 }
-            "错误复位, 错误寄存器仍为{register}"
-            "error reset, error register still {register}";
+            "错误复位, 错误寄存器仍为{register}" "error reset, error register still {register}";
         OneLeft { register: Hex2, cleared: Emcy, left: Emcy }
-            "错误{cleared}已清除, {left}仍在; 错误寄存器为{register}"
-            "{cleared} cleared, {left} remains; error register {register}";
+            "错误{cleared}已清除, {left}仍在; 错误寄存器为{register}" "{cleared} cleared, {left} remains; error register {register}";
         SeveralLeft { register: Hex2, cleared: Emcy, left: Emcy, count: Count }
             "错误{cleared}已清除, 还有{count}个错误, 其中最早的是{left}; 错误寄存器为{register}"
             "{cleared} cleared, {count} errors remain, the oldest is {left}; error register {register}";
-        UnknownLeft { register: Hex2, cleared: Emcy }
-            "错误{cleared}已清除; 错误寄存器为{register}, 说明还有记录中没有出现的错误"
+        UnknownLeft { register: Hex2, cleared: Emcy } "错误{cleared}已清除; 错误寄存器为{register}, 说明还有记录中没有出现的错误"
             "{cleared} cleared; error register {register} shows another error that is not in the capture";
         OneOf { register: Hex2, count: Count }
-            "{count}个错误之一已清除; 错误寄存器仍为{register}"
-            "one of {count} errors cleared; error register still {register}";
+            "{count}个错误之一已清除; 错误寄存器仍为{register}" "one of {count} errors cleared; error register still {register}";
     }
 
     /// 错误寄存器 (1001h) 的位6保留, 必须为0。
@@ -50,8 +45,7 @@ rules! {
     Emc003 "EMC003" "reserved-register-bit" Warning "CiA 301 7.5.2.2" [Emcy] {
         message "错误寄存器的保留位不为0" "reserved bit of the error register set";
         Bit6 { code: JsonOnly<Emcy>, register: Hex2 }
-            "错误寄存器为{register}, 位6保留"
-            "error register is {register}, bit 6 is reserved";
+            "错误寄存器为{register}, 位6保留" "error register is {register}, bit 6 is reserved";
     }
 
     /// 在停止状态和启动报文之前, 节点不应发送紧急报文。
@@ -61,12 +55,8 @@ rules! {
     /// The device does not disable the EMCY service with the NMT state; some vendors' devices do not.
     Emc004 "EMC004" "emcy-in-wrong-state" Warning "CiA 301 7.3.2.2" [Emcy, ErrorControl, Nmt] {
         message "在不允许的状态下发送紧急报文" "EMCY in a state that does not allow it";
-        InState { state: State }
-            "节点处于{state}时发送了紧急报文"
-            "EMCY from a node that is {state}";
-        BeforeBootUp
-            "复位之后, 启动报文之前发送了紧急报文"
-            "EMCY after the reset and before the boot-up";
+        InState { state: State } "节点处于{state}时发送了紧急报文" "EMCY from a node that is {state}";
+        BeforeBootUp "复位之后, 启动报文之前发送了紧急报文" "EMCY after the reset and before the boot-up";
     }
 
     /// 两个紧急报文的间隔不得短于1015h (单位0.1 ms)。
@@ -77,8 +67,7 @@ rules! {
     Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18" [Emcy] {
         message "违反紧急报文的抑制时间" "EMCY inhibit time violated";
         TooClose { found: Ns, expected: Ns }
-            "距上一紧急报文{found}, 小于抑制时间{expected}"
-            "{found} after the previous EMCY (inhibit time {expected})";
+            "距上一紧急报文{found}, 小于抑制时间{expected}" "{found} after the previous EMCY (inhibit time {expected})";
     }
 
     /// 紧急报文总是8字节: 错误码2字节, 错误寄存器1字节, 制造商定义5字节。消费者可能不处理其他长度。
@@ -88,9 +77,7 @@ rules! {
     /// The firmware sets the DLC to the actual payload; a length of 0 is the boot-up of DS 301 version 3.
     Emc006 "EMC006" "emcy-length" Warning "CiA 301 7.2.7.3" [Emcy] {
         message "紧急报文的长度不是8字节" "EMCY is not 8 bytes long";
-        Length { found: Count }
-            "紧急报文为{found}字节, 应为8字节"
-            "EMCY is {found|byte|bytes} long, expected 8";
+        Length { found: Count } "紧急报文为{found}字节, 应为8字节" "EMCY is {found|byte|bytes} long, expected 8";
     }
 
     /// 紧急报文说明设备本身有错误: 电流、电压、温度、硬件、软件、模块或被控对象。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。
@@ -101,8 +88,7 @@ rules! {
     Emc007 "EMC007" "device-error" Error "CiA 301 7.2.7.1" [Emcy] {
         message "设备报告错误" "device reports an error";
         Reported { code: Emcy, register: Hex2 }
-            "节点报告{code}, 错误寄存器为{register}"
-            "node reports {code}, error register {register}";
+            "节点报告{code}, 错误寄存器为{register}" "node reports {code}, error register {register}";
     }
 
     /// 紧急报文说明节点有通信错误, 或者错误码没有进一步说明的错误(一般性或设备特定)。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。
@@ -113,8 +99,7 @@ rules! {
     Emc008 "EMC008" "reported-error" Warning "CiA 301 7.2.7.1" [Emcy] {
         message "节点报告错误" "node reports an error";
         Reported { code: Emcy, register: Hex2 }
-            "节点报告{code}, 错误寄存器为{register}"
-            "node reports {code}, error register {register}";
+            "节点报告{code}, 错误寄存器为{register}" "node reports {code}, error register {register}";
     }
 
     /// 节点报告了错误, 到记录结束仍未清除; 或者错误存在期间重复发送了紧急报文。
@@ -124,15 +109,11 @@ rules! {
     /// The cause is still present, or the device clears an error only on a command or a restart.
     Emc009 "EMC009" "error-standing" Info "CiA 301 7.2.7.1" [Emcy] {
         message "错误仍然存在" "error still active";
-        Stands { code: Emcy, count: JsonOnly<Count>, age: JsonOnly<Option<Ns>> }
-            "错误{code}尚未清除"
-            "{code} not cleared";
+        Stands { code: Emcy, count: JsonOnly<Count>, age: JsonOnly<Option<Ns>> } "错误{code}尚未清除" "{code} not cleared";
         StandsAndRepeats { code: Emcy, count: Count, age: JsonOnly<Option<Ns>> }
-            "错误{code}尚未清除, 共发送{count}次"
-            "{code} not cleared, sent {count} times";
+            "错误{code}尚未清除, 共发送{count}次" "{code} not cleared, sent {count} times";
         Repeated { code: Emcy, count: Count }
-            "错误{code}在清除前共发送{count}次"
-            "{code} sent {count} times before being cleared";
+            "错误{code}在清除前共发送{count}次" "{code} sent {count} times before being cleared";
     }
 
     /// 每个错误只应发送一次紧急报文。一个节点在1秒内发送了10个或更多。
@@ -142,11 +123,7 @@ rules! {
     /// An intermittent error (a loose contact, a value at its threshold), or a device that repeats its EMCYs; 1015h limits their rate.
     Emc010 "EMC010" "emcy-flood" Warning "CiA 301 7.2.7.1" [Emcy] {
         message "紧急报文过多" "EMCY flood";
-        Flood { count: Count, duration: Ns }
-            "{duration}内{count}个紧急报文"
-            "{count} EMCYs within {duration}";
-        InAll { count: Count, duration: Ns }
-            "{duration}内共{count}个紧急报文"
-            "{count} EMCYs in total within {duration}";
+        Flood { count: Count, duration: Ns } "{duration}内{count}个紧急报文" "{count} EMCYs within {duration}";
+        InAll { count: Count, duration: Ns } "{duration}内共{count}个紧急报文" "{count} EMCYs in total within {duration}";
     }
 }

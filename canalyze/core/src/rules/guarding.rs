@@ -14,8 +14,7 @@ rules! {
     Grd001 "GRD001" "guarding-toggle" Error "CiA 301 7.2.8.3.2.1" [ErrorControl, Nmt] {
         message "节点保护的toggle位错误" "wrong toggle bit in node guarding";
         Toggle { found: Bit, expected: Bit }
-            "节点保护应答的toggle={found}, 应为{expected}"
-            "node guarding response has toggle={found}, expected {expected}";
+            "节点保护应答的toggle={found}, 应为{expected}" "node guarding response has toggle={found}, expected {expected}";
     }
 
     /// NMT主站用远程帧查询节点状态, 节点必须应答。
@@ -25,12 +24,8 @@ rules! {
     /// The node is offline or starting, does not support node guarding, or its CAN controller does not answer remote frames.
     Grd002 "GRD002" "guarding-unanswered" Warning "CiA 301 7.2.8.3.2.1" [ErrorControl, Nmt] {
         message "节点保护请求没有应答" "node guarding request without response";
-        NoResponseWithin { age: Ns }
-            "节点保护请求在{age}内没有应答"
-            "no response to the node guarding request within {age}";
-        NoResponse
-            "节点保护请求没有应答"
-            "no response to the node guarding request";
+        NoResponseWithin { age: Ns } "节点保护请求在{age}内没有应答" "no response to the node guarding request within {age}";
+        NoResponse "节点保护请求没有应答" "no response to the node guarding request";
     }
 
     /// 一个节点只能使用其中之一: 1017h不为0时使用心跳, 节点不应答节点保护请求。
@@ -40,12 +35,8 @@ rules! {
     /// The master is configured for guarding while 1017h of the node is not 0.
     Grd003 "GRD003" "heartbeat-and-guarding" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "同时使用心跳和节点保护" "heartbeat and node guarding at the same time";
-        Heartbeats
-            "节点受节点保护监视, 却还在主动发送心跳"
-            "the guarded node also sends heartbeats";
-        Requests
-            "向发送心跳的节点发送节点保护请求"
-            "node guarding requests to a node that sends heartbeats";
+        Heartbeats "节点受节点保护监视, 却还在主动发送心跳" "the guarded node also sends heartbeats";
+        Requests "向发送心跳的节点发送节点保护请求" "node guarding requests to a node that sends heartbeats";
     }
 
     /// 记录中有对该节点的节点保护请求, 但没有它的任何报文。
@@ -55,8 +46,7 @@ rules! {
     /// The node does not exist or has no power, or only one direction was captured.
     Grd004 "GRD004" "guarded-node-absent" Info "-" [ErrorControl, Nmt] {
         message "被保护的节点从未出现" "guarded node never seen";
-        Absent { requests: Count }
-            "发出{requests}次节点保护请求, 记录中没有该节点的任何报文"
+        Absent { requests: Count } "发出{requests}次节点保护请求, 记录中没有该节点的任何报文"
             "{requests|node guarding request|node guarding requests}, but no frame from the node";
     }
 
@@ -68,7 +58,6 @@ rules! {
     Grd005 "GRD005" "life-guarding" Error "CiA 301 7.2.8.3.2.1" [ErrorControl, Nmt] {
         message "寿命保护" "life guarding";
         Expired { age: Ns, limit: Ns }
-            "此后{age}没有节点保护请求, 超过节点寿命时间{limit}"
-            "no node guarding request for {age} since then (node life time {limit})";
+            "此后{age}没有节点保护请求, 超过节点寿命时间{limit}" "no node guarding request for {age} since then (node life time {limit})";
     }
 }

@@ -14,8 +14,7 @@ rules! {
     Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2" [ErrorControl, Nmt] {
         message "心跳延迟" "heartbeat late";
         Late { found: Ns, expected: Ns }
-            "距上次心跳{found}, 周期为{expected}"
-            "{found} since the previous heartbeat (period {expected})";
+            "距上次心跳{found}, 周期为{expected}" "{found} since the previous heartbeat (period {expected})";
     }
 
     /// 消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。
@@ -25,11 +24,9 @@ rules! {
     /// The node is disconnected, powered off or hung, a cable is broken, or its controller is bus-off.
     Hbt002 "HBT002" "heartbeat-lost" Error "CiA 301 7.2.8.3.2.2" [ErrorControl, Nmt] {
         message "心跳丢失" "heartbeat lost";
-        ConsumerTime { silence: Ns, limit: Ns }
-            "此后{silence}没有心跳, 超过消费者心跳时间(1016h) {limit}"
+        ConsumerTime { silence: Ns, limit: Ns } "此后{silence}没有心跳, 超过消费者心跳时间(1016h) {limit}"
             "no heartbeat for {silence} since then (consumer heartbeat time 1016h: {limit})";
-        Limit { silence: Ns, limit: Ns }
-            "此后{silence}没有心跳, 判定时限{limit}(3个周期加容差)"
+        Limit { silence: Ns, limit: Ns } "此后{silence}没有心跳, 判定时限{limit}(3个周期加容差)"
             "no heartbeat for {silence} since then (limit {limit}: 3 periods plus tolerance)";
     }
 
@@ -40,11 +37,8 @@ rules! {
     /// A firmware bug, corrupt data, or another protocol on this CAN-ID.
     Hbt003 "HBT003" "unknown-state" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "未知的NMT状态" "unknown NMT state";
-        State { found: Hex2 }
-            "心跳中的状态{found}未定义"
-            "undefined state {found}";
-        ToggleBit { found: Hex2 }
-            "心跳的位7为1 ({found}), 却没有节点保护请求"
+        State { found: Hex2 } "心跳中的状态{found}未定义" "undefined state {found}";
+        ToggleBit { found: Hex2 } "心跳的位7为1 ({found}), 却没有节点保护请求"
             "bit 7 of the heartbeat is 1 ({found}), but there was no node guarding request";
     }
 
@@ -56,19 +50,13 @@ rules! {
     Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5" [ErrorControl, Nmt] {
         message "节点ID重复" "duplicate node-ID";
         States { one: State, other: State }
-            "没有NMT命令, 状态却在{one}与{other}之间交替"
-            "the state alternates between {one} and {other} without NMT commands";
-        Gaps { one: Ns, other: Ns }
-            "心跳间隔{one}与{other}交替: 存在两路心跳"
+            "没有NMT命令, 状态却在{one}与{other}之间交替" "the state alternates between {one} and {other} without NMT commands";
+        Gaps { one: Ns, other: Ns } "心跳间隔{one}与{other}交替: 存在两路心跳"
             "heartbeat intervals alternate between {one} and {other}: two heartbeat streams";
         HalfPeriod { found: Ns, expected: Ns }
-            "心跳间隔为{found}, 仅为1017h周期{expected}的一半"
-            "heartbeat interval is {found}, half of the {expected} in 1017h";
-        BootUps { gap: Ns }
-            "{gap}内收到两个启动报文"
-            "two boot-ups within {gap}";
-        Series { one: Ns, other: Ns }
-            "周期{one}的心跳之间另有每隔{other}的心跳: 存在两路心跳"
+            "心跳间隔为{found}, 仅为1017h周期{expected}的一半" "heartbeat interval is {found}, half of the {expected} in 1017h";
+        BootUps { gap: Ns } "{gap}内收到两个启动报文" "two boot-ups within {gap}";
+        Series { one: Ns, other: Ns } "周期{one}的心跳之间另有每隔{other}的心跳: 存在两路心跳"
             "between heartbeats of period {one} there are others every {other}: two heartbeat streams";
     }
 
@@ -79,8 +67,7 @@ rules! {
     /// The recording paused or the host stalled, the bus was disconnected, or the network had no power.
     Hbt005 "HBT005" "silent-bus" Info "-" [ErrorControl, Nmt] {
         message "总线静默" "silent bus";
-        Silent { silence: Ns, nodes: Count }
-            "总线静默{silence}, 期间{nodes}个节点的心跳应到未到"
+        Silent { silence: Ns, nodes: Count } "总线静默{silence}, 期间{nodes}个节点的心跳应到未到"
             "bus silent for {silence}; heartbeats of {nodes|node|nodes} missing meanwhile";
     }
 
@@ -91,9 +78,7 @@ rules! {
     /// The firmware sets a wrong DLC, or another protocol uses this COB-ID.
     Hbt006 "HBT006" "error-control-length" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "错误控制报文的长度不是1字节" "error control is not 1 byte long";
-        Length { found: Count }
-            "错误控制报文为{found}字节, 应为1字节"
-            "error control is {found|byte|bytes} long, expected 1";
+        Length { found: Count } "错误控制报文为{found}字节, 应为1字节" "error control is {found|byte|bytes} long, expected 1";
     }
 
     /// 心跳改以另一周期均匀发送, 而记录中没有对1017h的写入或复位可以解释。
@@ -103,8 +88,6 @@ rules! {
     /// An overloaded or restarted firmware task, local operation, or a second node with this node-ID.
     Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.20" [ErrorControl, Nmt] {
         message "心跳周期改变" "heartbeat period changed";
-        Changed { from: Ns, to: Ns }
-            "心跳周期由{from}变为{to}"
-            "heartbeat period changed from {from} to {to}";
+        Changed { from: Ns, to: Ns } "心跳周期由{from}变为{to}" "heartbeat period changed from {from} to {to}";
     }
 }

@@ -13,15 +13,9 @@ rules! {
     /// A stack bug, corrupt data, or another protocol on 7E4h and 7E5h.
     Lss001 "LSS001" "unknown-command" Warning "CiA 305" [Lss] {
         message "未定义的LSS报文" "undefined LSS frame";
-        ByMaster { command: Hex2 }
-            "主站发送了未定义的命令字{command}"
-            "undefined command specifier {command} from the master";
-        BySlave { command: Hex2 }
-            "从站发送了未定义的命令字{command}"
-            "undefined command specifier {command} from a slave";
-        Length { length: Count }
-            "LSS帧长度为{length}字节, 应为8字节"
-            "LSS frame is {length|byte|bytes} long, expected 8";
+        ByMaster { command: Hex2 } "主站发送了未定义的命令字{command}" "undefined command specifier {command} from the master";
+        BySlave { command: Hex2 } "从站发送了未定义的命令字{command}" "undefined command specifier {command} from a slave";
+        Length { length: Count } "LSS帧长度为{length}字节, 应为8字节" "LSS frame is {length|byte|bytes} long, expected 8";
     }
 
     /// LSS从站只响应主站的请求; 记录中此前和紧接其后都没有同类请求。
@@ -31,9 +25,7 @@ rules! {
     /// A slave bug, or frames of the master missing from the capture.
     Lss002 "LSS002" "answer-without-request" Warning "CiA 305" [Lss] {
         message "没有对应请求的LSS响应" "LSS response without request";
-        Unrequested { command: Lss }
-            "收到“{command}”的响应, 但没有对应的请求"
-            "response to \"{command}\" without a request";
+        Unrequested { command: Lss } "收到“{command}”的响应, 但没有对应的请求" "response to \"{command}\" without a request";
     }
 
     /// 配置和查询命令只有配置状态的从站才执行; 主站已把所有从站切换到等待状态, 之后没有选中任何从站。
@@ -44,8 +36,7 @@ rules! {
     Lss003 "LSS003" "configuration-without-selection" Warning "CiA 305" [Lss] {
         message "没有从站处于配置状态时发送配置命令" "configuration command while no slave is in the configuration state";
         NotSelected { command: Lss }
-            "没有从站处于配置状态, 主站却发送了“{command}”"
-            "\"{command}\" from the master while no slave is in configuration state";
+            "没有从站处于配置状态, 主站却发送了“{command}”" "\"{command}\" from the master while no slave is in configuration state";
     }
 
     /// 从站没有接受节点ID或位定时, 或者没有存储配置。错误码FFh表示制造商定义的错误, 其含义见设备手册。
@@ -56,10 +47,8 @@ rules! {
     Lss004 "LSS004" "error-code" Warning "CiA 305" [Lss] {
         message "LSS从站响应了错误码" "LSS slave responded with an error code";
         Refused { command: Lss, error: LssError }
-            "“{command}”被拒绝: 错误码{error}"
-            "\"{command}\" refused: error code {error}";
-        RefusedSpecific { command: Lss, error: LssError, specific: Hex2 }
-            "“{command}”被拒绝: 错误码{error}, 特定错误码{specific}"
+            "“{command}”被拒绝: 错误码{error}" "\"{command}\" refused: error code {error}";
+        RefusedSpecific { command: Lss, error: LssError, specific: Hex2 } "“{command}”被拒绝: 错误码{error}, 特定错误码{specific}"
             "\"{command}\" refused: error code {error}, specific error code {specific}";
     }
 
@@ -71,11 +60,9 @@ rules! {
     Lss005 "LSS005" "no-boot-up-after-node-id" Info "CiA 305" [Lss, ErrorControl] {
         message "配置节点ID后没有以新节点ID启动" "no boot-up with the new node-ID";
         NoBootUp { node: Count, limit: Ns }
-            "{limit}内没有节点以节点ID {node}启动"
-            "no node booted up with node-ID {node} within {limit}";
+            "{limit}内没有节点以节点ID {node}启动" "no node booted up with node-ID {node} within {limit}";
         OldNodeId { found: Count, expected: Count }
-            "节点仍以节点ID {found}启动, 应为{expected}"
-            "node still boots up with node-ID {found}, expected {expected}";
+            "节点仍以节点ID {found}启动, 应为{expected}" "node still boots up with node-ID {found}, expected {expected}";
     }
 
     /// 从站接受了位定时, 之后回到等待状态, 而主站既没有激活位定时(15h), 也没有存储配置(17h): 波特率没有改变。
@@ -94,11 +81,9 @@ rules! {
     /// All slaves were switched to configuration state, the master selects the next slave without a switch to waiting state, or two slaves have the same LSS address.
     Lss007 "LSS007" "several-answers" Warning "CiA 305" [Lss] {
         message "不止一个从站响应" "more than one slave responds";
-        InConfiguration { command: Lss }
-            "“{command}”收到不止一个响应: 不止一个从站处于配置状态"
+        InConfiguration { command: Lss } "“{command}”收到不止一个响应: 不止一个从站处于配置状态"
             "more than one response to \"{command}\": more than one slave is in configuration state";
-        SameAddress { command: Lss }
-            "收到不止一个“{command}”: 不止一个从站具有该LSS地址"
+        SameAddress { command: Lss } "收到不止一个“{command}”: 不止一个从站具有该LSS地址"
             "\"{command}\" received more than once: more than one slave has this LSS address";
     }
 
@@ -109,8 +94,7 @@ rules! {
     /// The master does not wait, or there are nodes on the bus that do not take part in the switch.
     Lss008 "LSS008" "frame-during-switch-delay" Warning "CiA 305" [Lss] {
         message "切换延迟期间有报文" "frame during the switch delay";
-        Frame { elapsed: Ns, silence: Ns }
-            "激活位定时后{elapsed}有报文, 总线应静默{silence}"
+        Frame { elapsed: Ns, silence: Ns } "激活位定时后{elapsed}有报文, 总线应静默{silence}"
             "frame {elapsed} after activate bit timing, the bus should be silent for {silence}";
     }
 
@@ -122,11 +106,9 @@ rules! {
     Lss009 "LSS009" "request-unanswered" Warning "CiA 305" [Lss] {
         message "已选中的从站没有响应" "selected slave does not respond";
         NoResponseWithin { command: Lss, limit: Ns }
-            "已选中的从站在{limit}内没有响应“{command}”"
-            "selected slave did not respond to \"{command}\" within {limit}";
+            "已选中的从站在{limit}内没有响应“{command}”" "selected slave did not respond to \"{command}\" within {limit}";
         NoResponse { command: Lss }
-            "主站没有等到“{command}”的响应就继续"
-            "no response to \"{command}\" before the master continued";
+            "主站没有等到“{command}”的响应就继续" "no response to \"{command}\" before the master continued";
     }
 
     /// BitCheck只能是0到31或80h, LSSSub和LSSNext只能是0到3; 从站忽略其他值。
@@ -136,12 +118,8 @@ rules! {
     /// A bug in the master's Fastscan.
     Lss010 "LSS010" "invalid-fastscan" Info "CiA 305" [Lss] {
         message "快速扫描参数无效" "invalid Fastscan parameter";
-        BitCheck { found: Hex2 }
-            "BitCheck无效: {found}"
-            "invalid BitCheck {found}";
-        SubOrNext { sub: Count, next: Count }
-            "LSSSub={sub}或LSSNext={next}无效"
-            "invalid LSSSub={sub} or LSSNext={next}";
+        BitCheck { found: Hex2 } "BitCheck无效: {found}" "invalid BitCheck {found}";
+        SubOrNext { sub: Count, next: Count } "LSSSub={sub}或LSSNext={next}无效" "invalid LSSSub={sub} or LSSNext={next}";
     }
 
     /// LSS地址必须按制造商ID、产品码、修订号、序列号(40h到43h)的顺序发送; 顺序不对时从站可以不响应。
@@ -152,8 +130,7 @@ rules! {
     Lss011 "LSS011" "selective-order" Warning "CiA 305" [Lss] {
         message "选择性切换状态的顺序不对" "switch state selective out of order";
         Order { found: Lss, expected: Lss }
-            "收到“{found}”, 应为“{expected}”"
-            "received \"{found}\", expected \"{expected}\"";
+            "收到“{found}”, 应为“{expected}”" "received \"{found}\", expected \"{expected}\"";
     }
 
     /// 没有从站具有该LSS地址, 或者全局切换后总线上没有LSS从站。
@@ -167,8 +144,7 @@ rules! {
             "没有从站响应该LSS地址: 制造商ID={vendor}, 产品码={product}, 修订号={revision}, 序列号={serial}"
             "no slave responds to LSS address vendor-ID={vendor}, product code={product}, revision number={revision}, serial number={serial}";
         Command { command: Lss, limit: Ns }
-            "{limit}内没有从站响应“{command}”"
-            "no slave responded to \"{command}\" within {limit}";
+            "{limit}内没有从站响应“{command}”" "no slave responded to \"{command}\" within {limit}";
     }
 
     /// 没有出现过一对有效的请求和响应, 因此不作LSS判断。

@@ -13,15 +13,9 @@ rules! {
     /// A wrong command from the master, or another protocol on CAN-ID 000h.
     Nmt001 "NMT001" "invalid-node-control" Warning "CiA 301 7.2.8.3.1" [Nmt, ErrorControl] {
         message "NMT命令无效" "invalid NMT command";
-        Command { found: Hex2 }
-            "未知的NMT命令{found}"
-            "unknown NMT command {found}";
-        NodeId { found: Count }
-            "NMT命令的节点ID为{found}, 应为0到127"
-            "NMT command to node-ID {found}, expected 0 to 127";
-        Length { found: Count }
-            "NMT命令为{found}字节, 应为2字节"
-            "NMT command is {found|byte|bytes} long, expected 2";
+        Command { found: Hex2 } "未知的NMT命令{found}" "unknown NMT command {found}";
+        NodeId { found: Count } "NMT命令的节点ID为{found}, 应为0到127" "NMT command to node-ID {found}, expected 0 to 127";
+        Length { found: Count } "NMT命令为{found}字节, 应为2字节" "NMT command is {found|byte|bytes} long, expected 2";
     }
 
     /// 节点收到命令后必须进入相应状态; 两个心跳周期之后它仍报告其他状态。
@@ -32,10 +26,8 @@ rules! {
     Nmt002 "NMT002" "command-without-effect" Warning "CiA 301 7.2.8.3.1" [Nmt, ErrorControl] {
         message "NMT命令未生效" "NMT command without effect";
         Still { command: Command, found: State }
-            "NMT命令“{command}”发出后, 节点仍处于{found}"
-            "the node is still {found} after NMT command \"{command}\"";
-        NoBootUp { command: Command, found: State }
-            "NMT命令“{command}”发出后, 节点没有发送启动报文, 却报告{found}"
+            "NMT命令“{command}”发出后, 节点仍处于{found}" "the node is still {found} after NMT command \"{command}\"";
+        NoBootUp { command: Command, found: State } "NMT命令“{command}”发出后, 节点没有发送启动报文, 却报告{found}"
             "the node sent no boot-up after NMT command \"{command}\", but reports {found}";
     }
 
@@ -47,13 +39,9 @@ rules! {
     Nmt003 "NMT003" "spontaneous-reset" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
         message "节点自行复位" "unexpected reset";
         SinceBootUp { after: Ns }
-            "未见复位命令却收到启动报文, 距上次启动{after}"
-            "boot-up without a reset command, {after} after the previous boot-up";
-        BootUp
-            "未见复位命令却收到启动报文"
-            "boot-up without a reset command";
-        WhileRunning { after: Ns }
-            "节点正在运行 (上次心跳在{after}前), 未见复位命令却重新启动"
+            "未见复位命令却收到启动报文, 距上次启动{after}" "boot-up without a reset command, {after} after the previous boot-up";
+        BootUp "未见复位命令却收到启动报文" "boot-up without a reset command";
+        WhileRunning { after: Ns } "节点正在运行 (上次心跳在{after}前), 未见复位命令却重新启动"
             "the node was running (last heartbeat {after} earlier) and booted without a reset command";
     }
 
@@ -65,8 +53,7 @@ rules! {
     Nmt004 "NMT004" "state-change-without-command" Warning "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
         message "没有NMT命令的状态变化" "state change without NMT command";
         Changed { from: State, to: State }
-            "没有NMT命令, 状态却由{from}变为{to}"
-            "state changed from {from} to {to} without an NMT command";
+            "没有NMT命令, 状态却由{from}变为{to}" "state changed from {from} to {to} without an NMT command";
     }
 
     /// 节点没有收到命令就离开操作状态或进入停止状态, 并发送了紧急报文: 这是1029h规定的错误行为。此后节点保持该状态, 不会因错误而启动。
@@ -76,8 +63,7 @@ rules! {
     /// A communication error, such as the loss of a heartbeat that the node watches.
     Nmt005 "NMT005" "state-change-on-error" Info "CiA 301 7.5.2.32" [Nmt, ErrorControl] {
         message "因错误改变状态" "state change on an error";
-        Changed { from: State, to: State }
-            "没有NMT命令, 状态由{from}变为{to}, 并伴有该节点的紧急报文"
+        Changed { from: State, to: State } "没有NMT命令, 状态由{from}变为{to}, 并伴有该节点的紧急报文"
             "state changed from {from} to {to} without an NMT command, together with an EMCY of the node";
     }
 
@@ -89,7 +75,6 @@ rules! {
     Nmt006 "NMT006" "boot-up-missing" Error "CiA 301 7.3.2.1" [Nmt, ErrorControl] {
         message "复位后没有启动报文" "no boot-up after a reset";
         Missing { command: Command, age: Ns }
-            "NMT命令“{command}”发出后{age}没有启动报文"
-            "no boot-up for {age} after NMT command \"{command}\"";
+            "NMT命令“{command}”发出后{age}没有启动报文" "no boot-up for {age} after NMT command \"{command}\"";
     }
 }

@@ -13,9 +13,7 @@ rules! {
     /// A bug in the sender, or another protocol on the same identifier.
     Mpd001 "MPD001" "mpdo-length" Warning "CiA 301 7.2.2.4" one [Pdo] {
         message "MPDO长度不是8字节" "MPDO is not 8 bytes long";
-        Length { found: Count }
-            "MPDO长度为{found}字节, 应为8字节"
-            "MPDO is {found|byte|bytes} long, expected 8";
+        Length { found: Count } "MPDO长度为{found}字节, 应为8字节" "MPDO is {found|byte|bytes} long, expected 8";
     }
 
     /// 数据比映射的对象短时, 接收方不处理该PDO, 并可发送紧急报文8210h。
@@ -26,8 +24,7 @@ rules! {
     Pdo001 "PDO001" "pdo-too-short" Error "CiA 301 7.5.2.36, 7.5.2.38" one [Pdo] {
         message "PDO短于其映射" "PDO is shorter than its mapping";
         Length { found: Count, mapped: Count }
-            "PDO为{found}字节, 映射需要{mapped}字节"
-            "PDO is {found|byte|bytes}, its mapping needs {mapped}";
+            "PDO为{found}字节, 映射需要{mapped}字节" "PDO is {found|byte|bytes}, its mapping needs {mapped}";
         OfConsumer { found: Count, mapped: Count, consumer: Count, pdo: Pdo }
             "PDO为{found}字节, 节点{consumer}的{pdo}的映射需要{mapped}字节"
             "PDO is {found|byte|bytes}, the mapping of node {consumer}'s {pdo} needs {mapped}";
@@ -40,9 +37,7 @@ rules! {
     /// The stack does not stop PDOs with the state, the start command is missing, or another node uses this COB-ID.
     Pdo002 "PDO002" "tpdo-when-not-operational" Error "CiA 301 7.3.2.2" one [Pdo, ErrorControl, Nmt] {
         message "在非操作状态下发送TPDO" "TPDO from a node that is not Operational";
-        InState { pdo: Pdo, state: State }
-            "节点处于{state}时发送了{pdo}"
-            "{pdo} from a node that is {state}";
+        InState { pdo: Pdo, state: State } "节点处于{state}时发送了{pdo}" "{pdo} from a node that is {state}";
     }
 
     /// 节点只在操作状态处理RPDO, 此时的数据被忽略。
@@ -52,9 +47,7 @@ rules! {
     /// The master sends cyclic RPDOs before it starts the node; usually harmless.
     Pdo003 "PDO003" "rpdo-to-not-operational" Info "CiA 301 7.3.2.2" one [Pdo, ErrorControl, Nmt] {
         message "RPDO发给非操作状态的节点" "RPDO to a node that is not Operational";
-        InState { pdo: Pdo, state: State }
-            "节点处于{state}, {pdo}被忽略"
-            "node is {state}, {pdo} ignored";
+        InState { pdo: Pdo, state: State } "节点处于{state}, {pdo}被忽略" "node is {state}, {pdo} ignored";
     }
 
     /// 事件驱动的TPDO两次发送之间至少相隔抑制时间(通信参数子索引03h, 单位100 µs); 对远程请求的响应不计。
@@ -64,8 +57,7 @@ rules! {
     /// The device does not implement the inhibit time, its unit was misread, or it was written while the PDO was valid.
     Pdo004 "PDO004" "inhibit-time" Warning "CiA 301 7.5.2.37" one here [Pdo] {
         message "抑制时间内再次发送" "sent again within the inhibit time";
-        TooClose { found: Ns, limit: Ns, tolerance: Ns }
-            "距上一帧{found}, 小于抑制时间{limit}(容差{tolerance})"
+        TooClose { found: Ns, limit: Ns, tolerance: Ns } "距上一帧{found}, 小于抑制时间{limit}(容差{tolerance})"
             "{found} after the previous one (inhibit time {limit}, tolerance {tolerance})";
     }
 
@@ -76,9 +68,7 @@ rules! {
     /// The device is overloaded, its firmware stopped sending, or a frame is missing from the capture.
     Pdo005 "PDO005" "event-timer-late" Warning "CiA 301 7.5.2.37" one [Pdo] {
         message "事件定时器到期而PDO没有发送" "event timer expired without the PDO";
-        Overdue { found: Ns, limit: Ns }
-            "已{found}没有发送(事件定时器{limit})"
-            "not sent for {found} (event timer {limit})";
+        Overdue { found: Ns, limit: Ns } "已{found}没有发送(事件定时器{limit})" "not sent for {found} (event timer {limit})";
     }
 
     /// 多出的字节被接收方忽略; 接收方可发送紧急报文8220h。
@@ -89,8 +79,7 @@ rules! {
     Pdo006 "PDO006" "pdo-too-long" Warning "CiA 301 7.5.2.36, 7.5.2.38" one [Pdo] {
         message "PDO长于其映射" "PDO is longer than its mapping";
         Length { found: Count, mapped: Count }
-            "PDO为{found}字节, 映射只有{mapped}字节"
-            "PDO is {found|byte|bytes}, its mapping has only {mapped}";
+            "PDO为{found}字节, 映射只有{mapped}字节" "PDO is {found|byte|bytes}, its mapping has only {mapped}";
         OfConsumer { found: Count, mapped: Count, consumer: Count, pdo: Pdo }
             "PDO为{found}字节, 节点{consumer}的{pdo}的映射只有{mapped}字节"
             "PDO is {found|byte|bytes}, the mapping of node {consumer}'s {pdo} has only {mapped}";
@@ -103,12 +92,8 @@ rules! {
     /// A configuration error that the device does not check; when the PDO is sent or takes effect is undefined.
     Pdo008 "PDO008" "reserved-transmission-type" Warning "CiA 301 7.5.2.35, 7.5.2.37" [Sdo] {
         message "写入了保留的传输类型" "reserved transmission type written";
-        Tpdo { found: Count }
-            "TPDO的传输类型{found}是保留值, 设备却接受了"
-            "reserved TPDO transmission type {found} was accepted";
-        Rpdo { found: Count }
-            "RPDO的传输类型{found}是保留值, 设备却接受了"
-            "reserved RPDO transmission type {found} was accepted";
+        Tpdo { found: Count } "TPDO的传输类型{found}是保留值, 设备却接受了" "reserved TPDO transmission type {found} was accepted";
+        Rpdo { found: Count } "RPDO的传输类型{found}是保留值, 设备却接受了" "reserved RPDO transmission type {found} was accepted";
     }
 
     /// 修改映射前应先把COB-ID的位31置1使PDO无效, 再把映射的子索引00h写0; 否则修改期间的PDO会新旧混杂。
@@ -118,11 +103,9 @@ rules! {
     /// The configuration tool skips making the PDO invalid, and the device does not check; most stacks refuse.
     Pdo009 "PDO009" "mapping-changed-while-valid" Warning "CiA 301 7.5.2.36, 7.5.2.38" [Sdo] {
         message "PDO有效时修改了映射" "mapping changed while the PDO is valid";
-        InUse { pdo: Pdo }
-            "{pdo}仍有效(COB-ID位31=0), 映射也在使用中, 却修改了映射"
+        InUse { pdo: Pdo } "{pdo}仍有效(COB-ID位31=0), 映射也在使用中, 却修改了映射"
             "mapping changed while {pdo} is valid (COB-ID bit 31 = 0) and the mapping in use";
-        Disabled { pdo: Pdo }
-            "{pdo}仍有效(COB-ID位31=0), 只把映射的子索引00h写了0就修改映射"
+        Disabled { pdo: Pdo } "{pdo}仍有效(COB-ID位31=0), 只把映射的子索引00h写了0就修改映射"
             "mapping changed while {pdo} is valid (COB-ID bit 31 = 0); only sub-index 00h of the mapping was set to 0";
     }
 
@@ -133,8 +116,7 @@ rules! {
     /// The configuration tool skips making the PDO invalid, and the device does not check; most stacks refuse with 06090030h.
     Pdo010 "PDO010" "cob-id-changed-while-valid" Warning "CiA 301 7.5.2.35, 7.5.2.37" [Sdo] {
         message "PDO有效时修改了CAN-ID" "CAN-ID changed while the PDO is valid";
-        Changed { old: Id, found: Id }
-            "CAN-ID从{old}直接改为{found}, 没有先使PDO无效"
+        Changed { old: Id, found: Id } "CAN-ID从{old}直接改为{found}, 没有先使PDO无效"
             "CAN-ID changed from {old} to {found} without making the PDO invalid first";
     }
 
@@ -146,8 +128,7 @@ rules! {
     Pdo011 "PDO011" "rtr-not-allowed" Warning "CiA 301 7.5.2.37" one [Pdo] {
         message "对不允许远程请求的TPDO发送远程帧" "remote frame for a TPDO that allows none";
         Remote { pdo: Pdo, id: Id }
-            "{pdo} ({id})的COB-ID位30=1, 不允许远程请求"
-            "COB-ID bit 30 of {pdo} ({id}) is 1: remote frames are not allowed";
+            "{pdo} ({id})的COB-ID位30=1, 不允许远程请求" "COB-ID bit 30 of {pdo} ({id}) is 1: remote frames are not allowed";
     }
 
     /// 只有EDS给出了该PDO的映射, 此前的帧与其相符, 而这一帧的长度不符: 信号的解释不可信。
@@ -157,8 +138,7 @@ rules! {
     /// The sender's DLC is wrong, the device has stored another mapping, or the EDS is for another device. Use a DCF, or capture the configuration as well.
     Pdo012 "PDO012" "pdo-length-differs-from-eds" Warning "CiA 301 7.5.2.36, 7.5.2.38" one [Pdo] {
         message "PDO长度与EDS的默认映射不符" "PDO length differs from the EDS's default mapping";
-        Length { found: Count, mapped: Count }
-            "PDO为{found}字节, EDS的默认映射为{mapped}字节, 此前该PDO与其相符"
+        Length { found: Count, mapped: Count } "PDO为{found}字节, EDS的默认映射为{mapped}字节, 此前该PDO与其相符"
             "PDO is {found|byte|bytes}, the EDS's default mapping has {mapped}, which fit until now";
     }
 
@@ -169,9 +149,7 @@ rules! {
     /// The sender stopped or its period is too long.
     Pdo013 "PDO013" "rpdo-deadline" Info "CiA 301 7.5.2.35" one [Pdo] {
         message "RPDO超过接收期限" "RPDO missed its deadline";
-        Overdue { found: Ns, limit: Ns }
-            "已{found}没有收到(期限{limit})"
-            "not received for {found} (deadline {limit})";
+        Overdue { found: Ns, limit: Ns } "已{found}没有收到(期限{limit})" "not received for {found} (deadline {limit})";
     }
 
     /// 000到07F, 101到180, 581到5FF, 601到67F, 6E0到6FF, 701到7FF保留给固定的服务, 不得配置给其他对象; 设备却接受了写入。
@@ -181,9 +159,7 @@ rules! {
     /// A COB-ID was miscalculated, and the device does not check.
     Pdo014 "PDO014" "restricted-cob-id" Warning "CiA 301 7.3.5" [Sdo] {
         message "配置了受限的CAN-ID" "restricted CAN-ID configured";
-        Restricted { id: Id }
-            "CAN-ID {id}受限, 不得配置, 设备却接受了"
-            "CAN-ID {id} is restricted but was accepted";
+        Restricted { id: Id } "CAN-ID {id}受限, 不得配置, 设备却接受了" "CAN-ID {id} is restricted but was accepted";
     }
 
     /// 该PDO的映射为空(子索引00h为0), 总线上却有它的数据帧, 无法解释。
@@ -194,10 +170,8 @@ rules! {
     Pdo015 "PDO015" "mapping-empty" Info "CiA 301 7.5.2.36, 7.5.2.38" one [Pdo] {
         message "映射为空的PDO" "PDO with an empty mapping";
         Empty { pdo: Pdo, id: Id }
-            "{pdo}的映射为空, CAN-ID {id}上却有数据"
-            "the mapping of {pdo} is empty, but there are data on {id}";
-        EmptyInDescription { pdo: Pdo, id: Id }
-            "按设备描述, {pdo}的映射为空, CAN-ID {id}上却有数据"
+            "{pdo}的映射为空, CAN-ID {id}上却有数据" "the mapping of {pdo} is empty, but there are data on {id}";
+        EmptyInDescription { pdo: Pdo, id: Id } "按设备描述, {pdo}的映射为空, CAN-ID {id}上却有数据"
             "the mapping of {pdo} is empty in the description, but there are data on {id}";
     }
 
@@ -209,8 +183,7 @@ rules! {
     Pdo016 "PDO016" "mapping-too-long" Error "CiA 301 7.5.2.36, 7.5.2.38" [Sdo] {
         message "映射超过8字节" "mapping of more than 8 bytes";
         Bits { found: Count }
-            "映射共{found}位, 一帧最多64位, 设备却接受了"
-            "mapping of {found} bits was accepted, a frame holds at most 64";
+            "映射共{found}位, 一帧最多64位, 设备却接受了" "mapping of {found} bits was accepted, a frame holds at most 64";
     }
 
     /// TPDO已由COB-ID的位31=1禁用, 该CAN-ID上仍有数据帧。
@@ -220,8 +193,7 @@ rules! {
     /// The device ignores bit 31, or another node uses the CAN-ID.
     Pdo018 "PDO018" "disabled-pdo-sent" Warning "CiA 301 7.5.2.37" one [Pdo] {
         message "已禁用的TPDO仍在发送" "disabled TPDO still sent";
-        Sent { pdo: Pdo, id: Id }
-            "{pdo}已禁用(COB-ID位31=1), CAN-ID {id}上仍有数据"
+        Sent { pdo: Pdo, id: Id } "{pdo}已禁用(COB-ID位31=1), CAN-ID {id}上仍有数据"
             "{pdo} is disabled (COB-ID bit 31 = 1), but there are still data on {id}";
     }
 
@@ -233,10 +205,8 @@ rules! {
     Pdo019 "PDO019" "disabled-pdo-on-bus" Info "CiA 301 7.5.2.35, 7.5.2.37" one [Pdo] {
         message "已禁用的PDO出现在总线上" "disabled PDO on the bus";
         DisabledInDescription { pdo: Pdo, id: Id }
-            "按设备描述, {pdo}已禁用, CAN-ID {id}上却有数据"
-            "{pdo} is disabled in the description, but there are data on {id}";
-        Disabled { pdo: Pdo, id: Id }
-            "{pdo}已禁用(COB-ID位31=1), CAN-ID {id}上的数据不起作用"
+            "按设备描述, {pdo}已禁用, CAN-ID {id}上却有数据" "{pdo} is disabled in the description, but there are data on {id}";
+        Disabled { pdo: Pdo, id: Id } "{pdo}已禁用(COB-ID位31=1), CAN-ID {id}上的数据不起作用"
             "{pdo} is disabled (COB-ID bit 31 = 1): the data on {id} have no effect";
     }
 
@@ -248,8 +218,7 @@ rules! {
     Pdo020 "PDO020" "shared-cob-id" Warning "CiA 301 7.3.5, 7.5.2.37" one [Pdo, Sdo] {
         message "两个TPDO使用同一CAN-ID" "two TPDOs with the same CAN-ID";
         Shared { pdo: Pdo, id: Id, other: Pdo, of: Count }
-            "{pdo}与节点{of}的{other}使用同一CAN-ID {id}"
-            "{pdo} and {other} of node {of} use the same CAN-ID {id}";
+            "{pdo}与节点{of}的{other}使用同一CAN-ID {id}" "{pdo} and {other} of node {of} use the same CAN-ID {id}";
     }
 
     /// PDO的长度由映射决定, 映射不变则长度不变。该PDO的映射未知, 此前各帧长度相同, 这一帧却不同, 期间映射没有被改写, 节点也没有复位。
@@ -259,8 +228,7 @@ rules! {
     /// The sender's DLC is wrong, two senders use the COB-ID, or the mapping was changed and the capture does not show it.
     Pdo021 "PDO021" "pdo-length-changed" Warning "CiA 301 7.5.2.36, 7.5.2.38" one [Pdo, Sdo] {
         message "PDO长度改变" "PDO length has changed";
-        Changed { found: Count, before: Count }
-            "PDO为{found}字节, 此前均为{before}字节, 期间映射没有被改写"
+        Changed { found: Count, before: Count } "PDO为{found}字节, 此前均为{before}字节, 期间映射没有被改写"
             "PDO is {found|byte|bytes}, previous ones were {before}, and nothing changed its mapping";
     }
 }

@@ -14,8 +14,7 @@ rules! {
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6" [Sdo] {
         message "toggle位错误" "toggle bit error";
         Toggle { expected: Bit, found: Bit, by: Side }
-            "{by}的toggle={found}, 应为{expected}"
-            "{by} sent toggle={found}, expected {expected}";
+            "{by}的toggle={found}, 应为{expected}" "{by} sent toggle={found}, expected {expected}";
     }
 
     /// SDO采用一问一答方式: 每个请求都应有响应, 没有请求就不应有响应。
@@ -25,27 +24,16 @@ rules! {
     /// The node is offline or too slow, two clients share one SDO channel, or a frame is missing from the capture.
     Sdo002 "SDO002" "unpaired" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "请求与响应不配对" "request and response do not pair";
-        NoResponse [missing = "response"]
-            "请求未得到响应"
-            "request without response";
-        NoRequest [missing = "request"]
-            "收到没有请求的响应"
-            "response without request";
-        NotAcknowledged [missing = "acknowledgement"]
-            "子块未得到确认"
-            "sub-block not acknowledged";
+        NoResponse [missing = "response"] "请求未得到响应" "request without response";
+        NoRequest [missing = "request"] "收到没有请求的响应" "response without request";
+        NotAcknowledged [missing = "acknowledgement"] "子块未得到确认" "sub-block not acknowledged";
         TimedOut [missing = "response"]
-            "主站等待超时, 中止了传输(05040000h)"
-            "the client timed out and aborted the transfer (05040000h)";
-        Duplicate [missing = "request", duplicate = true]
-            "重复的响应"
-            "duplicate response";
+            "主站等待超时, 中止了传输(05040000h)" "the client timed out and aborted the transfer (05040000h)";
+        Duplicate [missing = "request", duplicate = true] "重复的响应" "duplicate response";
         Flood [missing = "request", flood = true] { frames: Count }
-            "从站连续发送{frames}帧没有请求的报文"
-            "the server sent {frames} frames in a row without a request";
+            "从站连续发送{frames}帧没有请求的报文" "the server sent {frames} frames in a row without a request";
         InAll [missing = "request", flood = true] { frames: Count }
-            "从站共发送{frames}帧没有请求的报文"
-            "the server sent {frames} frames in total without a request";
+            "从站共发送{frames}帧没有请求的报文" "the server sent {frames} frames in total without a request";
     }
 
     /// 初始化响应必须带有与请求相同的索引和子索引。
@@ -56,8 +44,7 @@ rules! {
     Sdo003 "SDO003" "multiplexor-mismatch" Error "CiA 301 7.2.4.3.3" [Sdo] {
         message "响应的索引或子索引与请求不同" "response names another object than the request";
         Objects { expected: Object, found: Object }
-            "请求{expected}, 响应的却是{found}"
-            "requested {expected}, response names {found}";
+            "请求{expected}, 响应的却是{found}" "requested {expected}, response names {found}";
     }
 
     /// 只有e和s都为1时n才有意义, 否则n必须为0。
@@ -67,9 +54,7 @@ rules! {
     /// A hand-made command byte; some vendors' manuals leave out e and s.
     Sdo004 "SDO004" "invalid-unused-count" Warning "CiA 301 7.2.4.3.3" [Sdo] {
         message "未使用字节数n无效" "invalid number of unused bytes n";
-        Unused { unused: Count }
-            "未使用字节数n无效 (n={unused})"
-            "invalid number of unused bytes n (n={unused})";
+        Unused { unused: Count } "未使用字节数n无效 (n={unused})" "invalid number of unused bytes n (n={unused})";
     }
 
     /// 不是最后一段却有未使用的字节。协议栈都会接受, 但少见。
@@ -79,9 +64,7 @@ rules! {
     /// The sender fills segments by its own buffer size.
     Sdo005 "SDO005" "short-segment" Info "CiA 301 7.2.4.3.5" [Sdo] {
         message "非最后段未填满" "segment not full though not the last";
-        Unused { unused: Count }
-            "非最后段未填满 (n={unused})"
-            "segment not full though not the last (n={unused})";
+        Unused { unused: Count } "非最后段未填满 (n={unused})" "segment not full though not the last (n={unused})";
     }
 
     /// 初始化帧声明的长度必须等于各段数据的总字节数。
@@ -92,8 +75,7 @@ rules! {
     Sdo006 "SDO006" "size-mismatch" Error "CiA 301 7.2.4.3.3" [Sdo] {
         message "传输的字节数与声明的长度不符" "bytes transferred differ from the size indicated";
         Size { indicated: Size, transferred: Size }
-            "声明{indicated}, 实际传输{transferred}"
-            "{indicated} indicated, {transferred} transferred";
+            "声明{indicated}, 实际传输{transferred}" "{indicated} indicated, {transferred} transferred";
     }
 
     /// 带c=1的段结束传输, 之后不应再有段; 数据传完时必须有一段带c=1。
@@ -103,12 +85,9 @@ rules! {
     /// One side overlooks the last-segment flag, or does not set it.
     Sdo007 "SDO007" "segment-outside-transfer" Error "CiA 301 7.2.4.3.5" [Sdo] {
         message "段不属于进行中的传输, 或传输没有最后段" "segment outside a transfer, or a transfer without last segment";
-        Outside [reason = "outside"]
-            "该帧不属于任何进行中的传输"
-            "the frame belongs to no open transfer";
+        Outside [reason = "outside"] "该帧不属于任何进行中的传输" "the frame belongs to no open transfer";
         NoLast [reason = "no_last"]
-            "数据已传完, 但没有任何一段带最后段标志(c=1)"
-            "all data were transferred, but no segment has the last-segment flag (c=1)";
+            "数据已传完, 但没有任何一段带最后段标志(c=1)" "all data were transferred, but no segment has the last-segment flag (c=1)";
     }
 
     /// 上一个传输仍在进行, 客户端没有先中止就发出了新的初始化请求。
@@ -136,9 +115,7 @@ rules! {
     /// The sender sets the DLC to the length of its data.
     Sdo010 "SDO010" "frame-length" Warning "CiA 301 7.2.4.3" [Sdo] {
         message "SDO帧长度不是8字节" "SDO frame is not 8 bytes long";
-        Length { length: Count }
-            "SDO帧长度为{length}字节, 应为8字节"
-            "SDO frame is {length|byte|bytes} long, expected 8";
+        Length { length: Count } "SDO帧长度为{length}字节, 应为8字节" "SDO frame is {length|byte|bytes} long, expected 8";
     }
 
     /// 停止状态和启动报文之前不允许SDO: 节点不应响应, 客户端也不应请求。
@@ -148,15 +125,9 @@ rules! {
     /// The master did not switch the node to Pre-operational first, or the stack does not disable SDO with the state.
     Sdo011 "SDO011" "sdo-in-wrong-state" Error "CiA 301 7.3.2.2" [Sdo, ErrorControl, Nmt] {
         message "在不允许SDO的状态下收发SDO" "SDO in a state that does not allow it";
-        Request { state: State }
-            "向处于{state}的节点发送SDO请求"
-            "SDO request to a node that is {state}";
-        Response { state: State }
-            "节点处于{state}时响应了SDO"
-            "SDO response of a node that is {state}";
-        BeforeBootUp
-            "复位之后, 启动报文之前响应了SDO"
-            "SDO response after the reset and before the boot-up";
+        Request { state: State } "向处于{state}的节点发送SDO请求" "SDO request to a node that is {state}";
+        Response { state: State } "节点处于{state}时响应了SDO" "SDO response of a node that is {state}";
+        BeforeBootUp "复位之后, 启动报文之前响应了SDO" "SDO response after the reset and before the boot-up";
     }
 
     /// 子块内序列号从1起连续; 确认不能超过已发送的段; 块大小为1到127; 最后一段被确认后才能结束, 结束须得到确认。
@@ -167,29 +138,19 @@ rules! {
     Sdo012 "SDO012" "block-sequence" Error "CiA 301 7.2.4.3.9 to 7.2.4.3.15" [Sdo] {
         message "块传输过程错误(序列号、确认或结束)" "block transfer error (sequence, acknowledgement or end)";
         Sequence [reason = "sequence"] { expected: Count, found: Count }
-            "块序列号为{found}, 应为{expected}"
-            "block sequence number {found}, expected {expected}";
+            "块序列号为{found}, 应为{expected}" "block sequence number {found}, expected {expected}";
         Acknowledged [reason = "acknowledged"] { ackseq: Count, sent: Count }
-            "确认到第{ackseq}段, 实际只发送到第{sent}段"
-            "segment {ackseq} acknowledged, but only {sent} sent";
+            "确认到第{ackseq}段, 实际只发送到第{sent}段" "segment {ackseq} acknowledged, but only {sent} sent";
         NotResent [reason = "not_resent"] { ackseq: Count }
-            "只确认到第{ackseq}段, 其后的段却没有重发"
-            "segments up to {ackseq} acknowledged, but the later ones were not resent";
+            "只确认到第{ackseq}段, 其后的段却没有重发" "segments up to {ackseq} acknowledged, but the later ones were not resent";
         BlockSize [reason = "block_size"] { blksize: Count }
-            "块大小为{blksize}, 应为1到127"
-            "block size {blksize}, expected 1 to 127";
-        Outside [reason = "outside"]
-            "该帧不属于任何进行中的传输"
-            "the frame belongs to no open transfer";
+            "块大小为{blksize}, 应为1到127" "block size {blksize}, expected 1 to 127";
+        Outside [reason = "outside"] "该帧不属于任何进行中的传输" "the frame belongs to no open transfer";
         NoLast [reason = "no_last"]
-            "数据已传完, 但没有任何一段带最后段标志(c=1)"
-            "all data were transferred, but no segment has the last-segment flag (c=1)";
+            "数据已传完, 但没有任何一段带最后段标志(c=1)" "all data were transferred, but no segment has the last-segment flag (c=1)";
         EarlyEnd [reason = "early_end"]
-            "最后一段尚未被确认就结束块传输"
-            "the block transfer ends before its last segment was acknowledged";
-        EndNotConfirmed [reason = "end_not_confirmed"]
-            "块传输的结束未得到确认"
-            "the end of the block transfer was not confirmed";
+            "最后一段尚未被确认就结束块传输" "the block transfer ends before its last segment was acknowledged";
+        EndNotConfirmed [reason = "end_not_confirmed"] "块传输的结束未得到确认" "the end of the block transfer was not confirmed";
     }
 
     /// 双方完成了传输, 但数值的字节数不是该数据类型的长度。数据类型以设备描述为准, 没有时以CiA 301规定的通信对象为准, 此时若该节点的短数值一律用4字节传输, 则不报告。
@@ -200,11 +161,9 @@ rules! {
     Sdo013 "SDO013" "value-length" Warning "CiA 301 7.4.7, CiA 306" [Sdo] {
         message "数据长度与对象的数据类型不符" "length of a value differs from the object's type";
         Written { found: Count, r#type: Type, length: Count }
-            "写入{found}字节, {type}应为{length}字节"
-            "{found|byte|bytes} written, {type} has {length}";
+            "写入{found}字节, {type}应为{length}字节" "{found|byte|bytes} written, {type} has {length}";
         Read { found: Count, r#type: Type, length: Count }
-            "读到{found}字节, {type}应为{length}字节"
-            "{found|byte|bytes} read, {type} has {length}";
+            "读到{found}字节, {type}应为{length}字节" "{found|byte|bytes} read, {type} has {length}";
     }
 
     /// 设备描述不允许这样的访问, 服务器却执行了。
@@ -214,12 +173,8 @@ rules! {
     /// A wrong AccessType in the EDS, another firmware, or a server that does not check access.
     Sdo014 "SDO014" "access" Warning "CiA 301 7.4.3, CiA 306" [Sdo] {
         message "访问成功, 但违反设备描述中的访问权限" "access succeeded against the access right in the description";
-        Written
-            "写入成功, 而设备描述中该对象只读"
-            "written, but the object is read-only in the description";
-        Read
-            "读取成功, 而设备描述中该对象只写"
-            "read, but the object is write-only in the description";
+        Written "写入成功, 而设备描述中该对象只读" "written, but the object is read-only in the description";
+        Read "读取成功, 而设备描述中该对象只写" "read, but the object is write-only in the description";
     }
 
     /// 上一个请求尚未得到响应, 客户端就重发了它。标准没有规定重发: 超时后应先中止传输。
@@ -239,8 +194,7 @@ rules! {
     Sdo016 "SDO016" "abort-of-another-object" Warning "CiA 301 7.2.4.3.17" [Sdo] {
         message "中止帧的索引或子索引与传输不符" "abort names another object than the transfer";
         Objects { expected: Object, found: Object, by: Side }
-            "传输的对象为{expected}, {by}中止的却是{found}"
-            "the transfer is about {expected}, the {by} aborted {found}";
+            "传输的对象为{expected}, {by}中止的却是{found}" "the transfer is about {expected}, the {by} aborted {found}";
     }
 
     /// 一方用中止帧结束了传输; 中止码说明原因。
@@ -250,9 +204,7 @@ rules! {
     /// An object that does not exist, access rights, a wrong length, or a timeout: see the abort code.
     Sdo017 "SDO017" "abort" Info "CiA 301 7.2.4.3.17" [Sdo] {
         message "SDO传输被中止" "SDO transfer aborted";
-        Abort { abort: Abort, by: Side }
-            "{by}中止传输: {abort}"
-            "aborted by the {by}: {abort}";
+        Abort { abort: Abort, by: Side } "{by}中止传输: {abort}" "aborted by the {by}: {abort}";
     }
 
     /// 服务器中止了写入, 到记录结束为止该对象也没有再被成功写入: 节点没有按主站的意图配置。
@@ -262,9 +214,7 @@ rules! {
     /// An object that does not exist or is read-only, a value out of range, a wrong order (such as a mapping written while the PDO is valid): see the abort code.
     Sdo018 "SDO018" "write-refused" Warning "CiA 301 7.2.4.3.17" [Sdo] {
         message "写入被拒绝, 之后也未成功" "write refused, and not repeated successfully";
-        Refused { abort: Abort }
-            "写入被拒绝, 之后也未成功: {abort}"
-            "write refused, and not repeated successfully: {abort}";
+        Refused { abort: Abort } "写入被拒绝, 之后也未成功: {abort}" "write refused, and not repeated successfully: {abort}";
     }
 
     /// 双方都声明支持CRC时, 结束帧中的CRC必须等于按CRC-16/XMODEM对数据(不含填充)计算的值。
@@ -275,8 +225,7 @@ rules! {
     Sdo019 "SDO019" "block-crc" Error "CiA 301 7.2.4.3.16" [Sdo] {
         message "块传输的CRC错误" "wrong CRC in a block transfer";
         Crc { computed: Hex4, found: Hex4, matches: Crc }
-            "CRC为{found}, 按数据计算应为{computed}{matches}"
-            "CRC is {found}, computed {computed}{matches}";
+            "CRC为{found}, 按数据计算应为{computed}{matches}" "CRC is {found}, computed {computed}{matches}";
     }
 
     /// 服务器的响应过晚: 客户端一般最多等待1秒, 之后放弃请求。存储参数和擦除程序存储器允许更长。
@@ -286,15 +235,10 @@ rules! {
     /// The server is slow, or the client's timeout is too short.
     Sdo020 "SDO020" "late-answer" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "响应超时后才到达" "response after the timeout";
-        GivenUp
-            "主站放弃请求之后响应才到达"
-            "the response came after the client had given up the request";
+        GivenUp "主站放弃请求之后响应才到达" "the response came after the client had given up the request";
         Booted [reason = "boot_up"]
-            "响应的是从站重新启动之前的请求"
-            "the response comes after the server's boot-up, to a request sent before it";
-        Slow { delay: Ns }
-            "请求发出{delay}后才响应"
-            "response {delay} after the request";
+            "响应的是从站重新启动之前的请求" "the response comes after the server's boot-up, to a request sent before it";
+        Slow { delay: Ns } "请求发出{delay}后才响应" "response {delay} after the request";
     }
 
     /// 按标准e=s=0表示长度未知的分段传输, 但之后没有任何段: 数据就在初始化帧里。
@@ -305,8 +249,7 @@ rules! {
     Sdo021 "SDO021" "unmarked-expedited-download" Warning "CiA 301 7.2.4.3.3" [Sdo] {
         message "写请求的e=s=0, 数据却按加速传输发送" "write request with e=s=0 but expedited data";
         Unused { unused: Count }
-            "写请求的e=s=0, 数据却按加速传输发送 (n={unused})"
-            "write request with e=s=0 but expedited data (n={unused})";
+            "写请求的e=s=0, 数据却按加速传输发送 (n={unused})" "write request with e=s=0 but expedited data (n={unused})";
     }
 
     /// 按标准e=s=0表示长度未知的分段传输, 但客户端没有请求任何段: 数据就在初始化响应里。
@@ -317,8 +260,7 @@ rules! {
     Sdo022 "SDO022" "unmarked-expedited-upload" Warning "CiA 301 7.2.4.3.3" [Sdo] {
         message "读响应的e=s=0, 数据却按加速传输发送" "read response with e=s=0 but expedited data";
         Unused { unused: Count }
-            "读响应的e=s=0, 数据却按加速传输发送 (n={unused})"
-            "read response with e=s=0 but expedited data (n={unused})";
+            "读响应的e=s=0, 数据却按加速传输发送 (n={unused})" "read response with e=s=0 but expedited data (n={unused})";
     }
 
     /// 标准没有为这一方定义该命令字。
@@ -328,9 +270,7 @@ rules! {
     /// A stack bug, corrupt data, or another protocol on this COB-ID.
     Sdo023 "SDO023" "unknown-command" Error "CiA 301 7.2.4.3" [Sdo] {
         message "未定义的SDO命令字" "undefined SDO command";
-        Command { command: Hex2 }
-            "未定义的命令字节 {command}"
-            "undefined command byte {command}";
+        Command { command: Hex2 } "未定义的命令字节 {command}" "undefined command byte {command}";
     }
 
     /// 缺少若干段, 而双方都视为已传完: 接收方已收到, 只是没有录到。块传输中由序列号可知其位置, 这些位置以0填充。传输标为不完整。
@@ -341,11 +281,9 @@ rules! {
     Sdo024 "SDO024" "segments-not-captured" Warning "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
         message "SDO传输的若干段未录到" "segments of an SDO transfer are not in the capture";
         Missing [reason = "missing"] { missing: Count }
-            "记录中缺少{missing}段"
-            "{missing|segment is|segments are} not in the capture";
+            "记录中缺少{missing}段" "{missing|segment is|segments are} not in the capture";
         Elsewhere [reason = "elsewhere"]
-            "记录中缺少若干帧: 双方已开始另一次传输"
-            "frames are missing from the capture: both sides are already in another transfer";
+            "记录中缺少若干帧: 双方已开始另一次传输" "frames are missing from the capture: both sides are already in another transfer";
     }
 
     /// 接收方只确认了子块的一部分: 其后的段没有收到或被丢弃, 发送方须从1起重新编号再发一次。这是协议允许的。
@@ -355,12 +293,8 @@ rules! {
     /// Frames lost on the bus or in the receiver's buffer, or a receiver that is too slow.
     Sdo025 "SDO025" "asked-again" Info "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
         message "块传输的若干段须重发" "segments of a block transfer requested again";
-        Again { first: Count, last: Count }
-            "第{first}至{last}段须重发"
-            "segments {first} to {last} requested again";
-        One { segment: Count }
-            "第{segment}段须重发"
-            "segment {segment} requested again";
+        Again { first: Count, last: Count } "第{first}至{last}段须重发" "segments {first} to {last} requested again";
+        One { segment: Count } "第{segment}段须重发" "segment {segment} requested again";
     }
 
     /// 这些COB-ID上没有出现过一对有效的请求和响应, 因此不对它们作SDO判断。
@@ -370,11 +304,8 @@ rules! {
     /// The network is not CANopen, only one direction was captured, or another protocol uses the identifiers.
     Sdo030 "SDO030" "not-sdo" Info "-" [Sdo] {
         message "该通道的报文不像SDO" "traffic does not look like SDO";
-        Frames { frames: Count }
-            "该通道的报文不像SDO ({frames}帧)"
-            "traffic does not look like SDO ({frames|frame|frames})";
-        Flood { frames: Count, duration: Ns }
-            "没有任何请求, 从站却在{duration}内发送了{frames}帧"
+        Frames { frames: Count } "该通道的报文不像SDO ({frames}帧)" "traffic does not look like SDO ({frames|frame|frames})";
+        Flood { frames: Count, duration: Ns } "没有任何请求, 从站却在{duration}内发送了{frames}帧"
             "the server sent {frames} frames within {duration} without any request";
     }
 
@@ -386,8 +317,7 @@ rules! {
     Sdo031 "SDO031" "no-server" Warning "-" [Sdo] {
         message "请求从未得到响应" "requests never answered";
         Frames { frames: Count }
-            "该节点尚未响应任何SDO请求(共{frames}帧)"
-            "the node has not answered any SDO request ({frames|frame|frames})";
+            "该节点尚未响应任何SDO请求(共{frames}帧)" "the node has not answered any SDO request ({frames|frame|frames})";
     }
 
     /// 记录中只有请求或只有响应, 而通信显然在正常进行: 另一方向没有录到。写入的值只是请求值, 未经确认, 也不据此判断任何节点。
@@ -397,17 +327,14 @@ rules! {
     /// A filter of the recording program, a program that logs only what it sends itself, or an excerpt.
     Sdo032 "SDO032" "one-direction" Info "-" [Sdo] {
         message "SDO只记录到一个方向" "only one direction of SDO captured";
-        Answers { requests: Count }
-            "未录到响应方向: 主站的{requests}帧请求没有响应, 却照常继续"
+        Answers { requests: Count } "未录到响应方向: 主站的{requests}帧请求没有响应, 却照常继续"
             "responses not captured: {requests} requests without response, but the client continues normally";
         AnswersOfAll { requests: Count, servers: Count }
             "未录到{servers}个节点的响应方向: 主站的{requests}帧请求没有响应, 却照常继续"
             "responses of {servers} nodes not captured: {requests} requests without response, but the client continues normally";
         Requests { answers: Count }
-            "未录到请求方向: 只有从站的{answers}帧响应"
-            "requests not captured, only {answers} responses from the server";
-        RequestsOfAll { answers: Count, servers: Count }
-            "未录到请求方向: 只有{servers}个节点的{answers}帧响应"
+            "未录到请求方向: 只有从站的{answers}帧响应" "requests not captured, only {answers} responses from the server";
+        RequestsOfAll { answers: Count, servers: Count } "未录到请求方向: 只有{servers}个节点的{answers}帧响应"
             "requests not captured, only {answers} responses from {servers} nodes";
     }
 }

@@ -14,10 +14,8 @@ rules! {
     Srd001 "SRD001" "not-inverse" Error "CiA 304, EN 50325-5" here [Srdo] {
         message "SRDO的两帧不是互为取反" "the two frames of an SRDO are not each other's inverse";
         NotInverse { srdo: Count }
-            "SRDO{srdo}的第二帧不是第一帧的逐位取反"
-            "the second frame of SRDO{srdo} is not the bitwise inverse of the first";
-        Lengths { srdo: Count, normal: Count, inverted: Count }
-            "SRDO{srdo}的正常数据为{normal}字节, 取反数据为{inverted}字节"
+            "SRDO{srdo}的第二帧不是第一帧的逐位取反" "the second frame of SRDO{srdo} is not the bitwise inverse of the first";
+        Lengths { srdo: Count, normal: Count, inverted: Count } "SRDO{srdo}的正常数据为{normal}字节, 取反数据为{inverted}字节"
             "SRDO{srdo} has {normal|byte|bytes} of normal data, but {inverted} of inverted data";
     }
 
@@ -40,8 +38,7 @@ rules! {
     /// The sender's period is too long or it paused, the bus is overloaded, or the SCT is too short.
     Srd003 "SRD003" "cycle-time" Error "CiA 304, 1301h:02" [Srdo] {
         message "SRDO的安全周期时间超时" "SRDO safeguard cycle time exceeded";
-        Late { srdo: Count, gap: Ns, limit: Ns, tolerance: Ns }
-            "SRDO{srdo}距上一对{gap}, 限值{limit} (容差{tolerance})"
+        Late { srdo: Count, gap: Ns, limit: Ns, tolerance: Ns } "SRDO{srdo}距上一对{gap}, 限值{limit} (容差{tolerance})"
             "SRDO{srdo} came {gap} after the previous pair, limit {limit} (tolerance {tolerance})";
     }
 
@@ -53,14 +50,10 @@ rules! {
     Srd004 "SRD004" "pair-order" Warning "CiA 304, EN 50325-5" [Srdo] {
         message "SRDO的两帧顺序不对或缺一帧" "SRDO frames out of order, or one missing";
         Swapped { srdo: Count }
-            "SRDO{srdo}的取反数据多次先于正常数据"
-            "the inverted data of SRDO{srdo} repeatedly come before the normal data";
+            "SRDO{srdo}的取反数据多次先于正常数据" "the inverted data of SRDO{srdo} repeatedly come before the normal data";
         NoInverted { srdo: Count, id: Id }
-            "SRDO{srdo}缺少取反数据({id})"
-            "the inverted data of SRDO{srdo} ({id}) are missing";
-        NoNormal { srdo: Count, id: Id }
-            "SRDO{srdo}缺少正常数据({id})"
-            "the normal data of SRDO{srdo} ({id}) are missing";
+            "SRDO{srdo}缺少取反数据({id})" "the inverted data of SRDO{srdo} ({id}) are missing";
+        NoNormal { srdo: Count, id: Id } "SRDO{srdo}缺少正常数据({id})" "the normal data of SRDO{srdo} ({id}) are missing";
     }
 
     /// SRDO和PDO一样只允许在操作状态下发送。
@@ -70,8 +63,6 @@ rules! {
     /// The sender does not stop its SRDOs with the NMT state.
     Srd005 "SRD005" "not-operational" Warning "CiA 304, CiA 301 7.3.2.2" [Srdo, ErrorControl, Nmt] {
         message "非操作状态下发送SRDO" "SRDO from a node that is not Operational";
-        InState { srdo: Count, state: State }
-            "节点处于{state}, 却在发送SRDO{srdo}"
-            "the node is {state} but sends SRDO{srdo}";
+        InState { srdo: Count, state: State } "节点处于{state}, 却在发送SRDO{srdo}" "the node is {state} but sends SRDO{srdo}";
     }
 }

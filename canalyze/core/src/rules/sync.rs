@@ -14,14 +14,10 @@ rules! {
     Syn001 "SYN001" "sync-length" Error "CiA 301 7.2.5.3.1, 7.5.2.22" one [Sync, Pdo] {
         message "同步报文长度错误" "wrong SYNC length";
         Overflow { found: Count, overflow: Count }
-            "同步报文为{found}字节, 而1019h为{overflow}"
-            "SYNC is {found|byte|bytes} long, but 1019h is {overflow}";
+            "同步报文为{found}字节, 而1019h为{overflow}" "SYNC is {found|byte|bytes} long, but 1019h is {overflow}";
         Before { found: Count, expected: Count }
-            "同步报文为{found}字节, 此前均为{expected}字节"
-            "SYNC is {found|byte|bytes} long, previous ones {expected}";
-        Length { found: Count }
-            "同步报文为{found}字节, 应为0或1字节"
-            "SYNC is {found|byte|bytes} long, expected 0 or 1";
+            "同步报文为{found}字节, 此前均为{expected}字节" "SYNC is {found|byte|bytes} long, previous ones {expected}";
+        Length { found: Count } "同步报文为{found}字节, 应为0或1字节" "SYNC is {found|byte|bytes} long, expected 0 or 1";
     }
 
     /// 同步计数器从1开始, 每个同步报文加1, 到溢出值(1019h)后回到1, 从不为0。
@@ -32,11 +28,9 @@ rules! {
     Syn002 "SYN002" "sync-counter" Error "CiA 301 7.2.5.3.1, 7.5.2.22" one [Sync, Pdo] {
         message "同步计数器不连续" "SYNC counter out of sequence";
         Skipped { found: Count, expected: Count }
-            "同步计数器为{found}, 应为{expected}"
-            "SYNC counter is {found}, expected {expected}";
+            "同步计数器为{found}, 应为{expected}" "SYNC counter is {found}, expected {expected}";
         OutOfRange { found: Count, limit: Count }
-            "同步计数器为{found}, 应在1到{limit}之间"
-            "SYNC counter is {found}, expected 1 to {limit}";
+            "同步计数器为{found}, 应在1到{limit}之间" "SYNC counter is {found}, expected 1 to {limit}";
     }
 
     /// 同步报文应按同步周期(1006h)到来; 间隔超过1.5个周期时, 消费者视为超时。1006h未知时, 周期按报文测得。
@@ -52,18 +46,14 @@ rules! {
         Late { gap: Ns, period: Ns, tolerance: Ns, missing: JsonOnly<Count> }
             "与下一个同步报文相隔{gap}(周期{period}, 容差{tolerance}): 延迟"
             "next SYNC {gap} later (period {period}, tolerance {tolerance}): late";
-        Early { gap: Ns, period: Ns, tolerance: Ns }
-            "与下一个同步报文仅相隔{gap}(周期{period}, 容差{tolerance})"
+        Early { gap: Ns, period: Ns, tolerance: Ns } "与下一个同步报文仅相隔{gap}(周期{period}, 容差{tolerance})"
             "next SYNC only {gap} later (period {period}, tolerance {tolerance})";
         NotConfigured { period: Ns, expected: Ns }
-            "同步周期实测为{period}, 配置为{expected}"
-            "SYNC period is {period}, configured {expected}";
-        Changed { period: Ns, expected: Ns }
-            "同步周期由{expected}变为{period}, 其间没有写入1006h"
+            "同步周期实测为{period}, 配置为{expected}" "SYNC period is {period}, configured {expected}";
+        Changed { period: Ns, expected: Ns } "同步周期由{expected}变为{period}, 其间没有写入1006h"
             "SYNC period changed from {expected} to {period} without a write to 1006h";
         Unsteady { jitter: Ns, period: Ns }
-            "同步报文间隔不稳定, 与周期{period}最大偏差{jitter}"
-            "unsteady SYNC, up to {jitter} off the period of {period}";
+            "同步报文间隔不稳定, 与周期{period}最大偏差{jitter}" "unsteady SYNC, up to {jitter} off the period of {period}";
     }
 
     /// 同步TPDO应在同步报文之后的同步窗口(1007h)内发出; 更晚的可能被消费者丢弃。
@@ -94,15 +84,11 @@ rules! {
     /// The producer bit (bit 30) of 1005h is set on two nodes, or both the master and a node produce SYNC.
     Syn006 "SYN006" "two-producers" Error "CiA 301 7.2.5" one [Sync, Pdo] {
         message "总线上有两个同步生产者" "two SYNC producers on the bus";
-        Counters { found: Count, expected: Count }
-            "两路同步计数器交错: 收到{found}, 而另一路应为{expected}"
+        Counters { found: Count, expected: Count } "两路同步计数器交错: 收到{found}, 而另一路应为{expected}"
             "two interleaved SYNC counters: got {found}, the other expects {expected}";
-        Interleaved { short: Ns, long: Ns, period: Ns }
-            "两路同步报文交错: 间隔{short}与{long}交替(周期{period})"
+        Interleaved { short: Ns, long: Ns, period: Ns } "两路同步报文交错: 间隔{short}与{long}交替(周期{period})"
             "two interleaved SYNC streams (intervals alternate {short} and {long}, period {period})";
-        Configured { other: Count }
-            "该节点和节点{other}都配置为同步生产者"
-            "configured as SYNC producer, as is node {other}";
+        Configured { other: Count } "该节点和节点{other}都配置为同步生产者" "configured as SYNC producer, as is node {other}";
     }
 
     /// 同步窗口(1007h)应小于同步周期(1006h), 否则它不起作用。
@@ -112,8 +98,7 @@ rules! {
     /// Wrong unit in 1006h or 1007h (both are in µs), or only one of them was changed.
     Syn007 "SYN007" "window-not-below-period" Warning "CiA 301 7.5.2.6, 7.5.2.7" one [Sync, Pdo] {
         message "同步窗口不小于同步周期" "synchronous window not shorter than the period";
-        Window { window: Ns, period: Ns }
-            "同步窗口{window}不小于同步周期{period}"
+        Window { window: Ns, period: Ns } "同步窗口{window}不小于同步周期{period}"
             "synchronous window {window} is not shorter than the communication cycle period {period}";
     }
 
@@ -125,10 +110,8 @@ rules! {
     Syn008 "SYN008" "missing-synchronous-pdo" Warning "CiA 301 7.2.2.2, 7.5.2.37" one [Sync, Pdo] {
         message "周期内缺少同步PDO" "synchronous PDO missing in its cycle";
         Missing { cycle: Count, count: Count }
-            "第{cycle}个同步周期没有发送 (共缺{count}次)"
-            "not sent in SYNC cycle {cycle} ({count} missing)";
-        Since { cycle: Count, since: Count }
-            "从第{cycle}个同步周期起不再发送(已{since}个周期), 而节点仍处于操作状态"
+            "第{cycle}个同步周期没有发送 (共缺{count}次)" "not sent in SYNC cycle {cycle} ({count} missing)";
+        Since { cycle: Count, since: Count } "从第{cycle}个同步周期起不再发送(已{since}个周期), 而节点仍处于操作状态"
             "missing since SYNC cycle {cycle} ({since|cycle|cycles}), although the node is Operational";
     }
 
@@ -139,9 +122,7 @@ rules! {
     /// A bug in the node, two nodes with the same COB-ID, or a SYNC missing from the capture.
     Syn009 "SYN009" "twice-in-cycle" Warning "CiA 301 7.2.2.2, 7.5.2.37" one here [Sync, Pdo] {
         message "同一周期内同步PDO出现多次" "synchronous PDO more than once in a cycle";
-        Twice { cycle: Count }
-            "第{cycle}个同步周期内多次发送"
-            "sent more than once in SYNC cycle {cycle}";
+        Twice { cycle: Count } "第{cycle}个同步周期内多次发送" "sent more than once in SYNC cycle {cycle}";
     }
 
     /// 传输类型为n (1到240)的TPDO应每n个同步报文发送一次; 这次在其他周期发送。
@@ -155,8 +136,7 @@ rules! {
             "上次发送后第{found}个SYNC再次发送, 传输类型要求每{expected}个SYNC一次"
             "sent {found|SYNC|SYNCs} after the previous one, its transmission type asks for one every {expected|SYNC|SYNCs}";
         OtherCycle { expected: Count, found: Count }
-            "应在第{expected}个同步周期发送, 到第{found}个周期才发出"
-            "expected in SYNC cycle {expected}, sent in cycle {found}";
+            "应在第{expected}个同步周期发送, 到第{found}个周期才发出" "expected in SYNC cycle {expected}, sent in cycle {found}";
     }
 
     /// 没有时间戳, 或者时间戳的抖动超过同步窗口, 因此不判断周期和窗口; 计数器和各周期内的PDO照常判断。
@@ -166,11 +146,8 @@ rules! {
     /// The capture has no timestamps (candump -t), or was taken on a busy host; --jitter sets the tolerance.
     Syn011 "SYN011" "sync-not-judged" Info "-" one [Sync, Pdo] {
         message "无法判断同步时间" "SYNC timing cannot be judged";
-        NoStamps
-            "记录没有时间戳, 不判断同步周期和窗口"
-            "no timestamps: SYNC period and window are not judged";
-        Tolerance { tolerance: Ns, window: Ns }
-            "容差{tolerance}不小于窗口{window}, 不判断窗口"
+        NoStamps "记录没有时间戳, 不判断同步周期和窗口" "no timestamps: SYNC period and window are not judged";
+        Tolerance { tolerance: Ns, window: Ns } "容差{tolerance}不小于窗口{window}, 不判断窗口"
             "tolerance {tolerance} is not smaller than the window {window}: the window is not judged";
     }
 
@@ -181,8 +158,7 @@ rules! {
     /// The producer or the recording computer was briefly busy; high bus load.
     Syn012 "SYN012" "late-sync" Info "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "个别同步报文延迟" "single late SYNC";
-        Late { gap: Ns, period: Ns }
-            "距上一同步报文{gap}(周期{period}), 之后恢复正常周期"
+        Late { gap: Ns, period: Ns } "距上一同步报文{gap}(周期{period}), 之后恢复正常周期"
             "{gap} since the previous SYNC (period {period}); the following ones are on time";
     }
 
@@ -193,8 +169,7 @@ rules! {
     /// The producer was switched off, disconnected or its program ended; its 1005h or 1006h was changed outside the capture. At the end of a test this is often intended.
     Syn013 "SYN013" "sync-stopped" Warning "CiA 301 7.2.5, 7.5.2.6" one [Sync, Pdo] {
         message "同步报文停止" "SYNC has stopped";
-        Stopped { silence: Ns, period: Ns }
-            "已{silence}没有同步报文(原周期{period}), 节点仍处于操作状态"
+        Stopped { silence: Ns, period: Ns } "已{silence}没有同步报文(原周期{period}), 节点仍处于操作状态"
             "no SYNC for {silence} (period was {period}), but the node is still Operational";
     }
 }

@@ -13,15 +13,9 @@ rules! {
     /// The producer fills the fields wrongly, such as with another epoch or unit.
     Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6" [Time] {
         message "时间报文无效" "invalid TIME";
-        TimeOfDay { found: Count }
-            "毫秒数为{found}, 超出一天(86399999)"
-            "{found} ms exceeds one day (86399999)";
-        ReservedBits { found: Hex2 }
-            "保留位为{found}, 应为0"
-            "reserved bits are {found}, expected 0";
-        Length { found: Count }
-            "时间报文(TIME)为{found}字节, 应为6字节"
-            "TIME is {found|byte|bytes} long, expected 6";
+        TimeOfDay { found: Count } "毫秒数为{found}, 超出一天(86399999)" "{found} ms exceeds one day (86399999)";
+        ReservedBits { found: Hex2 } "保留位为{found}, 应为0" "reserved bits are {found}, expected 0";
+        Length { found: Count } "时间报文(TIME)为{found}字节, 应为6字节" "TIME is {found|byte|bytes} long, expected 6";
     }
 
     /// 两个时间报文之差与记录中经过的时间相差1秒以上。
@@ -32,7 +26,6 @@ rules! {
     Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6" [Time] {
         message "时间报文跳变" "TIME jumps";
         Jump { passed: Ns, elapsed: Ns }
-            "TIME的时间变化{passed}, 而记录中只过了{elapsed}"
-            "TIME changed by {passed} while {elapsed} passed";
+            "TIME的时间变化{passed}, 而记录中只过了{elapsed}" "TIME changed by {passed} while {elapsed} passed";
     }
 }
