@@ -1,4 +1,4 @@
-//! What one frame says by itself, with a file for each service.
+//! The text of a single frame, with a file for each service.
 //!
 //! A new service gets its arm in [`message`] (the compiler asks for it) and, where it has more than a phrase, a file
 //! here. A phrase is one `say!`: the languages beside each other, each in its own order of words. What has a name, such
@@ -70,7 +70,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
     }
 }
 
-/// Whether the second frame of an SRDO is the inverse of the first.
+/// Returns the text on the second frame of an SRDO: inverse of the first or not.
 fn inverse(lang: Lang, valid: Option<bool>) -> &'static str {
     match valid {
         Some(true) => lang.pick(", 与正常数据一致", ", the inverse of the normal data"),

@@ -16,7 +16,7 @@ pub fn parties(out: &mut Vec<u8>, lang: Lang, request: bool, source: u8, to: Nod
     }
 }
 
-/// What a frame carries: `: 加速下载请求, 会话=7, 2000h:01, 类型 UNSIGNED32, 4字节: 2A 00 00 00`.
+/// Appends the content of a frame: `: 加速下载请求, 会话=7, 2000h:01, 类型 UNSIGNED32, 4字节: 2A 00 00 00`.
 pub fn content(out: &mut Vec<u8>, lang: Lang, command: u8, payload: &[u8]) {
     match terms::usdo::command(lang, command) {
         Some(word) => put!(out; ": ", word),

@@ -79,7 +79,7 @@ pub fn command(lang: Lang, command: u8) -> Option<&'static str> {
     find(COMMANDS, lang, command & 0x7F)
 }
 
-/// What an abort code means.
+/// Returns the meaning of an abort code.
 pub fn abort(lang: Lang, code: u8) -> Option<&'static str> {
     find(ABORTS, lang, code)
 }
