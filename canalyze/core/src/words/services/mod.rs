@@ -5,12 +5,10 @@
 //! as a state or an error code, stands in `terms`. Must not decide anything. No `format!` and no allocation: these are
 //! the lines of the hot path.
 
-pub mod error_frame;
 pub mod nmt;
 pub mod pdo;
 pub mod sdo;
 pub mod time;
-pub mod usdo;
 
 use super::digits::put;
 use super::value::Size;
@@ -19,7 +17,7 @@ use crate::bytes::frame::{Frame, Kind};
 use crate::wire;
 use crate::wire::cob_id::Role;
 use crate::wire::message::{Flaw, Message};
-use crate::wire::role::{Named, Nodes, PdoLabel};
+use crate::wire::role::{Named, PdoLabel};
 
 /// Appends the phrase of a message, and at other depths than brief its content. No line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, frame: &Frame) {
@@ -47,26 +45,9 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
         }
         Message::GuardingRequest { node } => nmt::guarding_request(out, lang, full, node, frame.len),
         Message::Time { ms, days, reserved } => time::time_of_day(out, lang, full, ms, days, reserved),
-        Message::Nmt { .. } | Message::Sync { .. } | Message::Emcy { .. } | Message::Lss { .. } => {
-            wire::line(out, lang, full, message, frame)
-        }
-        Message::Srdo { number, inverted, valid } => {
-            put!(out; Named(lang, Role::Srdo { number, inverted }));
-            if full {
-                put!(out; ": ", Size(lang, frame.len.into()), inverse(lang, valid));
-            }
-        }
-        Message::Gfc => put!(out; Named(lang, Role::Gfc)),
-        Message::FlyingMaster { kind, master } => flying_master(out, lang, full, kind, master),
-        Message::Usdo { request, source, destination, command } => {
-            usdo::parties(out, lang, request, source, Nodes(lang, destination));
-            if full {
-                usdo::content(out, lang, command, frame.payload());
-            }
-        }
-        Message::ErrorFrame => error_frame::errors(out, lang, full, frame),
         Message::Foreign { role } => put!(out; Named(lang, role)),
         Message::Malformed { role, flaw } => malformed(out, lang, full, role, flaw, frame),
+<<<<<<< HEAD
     }
 }
 
@@ -93,6 +74,9 @@ fn flying_master(out: &mut Vec<u8>, lang: Lang, full: bool, kind: u8, master: Op
     }
     if let (true, Some((priority, node))) = (full, master) {
         say!(out, lang; zh: ": 节点", node, ", 优先级=", priority; en: ": node ", node, ", priority=", priority);
+=======
+        _ => wire::line(out, lang, full, message, frame),
+>>>>>>> main
     }
 }
 

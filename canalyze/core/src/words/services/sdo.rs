@@ -4,6 +4,7 @@
 use crate::sdo::exchange::expedited;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{self, Command, Initiate, Mux, Segment, Side};
+use crate::wire::sdo_command;
 use crate::words::digits::{Hex, Put, put};
 use crate::words::value::{self, Size};
 use crate::words::{Depth, Lang, say, terms, transferred};
@@ -43,10 +44,7 @@ fn phrase(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step) {
         Command::InitiateDownload(..) if depth != Depth::Brief => {
             say!(out, lang; zh: "主站发送的SDO请求"; en: "SDO request sent by the client");
         }
-        _ => {
-            let (zh, en) = words(step);
-            put!(out; lang.pick(zh, en));
-        }
+        _ => put!(out; lang.word(sdo_command::row(&step.command, step.side).phrase)),
     }
     match step.command {
         Command::SegmentRequest { toggle } | Command::SegmentResponse { toggle } => {
@@ -57,6 +55,7 @@ fn phrase(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step) {
     }
 }
 
+<<<<<<< HEAD
 /// Returns the name of a frame in Chinese and in English.
 fn words(step: &Step) -> (&'static str, &'static str) {
     let client = step.side == Side::Client;
@@ -112,6 +111,8 @@ fn words(step: &Step) -> (&'static str, &'static str) {
     }
 }
 
+=======
+>>>>>>> main
 /// A segment that others follow: `主站发送的第一段数据` to `第十段`, then `第11段`.
 fn numbered(out: &mut Vec<u8>, lang: Lang, client: bool, number: u32) {
     const WORDS: [&str; 11] = ["", "一", "二", "三", "四", "五", "六", "七", "八", "九", "十"];
@@ -199,7 +200,7 @@ fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
     say!(out, lang; zh: ", 无法判定: 块数据段", seqno; en: ", undetermined: block segment ", seqno);
     let plain = wire::decode(step.side, bytes);
     if !plain.is_unreadable() {
-        let (zh, en) = words(&Step { command: plain, ..step.clone() });
+        let (zh, en) = sdo_command::row(&plain, step.side).phrase;
         say!(out, lang; zh: ", 或", zh; en: ", or ", en);
     }
 }
