@@ -47,36 +47,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
         Message::Time { ms, days, reserved } => time::time_of_day(out, lang, full, ms, days, reserved),
         Message::Foreign { role } => put!(out; Named(lang, role)),
         Message::Malformed { role, flaw } => malformed(out, lang, full, role, flaw, frame),
-<<<<<<< HEAD
-    }
-}
-
-/// Returns the text on the second frame of an SRDO: inverse of the first or not.
-fn inverse(lang: Lang, valid: Option<bool>) -> &'static str {
-    match valid {
-        Some(true) => lang.pick(", 与正常数据一致", ", the inverse of the normal data"),
-        Some(false) => lang.pick(", 与正常数据不一致", ", not the inverse of the normal data"),
-        None => "",
-    }
-}
-
-/// The flying master's messages (CiA 302-2), by the last digit of the identifier.
-fn flying_master(out: &mut Vec<u8>, lang: Lang, full: bool, kind: u8, master: Option<(u8, u8)>) {
-    say!(out, lang; zh: "飞行主站: "; en: "flying master: ");
-    match kind {
-        1 => say!(out, lang; zh: "活动NMT主站的响应"; en: "response of the active NMT master"),
-        2 => say!(out, lang; zh: "协商请求"; en: "negotiation request"),
-        3 => say!(out, lang; zh: "查询活动NMT主站"; en: "request for the active NMT master"),
-        4 => say!(out, lang; zh: "存在可作NMT主站的设备"; en: "a device capable of NMT master is present"),
-        5 => say!(out, lang; zh: "查询可作NMT主站的设备"; en: "request for devices capable of NMT master"),
-        6 => say!(out, lang; zh: "强制重新协商"; en: "force negotiation"),
-        _ => say!(out, lang; zh: "未知报文"; en: "unknown message"),
-    }
-    if let (true, Some((priority, node))) = (full, master) {
-        say!(out, lang; zh: ": 节点", node, ", 优先级=", priority; en: ": node ", node, ", priority=", priority);
-=======
         _ => wire::line(out, lang, full, message, frame),
->>>>>>> main
     }
 }
 

@@ -55,64 +55,6 @@ fn phrase(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step) {
     }
 }
 
-<<<<<<< HEAD
-/// Returns the name of a frame in Chinese and in English.
-fn words(step: &Step) -> (&'static str, &'static str) {
-    let client = step.side == Side::Client;
-    match step.command {
-        Command::InitiateUpload(_) => ("主站发送的SDO请求", "SDO request sent by the client"),
-        Command::InitiateDownload(..) => ("主站发送的SDO写请求", "SDO write request sent by the client"),
-        Command::UploadInitiated(_, initiate) if initiate.expedited => {
-            ("从站回复的读响应", "initiate upload response from the server")
-        }
-        Command::UploadInitiated(..) => ("从站回复的初始化响应", "initiate upload response from the server"),
-        Command::DownloadInitiated(_) => ("从站回复的写响应", "initiate download response from the server"),
-        Command::SegmentRequest { .. } => ("主站发送的段请求", "segment request from the client"),
-        Command::SegmentResponse { .. } => ("从站回复的段响应", "segment response from the server"),
-        Command::Segment(segment) => match (client, segment.last) {
-            (true, true) => ("主站发送的最后一段数据", "last segment of data from the client"),
-            (true, false) => ("主站发送的一段数据", "segment of data from the client"),
-            (false, true) => ("从站发送的最后一段数据", "last segment of data from the server"),
-            (false, false) => ("从站发送的一段数据", "segment of data from the server"),
-        },
-        Command::InitiateBlockUpload { .. } => {
-            ("主站发送的块上传请求", "initiate block upload request from the client")
-        }
-        Command::InitiateBlockDownload { .. } => {
-            ("主站发送的块下载请求", "initiate block download request from the client")
-        }
-        Command::BlockUploadInitiated { .. } => {
-            ("从站回复的块上传响应", "initiate block upload response from the server")
-        }
-        Command::BlockDownloadInitiated { .. } => {
-            ("从站回复的块下载响应", "initiate block download response from the server")
-        }
-        Command::StartBlockUpload => ("主站发送的块上传开始", "start of the block upload from the client"),
-        Command::BlockAck { .. } if client => ("主站发送的子块确认", "sub-block acknowledgement from the client"),
-        Command::BlockAck { .. } => ("从站回复的子块确认", "sub-block acknowledgement from the server"),
-        Command::BlockSegment { last, .. } => match (client, last) {
-            (true, true) => ("主站发送的最后一个块数据段", "last block segment from the client"),
-            (true, false) => ("主站发送的块数据段", "block segment from the client"),
-            (false, true) => ("从站发送的最后一个块数据段", "last block segment from the server"),
-            (false, false) => ("从站发送的块数据段", "block segment from the server"),
-        },
-        Command::EndBlock { .. } if client => ("主站发送的块下载结束", "end block download request from the client"),
-        Command::EndBlock { .. } => ("从站发送的块上传结束", "end block upload request from the server"),
-        Command::BlockEnded if client => ("主站发送的块上传结束确认", "end block upload response from the client"),
-        Command::BlockEnded => ("从站回复的块下载结束确认", "end block download response from the server"),
-        Command::Abort(..) if client => ("主站发送的中止", "abort transfer from the client"),
-        Command::Abort(..) => ("从站发送的中止", "abort transfer from the server"),
-        Command::Unknown(_) if client => ("主站发送的未知SDO命令", "unknown SDO command from the client"),
-        Command::Unknown(_) => ("从站发送的未知SDO命令", "unknown SDO command from the server"),
-        Command::Truncated(_) if client => ("主站发送的不完整SDO帧", "truncated SDO frame from the client"),
-        Command::Truncated(_) => ("从站发送的不完整SDO帧", "truncated SDO frame from the server"),
-        Command::Undetermined(_) if client => ("主站发送的SDO数据", "SDO data from the client"),
-        Command::Undetermined(_) => ("从站发送的SDO数据", "SDO data from the server"),
-    }
-}
-
-=======
->>>>>>> main
 /// A segment that others follow: `主站发送的第一段数据` to `第十段`, then `第11段`.
 fn numbered(out: &mut Vec<u8>, lang: Lang, client: bool, number: u32) {
     const WORDS: [&str; 11] = ["", "一", "二", "三", "四", "五", "六", "七", "八", "九", "十"];
