@@ -181,7 +181,7 @@ fn segment_data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8], carried: usize) {
     put!(out; "\n");
 }
 
-/// How the segments' data join, where they are text.
+/// Appends the joined data of the segments if they are text.
 fn joined(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     if transfer.mode == Mode::Expedited || transfer.outcome.status != Status::Ok {
         return;

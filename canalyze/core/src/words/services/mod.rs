@@ -1,4 +1,4 @@
-//! What one frame says by itself, with a file for each service.
+//! The text of a single frame, with a file for each service.
 //!
 //! A new service gets its arm in [`message`] (the compiler asks for it) and, where it has more than a phrase, a file
 //! here. A phrase is one `say!`: the languages beside each other, each in its own order of words. What has a name, such

@@ -131,7 +131,7 @@ fn content(out: &mut Vec<u8>, lang: Lang, step: &Step, len: u8) {
     }
 }
 
-/// What bytes may be whose transfer is not in the capture.
+/// Appends the possible meanings of bytes whose transfer is not in the capture.
 fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
     if step.place == Place::Outside {
         return value::segment(out, &bytes);
@@ -147,7 +147,7 @@ fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
     }
 }
 
-/// Whether the content already is the transfer's result.
+/// Returns true if the content is already the transfer's result.
 fn shows_result(step: &Step) -> bool {
     step.result
         .as_ref()
@@ -229,7 +229,7 @@ pub fn abort(out: &mut Vec<u8>, lang: Lang, code: u32) {
     put!(out; Hex::<8>(u64::from(code)), "h ", terms::abort_code(lang, code).unwrap_or(unknown));
 }
 
-/// What a transfer came to: `1008h:00 = "..." (23字节)`.
+/// Appends the result of a transfer: `1008h:00 = "..." (23字节)`.
 pub fn result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let upload = transfer.direction == Direction::Upload;
     match transfer.mux {
@@ -274,7 +274,7 @@ pub fn later_result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     result(out, lang, transfer);
 }
 
-/// Where the frame stands in its transfer, if not where it is expected.
+/// Appends the place of a frame in its transfer unless it is the expected one.
 fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
     match (step.place, step.answered_by.as_deref()) {
         (Place::Late, Some(request)) => say!(out, lang;
