@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | `index` | four hexadecimal digits | a number |
 //! | `range` | one index, or two with a hyphen between them | two numbers |
-//! | `code` | four or eight hexadecimal digits | a number |
+//! | `code` | two, four or eight hexadecimal digits | a number |
 //! | `value`, `profile` | a decimal number | a number |
 //! | `sub` | a decimal number if the row is a part of the row above, else empty | a slice of parts, behind the other cells |
 //! | `type` | a data type, an array of it (`[]`), `RECORD`, or `-` if it is not standardized | a `Shape`; of a part a `DataType` |
@@ -108,7 +108,7 @@ fn row(columns: &[&str], cells: &[&str]) -> Result<(Key, String), String> {
         match *name {
             "index" | "range" | "code" => {
                 let (first, last) = cell.split_once('-').filter(|_| *name == "range").unwrap_or((cell, cell));
-                let digits: &[usize] = if *name == "code" { &[4, 8] } else { &[4] };
+                let digits: &[usize] = if *name == "code" { &[2, 4, 8] } else { &[4] };
                 key.first.push(hexadecimal(first, digits)?);
                 key.last.push(hexadecimal(last, digits)?);
                 made.extend((!part).then(|| format!("0x{first}")));

@@ -406,9 +406,7 @@ fn bit_timing(out: &mut Vec<u8>, lang: Lang, selector: u8, index: u8) {
         (0, None) => say!(out, lang; zh: "保留的波特率"; en: "reserved bit rate"),
         _ => put!(out; table_name(lang, selector)),
     }
-    say!(out, lang;
-        zh: " (表=", selector, ", 序号=", index, ")";
-        en: " (table=", selector, ", index=", index, ")");
+    say!(out, lang; zh: " (表=", selector, ", 序号=", index, ")"; en: " (table=", selector, ", index=", index, ")");
 }
 
 fn confirmation(out: &mut Vec<u8>, lang: Lang, specifier: u8, error: u8, specific: u8) {

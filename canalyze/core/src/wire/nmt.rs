@@ -75,8 +75,7 @@ impl WireService for NmtService {
         let Some((before, behind, effect)) = phrase(command) else {
             let unknown = Hex::<2>(u64::from(command));
             return say!(out, lang;
-                zh: "NMT主站命令: 未知命令 ", unknown, "h, ", whom;
-                en: "NMT unknown command ", unknown, "h: ", whom);
+                zh: "NMT主站命令: 未知命令 ", unknown, "h, ", whom; en: "NMT unknown command ", unknown, "h: ", whom);
         };
         let name = self::command(lang, command).unwrap_or_default();
         say!(out, lang; zh: "NMT主站命令: ", before, whom, behind; en: "NMT ", name, ": ", whom);

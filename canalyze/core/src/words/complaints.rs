@@ -104,13 +104,10 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], first: FilePlace, count: u64, r
     }
     let list = |out: &mut Vec<u8>| out.extend_from_slice(&list);
     if of_text {
-        say!(&mut out, lang;
-            zh: ": 共", count, "行无法读取: 第", list, "行";
-            en: ": ", count, " lines cannot be read: ", list);
+        say!(&mut out, lang; zh: ": 共", count, "行无法读取: 第", list, "行"; en: ": ", count, " lines cannot be read: ", list);
     } else {
         say!(&mut out, lang;
-            zh: ": 共", count, "条记录无法读取: 偏移", list;
-            en: ": ", count, " records cannot be read: byte ", list);
+            zh: ": 共", count, "条记录无法读取: 偏移", list; en: ": ", count, " records cannot be read: byte ", list);
     }
     String::from_utf8_lossy(&out).into_owned()
 }
@@ -139,9 +136,9 @@ pub fn marker(lang: Lang, file: &[u8], place: FilePlace, finding: Option<&Findin
             let cause = cause(finding);
             put!(out; if cause.is_empty() { "" } else { ". " }, cause);
         }
-        None => say!(out, lang;
-            zh: "只有ERROR标记而没有内容, 不计为帧";
-            en: "ERROR marker without content, not counted as a frame"),
+        None => {
+            say!(out, lang; zh: "只有ERROR标记而没有内容, 不计为帧"; en: "ERROR marker without content, not counted as a frame")
+        }
     })
 }
 

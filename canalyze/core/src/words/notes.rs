@@ -9,8 +9,7 @@ use crate::world::event::{Note, Scanned};
 pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {
     match note {
         Note::RequestNotCaptured => say!(out, lang;
-            zh: "第", about, "帧所响应的请求不在记录中";
-            en: "the request answered by frame ", about, " is not in the capture"),
+            zh: "第", about, "帧所响应的请求不在记录中"; en: "the request answered by frame ", about, " is not in the capture"),
         Note::LostByReset => say!(out, lang;
             zh: "第", about, "帧开始的SDO传输因节点复位而中断";
             en: "SDO transfer started in frame ", about, " was terminated by a node reset"),
@@ -33,9 +32,7 @@ fn bit_timing(out: &mut Vec<u8>, lang: Lang, silence: u32, rate: Option<u16>) {
         Some(rate) => say!(out, lang; zh: "波特率为", rate, " kbit/s: "; en: "the bit rate is ", rate, " kbit/s: "),
         None => say!(out, lang; zh: "波特率改变: "; en: "the bit rate changes: "),
     }
-    say!(out, lang;
-        zh: "仍用原波特率记录只会看到错误帧或静默";
-        en: "a capture at the old bit rate shows only errors or nothing");
+    say!(out, lang; zh: "仍用原波特率记录只会看到错误帧或静默"; en: "a capture at the old bit rate shows only errors or nothing");
 }
 
 /// Appends the result of a Fastscan.

@@ -39,8 +39,7 @@ fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
     put!(out; lang.pick("#   映射来源: ", "#   mapping from: "));
     match from {
         Provenance::Observed(frame) => say!(out, lang;
-            zh: "记录中的SDO, 到第", frame, "帧为止";
-            en: "SDO in the capture, up to frame ", frame),
+            zh: "记录中的SDO, 到第", frame, "帧为止"; en: "SDO in the capture, up to frame ", frame),
         Provenance::Doubted(frame) => say!(out, lang;
             zh: "记录中的SDO, 到第", frame, "帧为止, 此后有帧丢失";
             en: "SDO in the capture, up to frame ", frame, "; frames lost since then"),

@@ -72,10 +72,8 @@ fn malformed(out: &mut Vec<u8>, lang: Lang, full: bool, role: Role, flaw: Flaw, 
             }
         }
         Flaw::Remote => say!(out, lang;
-            zh: ": 该服务没有远程帧 (请求长度", size, ")";
-            en: ": this service has no remote frames (requested length ", size, ")"),
+            zh: ": 该服务没有远程帧 (请求长度", size, ")"; en: ": this service has no remote frames (requested length ", size, ")"),
         Flaw::Fd => say!(out, lang;
-            zh: ": 该服务没有CAN FD帧 (", size, ")";
-            en: ": this service has no CAN FD frames (", size, ")"),
+            zh: ": 该服务没有CAN FD帧 (", size, ")"; en: ": this service has no CAN FD frames (", size, ")"),
     }
 }

@@ -15,9 +15,7 @@ pub fn error_control(out: &mut Vec<u8>, lang: Lang, node: u8, guarding: bool) {
 
 /// A guarding request; `len`: the length that it asks for.
 pub fn guarding_request(out: &mut Vec<u8>, lang: Lang, full: bool, node: u8, len: u8) {
-    say!(out, lang;
-        zh: "NMT主站对节点", node, "的节点保护请求";
-        en: "node guarding request of the NMT master to node ", node);
+    say!(out, lang; zh: "NMT主站对节点", node, "的节点保护请求"; en: "node guarding request of the NMT master to node ", node);
     if full && len > 1 {
         let size = Size(lang, len.into());
         say!(out, lang; zh: " (请求长度", size, ", 应为0或1)"; en: " (requested length ", size, ", expected 0 or 1)");

@@ -108,8 +108,7 @@ fn content(out: &mut Vec<u8>, lang: Lang, step: &Step, len: u8) {
             say!(out, lang; zh: mux, ", 块大小=", blksize, crc; en: mux, ", blksize=", blksize, crc);
         }
         Command::BlockAck { ackseq, blksize } => say!(out, lang;
-            zh: "确认序号=", ackseq, ", 下一块大小=", blksize;
-            en: "ackseq=", ackseq, ", next blksize=", blksize),
+            zh: "确认序号=", ackseq, ", 下一块大小=", blksize; en: "ackseq=", ackseq, ", next blksize=", blksize),
         Command::BlockSegment { data, .. } => value::segment(out, &data),
         Command::EndBlock { unused, crc } => {
             let (crc, unused) = (Hex::<4>(u64::from(crc)), Size(lang, unused.into()));
@@ -278,8 +277,7 @@ pub fn later_result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
 fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
     match (step.place, step.answered_by.as_deref()) {
         (Place::Late, Some(request)) => say!(out, lang;
-            zh: " [第", request.no, "帧请求的延迟响应]";
-            en: " [late response to frame ", request.no, "]"),
+            zh: " [第", request.no, "帧请求的延迟响应]"; en: " [late response to frame ", request.no, "]"),
         (Place::Late, None) => say!(out, lang; zh: " [延迟的响应]"; en: " [late response]"),
         (_, Some(answer)) => {
             say!(out, lang; zh: " [响应在第", answer.no, "帧, 记录次序颠倒]"; en: " [response in frame ", answer.no, ", captured in reverse order]");
@@ -296,8 +294,7 @@ fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
             say!(out, lang; zh: " [对方的响应到达前已发出, 不计入传输]"; en: " [sent before the response arrived, not counted]")
         }
         (Place::OutOfSequence(due), None) => say!(out, lang;
-            zh: " [序列号不连续, 应为", due, "]";
-            en: " [out of sequence, expected ", due, "]"),
+            zh: " [序列号不连续, 应为", due, "]"; en: " [out of sequence, expected ", due, "]"),
         (Place::Duplicate, None) => say!(out, lang; zh: " [同一帧被记录两次]"; en: " [captured twice]"),
         (Place::Outside, None) => say!(out, lang; zh: " [此处不应出现]"; en: " [not expected here]"),
     }
