@@ -69,6 +69,8 @@ pub enum Rows {
     Observed,
     /// Incidents and the verdict, at the end.
     Incidents,
+    /// The same, numbered in the order in which they were noticed while the capture was read.
+    NumberedIncidents,
     /// Incidents as they begin, are linked to a cause and end.
     Changes,
     /// Incidents that end with the capture.
@@ -147,7 +149,7 @@ impl Format {
                     Output::json(Rows::Summary),
                     Output::json(Rows::Observed),
                 ],
-                incidents: &[Output::json(Rows::Incidents)],
+                incidents: &[Output::json(Rows::NumberedIncidents)],
             },
         ),
         (
@@ -157,7 +159,10 @@ impl Format {
         ("lines", Self::rows(&[Output::json(Rows::Lines)])),
         ("convert", Self::rows(&[Output::Convert])),
         ("info", Self::rows(&[Output::json(Rows::Files)])),
-        ("check", Self { outputs: &[Output::json(Rows::Findings)], incidents: &[Output::json(Rows::Incidents)] }),
+        (
+            "check",
+            Self { outputs: &[Output::json(Rows::Findings)], incidents: &[Output::json(Rows::NumberedIncidents)] },
+        ),
         ("diagnosis", Self::rows(&[Output::json(Rows::Incidents)])),
         ("columns", Self::rows(&[])),
         ("digest", Self::rows(&[Output::Digest])),

@@ -84,6 +84,7 @@ fn sink(output: Output, options: &Options) -> Option<(Wants, Box<dyn Sink>)> {
         Rows::Summary => (FRAMES | UNFILTERED | REPEATS, Box::new(SummaryRows::new(Arc::clone(&known.network)))),
         Rows::Observed => (FRAMES, Box::new(ObservedRows::default())),
         Rows::Incidents => (DIAGNOSIS, Box::new(Incidents)),
+        Rows::NumberedIncidents => (DIAGNOSIS | CHANGES, Box::new(Incidents)),
         Rows::Changes => (CHANGES, Box::new(Changes { lines: None })),
         Rows::Endings => (DIAGNOSIS, Box::new(Endings)),
         Rows::Files => (ITEMS, Box::new(Info::default())),
