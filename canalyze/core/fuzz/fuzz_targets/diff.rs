@@ -14,14 +14,15 @@ use canalyze_core::bytes::frame::Frame;
 use canalyze_core::world::network::Network;
 use canalyze_core::tables::diff::{DiffSetting, body, head};
 use canalyze_core::tables::jsonl;
-use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::session::{Options, Output, Session};
 use canalyze_core::words::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
 fn digest(frames: &[Frame], network: &Arc<Network>) -> Digest {
-    let mut session =
-        Session::new(Options { format: Format::Digest, network: Arc::clone(network), ..Options::default() });
+    let mut options = Options::of(Lang::Zh, &[Output::Digest]);
+    options.known.network = Arc::clone(network);
+    let mut session = Session::new(options);
     let mut out = Vec::new();
     for frame in frames {
         session.push(*frame, &mut out);

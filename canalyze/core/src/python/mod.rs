@@ -26,7 +26,7 @@ use crate::bytes::readers::candump;
 use crate::bytes::readers::{InputFormat as Input, listing, sniff};
 use crate::bytes::writers::Format as Written;
 use crate::rules::{RULES, SEVERITIES};
-use crate::session::{Options, Session as Core};
+use crate::session::{Options, Output, Session as Core};
 use crate::stories::kinds::KINDS;
 use crate::tables;
 use crate::tables::columns::Name;
@@ -43,7 +43,7 @@ fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T
 }
 
 fn language(lang: &str) -> PyResult<Lang> {
-    choose("lang", lang, &[("zh", Lang::Zh), ("en", Lang::En)])
+    choose("lang", lang, Lang::NAMES)
 }
 
 #[pyclass(module = "canalyze._core", frozen, get_all)]
@@ -111,7 +111,8 @@ fn within(out: &mut Vec<u8>, lang: Lang, line: &str, known: &Known) {
     let mut known = known.clone();
     // Node 0 holds descriptions whose node is unknown.
     known.descriptions.retain(|one| one.node > 0);
-    let options = Options { lang, depth: Depth::Explain, network: Arc::new(known), ..Options::default() };
+    let mut options = Options::of(lang, &[Output::Lines]);
+    (options.known.network, options.writing.depth) = (Arc::new(known), Depth::Explain);
     let mut session = Core::new(options);
     session.begin_one(0, b"", Input::Candump, true);
     session.feed_one(0, line.as_bytes(), out);

@@ -1,4 +1,4 @@
-//! What is known of the capture as a whole, and what is reported of it: numbers and times of frames, findings about
+//! The capture as a whole and the reports about it: numbers and times of frames, findings about
 //! files.
 //!
 //! A finding about the capture belongs to no frame. Must not: write output, or know what a frame means.
@@ -29,7 +29,7 @@ const APART_NS: i64 = 3_600_000_000_000;
 #[derive(Debug)]
 pub(super) struct Capture {
     lang: Lang,
-    /// How time is shown.
+    /// The form of times.
     time: Option<Time>,
     /// The file at hand.
     pub(super) file: File,
@@ -46,7 +46,7 @@ pub(super) struct Capture {
     pub(super) date_ns: Option<i64>,
     /// Digits after the point of the last stamp.
     decimals: u8,
-    /// What it has reported of itself.
+    /// Number of reports of the capturing program about itself.
     gaps: u64,
     /// The last frame.
     pub(super) last: FrameRef,
@@ -63,7 +63,7 @@ pub(super) struct Origin {
     dated: bool,
 }
 
-/// What output needs to know of the capture beside events.
+/// The state of the capture that outputs need beside events.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
     pub(super) buses: &'a Buses,
@@ -161,7 +161,7 @@ impl Capture {
         self.before.take().is_some_and(|before| self.boundary(&before, frame))
     }
 
-    /// Whether the frame that was placed last begins a file that follows another.
+    /// Returns true if the frame placed last begins a file that follows another.
     pub(super) fn begins_file(&self) -> bool {
         self.file.frames == 1 && self.numbered > 1
     }
@@ -243,7 +243,7 @@ impl Capture {
         self.file.last.clear();
     }
 
-    /// What the capturing program reports of itself is a complaint, and may be a finding.
+    /// Reports a message of the capturing program about itself as a complaint; returns the finding, if it is one.
     pub(super) fn marker(&mut self, marker: &Marker, buses: &Buses) -> Option<Finding> {
         let (what, place, bus) = match *marker {
             Marker::Start { .. } => return None,
@@ -374,7 +374,7 @@ impl Capture {
         }
     }
 
-    /// Where the file has no lines a finding names the last frame before it.
+    /// Returns a finding; in a file without lines it names the last frame before it.
     fn finding(&self, what: Verdict, place: FilePlace, bus: BusId) -> Finding {
         let Verdict { code, facts } = what;
         let at = match place {

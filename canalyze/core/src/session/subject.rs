@@ -1,6 +1,6 @@
-//! What filters ask of a frame that it does not say by itself, from the events that follow from it.
+//! The properties of a frame that filters take from its events.
 //!
-//! What is said of it is put together only where a filter asks for that. Must not: compare; that does the filter.
+//! Words are put together only if a filter asks for them. The comparison is the filter's.
 
 use super::capture::View;
 use crate::bytes::frame::Frame;
@@ -54,7 +54,7 @@ impl Subject for Seen<'_> {
     }
 }
 
-/// Whether an event is about an object that is wanted.
+/// Returns true if an event is about an object that is wanted.
 fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
     let mapped = |one: &crate::wire::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
     match what {
@@ -70,12 +70,12 @@ fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
     }
 }
 
-/// What is said of something that belongs to no frame at hand.
+/// Returns the words about an event that belongs to no frame at hand.
 pub(super) fn aside(lang: Lang, event: &Event) -> impl Fn(&mut Vec<u8>) {
     move |out| Lines::new(lang, Depth::Default, None).aside(out, event, 0)
 }
 
-/// What is said of a transfer.
+/// Returns the words about a transfer.
 pub(super) fn said_of<'a>(view: View<'a>, transfer: &'a Transfer) -> impl Fn(&mut Vec<u8>) + 'a {
     move |out| lane::transfer(out, view.jsonl.lang, transfer, true)
 }

@@ -1,4 +1,4 @@
-//! What a live capture has shown so far, in a few numbers that can be asked for at any time.
+//! Counts of a live capture so far, available at any time.
 //!
 //! It counts what it is given, and nothing twice. Must not: judge, or keep a frame.
 

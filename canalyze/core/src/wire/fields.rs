@@ -135,13 +135,18 @@ pub(super) fn breakdown_from(
     message: &Message,
     frame: &Frame,
 ) {
+    lines(out, lang, fields, message, frame);
+    reserved(out, lang, frame.payload().get(end(fields).max(first)..).unwrap_or_default());
+}
+
+/// Appends a line of the breakdown for each field.
+pub(super) fn lines(out: &mut Vec<u8>, lang: Lang, fields: &[FieldRow], message: &Message, frame: &Frame) {
     let payload = frame.payload();
     for field in fields {
         put!(out; "#   ", Spaced(field.bytes(payload)));
         shown(out, lang, *field, &field.read(message, payload));
         put!(out; "\n");
     }
-    reserved(out, lang, payload.get(end(fields).max(first)..).unwrap_or_default());
 }
 
 fn shown(out: &mut Vec<u8>, lang: Lang, field: FieldRow, read: &FieldValue<'_>) {

@@ -9,9 +9,34 @@
 //! | 075 | request: are there devices capable of NMT master? | - |
 //! | 076 | force a flying-master negotiation | - |
 
-use super::length;
+use super::fields::{Breakdown, FieldRow, JsonKey, field};
+use super::{WireService, fields, length};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
+use crate::words::digits::put;
+use crate::words::lang::{Lang, Term, find, say};
+
+static KINDS: &[Term<u8>] = &[
+    (1, "活动NMT主站的响应", "response of the active NMT master"),
+    (2, "协商请求", "negotiation request"),
+    (3, "查询活动NMT主站", "request for the active NMT master"),
+    (4, "存在可作NMT主站的设备", "a device capable of NMT master is present"),
+    (5, "查询可作NMT主站的设备", "request for devices capable of NMT master"),
+    (6, "强制重新协商", "force negotiation"),
+];
+
+static ANSWER: &[FieldRow] = &[
+    field(0, 1, ("优先级 (0最高)", "priority (0 is the highest)"), Breakdown::Decimal, &[JsonKey::Decimal("priority")]),
+    field(
+        1,
+        1,
+        ("", ""),
+        Breakdown::Only(|out, lang, read| fields::node_id(out, lang, read.byte())),
+        &[JsonKey::Decimal("master")],
+    ),
+];
 
 /// Decodes a frame on 070h + `kind`.
 pub fn decode(role: Role, kind: u8, payload: &[u8]) -> Message {
@@ -20,6 +45,38 @@ pub fn decode(role: Role, kind: u8, payload: &[u8]) -> Message {
         (1, _) => length(role, 2, 2),
         (_, []) => Message::FlyingMaster { kind, master: None },
         _ => length(role, 0, 0),
+    }
+}
+
+/// The forms of the flying master's messages.
+pub(super) struct FlyingMasterService;
+
+impl WireService for FlyingMasterService {
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, _: &Frame) {
+        let Message::FlyingMaster { kind, master } = *message else { return };
+        let kind = find(KINDS, lang, kind).unwrap_or(lang.pick("未知报文", "unknown message"));
+        put!(out; lang.pick("飞行主站: ", "flying master: "), kind);
+        if let (true, Some((priority, node))) = (full, master) {
+            say!(out, lang; zh: ": 节点", node, ", 优先级=", priority; en: ": node ", node, ", priority=", priority);
+        }
+    }
+
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+        if frame.len > 0 {
+            return fields::breakdown(out, lang, ANSWER, message, frame);
+        }
+        put!(out; "#   ");
+        self.line(out, lang, true, message, frame);
+        put!(out; "\n");
+    }
+
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
+        let Message::FlyingMaster { kind, master } = *message else { return };
+        object.number("kind", kind);
+        match master {
+            Some(_) => fields::json(object, ANSWER, message, frame),
+            None => ["priority", "master"].into_iter().for_each(|key| object.maybe(key, None::<u8>)),
+        }
     }
 }
 

@@ -12,8 +12,8 @@ use crate::wire::message::{Flaw, Message};
 use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
-use crate::wire::{error_frame, time, usdo};
-use crate::words::digits::{Hex, Padded, put};
+use crate::wire::time;
+use crate::words::digits::{Padded, put};
 use crate::words::escape;
 use crate::words::{Lang, signal, terms};
 use crate::world::event::Addressed;
@@ -44,12 +44,6 @@ use crate::world::od::DataType;
 pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
     let mut object = Object::open(out);
     match *message {
-        Message::Gfc => {}
-        Message::FlyingMaster { kind, master } => {
-            object.number("kind", kind);
-            object.maybe("priority", master.map(|(priority, _)| priority));
-            object.maybe("master", master.map(|(_, node)| node));
-        }
         Message::Time { ms, days, reserved } => {
             object.number("ms", ms);
             object.number("days", days);
@@ -61,14 +55,6 @@ pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
         Message::Mpdo { transmit, number, content, .. } => {
             process_data(&mut object, transmit, number, false);
             addressed(&mut object, NAMES, &content, &Mapping::default(), frame);
-        }
-        Message::Srdo { number, inverted, valid } => {
-            object.number("number", number);
-            object.flag("inverted", inverted);
-            match valid {
-                Some(valid) => object.flag("valid", valid),
-                None => object.maybe("valid", None::<u8>),
-            }
         }
         Message::BootUp { .. } => {
             object.hex::<2>("state", 0);
@@ -89,19 +75,6 @@ pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
             before(&mut object, state, previous);
         }
         Message::GuardingRequest { .. } => object.flag("request", true),
-        Message::Nmt { .. } | Message::Sync { .. } | Message::Emcy { .. } | Message::Lss { .. } => {
-            wire::json(&mut object, message, frame)
-        }
-        Message::Usdo { request, destination, command, .. } => {
-            object.flag("request", request);
-            object.number("destination", destination);
-            object.hex::<2>("command", u64::from(command));
-            object.optional("name", terms::usdo::command(NAMES, command));
-            object.flag("remote_network", command & 0x80 != 0);
-            object.maybe("session", frame.payload().get(2).copied());
-            usdo_object(&mut object, frame.payload());
-        }
-        Message::ErrorFrame => errors(&mut object, frame),
         Message::Foreign { role } => object.word(
             "reason",
             match role {
@@ -118,6 +91,7 @@ pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
         }
         Message::Malformed { flaw: Flaw::Remote, .. } => object.word("malformed", "remote"),
         Message::Malformed { flaw: Flaw::Fd, .. } => object.word("malformed", "fd"),
+        _ => wire::json(&mut object, message, frame),
     }
     object.close();
 }
@@ -185,40 +159,4 @@ fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping
         None => put!(inner.key("text"); "null"),
     }
     inner.close();
-}
-
-fn usdo_object(object: &mut Object<'_>, payload: &[u8]) {
-    let Some(named) = usdo::object(payload) else {
-        return;
-    };
-    object.hex::<4>("index", u64::from(named.index));
-    object.number("sub", named.sub);
-    if let (Some(data_type), Some(size)) = (named.data_type, named.size) {
-        object.hex::<2>("type", u64::from(data_type));
-        object.number("size", size);
-        object.bytes("data", named.data);
-    }
-    if let Some(code) = named.abort {
-        object.hex::<2>("abort", u64::from(code));
-        object.optional("abort_name", terms::usdo::abort(NAMES, code));
-    }
-}
-
-fn errors(object: &mut Object<'_>, frame: &Frame) {
-    let class = error_frame::class(frame);
-    object.hex::<8>("class", u64::from(class));
-    let words = error_frame::classes(frame).map(|bit| (bit, terms::find(terms::error_frame::CLASSES, NAMES, bit)));
-    object.list("classes", words, |out, (bit, word)| match word {
-        Some(word) => escape::json(out, word.as_bytes()),
-        None => put!(out; "\"", Hex::<8>(u64::from(bit)), "\""),
-    });
-    let [arbitration, controller, protocol, location, transceiver, ..] = frame.head();
-    object.maybe("arbitration_bit", (class & error_frame::LOST_ARBITRATION != 0).then_some(arbitration));
-    object.maybe_hex("controller", class & error_frame::CONTROLLER != 0, controller);
-    object.maybe_hex("protocol", class & error_frame::PROTOCOL != 0, protocol);
-    object.maybe_hex("location", class & error_frame::PROTOCOL != 0, location);
-    object.maybe_hex("transceiver", class & error_frame::TRANSCEIVER != 0, transceiver);
-    let counters = error_frame::counters(frame);
-    object.maybe("tx_errors", counters.map(|(tx, _)| tx));
-    object.maybe("rx_errors", counters.map(|(_, rx)| rx));
 }

@@ -1,16 +1,14 @@
-//! What one frame says by itself, with a file for each service.
+//! The text of a single frame, with a file for each service.
 //!
 //! A new service gets its arm in [`message`] (the compiler asks for it) and, where it has more than a phrase, a file
 //! here. A phrase is one `say!`: the languages beside each other, each in its own order of words. What has a name, such
 //! as a state or an error code, stands in `terms`. Must not decide anything. No `format!` and no allocation: these are
 //! the lines of the hot path.
 
-pub mod error_frame;
 pub mod nmt;
 pub mod pdo;
 pub mod sdo;
 pub mod time;
-pub mod usdo;
 
 use super::digits::put;
 use super::value::Size;
@@ -19,7 +17,7 @@ use crate::bytes::frame::{Frame, Kind};
 use crate::wire;
 use crate::wire::cob_id::Role;
 use crate::wire::message::{Flaw, Message};
-use crate::wire::role::{Named, Nodes, PdoLabel};
+use crate::wire::role::{Named, PdoLabel};
 
 /// Appends the phrase of a message, and at other depths than brief its content. No line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, frame: &Frame) {
@@ -47,52 +45,9 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
         }
         Message::GuardingRequest { node } => nmt::guarding_request(out, lang, full, node, frame.len),
         Message::Time { ms, days, reserved } => time::time_of_day(out, lang, full, ms, days, reserved),
-        Message::Nmt { .. } | Message::Sync { .. } | Message::Emcy { .. } | Message::Lss { .. } => {
-            wire::line(out, lang, full, message, frame)
-        }
-        Message::Srdo { number, inverted, valid } => {
-            put!(out; Named(lang, Role::Srdo { number, inverted }));
-            if full {
-                put!(out; ": ", Size(lang, frame.len.into()), inverse(lang, valid));
-            }
-        }
-        Message::Gfc => put!(out; Named(lang, Role::Gfc)),
-        Message::FlyingMaster { kind, master } => flying_master(out, lang, full, kind, master),
-        Message::Usdo { request, source, destination, command } => {
-            usdo::parties(out, lang, request, source, Nodes(lang, destination));
-            if full {
-                usdo::content(out, lang, command, frame.payload());
-            }
-        }
-        Message::ErrorFrame => error_frame::errors(out, lang, full, frame),
         Message::Foreign { role } => put!(out; Named(lang, role)),
         Message::Malformed { role, flaw } => malformed(out, lang, full, role, flaw, frame),
-    }
-}
-
-/// Whether the second frame of an SRDO is the inverse of the first.
-fn inverse(lang: Lang, valid: Option<bool>) -> &'static str {
-    match valid {
-        Some(true) => lang.pick(", 与正常数据一致", ", the inverse of the normal data"),
-        Some(false) => lang.pick(", 与正常数据不一致", ", not the inverse of the normal data"),
-        None => "",
-    }
-}
-
-/// The flying master's messages (CiA 302-2), by the last digit of the identifier.
-fn flying_master(out: &mut Vec<u8>, lang: Lang, full: bool, kind: u8, master: Option<(u8, u8)>) {
-    say!(out, lang; zh: "飞行主站: "; en: "flying master: ");
-    match kind {
-        1 => say!(out, lang; zh: "活动NMT主站的响应"; en: "response of the active NMT master"),
-        2 => say!(out, lang; zh: "协商请求"; en: "negotiation request"),
-        3 => say!(out, lang; zh: "查询活动NMT主站"; en: "request for the active NMT master"),
-        4 => say!(out, lang; zh: "存在可作NMT主站的设备"; en: "a device capable of NMT master is present"),
-        5 => say!(out, lang; zh: "查询可作NMT主站的设备"; en: "request for devices capable of NMT master"),
-        6 => say!(out, lang; zh: "强制重新协商"; en: "force negotiation"),
-        _ => say!(out, lang; zh: "未知报文"; en: "unknown message"),
-    }
-    if let (true, Some((priority, node))) = (full, master) {
-        say!(out, lang; zh: ": 节点", node, ", 优先级=", priority; en: ": node ", node, ", priority=", priority);
+        _ => wire::line(out, lang, full, message, frame),
     }
 }
 

@@ -40,6 +40,12 @@ pub enum Stamps {
     Delta,
 }
 
+impl Stamps {
+    /// All meanings, with their names.
+    pub const NAMES: &[(&str, Self)] =
+        &[("auto", Self::Auto), ("absolute", Self::Absolute), ("zero", Self::Zero), ("delta", Self::Delta)];
+}
+
 /// A reader of one file of candump text.
 #[derive(Debug)]
 pub struct Candump {

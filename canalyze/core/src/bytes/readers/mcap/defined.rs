@@ -1,8 +1,8 @@
 //! The types and topics that a file defines.
 //!
-//! A file defines each before its first message, and mostly again at its end. The first definition of a number holds; a
-//! different one after it is damage, and the frames read by the first may be wrong unless a check sum covers that. The
-//! messages of a topic without a definition are counted. A plan is made once for a type, not for each of its topics.
+//! A file defines each before its first message, and usually again at its end. The first definition of a number
+//! applies; a different one later is damage, and frames read by the first may be wrong unless a check sum covers it.
+//! Messages of a topic without a definition are counted. A plan is made once for a type, not for each of its topics.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -47,7 +47,7 @@ pub(super) struct Channel {
     /// Offset of the first definition that contradicts it.
     contested: Option<u64>,
     pub(super) bus: Vec<u8>,
-    /// The number of the bus, once there was a frame.
+    /// The bus ID, once there is a frame.
     pub(super) bus_id: Option<BusId>,
     pub(super) dir: Option<Direction>,
     pub(super) source: Source,
@@ -61,9 +61,9 @@ pub(super) struct Defined {
     /// Size of the kept type definitions, in bytes.
     kept: usize,
     channels: Vec<Option<Box<Channel>>>,
-    /// Messages that came before a definition of their channel: offset of the first, and their number.
+    /// Messages before the definition of their channel: offset of the first one, and their number.
     undefined: BTreeMap<u16, (u64, u64)>,
-    /// Buses with channels of frames: heard, sent.
+    /// Buses with channels of frames: true for received, true for sent.
     sides: BTreeMap<Vec<u8>, [bool; 2]>,
     /// True if some bus has both.
     pub(super) both_sides: bool,
@@ -78,7 +78,7 @@ impl Defined {
         Self { choice, ..Self::default() }
     }
 
-    /// Begins a file, perhaps after another; only the list of topics is kept.
+    /// Begins a file, perhaps after another one; only the list of topics is kept.
     pub(super) fn begin(&mut self) {
         let former = self.topics();
         *self = Self { former, ..Self::new(std::mem::take(&mut self.choice)) };
@@ -97,7 +97,7 @@ impl Defined {
         self.channels.iter().flatten().map(Box::as_ref)
     }
 
-    /// Reads the definition of a type; `None` if the record is malformed.
+    /// Parses the definition of a type; `None` if the record is malformed.
     pub(super) fn schema(&mut self, body: &[u8], at: u64, checked: bool) -> Option<()> {
         let mut rest = Bytes(body);
         let (id, name, encoding, text) = (rest.u16()?, rest.counted()?, rest.counted()?, rest.counted()?);
@@ -116,7 +116,7 @@ impl Defined {
         Some(())
     }
 
-    /// Reads the definition of a channel; `None` if the record is malformed.
+    /// Parses the definition of a channel; `None` if the record is malformed.
     pub(super) fn define(&mut self, body: &[u8], at: u64, checked: bool) -> Option<()> {
         let mut rest = Bytes(body);
         let (id, schema_id) = (rest.u16()?, rest.u16()?);
@@ -182,18 +182,18 @@ impl Defined {
         Some(())
     }
 
-    /// Counts a message of a channel that is not defined.
+    /// Counts a message of an undefined channel.
     #[cold]
     pub(super) fn skip(&mut self, id: u16, at: u64) {
         self.undefined.entry(id).or_insert((at, 0)).1 += 1;
     }
 
-    /// Messages of a channel that came before its definition.
+    /// Returns the number of messages of a channel before its definition.
     pub(super) fn skipped(&self, id: u16) -> u64 {
         self.undefined.get(&id).map_or(0, |(_, count)| *count)
     }
 
-    /// Messages that were not read because of their definitions: offset of the first, and their number.
+    /// Returns the messages not read because of their definitions: offset of the first one, and their number.
     pub(super) fn unread(&self) -> Option<(u64, u64)> {
         let frames = |channel: &Channel| channel.lacking || channel.plan.is_some() || self.seems_frames(channel);
         let undefined = self.undefined.iter().filter(|(id, _)| self.channel(**id).is_none_or(frames));
@@ -202,13 +202,13 @@ impl Defined {
         all.reduce(|one, other| (one.0.min(other.0), one.1 + other.1))
     }
 
-    /// Returns true if a channel holds frames by the name of its type, and is not read.
+    /// Returns true if a channel has frames by the name of its type but is not read.
     fn seems_frames(&self, channel: &Channel) -> bool {
         let known = channel.known || self.schemas.get(&channel.schema_id).is_some_and(|schema| schema.known);
         known && channel.plan.is_none() && self.choice.topics.takes([channel.topic.as_str()])
     }
 
-    /// Definitions that contradict each other: offset of the first such, and the number of frames that may be wrong.
+    /// Returns contradictory definitions: offset of the first one, and the number of frames that may be wrong.
     pub(super) fn contradiction(&self) -> Option<(u64, u64)> {
         let of_types = self.schemas.values().filter_map(|schema| schema.contested);
         let at = of_types.chain(self.channels().filter_map(|channel| channel.contested)).min()?;
@@ -221,7 +221,7 @@ impl Defined {
         Some((at, frames.map(|channel| channel.messages).sum()))
     }
 
-    /// Number of messages, and of those that came before a definition, of each channel.
+    /// Returns the number of messages of each channel, including those before its definition.
     pub(super) fn messages(&self) -> BTreeMap<u16, u64> {
         let read = self.channels.iter().zip(0u16..=u16::MAX);
         let read = read.filter_map(|(channel, id)| channel.as_ref().map(|channel| (id, channel.messages)));
@@ -232,12 +232,12 @@ impl Defined {
         all
     }
 
-    /// Number of frames read so far.
+    /// Returns the number of frames read so far.
     pub(super) fn frames(&self) -> u64 {
         self.channels().filter(|channel| channel.plan.is_some()).map(|channel| channel.messages).sum()
     }
 
-    /// The topics, up to the maximum that is listed.
+    /// Returns the topics, up to the maximum number.
     pub(super) fn topics(&self) -> Vec<Topic> {
         let channels = self.channels.iter().zip(0u16..=u16::MAX);
         let mut topics: Vec<Topic> = channels
@@ -266,12 +266,12 @@ impl Defined {
     }
 }
 
-/// The names that make two topics the same.
+/// Returns the names that identify a topic.
 fn names(topic: &Topic) -> [&[u8]; 3] {
     [&topic.name, &topic.schema, &topic.encoding]
 }
 
-/// A name, cut to the maximum length.
+/// Returns a name, cut to the maximum length.
 pub(super) fn name_of(text: &[u8]) -> String {
     String::from_utf8_lossy(text.get(..MOST_NAME).unwrap_or(text)).into_owned()
 }

@@ -1,6 +1,6 @@
-//! A type of messages, as a file defines it, with the plans by which they are read as frames.
+//! A type of messages in a file, with the plans to read it.
 //!
-//! A plan is made once for each encoding, and for each set of fields that the user names: not for each topic.
+//! There is a plan for each encoding and each set of fields that the user names, not for each topic.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::choice::Role;
 use super::plan::{self, Plan};
 use super::schema;
 
-/// Plans that are kept of one type.
+/// Maximum number of kept plans of one type.
 const MOST_PLANS: usize = 16;
 
 /// A type.
@@ -24,11 +24,11 @@ pub(super) struct Schema {
     pub(super) checked: bool,
     /// Offset of the first definition that contradicts it.
     pub(super) contested: Option<u64>,
-    /// Plans made of it, by the messages' encoding and the fields that the user names.
+    /// Its plans, by the messages' encoding and the fields that the user names.
     plans: Vec<Planned>,
 }
 
-/// How messages of a type are read as frames, once that was found out.
+/// The plan for one encoding and set of fields.
 #[derive(Debug)]
 struct Planned {
     /// Their encoding.
@@ -44,7 +44,7 @@ impl Schema {
         Self { name, encoding, text, known, checked, contested: None, plans: Vec::new() }
     }
 
-    /// Compares it with another definition of the same number. Without a text of its own it only has a name.
+    /// Compares it with another definition of the same number. One without a text only has a name.
     pub(super) fn compare(&mut self, name: &str, encoding: &str, text: &str, at: u64) {
         let other = !self.text.is_empty() && self.text != text;
         if other || self.name != name || self.encoding != encoding {
@@ -53,7 +53,7 @@ impl Schema {
         }
     }
 
-    /// How messages of it are read as frames, in this encoding and by these fields.
+    /// Returns the plan to read its messages in this encoding and by these fields.
     pub(super) fn plan(&mut self, wire: &str, asked: &[(Role, &str)]) -> Option<Arc<Plan>> {
         let names =
             |one: &Planned| one.asked.iter().map(|(role, name)| (*role, name.as_str())).eq(asked.iter().copied());

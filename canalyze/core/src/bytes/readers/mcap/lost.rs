@@ -1,7 +1,7 @@
-//! What of a file is lost: a damaged chunk until its messages are counted, and messages that the file counts.
+//! The lost parts of a file: a damaged chunk until its messages are counted, and missing messages by the file's counts.
 //!
-//! Message indexes stand behind their chunk and say how many messages it had; the statistics at the end say how many
-//! there are in all. Must not: count a message both as lost and as missing.
+//! Message indexes follow their chunk and give its number of messages; the statistics at the end give the total. No
+//! message is counted both as lost and as missing.
 
 use std::collections::BTreeMap;
 
@@ -9,40 +9,40 @@ use super::bytes::Bytes;
 use super::defined::Defined;
 use crate::bytes::readers::Damage;
 
-/// Losses of one file.
+/// The losses of one file.
 #[derive(Debug, Default)]
 pub(super) struct Lost {
-    /// A damaged chunk, until it is known how many frames were in it.
+    /// A damaged chunk, until the number of its frames is known.
     bad: Option<Bad>,
-    /// Messages of damaged chunks that were reported, by channel.
+    /// Reported messages of damaged chunks, by channel.
     frames: BTreeMap<u16, u64>,
-    /// Messages of each channel, as the file counts them.
+    /// Number of messages of each channel, as given by the file.
     pub(super) counted: Option<BTreeMap<u16, u64>>,
-    /// Damage of the file was reported.
+    /// True if a damage of the file has been reported.
     pub(super) reported: bool,
 }
 
 #[derive(Debug)]
 struct Bad {
     damage: Damage,
-    /// Messages of it by the indexes so far, of each channel.
+    /// Its messages by the indexes so far: channel and number.
     indexed: Vec<(u16, u64)>,
 }
 
 impl Lost {
-    /// A damaged chunk: its indexes may follow.
+    /// Adds a damaged chunk, whose indexes may follow.
     pub(super) fn chunk(&mut self, damage: Damage) {
         self.bad = Some(Bad { damage, indexed: Vec::new() });
     }
 
-    /// A message index: how many messages of this channel the chunk in front of it has.
+    /// Adds a message index: the number of messages of this channel in the preceding chunk.
     pub(super) fn index(&mut self, id: u16, count: u64) {
         if let Some(bad) = &mut self.bad {
             bad.indexed.push((id, count));
         }
     }
 
-    /// What is known of a damaged chunk when no more indexes follow.
+    /// Returns the damage of the chunk, completed, after its last index.
     pub(super) fn settle(&mut self, defined: &Defined) -> Option<Damage> {
         let bad = self.bad.take()?;
         let frames = |id: u16, count| match defined.channel(id) {
@@ -60,7 +60,7 @@ impl Lost {
         Some(Damage { frames, ..bad.damage })
     }
 
-    /// Frames that the file counts and that neither came nor are known to be lost.
+    /// Returns the number of frames that the file counts but that neither came nor are known to be lost.
     pub(super) fn missing(&self, defined: &Defined) -> Option<u64> {
         let (counted, found) = (self.counted.as_ref()?, defined.messages());
         let missing = counted.iter().map(|(id, count)| {
@@ -69,13 +69,13 @@ impl Lost {
             if frames { count.saturating_sub(all.iter().sum()) } else { 0 }
         });
         let missing = missing.fold(0, u64::saturating_add);
-        // A channel that the file does not count is one of the others, with a damaged number here or there.
+        // A channel that the file does not count is one of the others, whose number is damaged.
         let strange = found.iter().filter(|(id, _)| !counted.contains_key(id)).map(|(_, count)| count).sum();
         Some(missing.saturating_sub(strange)).filter(|missing| *missing > 0)
     }
 }
 
-/// Reads the number of messages of each channel; `None` if the record has none, or is damaged.
+/// Parses the number of messages of each channel; `None` if the record has none or is damaged.
 pub(super) fn statistics(content: &[u8]) -> Option<BTreeMap<u16, u64>> {
     let mut rest = Bytes(content);
     let all = rest.u64()?;
@@ -87,6 +87,6 @@ pub(super) fn statistics(content: &[u8]) -> Option<BTreeMap<u16, u64>> {
         messages.insert(id, count);
     }
     let sum = messages.values().fold(0, |sum: u64, count| sum.saturating_add(*count));
-    // The total repeats the sum, which shows damage where no check sum covers it.
+    // The total repeats the sum, which shows damage without a check sum.
     (sum == all).then_some(messages)
 }

@@ -1,16 +1,17 @@
-//! MCAP: the container of ROS recordings, of whose topics some hold CAN frames.
+//! MCAP: the container of ROS recordings, some of whose topics hold CAN frames.
 //!
-//! `walk` cuts the input into records, `chunk` unpacks and checks them, `defined` keeps the types and topics, `schema`
-//! and `plan` find out once for each type how its messages are frames, `fields` makes the frame, `topic` finds its bus,
-//! `clock` its time, `order` sorts, `echo` finds frames that are there twice, and `lost` counts the missing ones.
-//! This file puts these together. A topic whose messages are no frames is only listed. Of protobuf, FlatBuffers and
-//! JSON no messages are read.
+//! `walk` cuts the input into records, `chunk` decompresses and checks them, `defined` keeps the types and topics,
+//! `schema` and `plan` find the frames in a type's messages once for each type, `fields` makes the frame, `topic` finds
+//! its bus, `clock` its time, `order` sorts, `echo` finds frames that are there twice, and `lost` counts the missing
+//! ones. This file combines them. Topics without frames are only listed. Messages of protobuf, FlatBuffers and JSON are
+//! not read.
 //!
-//! Nothing of a chunk is believed before its check sum is; only of the last one, that is cut off, what can be unpacked
-//! is taken. A damaged chunk is passed over alone, with its definitions: the messages of topics that it defines are
+//! The content of a chunk is used only after its check sum, except for the decompressible beginning of a last chunk
+//! that is cut off. A damaged chunk is skipped alone, with its definitions: the messages of topics that it defines are
 //! counted and reported, not read.
 //!
-//! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are kept.
+//! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are
+//! kept.
 
 mod bytes;
 mod choice;
@@ -52,47 +53,47 @@ use super::{Contents, Damage, DamageKind, FilePlace, Item, Unreadable};
 use crate::bytes::frame::BusId;
 use crate::bytes::frame::Buses;
 
-/// The longest text of a header that is kept.
+/// Maximum length of a kept text of a header, in bytes.
 const MOST_NAME: usize = 1024;
-/// Kinds of records that are counted apart.
+/// Maximum number of separately counted kinds of records.
 const MOST_KINDS: usize = 63;
-/// The input is taken in pieces of this size, so that no more of it is held.
+/// Size of the pieces in which the input is processed, to bound the memory, in bytes.
 const PIECE: usize = 1 << 20;
-/// Outside of chunks frames wait for earlier ones for so long, by the time of recording.
+/// Time for which frames outside chunks wait for earlier ones, by the time of recording, in ns.
 const WAIT_NS: i64 = 1_000_000_000;
-/// And are looked at whenever that many have come.
+/// Number of such frames after which they are examined.
 const ROUND: u32 = 1024;
 
-/// A reader of MCAP. One for each file.
+/// A reader of one MCAP file.
 #[derive(Debug)]
 pub struct Mcap {
     walk: Walk,
     file: File,
 }
 
-/// What is known of a file, and what of it waits.
+/// The state of a file, with its waiting frames.
 #[derive(Debug)]
 struct File {
     defined: Defined,
     unpacker: Unpacker,
     order: Order,
-    /// How far frames lag behind their recording, at most.
+    /// Maximum lag of frames behind their recording, in ns.
     lag_ns: i64,
-    /// When the last message outside of chunks was recorded, and how many have come.
+    /// Time of recording of the last message outside chunks, and the number of such messages.
     loose: (i64, u32),
     lost: Lost,
-    /// A part is lost up to the end.
+    /// True if a part up to the end is lost.
     rest_lost: bool,
     over: bool,
     profile: Vec<u8>,
     library: Vec<u8>,
-    /// By compression.
+    /// Number of chunks by compression.
     chunks: [u64; 3],
     passed_over: BTreeMap<u8, u64>,
 }
 
 impl Mcap {
-    /// A reader at the beginning of a file.
+    /// Creates a reader at the beginning of a file.
     pub fn new(choice: Choice) -> Self {
         let file = File {
             defined: Defined::new(choice),
@@ -111,7 +112,7 @@ impl Mcap {
         Self { walk: Walk::new(), file }
     }
 
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         for piece in bytes.chunks(PIECE) {
             self.walk.push(piece);
@@ -119,7 +120,7 @@ impl Mcap {
         }
     }
 
-    /// Takes the end of the file.
+    /// Ends the file.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if std::mem::replace(&mut self.file.over, true) {
             return;
@@ -135,19 +136,20 @@ impl Mcap {
         self.walk.stop();
     }
 
-    /// Takes the end of what was read so far, where the reading was broken off.
+    /// Ends an interrupted file.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.file.over = true;
         self.file.end(false, buses, sink);
         self.walk.stop();
     }
 
-    /// What it knows of the file beyond frames.
+    /// Returns the facts about the file beyond its frames.
     pub fn contents(&self) -> Contents {
         self.file.contents()
     }
 
-    /// Reads what is there. At the end: where the input is cut, and how much of a record is left there.
+    /// Reads the available input. At the end returns the offset at which the input is cut, and the number of bytes of
+    /// the incomplete record.
     fn turn(&mut self, done: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Option<(u64, u64)> {
         let Self { walk, file } = self;
         loop {
@@ -178,25 +180,25 @@ impl Mcap {
     }
 }
 
-/// What became of a record.
+/// The result of reading a record.
 #[derive(Clone, Copy, Debug)]
 enum Went {
     Fine,
-    /// It is no record of its type: its length is wrong.
+    /// Not a valid record of its type: its length is wrong.
     Wrong,
-    /// It is a message, recorded then.
+    /// A message with this time of recording.
     Message(u64),
 }
 
 impl File {
-    /// Begins a file, perhaps after another.
+    /// Begins a file, perhaps after another one.
     fn begin(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.end(true, buses, sink);
         self.lost = Lost::default();
         self.defined.begin();
     }
 
-    /// Ends a file. `whole`: all of it was read.
+    /// Ends a file. `whole`: it was read completely.
     fn end(&mut self, whole: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
@@ -214,7 +216,7 @@ impl File {
         }
     }
 
-    /// Says that a part is lost: what is held came before it.
+    /// Reports a lost part, after the held frames, which came before it.
     fn damaged(&mut self, damage: Damage, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         let reported = std::mem::replace(&mut self.lost.reported, true);
@@ -227,7 +229,7 @@ impl File {
         sink(Item::Damaged(Damage { frames, ..damage }), buses);
     }
 
-    /// Says what is known by now of a damaged chunk.
+    /// Reports the known facts about a damaged chunk.
     fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(damage) = self.lost.settle(&self.defined) else { return };
         self.damaged(damage, buses, sink);
@@ -269,7 +271,7 @@ impl File {
         Some(())
     }
 
-    /// Takes the definition of a type or a topic; `None` if it is malformed. `at`: its record's or chunk's offset.
+    /// Reads the definition of a type or a topic; `None` if it is malformed. `at`: offset of its record or chunk.
     fn definition(&mut self, op: u8, body: &[u8], at: u64, checked: bool) -> Option<()> {
         if op == op::SCHEMA {
             return self.defined.schema(body, at, checked);
@@ -281,7 +283,7 @@ impl File {
         Some(())
     }
 
-    /// A message outside of chunks.
+    /// Reads a message outside chunks.
     fn loose_message(
         &mut self,
         record: Record,
@@ -309,7 +311,7 @@ impl File {
         Went::Message(log_ns)
     }
 
-    /// A message, of whose content only the first bytes need to be there where nobody reads it.
+    /// Reads a message; if its topic is not read, the first bytes are enough.
     #[inline(always)]
     fn message(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let mut rest = Bytes(body);
@@ -353,7 +355,7 @@ impl File {
         let mut unpacker = std::mem::take(&mut self.unpacker);
         let place = FilePlace::Byte(record.at);
         let went = match unpacker.unpack(&head, packed) {
-            // Without a check sum nothing says which of the two lengths is right.
+            // Without a check sum nothing shows which of the two lengths is right.
             _ if record.doubtful && head.crc == 0 => Went::Wrong,
             Err(_) if record.doubtful => Went::Wrong,
             Ok(records) => {
@@ -383,7 +385,8 @@ impl File {
         went
     }
 
-    /// The beginning of the last chunk, that is cut off. Its packed bytes may end in zeros that were never written.
+    /// Reads the beginning of a last chunk that is cut off. Its compressed bytes may end in zeros that were never
+    /// written.
     fn rescue(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         let Some(head) = chunk::head(body) else { return };
@@ -397,7 +400,7 @@ impl File {
         self.unpacker = unpacker;
     }
 
-    /// Takes the records in a chunk; returns the number of bytes at its end that are no record.
+    /// Reads the records in a chunk; returns the number of bytes at its end that are not a record.
     fn records(
         &mut self,
         records: &[u8],
@@ -418,7 +421,7 @@ impl File {
         rest.len()
     }
 
-    /// A message index: it says how many messages were in a chunk that is lost.
+    /// Reads a message index, with the number of messages in a lost chunk.
     fn index(&mut self, body: &[u8]) {
         let mut rest = Bytes(body);
         let (Some(id), Some(size)) = (rest.u16(), rest.u32()) else { return };

@@ -1,7 +1,7 @@
-//! How a frame is read from messages of a type: the fields found once, then the steps through each message.
+//! The way to read frames from the messages of a type: its fields are found once, then each message is read in steps.
 //!
-//! The fields are those of a type known by its name, or those that the user names; all of them have to be there. The
-//! steps end behind the last of them. `can_msgs/Frame` and `ros2_socketcan_msgs/FdFrame` have readers of their own, in
+//! The fields are those of a type known by its name, or those that the user names; all of them have to be present. The
+//! steps end after the last of them. `can_msgs/Frame` and `ros2_socketcan_msgs/FdFrame` have faster readers in
 //! `layout`, used if the steps are the same.
 
 use super::bytes::Wire;
@@ -13,7 +13,7 @@ use super::schema::{Definitions, Field, Kind, Many};
 /// A known type of frames.
 struct KnownType {
     name: &'static str,
-    /// Its definition, if a file does not bring one along (or in a language that is not read).
+    /// Its definition, for files without one (or in a language that is not supported).
     text: &'static str,
     fields: &'static [(Role, &'static str)],
     layout: Option<Layout>,
@@ -87,32 +87,32 @@ fn known(name: &str) -> Option<&'static KnownType> {
 
 /// The path of the driver's time, unless the user names another.
 const STAMP: &str = "header.stamp";
-/// Types in types, at most; and steps of all of them.
+/// Maximum depth of nested types, and maximum number of all steps.
 const DEPTH: usize = 8;
 const MOST_STEPS: usize = 1024;
 
 /// One step through a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum PlanStep {
-    /// Numbers of this size, so many.
+    /// `count` numbers of this size, skipped.
     Pass { size: u8, count: u32 },
-    /// A sequence of numbers of this size.
+    /// A sequence of numbers of this size, skipped.
     PassSequence { size: u8 },
-    /// A text.
+    /// A text, skipped.
     PassText,
-    /// So many times, or as often as the message says.
+    /// `count` repetitions, or as many as the message says.
     Repeat { count: Option<u32>, steps: Vec<PlanStep> },
-    /// A number that is wanted.
+    /// A wanted number.
     Number { size: u8, role: Role },
     /// Seconds and nanoseconds.
     Stamp,
-    /// A text that is wanted: the bus.
+    /// The wanted text: the bus.
     Text,
     /// The payload: an array, or a sequence.
     Data { count: Option<u32> },
 }
 
-/// How messages of one type are read.
+/// The way to read messages of one type.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     wire: Wire,
@@ -120,15 +120,16 @@ pub(super) struct Plan {
     fast: Option<Layout>,
     fd: Option<bool>,
     len_is_code: bool,
-    /// For people: `id=id data=data`.
+    /// The fields for people: `id=id data=data`.
     pub(super) read_as: String,
 }
 
-/// A field that is wanted, by its path from the message: the numbers of fields.
+/// The path of field indexes from the message to a wanted field, and its role.
 type Wanted = (Vec<usize>, Role);
 
 impl Plan {
-    /// Makes the plan for a type of this name; `None` if its messages are no frames. `asked`: fields the user named.
+    /// Makes the plan for a type of this name; `None` if its messages are not frames. `asked`: fields that the user
+    /// named.
     pub(super) fn new(name: &str, text: Option<&str>, wire: Wire, asked: &[(Role, &str)]) -> Option<Self> {
         // A user who names identifier and data describes the whole type.
         let has = |fields: &[(Role, &str)], role| fields.iter().any(|(of, _)| *of == role);
@@ -163,7 +164,7 @@ impl Plan {
         Some(Self { wire, steps, fast, fd: known.and_then(|known| known.fd), len_is_code, read_as })
     }
 
-    /// The fields of a message; `None` where it is shorter than its type.
+    /// Returns the fields of a message; `None` if it is shorter than its type.
     #[inline(always)]
     pub(super) fn read<'a>(&self, message: &'a [u8]) -> Option<Fields<'a>> {
         if let Some(layout) = self.fast
@@ -174,7 +175,7 @@ impl Plan {
         self.by_steps(message)
     }
 
-    /// Whether [`layout::plain`] may read its messages.
+    /// Returns true if [`layout::plain`] may read its messages.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
         self.fast == Some(Layout::Can) && self.wire == Wire::Cdr
@@ -246,7 +247,7 @@ fn can_be(field: &Field, role: Role) -> bool {
     }
 }
 
-/// The making of steps.
+/// The state of making steps.
 struct Making<'a> {
     definitions: &'a Definitions,
     wanted: &'a [Wanted],
@@ -255,7 +256,7 @@ struct Making<'a> {
 }
 
 impl Making<'_> {
-    /// The steps through these fields, up to the last that is wanted; `None` where that cannot be.
+    /// Makes the steps through these fields, up to the last wanted one; `None` if that is impossible.
     fn steps(&mut self, fields: &[Field], path: &mut Vec<usize>) -> Option<Vec<PlanStep>> {
         if path.len() > DEPTH {
             return None;
@@ -308,7 +309,7 @@ impl Making<'_> {
                     steps.extend(inner);
                     return Some(());
                 }
-                // Of a type without fields there is nothing to pass over.
+                // A type without fields takes no bytes.
                 if inner.is_empty() {
                     return None;
                 }
@@ -325,7 +326,7 @@ impl Making<'_> {
 struct At<'a> {
     body: &'a [u8],
     at: usize,
-    /// Numbers are aligned to their size, but to no more than this.
+    /// Maximum alignment of numbers, which are aligned to their size.
     align: usize,
     big: bool,
 }
@@ -358,7 +359,7 @@ impl<'a> At<'a> {
         self.take(usize::try_from(count).ok()?.checked_mul(usize::from(size))?).map(|_| ())
     }
 
-    /// A text, without the zero that CDR ends it with.
+    /// Reads a text without the final zero of CDR.
     fn text(&mut self) -> Option<&'a [u8]> {
         let len = self.number(4)?;
         let text = self.take(usize::try_from(len).ok()?)?;
@@ -382,7 +383,7 @@ fn run<'a>(steps: &[PlanStep], at: &mut At<'a>, fields: &mut Fields<'a>) -> Opti
                     Some(count) => u64::from(*count),
                     None => at.number(4)?,
                 };
-                // Every round takes at least a byte, so the message ends before the count does any harm.
+                // Every round takes at least a byte, so the message ends before a wrong count does harm.
                 for _ in 0..count {
                     let before = at.at;
                     run(steps, at, fields)?;
