@@ -720,7 +720,7 @@ pub(super) fn schema(out: &mut Vec<u8>, [table, kind, en, zh]: [&str; 4], csv: &
         let name = row.name.trim_start_matches("r#");
         let named = if row.key.is_empty() { name } else { row.key };
         let common =
-            MEANINGS.iter().find(|meaning| meaning.0 == name).map_or(["", ""], |meaning| [meaning.1, meaning.2]);
+            MEANINGS.iter().find(|meaning| meaning.0 == named).map_or(["", ""], |meaning| [meaning.1, meaning.2]);
         let meaning = |place: usize| {
             let own = row.documentation.get(place).copied();
             own.or(common.get(place).copied()).unwrap_or_default()
