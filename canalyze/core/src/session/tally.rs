@@ -5,8 +5,9 @@
 use crate::bytes::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Status;
+use crate::wire::error_control;
 use crate::words::digits::put;
-use crate::words::{Lang, escape, terms};
+use crate::words::{Lang, escape};
 use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
 use crate::world::node::PerNode;
@@ -146,7 +147,7 @@ impl Tally {
                 let bus = known.get(index);
                 put!(out; if std::mem::take(&mut first) { "{\"bus\":" } else { ",{\"bus\":" });
                 escape::json(out, name);
-                let state = bus.and_then(|bus| bus.state(id)).and_then(|state| terms::nmt::state(lang, state));
+                let state = bus.and_then(|bus| bus.state(id)).and_then(|state| error_control::state(lang, state));
                 put!(out; ",\"node\":", id, ",\"state_text\":");
                 escape::json(out, state.unwrap_or("").as_bytes());
                 let silent = bus.and_then(|bus| bus.silent(id, now_ns)).map_or("", |control| control.name());

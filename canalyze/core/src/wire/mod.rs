@@ -107,6 +107,10 @@ fn service(message: &Message) -> Option<&'static dyn WireService> {
     Some(match message {
         Message::Nmt { .. } => &nmt::NmtService,
         Message::Sync { .. } => &sync::SyncService,
+        Message::Time { .. } => &time::TimeService,
+        Message::BootUp { .. } | Message::Heartbeat { .. } | Message::GuardingRequest { .. } => {
+            &error_control::ErrorControlService
+        }
         Message::Emcy { .. } => &emcy::EmcyService,
         Message::Lss { .. } => &lss::LssService,
         _ => return None,

@@ -23,9 +23,10 @@ use crate::sdo::wire::Mux;
 use crate::tables::jsonl::Setting;
 use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::{Mapped, Mapping, extract};
-use crate::words::terms::{self, nmt};
+use crate::words::terms;
 use crate::words::{Lang, signal, value};
 use crate::world::drive;
 use crate::world::event::{Addressed, Event, Signals as Content, What};
@@ -210,7 +211,7 @@ impl Objects {
             let name = terms::object_name(Lang::En, profile, REGISTER.index, REGISTER.sub);
             self.table.row(done, setting, of("emcy", node, Some(REGISTER), name), Read::number(register, None));
         } else if let Some((node, state, _)) = states::seen(message) {
-            let read = Read::number(state, nmt::state(Lang::En, state));
+            let read = Read::number(state, error_control::state(Lang::En, state));
             self.table.row(done, setting, of("nmt", node, None, Some(STATE)), read);
         }
     }

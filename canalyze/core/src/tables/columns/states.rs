@@ -12,8 +12,8 @@ use arrow_array::types::{Int64Type, UInt8Type, UInt64Type};
 
 use super::column::{Batch, Numbers, Table, Words, columns};
 use crate::tables::jsonl::Setting;
+use crate::wire::error_control;
 use crate::wire::message::Message;
-use crate::words::terms::nmt;
 use crate::world::event::Event;
 
 columns! {
@@ -46,7 +46,7 @@ impl Table<States> {
         columns.bus.name(setting.buses.name(event.bus));
         columns.node.append_option(node);
         columns.state.append_option(state);
-        columns.name.maybe(state.and_then(|state| nmt::state(setting.lang, state)));
+        columns.name.maybe(state.and_then(|state| error_control::state(setting.lang, state)));
         columns.source.word(source);
         columns.command.append_option(command);
         self.end_row(0, done);

@@ -18,9 +18,10 @@ use crate::views::summary::spread::{Ranked, Spread};
 use crate::views::summary::traffic::{Pdo, Sync};
 use crate::views::summary::{Bus, Capture, Raised, SERVICES, Summary};
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::words::Lang;
 use crate::words::digits::{Padded, put};
-use crate::words::terms::{abort_code, nmt};
+use crate::words::terms::abort_code;
 
 const NS: u64 = 1_000_000_000;
 
@@ -220,7 +221,7 @@ fn counted<C>(one: &Counted<C>) -> Obj<impl Values> {
 /// Returns the word and the name of a state.
 fn state(lang: Lang, state: Option<u8>) -> (Option<&'static str>, Option<&'static str>) {
     let named = STATES.iter().find(|(code, _)| state == Some(*code));
-    (state.and_then(|state| nmt::state(lang, state)), named.map(|(_, name)| *name))
+    (state.and_then(|state| error_control::state(lang, state)), named.map(|(_, name)| *name))
 }
 
 fn pdo(bus: &[u8], pdo: &Pdo, elapsed_ns: Option<u64>) -> impl WriteJson {

@@ -38,6 +38,7 @@ use crate::sdo::wire::Side;
 use crate::tables::jsonl::{self, Setting};
 use crate::views::summary;
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, escape, terms};
 use crate::world::bus::Bus;
@@ -141,7 +142,7 @@ impl View<'_> {
             Some(state) => put!(out; "\"", Hex::<2>(u64::from(state)), "\""),
             None => put!(out; "null"),
         }
-        let word = state.and_then(|state| terms::nmt::state(lang, state)).unwrap_or("");
+        let word = state.and_then(|state| error_control::state(lang, state)).unwrap_or("");
         put!(out; ",\"state_text\":\"", word, "\",\"frames\":", node.frames, ",\"sent\":", node.sent);
         put!(out; ",\"frames_per_s\":");
         tenths_or_null(out, self.lately(&live.rate));

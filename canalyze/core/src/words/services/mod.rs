@@ -6,10 +6,8 @@
 //! the lines of the hot path.
 
 pub mod error_frame;
-pub mod nmt;
 pub mod pdo;
 pub mod sdo;
-pub mod time;
 pub mod usdo;
 
 use super::digits::put;
@@ -38,18 +36,14 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
         Message::PdoRequest { transmit, number, node } => {
             pdo::request(out, lang, full, Pdo { lang, transmit, number, node }, frame.len);
         }
-        Message::BootUp { node } => say!(out, lang; zh: "节点", node, "的启动报文"; en: "boot-up of node ", node),
-        Message::Heartbeat { node, state, toggle, guarding, previous } => {
-            nmt::error_control(out, lang, node, guarding);
-            if full {
-                nmt::state(out, lang, state, guarding.then_some(toggle), previous);
-            }
-        }
-        Message::GuardingRequest { node } => nmt::guarding_request(out, lang, full, node, frame.len),
-        Message::Time { ms, days, reserved } => time::time_of_day(out, lang, full, ms, days, reserved),
-        Message::Nmt { .. } | Message::Sync { .. } | Message::Emcy { .. } | Message::Lss { .. } => {
-            wire::line(out, lang, full, message, frame)
-        }
+        Message::Nmt { .. }
+        | Message::Sync { .. }
+        | Message::Time { .. }
+        | Message::Emcy { .. }
+        | Message::BootUp { .. }
+        | Message::Heartbeat { .. }
+        | Message::GuardingRequest { .. }
+        | Message::Lss { .. } => wire::line(out, lang, full, message, frame),
         Message::Srdo { number, inverted, valid } => {
             put!(out; Named(lang, Role::Srdo { number, inverted }));
             if full {

@@ -5,6 +5,7 @@ use super::{Decoded, Place};
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
+use crate::wire::error_control;
 use crate::wire::message::Message;
 use crate::words::digits::put;
 use crate::words::{Depth, findings, services, terms, transferred, value};
@@ -58,7 +59,7 @@ fn nmt_state(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, at: Fr
     let topic = format!("/{bus}/node{node}/nmt_state");
     let Some(channel) = decoded.channel(place, &topic, definitions::NMT_STATE) else { return };
     let time = place.now;
-    let name = terms::nmt::state(decoded.lang, state).unwrap_or("");
+    let name = error_control::state(decoded.lang, state).unwrap_or("");
     place.cdr.begin().header(time, bus.as_bytes()).u8(state).string(name.as_bytes());
     place.send(channel, at, time);
 }
