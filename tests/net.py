@@ -298,6 +298,7 @@ def command(line: tuple[str, ...], path: Path | None = None, folder: Path | None
     words = [str(path) if word == "FILE" else str(written) if word == "OUT" else word for word in line]
     code, out, err = in_process(words)
     more = written.read_bytes() if written and written.exists() else b""
+    more = re.sub(rb' time="[0-9.]+"', b"", more)  # of JUnit: the time that the check took
     return b"exit %d\n%b\n-- standard error\n%b\n-- file\n%b" % (code, out, err, more)
 
 
@@ -361,10 +362,10 @@ def answer(part: int, parts: int, chosen: Chosen, kept: bool) -> None:
     """Writes a line a case to standard output: its name, the sum of its answer, and with `kept` the answer itself."""
     lines = os.fdopen(os.dup(1), "w")
     with tempfile.TemporaryDirectory() as outer:
-        # One name in every process: paths are in the answers.
+        # A name of the same length in every process: paths are in the answers.
         folder = Path(outer)
         os.chdir(folder)
-        place = Path(tempfile.gettempdir()) / f"canalyze-net-{part}-{parts}"
+        place = Path(tempfile.gettempdir()) / f"canalyze-net-{os.getpid():08}"
         with suppress(FileNotFoundError):
             place.unlink()
         place.symlink_to(folder)

@@ -22,7 +22,7 @@ CORE = PACKAGE / "core" / "src"
 TABLES = PACKAGE / "core" / "words"
 CHINESE = re.compile("[\u4e00-\u9fff]")
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
-ROOMS = ("text", "wire", "rules", "diagnosis")
+ROOMS = ("words", "wire", "rules", "stories")
 
 
 @dataclass(frozen=True)
@@ -59,10 +59,12 @@ TERMS = _terms()
 
 
 def _printed(path: Path) -> Iterator[str]:
-    """The literals of a source file that may be printed: no comments, no attributes, no tests."""
+    """The literals of a source file that may be printed, and the documentation of rules: no attributes, no tests."""
     text = path.read_text("utf-8").split("#[cfg(test)]")[0]
+    if "rules! {" in text:
+        yield from re.findall(r"^    /// (.+)$", text, flags=re.MULTILINE)
     text = re.sub(r"^\s*//.*$|\s// .*$|^\s*#\[.*\]$", "", text, flags=re.MULTILINE)
-    return (found.group(1) for found in LITERAL.finditer(text))
+    yield from (found.group(1) for found in LITERAL.finditer(text))
 
 
 def _of_core() -> Iterator[tuple[str, str]]:

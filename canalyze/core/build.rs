@@ -2,24 +2,24 @@
 //! parsed at run time.
 //!
 //! A table is text: a row a line, a tab between cells, `#` before a comment; the first row names the columns. A line that
-//! begins with a tab continues the row above. A column's name says what its cells are:
+//! begins with a tab continues the row above. The name of a column defines the form of its cells:
 //!
 //! | column | cell | in Rust |
 //! |---|---|---|
 //! | `index` | four hexadecimal digits | a number |
 //! | `range` | one index, or two with a hyphen between them | two numbers |
-//! | `code` | hexadecimal digits, the same number in each row | a number |
+//! | `code` | four or eight hexadecimal digits | a number |
 //! | `value`, `profile` | a decimal number | a number |
-//! | `sub` | a decimal number: the row is a part of the row above; empty: it is a row of its own | a slice of parts, behind the other cells |
-//! | `type` | a data type, with `[]` an array of it; `RECORD`; `-`: not standardized | a `Shape`, of a part a `DataType` |
+//! | `sub` | a decimal number if the row is a part of the row above, else empty | a slice of parts, behind the other cells |
+//! | `type` | a data type, an array of it (`[]`), `RECORD`, or `-` if it is not standardized | a `Shape`; of a part a `DataType` |
 //! | `names` | texts with `, ` between them | a slice |
-//! | `codes` | codes of rules, likewise; may be empty | a slice of `Code`s |
+//! | `codes` | codes of rules, likewise, or empty | a slice of `Code`s |
 //! | capitalized, as `State` | a variant of that type | the variant |
 //! | `zh`, `en` | Chinese and English | two texts |
 //! | `cause.zh`, `cause.en` | Chinese and English | one `Words` |
 //! | any other | text | a text |
 //!
-//! Rows with numbers are in ascending order of them; other rows differ in their first cell.
+//! Rows with numbers are in ascending order; other rows differ in their first cells.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -42,7 +42,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// The numbers by which rows are in order: those of a range are its ends.
+/// The numbers by which rows are ordered: the ends of their ranges.
 #[derive(Default, PartialEq)]
 struct Key {
     first: Vec<i64>,
@@ -50,8 +50,8 @@ struct Key {
     sub: Option<i64>,
 }
 
-/// Returns the rows of a table in Rust, or the line of the first fault and what it is. Each row ends on the line on which
-/// it ends in the table, so that errors of the compiler have the same line.
+/// Returns the rows of a table in Rust, or the first fault with its line. Each row ends on the same line as in the table,
+/// so that the lines of the compiler's errors are those of the table.
 pub fn rows(table: &str) -> Result<String, (usize, String)> {
     let mut lines = table.lines().zip(1..).peekable();
     let (mut out, mut columns, mut above, mut seen) = (String::from("&["), Vec::new(), Key::default(), HashSet::new());
@@ -90,7 +90,7 @@ pub fn rows(table: &str) -> Result<String, (usize, String)> {
     Ok(out + if open { "])]" } else { "]" })
 }
 
-/// The cells of a row in Rust, with commas between them.
+/// Returns the cells of a row in Rust, with commas between them, and its key.
 fn row(columns: &[&str], cells: &[&str]) -> Result<(Key, String), String> {
     if cells.len() != columns.len() {
         return Err(format!("{} cells for {} columns", cells.len(), columns.len()));
@@ -155,7 +155,7 @@ fn row(columns: &[&str], cells: &[&str]) -> Result<(Key, String), String> {
     Ok((key, made.join(", ")))
 }
 
-/// `UNSIGNED8` as the variant `Unsigned8`; of a row that is no part as its shape.
+/// Returns a data type as a variant; for a row that is not a part, its shape.
 fn data_type(cell: &str, part: bool) -> String {
     match (cell, cell.strip_suffix("[]")) {
         _ if part => camel(cell),
@@ -166,7 +166,7 @@ fn data_type(cell: &str, part: bool) -> String {
     }
 }
 
-/// `TIME_OF_DAY` as `TimeOfDay`, `SDO001` as `Sdo001`.
+/// Converts `TIME_OF_DAY` to `TimeOfDay`, and `SDO001` to `Sdo001`.
 fn camel(name: &str) -> String {
     let word =
         |word: &str| word.chars().take(1).chain(word.chars().skip(1).map(|one| one.to_ascii_lowercase())).collect();

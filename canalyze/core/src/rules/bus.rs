@@ -1,5 +1,5 @@
-//! Rules about a bus as such: error frames (ISO 11898-1, fault confinement), in which the controller that recorded speaks of
-//! itself and of its bus, and traffic that is not CANopen.
+//! Rules about a bus as a whole: error frames (ISO 11898-1, fault confinement), by which the recording controller
+//! reports its own state and that of its bus, and traffic that is not CANopen.
 
 use super::quantity::{Count, Id, JsonOnly, Ns};
 use super::{Verdict, rules};
@@ -7,15 +7,13 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// The recording controller is off the bus.
+    /// 记录所用的CAN控制器的发送错误计数达到256, 已脱离总线: 重启之前既不发送也不接收, 其间总线上的报文不在记录中。
+    /// The recording CAN controller counted 256 transmit errors and went bus-off: until it is restarted it neither sends nor receives. Bus traffic in between is not in the capture.
+    ///
+    /// 短路或断线, 波特率不对, 缺少终端电阻, 或者总线上没有其他节点。
+    /// A short circuit or broken wire, a wrong bit rate, missing termination, or no other node on the bus.
     Bus001 "BUS001" "bus-off" Error "ISO 11898-1" [Error] {
         message "总线关闭" "bus-off";
-        meaning
-            "记录所用的CAN控制器的发送错误计数达到256, 已脱离总线: 重启之前既不发送也不接收, 其间总线上的报文不在记录中。"
-            "The recording CAN controller counted 256 transmit errors and went bus-off: until it is restarted it neither sends nor receives. Bus traffic in between is not in the capture.";
-        cause
-            "短路或断线, 波特率不对, 缺少终端电阻, 或者总线上没有其他节点。"
-            "A short circuit or broken wire, a wrong bit rate, missing termination, or no other node on the bus.";
         BusOff { count: JsonOnly<Count> }
             "控制器进入总线关闭状态"
             "controller went bus-off";
@@ -30,15 +28,13 @@ rules! {
             "controller restarted after a bus-off that is not in the capture";
     }
 
-    /// The recording controller is error passive.
+    /// 记录所用的CAN控制器的错误计数达到128: 有大量报文出错或未得到应答。控制器仍可发送, 但不再能破坏它认为错误的帧。
+    /// An error counter of the recording CAN controller reached 128: many frames were faulty or not acknowledged. It can still send, but no longer destroys frames it considers faulty.
+    ///
+    /// 总线上没有其他节点, 波特率不对, 终端或屏蔽不良, 或者接触不良。
+    /// No other node on the bus, the wrong bit rate, bad termination or shielding, or a loose contact.
     Bus002 "BUS002" "error-passive" Warning "ISO 11898-1" [Error] {
         message "错误被动" "error passive";
-        meaning
-            "记录所用的CAN控制器的错误计数达到128: 有大量报文出错或未得到应答。控制器仍可发送, 但不再能破坏它认为错误的帧。"
-            "An error counter of the recording CAN controller reached 128: many frames were faulty or not acknowledged. It can still send, but no longer destroys frames it considers faulty.";
-        cause
-            "总线上没有其他节点, 波特率不对, 终端或屏蔽不良, 或者接触不良。"
-            "No other node on the bus, the wrong bit rate, bad termination or shielding, or a loose contact.";
         ErrorPassive { count: JsonOnly<Count> }
             "控制器进入错误被动状态"
             "controller is error passive";
@@ -50,15 +46,13 @@ rules! {
             "{count|error frame|error frames} in total within {duration}";
     }
 
-    /// An error counter of the recording controller is at its warning level.
+    /// 记录所用的CAN控制器的错误计数达到96; 总线正常时应接近0。
+    /// An error counter of the recording CAN controller reached 96; on a healthy bus it stays near 0.
+    ///
+    /// 接线不良或干扰使报文出错, 或者报文未得到应答。
+    /// Faulty frames from bad wiring or interference, or frames that are not acknowledged.
     Bus003 "BUS003" "error-warning-level" Warning "ISO 11898-1" [Error] {
         message "错误计数达到警告水平" "error warning level reached";
-        meaning
-            "记录所用的CAN控制器的错误计数达到96; 总线正常时应接近0。"
-            "An error counter of the recording CAN controller reached 96; on a healthy bus it stays near 0.";
-        cause
-            "接线不良或干扰使报文出错, 或者报文未得到应答。"
-            "Faulty frames from bad wiring or interference, or frames that are not acknowledged.";
         WarningLevel { count: JsonOnly<Count> }
             "错误计数达到警告水平"
             "error counter reached the warning level";
@@ -70,15 +64,13 @@ rules! {
             "{count|error frame|error frames} in total within {duration}";
     }
 
-    /// A frame was acknowledged by nobody, or could not be transmitted in time.
+    /// 任何正确收到报文的节点都会应答(ACK)。这里没有节点应答, 或者报文未能按时发出: 没有任何节点收到它。
+    /// Every node that receives a frame correctly acknowledges it. No node did, or the frame could not be sent in time: no node received it.
+    ///
+    /// 总线上没有其他已上电的节点, 波特率不同, 断线, 或者总线一直被占用。
+    /// No other powered node on the bus, another bit rate, a broken wire, or a bus that is always busy.
     Bus004 "BUS004" "not-transmitted" Warning "ISO 11898-1" [Error] {
         message "报文未能发出" "frame not transmitted";
-        meaning
-            "任何正确收到报文的节点都会应答(ACK)。这里没有节点应答, 或者报文未能按时发出: 没有任何节点收到它。"
-            "Every node that receives a frame correctly acknowledges it. No node did, or the frame could not be sent in time: no node received it.";
-        cause
-            "总线上没有其他已上电的节点, 波特率不同, 断线, 或者总线一直被占用。"
-            "No other powered node on the bus, another bit rate, a broken wire, or a bus that is always busy.";
         NotAcknowledged { count: JsonOnly<Count> }
             "报文没有节点应答(ACK)"
             "frame not acknowledged by any node";
@@ -96,15 +88,13 @@ rules! {
             "{count|error frame|error frames} in total within {duration}";
     }
 
-    /// A buffer of the recording controller overflowed.
+    /// 记录所用的CAN控制器没有空间存放报文: 收到的报文没有记录下来, 或者主机要发的报文没有发出。缺失处前后的关系不作判断。
+    /// The recording CAN controller had no room for a frame: received frames are missing from the capture, or frames of the host were not sent. Nothing is judged across a loss.
+    ///
+    /// 主机太慢或太忙, 或者总线过载。
+    /// The host is too slow or too busy, or the bus is overloaded.
     Bus005 "BUS005" "controller-overflow" Warning "-" [Error] {
         message "控制器缓冲区溢出" "controller buffer overflow";
-        meaning
-            "记录所用的CAN控制器没有空间存放报文: 收到的报文没有记录下来, 或者主机要发的报文没有发出。缺失处前后的关系不作判断。"
-            "The recording CAN controller had no room for a frame: received frames are missing from the capture, or frames of the host were not sent. Nothing is judged across a loss.";
-        cause
-            "主机太慢或太忙, 或者总线过载。"
-            "The host is too slow or too busy, or the bus is overloaded.";
         Receive { count: JsonOnly<Count> }
             "接收缓冲区溢出, 记录有缺失"
             "receive buffer overflow, frames are missing";
@@ -122,15 +112,13 @@ rules! {
             "{count|error frame|error frames} in total within {duration}";
     }
 
-    /// The recording controller is error active again, or was restarted.
+    /// 记录所用的CAN控制器恢复到错误主动状态, 或者在总线关闭后重新启动。
+    /// The recording CAN controller is error active again, or was restarted after bus-off.
+    ///
+    /// 总线故障已排除, 或者主机自动重启了控制器。
+    /// The bus fault is gone, or the host restarts the controller automatically.
     Bus006 "BUS006" "controller-recovered" Info "ISO 11898-1" [Error] {
         message "控制器已恢复" "controller recovered";
-        meaning
-            "记录所用的CAN控制器恢复到错误主动状态, 或者在总线关闭后重新启动。"
-            "The recording CAN controller is error active again, or was restarted after bus-off.";
-        cause
-            "总线故障已排除, 或者主机自动重启了控制器。"
-            "The bus fault is gone, or the host restarts the controller automatically.";
         ErrorActive
             "控制器恢复到错误主动状态"
             "controller is error active again";
@@ -145,15 +133,13 @@ rules! {
             "controller restarted after {after}";
     }
 
-    /// A frame violated the CAN protocol.
+    /// 有报文违反CAN协议 (位错误、填充错误、格式错误或CRC错误), 被错误帧破坏后由发送方重发。总线正常时几乎不会出现。
+    /// A frame violated the CAN protocol (bit, stuff, form or CRC error) and was destroyed by an error frame; its sender repeats it. On a healthy bus this hardly ever happens.
+    ///
+    /// 干扰, 终端或屏蔽不良, 接触不良, 有节点的波特率不同, 或者刚接入节点。
+    /// Interference, bad termination or shielding, a loose contact, a node with another bit rate, or one that was just plugged in.
     Bus007 "BUS007" "bus-error" Warning "ISO 11898-1" [Error] {
         message "总线错误" "bus error";
-        meaning
-            "有报文违反CAN协议 (位错误、填充错误、格式错误或CRC错误), 被错误帧破坏后由发送方重发。总线正常时几乎不会出现。"
-            "A frame violated the CAN protocol (bit, stuff, form or CRC error) and was destroyed by an error frame; its sender repeats it. On a healthy bus this hardly ever happens.";
-        cause
-            "干扰, 终端或屏蔽不良, 接触不良, 有节点的波特率不同, 或者刚接入节点。"
-            "Interference, bad termination or shielding, a loose contact, a node with another bit rate, or one that was just plugged in.";
         BusError { count: JsonOnly<Count> }
             "总线错误"
             "bus error";
@@ -171,15 +157,13 @@ rules! {
             "{count|error frame|error frames} in total within {duration}";
     }
 
-    /// The transceiver reports a faulty wire.
+    /// 记录所用的CAN控制器的收发器报告信号线断开或短路。
+    /// The transceiver of the recording CAN controller reports an open or shorted wire.
+    ///
+    /// CANH或CANL断线, 两线相碰, 或者与地、电源短接。
+    /// CANH or CANL is broken, or shorted to each other, to ground or to a supply.
     Bus008 "BUS008" "transceiver-fault" Warning "ISO 11898-3" [Error] {
         message "收发器故障" "transceiver fault";
-        meaning
-            "记录所用的CAN控制器的收发器报告信号线断开或短路。"
-            "The transceiver of the recording CAN controller reports an open or shorted wire.";
-        cause
-            "CANH或CANL断线, 两线相碰, 或者与地、电源短接。"
-            "CANH or CANL is broken, or shorted to each other, to ground or to a supply.";
         FaultyWire { count: JsonOnly<Count> }
             "收发器报告信号线故障"
             "transceiver reports a faulty wire";
@@ -191,15 +175,13 @@ rules! {
             "{count|error frame|error frames} in total within {duration}";
     }
 
-    /// The traffic of a bus, or of an identifier, is not CANopen.
+    /// 总线或该标识符上的报文不符合CANopen规定的服务(长度、命令字和取值), 也没有任何响应或启动报文能证明是CANopen, 因此不按CANopen判断。summary按CAN-ID列出这些报文。
+    /// The frames of the bus, or of the identifier, do not have the lengths, commands and values of the service that CANopen assigns, and no response or boot-up proves CANopen: they are not judged as such. summary lists them by CAN-ID.
+    ///
+    /// 总线使用其他协议 (J1939、UDS/ISO-TP、OBD-II或制造商自定义协议), 或者其他设备占用了CANopen的标识符。
+    /// Another protocol on the bus (J1939, UDS over ISO-TP, OBD-II, a proprietary one), or another device that uses CANopen's identifiers.
     Bus009 "BUS009" "not-canopen" Info "-" [Other] {
         message "不是CANopen报文" "not CANopen traffic";
-        meaning
-            "总线或该标识符上的报文不符合CANopen规定的服务(长度、命令字和取值), 也没有任何响应或启动报文能证明是CANopen, 因此不按CANopen判断。summary按CAN-ID列出这些报文。"
-            "The frames of the bus, or of the identifier, do not have the lengths, commands and values of the service that CANopen assigns, and no response or boot-up proves CANopen: they are not judged as such. summary lists them by CAN-ID.";
-        cause
-            "总线使用其他协议 (J1939、UDS/ISO-TP、OBD-II或制造商自定义协议), 或者其他设备占用了CANopen的标识符。"
-            "Another protocol on the bus (J1939, UDS over ISO-TP, OBD-II, a proprietary one), or another device that uses CANopen's identifiers.";
         Bus { frames: Count }
             "{frames}帧中没有一帧能证明这条总线是CANopen: 不按CANopen判断"
             "nothing in {frames|frame|frames} shows that this bus is CANopen: not judged as such";

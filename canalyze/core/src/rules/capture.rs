@@ -1,4 +1,4 @@
-//! Rules about the capture itself: what of it cannot be read or is missing.
+//! Rules about the capture itself: unreadable and missing parts.
 
 use super::quantity::{Count, JsonOnly, Ns};
 use super::{Verdict, rules};
@@ -6,15 +6,13 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// Lines that should hold a frame and cannot be read.
+    /// 这些内容既不是该格式的帧, 也不是注释; 其余内容照常解析。
+    /// They are neither frames of the format nor comments; everything else is decoded normally.
+    ///
+    /// 文件被截断或编辑过, 混入了其他程序的输出, 或者是尚不支持的格式。
+    /// The file was truncated or edited, holds another program's output, or is of an unsupported format.
     Cap001 "CAP001" "unreadable-lines" Warning "-" [] {
         message "有无法读取的行或记录" "lines or records that cannot be read";
-        meaning
-            "这些内容既不是该格式的帧, 也不是注释; 其余内容照常解析。"
-            "They are neither frames of the format nor comments; everything else is decoded normally.";
-        cause
-            "文件被截断或编辑过, 混入了其他程序的输出, 或者是尚不支持的格式。"
-            "The file was truncated or edited, holds another program's output, or is of an unsupported format.";
         Lines { lines: Count }
             "{lines}行无法读取"
             "{lines|line|lines} cannot be read";
@@ -23,40 +21,34 @@ rules! {
             "{lines|line|lines} cannot be read, {further_buses} of them on buses beyond the limit";
     }
 
-    /// The capturing program says that it lost frames.
+    /// 记录程序自己声明丢失了帧。丢帧处的toggle位、序列号和响应不再判断, 进行中的传输记为不完整。
+    /// The recording program itself reports that it lost frames. Across the gap no toggle bit, sequence number or response is judged, and open transfers are incomplete.
+    ///
+    /// 接收缓冲区太小、主机太忙或存储太慢; candump可用 -r、dumpcap可用 -B 加大缓冲区, 其他记录程序见其缓冲设置。
+    /// The receive buffer is too small, the host too busy or its disk too slow; use candump -r or dumpcap -B for a larger buffer; other programs have their own settings.
     Cap002 "CAP002" "dropped-frames" Warning "-" [] {
         message "记录程序丢帧" "frames lost by the recording program";
-        meaning
-            "记录程序自己声明丢失了帧。丢帧处的toggle位、序列号和响应不再判断, 进行中的传输记为不完整。"
-            "The recording program itself reports that it lost frames. Across the gap no toggle bit, sequence number or response is judged, and open transfers are incomplete.";
-        cause
-            "接收缓冲区太小、主机太忙或存储太慢; candump可用 -r、dumpcap可用 -B 加大缓冲区, 其他记录程序见其缓冲设置。"
-            "The receive buffer is too small, the host too busy or its disk too slow; use candump -r or dumpcap -B for a larger buffer; other programs have their own settings.";
         Dropped { frames: Count, total: Count }
             "丢失{frames}帧 (累计{total}帧)"
             "{frames|frame|frames} lost (total {total})";
     }
 
-    /// Stamps of a pipe go backwards.
+    /// 管道中的时间戳按从零开始解释, 却出现倒退: 很可能是与前一帧的差值。
+    /// The timestamps of the pipe were read as counted from zero, but one goes backwards: they are probably differences to the previous frame.
+    ///
+    /// candump使用了 -t d; 请加上 --stamps delta。
+    /// candump was run with -t d; add --stamps delta.
     Cap003 "CAP003" "stamps-backward" Warning "-" [] {
         message "时间戳倒退" "timestamps go backwards";
-        meaning
-            "管道中的时间戳按从零开始解释, 却出现倒退: 很可能是与前一帧的差值。"
-            "The timestamps of the pipe were read as counted from zero, but one goes backwards: they are probably differences to the previous frame.";
-        cause
-            "candump使用了 -t d; 请加上 --stamps delta。"
-            "candump was run with -t d; add --stamps delta.";
     }
 
-    /// A part of the file is damaged and was passed over.
+    /// 损坏处前后可读的内容都已读取。缺口处不判断toggle位、序列号和响应, 未完成的传输记为不完整。校验和位于其所覆盖的数据之后, 不符时这些数据都可能有误。
+    /// Everything readable before and after the damage is read. Across the gap no toggle bit, sequence number or response is judged, and open transfers are incomplete. A checksum follows the data it covers: where it does not match, all of that data may be wrong.
+    ///
+    /// 记录设备断电、存储介质出错, 或文件在传送中被改动; 请重新拷贝并比较校验和。
+    /// The recording machine lost power, the storage has errors, or the file was changed in transfer; copy it again and compare checksums.
     Cap004 "CAP004" "damaged-capture" Warning "-" [] {
         message "文件有一部分损坏" "part of the file is damaged";
-        meaning
-            "损坏处前后可读的内容都已读取。缺口处不判断toggle位、序列号和响应, 未完成的传输记为不完整。校验和位于其所覆盖的数据之后, 不符时这些数据都可能有误。"
-            "Everything readable before and after the damage is read. Across the gap no toggle bit, sequence number or response is judged, and open transfers are incomplete. A checksum follows the data it covers: where it does not match, all of that data may be wrong.";
-        cause
-            "记录设备断电、存储介质出错, 或文件在传送中被改动; 请重新拷贝并比较校验和。"
-            "The recording machine lost power, the storage has errors, or the file was changed in transfer; copy it again and compare checksums.";
         Checksum { offset: JsonOnly<Option<Count>>, bytes: Option<Count> }
             "校验和不符; 跳过{bytes}字节"
             "checksum does not match; {bytes|byte|bytes} skipped";
@@ -110,57 +102,49 @@ rules! {
             "compressed data damaged; {bytes|byte|bytes} with {frames|frame|frames} skipped";
     }
 
-    /// The file ends in the middle of a record.
+    /// 截断之前的内容都已读取; 正在写入的那条记录丢失。
+    /// Everything before the cut was read; the record being written is lost.
+    ///
+    /// 记录程序被终止, 或文件仍在写入、拷贝中。
+    /// The recording program was terminated, or the file is still being written or copied.
     Cap005 "CAP005" "capture-cut" Info "-" [] {
         message "文件在一条记录中间结束" "file ends in the middle of a record";
-        meaning
-            "截断之前的内容都已读取; 正在写入的那条记录丢失。"
-            "Everything before the cut was read; the record being written is lost.";
-        cause
-            "记录程序被终止, 或文件仍在写入、拷贝中。"
-            "The recording program was terminated, or the file is still being written or copied.";
         Cut { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: JsonOnly<Option<Count>> }
             "文件在一条记录中间结束; 此前的内容都已读取"
             "file ends in the middle of a record; everything up to there was read";
     }
 
-    /// A stamp is earlier than the one before: the clock was set.
+    /// 该帧的时间戳比同一总线上的前一帧早10 ms以上: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。
+    /// The frame's timestamp is 10 ms or more earlier than that of the previous frame on the same bus: the clock was set, or frames are in the wrong order. Times across the step are not judged.
+    ///
+    /// 主机时钟被调整(NTP、GPS或手动), 记录拼接的顺序不对, 或者记录被编辑过。
+    /// The host's clock was set (NTP, GPS, by hand), recordings were joined out of order, or the recording was edited.
     Cap006 "CAP006" "clock-set-back" Warning "-" [Sync, Time] {
         message "时间戳倒退" "timestamp goes back";
-        meaning
-            "该帧的时间戳比同一总线上的前一帧早10 ms以上: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。"
-            "The frame's timestamp is 10 ms or more earlier than that of the previous frame on the same bus: the clock was set, or frames are in the wrong order. Times across the step are not judged.";
-        cause
-            "主机时钟被调整(NTP、GPS或手动), 记录拼接的顺序不对, 或者记录被编辑过。"
-            "The host's clock was set (NTP, GPS, by hand), recordings were joined out of order, or the recording was edited.";
         Back { back: Ns }
             "时间戳倒退{back}"
             "timestamp goes back {back}";
     }
 
-    /// Frames of some time are not in the recording, and nothing says so.
+    /// 该帧之前总线上没有任何报文, 而几个互不相关的节点此时都应发送; 之后它们又按原周期继续: 这段时间的帧没有录到, 或者时钟被向前调整。跨越此处的内容不作判断。
+    /// There was no traffic before this frame although several independent nodes should have sent; then all continue with their periods: the frames of this time were not recorded, or the clock was set forward. Nothing is judged across the gap.
+    ///
+    /// 接收缓冲区溢出, 适配器一时断开, 记录被暂停、剪去一段或拼接, 或者主机时钟被调整。
+    /// A receive buffer overflowed, the adapter was disconnected for a while, the recording was paused, cut or joined, or the host's clock was set.
     Cap007 "CAP007" "recording-hole" Warning "-" [Sync, ErrorControl] {
         message "记录中有空缺" "gap in the recording";
-        meaning
-            "该帧之前总线上没有任何报文, 而几个互不相关的节点此时都应发送; 之后它们又按原周期继续: 这段时间的帧没有录到, 或者时钟被向前调整。跨越此处的内容不作判断。"
-            "There was no traffic before this frame although several independent nodes should have sent; then all continue with their periods: the frames of this time were not recorded, or the clock was set forward. Nothing is judged across the gap.";
-        cause
-            "接收缓冲区溢出, 适配器一时断开, 记录被暂停、剪去一段或拼接, 或者主机时钟被调整。"
-            "A receive buffer overflowed, the adapter was disconnected for a while, the recording was paused, cut or joined, or the host's clock was set.";
         Silent { silence: Ns }
             "{silence}内没有任何帧, 而有几个节点应发送报文; 之后都照常继续"
             "no frame for {silence} although several nodes should have sent; then all continue as before";
     }
 
-    /// The file itself shows that rows are left out.
+    /// 文件自身表明此处缺少帧: 行号不连续, 或者有省略标记。跨越此处的toggle位、序列号和响应不再判断, 进行中的传输记为不完整。
+    /// The file itself shows that frames are missing here: its row numbers jump, or a mark shows omitted rows. Across the gap no toggle bit, sequence number or response is judged, and open transfers are incomplete.
+    ///
+    /// 摘录时删去了一部分, 列表按标识符筛选过, 或者记录程序丢帧。
+    /// The excerpt was shortened, the listing was filtered, or the recording program lost frames.
     Cap008 "CAP008" "rows-left-out" Warning "-" [] {
         message "记录中缺少一部分帧" "frames left out of the capture";
-        meaning
-            "文件自身表明此处缺少帧: 行号不连续, 或者有省略标记。跨越此处的toggle位、序列号和响应不再判断, 进行中的传输记为不完整。"
-            "The file itself shows that frames are missing here: its row numbers jump, or a mark shows omitted rows. Across the gap no toggle bit, sequence number or response is judged, and open transfers are incomplete.";
-        cause
-            "摘录时删去了一部分, 列表按标识符筛选过, 或者记录程序丢帧。"
-            "The excerpt was shortened, the listing was filtered, or the recording program lost frames.";
         Rows { rows: Count, last: Count, next: Count }
             "行号从{last}跳到{next}: 缺{rows}行"
             "row {last} is followed by row {next}: {rows|row is|rows are} missing";

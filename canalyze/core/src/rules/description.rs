@@ -1,4 +1,4 @@
-//! Rules about what a description (EDS or DCF) says of a device and the device does otherwise.
+//! Rules about differences between a description (EDS or DCF) and its device.
 
 use super::quantity::{Count, Quantity};
 use super::{Verdict, rules};
@@ -6,15 +6,13 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A value read before any write differs from the EDS's default.
+    /// 在记录中还没有写过该参数, 读到的值就与EDS的默认值不同, 或者PDO从一开始就与EDS的默认映射长度不同。
+    /// The parameter was not written in the capture before, and the value read is not the EDS's default; or from the beginning a PDO is not as long as the EDS's default mapping.
+    ///
+    /// 设备在记录开始之前已被配置或存储过参数, EDS与固件版本不符, 或者EDS不是这台设备的。
+    /// The device was configured or stored its parameters before the capture began, or the EDS is of another firmware or another device.
     Eds001 "EDS001" "differs-from-eds" Info "CiA 306" [Sdo] {
         message "读到的值与EDS的默认值不同" "value read differs from the EDS's default";
-        meaning
-            "在记录中还没有写过该参数, 读到的值就与EDS的默认值不同, 或者PDO从一开始就与EDS的默认映射长度不同。"
-            "The parameter was not written in the capture before, and the value read is not the EDS's default; or from the beginning a PDO is not as long as the EDS's default mapping.";
-        cause
-            "设备在记录开始之前已被配置或存储过参数, EDS与固件版本不符, 或者EDS不是这台设备的。"
-            "The device was configured or stored its parameters before the capture began, or the EDS is of another firmware or another device.";
         Value { found: Quantity, described: Quantity }
             "读到{found}, EDS的默认值为{described}"
             "read {found}, EDS default is {described}";
@@ -23,29 +21,25 @@ rules! {
             "PDO is {found|byte|bytes}, the EDS's default mapping has {mapped}: the device was configured before the capture began, or the EDS is for another device";
     }
 
-    /// A value read before any write differs from what a DCF configures.
+    /// 在记录中还没有写过该参数, 读到的值就与DCF配置的值不同。
+    /// The parameter was not written in the capture before, and the value read is not what the DCF configures.
+    ///
+    /// 设备没有按这份DCF配置, 或者配置在复位后丢失。
+    /// The device is not configured by this DCF, or lost its configuration in a reset.
     Eds002 "EDS002" "differs-from-dcf" Warning "CiA 306" [Sdo] {
         message "读到的值与DCF不同" "value read differs from the DCF";
-        meaning
-            "在记录中还没有写过该参数, 读到的值就与DCF配置的值不同。"
-            "The parameter was not written in the capture before, and the value read is not what the DCF configures.";
-        cause
-            "设备没有按这份DCF配置, 或者配置在复位后丢失。"
-            "The device is not configured by this DCF, or lost its configuration in a reset.";
         Value { found: Quantity, described: Quantity }
             "读到{found}, DCF配置为{described}"
             "read {found}, DCF has {described}";
     }
 
-    /// An object was accessed that the description lacks.
+    /// 访问成功了, 但设备描述中没有这个索引或子索引。
+    /// The access succeeded, but the device's description has no such index or sub-index.
+    ///
+    /// EDS与固件版本不符, 或者制造商没有把该对象写进EDS。
+    /// The EDS is of another firmware, or the vendor left the object out of it.
     Eds003 "EDS003" "not-in-description" Info "CiA 306" [Sdo] {
         message "设备描述中没有该对象" "object is not in the description";
-        meaning
-            "访问成功了, 但设备描述中没有这个索引或子索引。"
-            "The access succeeded, but the device's description has no such index or sub-index.";
-        cause
-            "EDS与固件版本不符, 或者制造商没有把该对象写进EDS。"
-            "The EDS is of another firmware, or the vendor left the object out of it.";
         Index
             "访问成功, 但设备描述中没有该索引"
             "index accessed that the description does not list";
@@ -54,29 +48,25 @@ rules! {
             "sub-index accessed that the description does not list";
     }
 
-    /// Device type, vendor-ID or product code are not the description's.
+    /// 设备类型(1000h)、制造商ID或产品码(1018h)与设备描述中的不同: 这份描述很可能不是这台设备的。
+    /// Device type (1000h), vendor-ID or product code (1018h) are not those of the description: it probably is that of another device.
+    ///
+    /// 给节点指定了错误的EDS, 节点ID弄混, 或者更换了设备。
+    /// The wrong EDS was given for the node, node-IDs were mixed up, or the device was replaced.
     Eds004 "EDS004" "identity-differs" Warning "CiA 306" [Sdo] {
         message "设备标识与设备描述不符" "identity differs from the description";
-        meaning
-            "设备类型(1000h)、制造商ID或产品码(1018h)与设备描述中的不同: 这份描述很可能不是这台设备的。"
-            "Device type (1000h), vendor-ID or product code (1018h) are not those of the description: it probably is that of another device.";
-        cause
-            "给节点指定了错误的EDS, 节点ID弄混, 或者更换了设备。"
-            "The wrong EDS was given for the node, node-IDs were mixed up, or the device was replaced.";
         Value { found: Quantity, described: Quantity }
             "读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"
             "read {found}, the description has {described}: the EDS is probably for another device";
     }
 
-    /// The device has no object that the description lists.
+    /// 设备以中止码06020000h或06090011h回答: 没有这个对象或子索引, 而设备描述中有。
+    /// The device answers with abort code 06020000h or 06090011h that there is no such object or sub-index, but the description lists it.
+    ///
+    /// EDS与固件版本不符, 或者EDS是为整个系列写的, 这台设备没有该选件。
+    /// The EDS is of another firmware, or of a whole series of which this device lacks an option.
     Eds005 "EDS005" "not-in-device" Info "CiA 306" [Sdo] {
         message "设备中没有设备描述中的对象" "object of the description is not in the device";
-        meaning
-            "设备以中止码06020000h或06090011h回答: 没有这个对象或子索引, 而设备描述中有。"
-            "The device answers with abort code 06020000h or 06090011h that there is no such object or sub-index, but the description lists it.";
-        cause
-            "EDS与固件版本不符, 或者EDS是为整个系列写的, 这台设备没有该选件。"
-            "The EDS is of another firmware, or of a whole series of which this device lacks an option.";
         Index
             "设备中没有该索引, 而设备描述中有"
             "the device has no such index, but the description lists it";

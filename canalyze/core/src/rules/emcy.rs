@@ -6,29 +6,25 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// An emergency error code with error register 0.
+    /// 存在错误时错误寄存器 (1001h) 至少有一位为1; 任何错误都应置位0。
+    /// While an error is present at least one bit of the error register (1001h) is set; bit 0 for any error.
+    ///
+    /// 固件没有更新1001h, 或者紧急报文由人工构造。
+    /// The firmware does not maintain 1001h, or the EMCY was hand-made.
     Emc001 "EMC001" "code-without-register" Warning "CiA 301 7.2.7.3.1" [Emcy] {
         message "错误码不为0, 错误寄存器却为0" "error code with error register 0";
-        meaning
-            "存在错误时错误寄存器 (1001h) 至少有一位为1; 任何错误都应置位0。"
-            "While an error is present at least one bit of the error register (1001h) is set; bit 0 for any error.";
-        cause
-            "固件没有更新1001h, 或者紧急报文由人工构造。"
-            "The firmware does not maintain 1001h, or the EMCY was hand-made.";
         NoRegister { code: Emcy, register: Hex2 }
             "错误码{code}, 错误寄存器为{register}"
             "error code {code}, error register {register}";
     }
 
-    /// Error reset while other errors remain.
+    /// 错误码为0000h而错误寄存器不为0: 一个错误消失, 其他错误仍在。这是允许的。
+    /// Error code 0000h with a non-zero register: one error is gone, others remain. This is legal.
+    ///
+    /// 几个错误先后消失。
+    /// Several errors disappear one by one.
     Emc002 "EMC002" "partial-reset" Info "CiA 301 7.2.7.1" [Emcy] {
         message "部分错误复位" "partial error reset";
-        meaning
-            "错误码为0000h而错误寄存器不为0: 一个错误消失, 其他错误仍在。这是允许的。"
-            "Error code 0000h with a non-zero register: one error is gone, others remain. This is legal.";
-        cause
-            "几个错误先后消失。"
-            "Several errors disappear one by one.";
         StillSet { code: JsonOnly<Emcy>, register: Hex2 }
             "错误复位, 错误寄存器仍为{register}"
             "error reset, error register still {register}";
@@ -46,29 +42,25 @@ rules! {
             "one of {count} errors cleared; error register still {register}";
     }
 
-    /// Bit 6 of the error register is set.
+    /// 错误寄存器 (1001h) 的位6保留, 必须为0。
+    /// Bit 6 of the error register (1001h) is reserved and shall be 0.
+    ///
+    /// 固件把该位用于自己的目的, 或者字节顺序错误。
+    /// The firmware uses the bit for its own purposes, or the byte order is wrong.
     Emc003 "EMC003" "reserved-register-bit" Warning "CiA 301 7.5.2.2" [Emcy] {
         message "错误寄存器的保留位不为0" "reserved bit of the error register set";
-        meaning
-            "错误寄存器 (1001h) 的位6保留, 必须为0。"
-            "Bit 6 of the error register (1001h) is reserved and shall be 0.";
-        cause
-            "固件把该位用于自己的目的, 或者字节顺序错误。"
-            "The firmware uses the bit for its own purposes, or the byte order is wrong.";
         Bit6 { code: JsonOnly<Emcy>, register: Hex2 }
             "错误寄存器为{register}, 位6保留"
             "error register is {register}, bit 6 is reserved";
     }
 
-    /// An emergency in Stopped or before the boot-up.
+    /// 在停止状态和启动报文之前, 节点不应发送紧急报文。
+    /// A node must not send EMCYs in Stopped, nor before its boot-up.
+    ///
+    /// 设备没有按NMT状态关闭EMCY服务; 有些制造商的设备如此。
+    /// The device does not disable the EMCY service with the NMT state; some vendors' devices do not.
     Emc004 "EMC004" "emcy-in-wrong-state" Warning "CiA 301 7.3.2.2" [Emcy, ErrorControl, Nmt] {
         message "在不允许的状态下发送紧急报文" "EMCY in a state that does not allow it";
-        meaning
-            "在停止状态和启动报文之前, 节点不应发送紧急报文。"
-            "A node must not send EMCYs in Stopped, nor before its boot-up.";
-        cause
-            "设备没有按NMT状态关闭EMCY服务; 有些制造商的设备如此。"
-            "The device does not disable the EMCY service with the NMT state; some vendors' devices do not.";
         InState { state: State }
             "节点处于{state}时发送了紧急报文"
             "EMCY from a node that is {state}";
@@ -77,71 +69,61 @@ rules! {
             "EMCY after the reset and before the boot-up";
     }
 
-    /// Two emergencies closer than the inhibit time.
+    /// 两个紧急报文的间隔不得短于1015h (单位0.1 ms)。
+    /// EMCYs must be at least the time in 1015h (unit 0.1 ms) apart.
+    ///
+    /// 固件不遵守1015h。
+    /// The firmware ignores 1015h.
     Emc005 "EMC005" "emcy-inhibit-time" Warning "CiA 301 7.5.2.18" [Emcy] {
         message "违反紧急报文的抑制时间" "EMCY inhibit time violated";
-        meaning
-            "两个紧急报文的间隔不得短于1015h (单位0.1 ms)。"
-            "EMCYs must be at least the time in 1015h (unit 0.1 ms) apart.";
-        cause
-            "固件不遵守1015h。"
-            "The firmware ignores 1015h.";
         TooClose { found: Ns, expected: Ns }
             "距上一紧急报文{found}, 小于抑制时间{expected}"
             "{found} after the previous EMCY (inhibit time {expected})";
     }
 
-    /// An emergency has another length than 8 bytes.
+    /// 紧急报文总是8字节: 错误码2字节, 错误寄存器1字节, 制造商定义5字节。消费者可能不处理其他长度。
+    /// An EMCY is always 8 bytes long: 2 of error code, 1 of error register, 5 manufacturer-specific. Consumers may ignore other lengths.
+    ///
+    /// 固件按实际内容设置了DLC; 长度为0的是DS 301第3版的启动报文。
+    /// The firmware sets the DLC to the actual payload; a length of 0 is the boot-up of DS 301 version 3.
     Emc006 "EMC006" "emcy-length" Warning "CiA 301 7.2.7.3" [Emcy] {
         message "紧急报文的长度不是8字节" "EMCY is not 8 bytes long";
-        meaning
-            "紧急报文总是8字节: 错误码2字节, 错误寄存器1字节, 制造商定义5字节。消费者可能不处理其他长度。"
-            "An EMCY is always 8 bytes long: 2 of error code, 1 of error register, 5 manufacturer-specific. Consumers may ignore other lengths.";
-        cause
-            "固件按实际内容设置了DLC; 长度为0的是DS 301第3版的启动报文。"
-            "The firmware sets the DLC to the actual payload; a length of 0 is the boot-up of DS 301 version 3.";
         Length { found: Count }
             "紧急报文为{found}字节, 应为8字节"
             "EMCY is {found|byte|bytes} long, expected 8";
     }
 
-    /// A device reports an error of its own: current, voltage, temperature, hardware, software, a module.
+    /// 紧急报文说明设备本身有错误: 电流、电压、温度、硬件、软件、模块或被控对象。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。
+    /// The EMCY reports an error of the device itself: current, voltage, temperature, hardware, software, a module, or the controlled machine. The error is active until the node clears it (0000h) or boots.
+    ///
+    /// 见错误码和制造商手册; 错误寄存器给出类别。
+    /// See the error code and the manufacturer's manual; the error register gives the class.
     Emc007 "EMC007" "device-error" Error "CiA 301 7.2.7.1" [Emcy] {
         message "设备报告错误" "device reports an error";
-        meaning
-            "紧急报文说明设备本身有错误: 电流、电压、温度、硬件、软件、模块或被控对象。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。"
-            "The EMCY reports an error of the device itself: current, voltage, temperature, hardware, software, a module, or the controlled machine. The error is active until the node clears it (0000h) or boots.";
-        cause
-            "见错误码和制造商手册; 错误寄存器给出类别。"
-            "See the error code and the manufacturer's manual; the error register gives the class.";
         Reported { code: Emcy, register: Hex2 }
             "节点报告{code}, 错误寄存器为{register}"
             "node reports {code}, error register {register}";
     }
 
-    /// A device reports an error of communication, or one that is not specific.
+    /// 紧急报文说明节点有通信错误, 或者错误码没有进一步说明的错误(一般性或设备特定)。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。
+    /// The EMCY reports a communication error, or one that its code does not specify further (generic or device specific). The error is active until the node clears it (0000h) or boots.
+    ///
+    /// 通信对方离线或不再发送, PDO长度不同, 报文丢失; 其他情况见制造商手册。
+    /// A partner that is offline or silent, a PDO of another length, lost frames; otherwise see the manufacturer's manual.
     Emc008 "EMC008" "reported-error" Warning "CiA 301 7.2.7.1" [Emcy] {
         message "节点报告错误" "node reports an error";
-        meaning
-            "紧急报文说明节点有通信错误, 或者错误码没有进一步说明的错误(一般性或设备特定)。节点发出错误复位(0000h)或重新启动之前, 该错误一直存在。"
-            "The EMCY reports a communication error, or one that its code does not specify further (generic or device specific). The error is active until the node clears it (0000h) or boots.";
-        cause
-            "通信对方离线或不再发送, PDO长度不同, 报文丢失; 其他情况见制造商手册。"
-            "A partner that is offline or silent, a PDO of another length, lost frames; otherwise see the manufacturer's manual.";
         Reported { code: Emcy, register: Hex2 }
             "节点报告{code}, 错误寄存器为{register}"
             "node reports {code}, error register {register}";
     }
 
-    /// An error that was not taken back, or was sent several times.
+    /// 节点报告了错误, 到记录结束仍未清除; 或者错误存在期间重复发送了紧急报文。
+    /// An error the node reported and did not clear until the end of the capture, or reported several times while it was active.
+    ///
+    /// 错误原因仍然存在, 或者设备只在收到命令或重新启动后才清除错误。
+    /// The cause is still present, or the device clears an error only on a command or a restart.
     Emc009 "EMC009" "error-standing" Info "CiA 301 7.2.7.1" [Emcy] {
         message "错误仍然存在" "error still active";
-        meaning
-            "节点报告了错误, 到记录结束仍未清除; 或者错误存在期间重复发送了紧急报文。"
-            "An error the node reported and did not clear until the end of the capture, or reported several times while it was active.";
-        cause
-            "错误原因仍然存在, 或者设备只在收到命令或重新启动后才清除错误。"
-            "The cause is still present, or the device clears an error only on a command or a restart.";
         Stands { code: Emcy, count: JsonOnly<Count>, age: JsonOnly<Option<Ns>> }
             "错误{code}尚未清除"
             "{code} not cleared";
@@ -153,15 +135,13 @@ rules! {
             "{code} sent {count} times before being cleared";
     }
 
-    /// Many emergencies in a short time.
+    /// 每个错误只应发送一次紧急报文。一个节点在1秒内发送了10个或更多。
+    /// An EMCY is sent once per error. One node sent ten or more within a second.
+    ///
+    /// 错误时有时无(接触不良, 数值在阈值附近), 或者设备重复发送紧急报文; 1015h可限制其频率。
+    /// An intermittent error (a loose contact, a value at its threshold), or a device that repeats its EMCYs; 1015h limits their rate.
     Emc010 "EMC010" "emcy-flood" Warning "CiA 301 7.2.7.1" [Emcy] {
         message "紧急报文过多" "EMCY flood";
-        meaning
-            "每个错误只应发送一次紧急报文。一个节点在1秒内发送了10个或更多。"
-            "An EMCY is sent once per error. One node sent ten or more within a second.";
-        cause
-            "错误时有时无(接触不良, 数值在阈值附近), 或者设备重复发送紧急报文; 1015h可限制其频率。"
-            "An intermittent error (a loose contact, a value at its threshold), or a device that repeats its EMCYs; 1015h limits their rate.";
         Flood { count: Count, duration: Ns }
             "{duration}内{count}个紧急报文"
             "{count} EMCYs within {duration}";

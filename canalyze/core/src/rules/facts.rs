@@ -1,10 +1,10 @@
-//! What a finding says: a variant of its rule, and what was measured for it.
+//! The statement of a finding: a variant of its rule and the measured facts.
 
 use std::sync::Arc;
 
 use super::{Code, Quantity, Said};
 
-/// The same in both languages.
+/// A text in both languages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Words {
     /// Chinese.
@@ -16,30 +16,31 @@ pub struct Words {
 /// The name of something measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fact {
-    /// As it stands in the sentence and in JSON.
+    /// Its name in the sentence and in JSON.
     pub name: &'static str,
-    /// It stands in the sentence, not only in JSON.
+    /// It is part of the sentence, not only of JSON.
     pub spoken: bool,
 }
 
-/// One of the sentences of a rule. A name in braces stands for a fact; `{frames|frame|frames}` for a number and its noun.
+/// One of the sentences of a rule. A name in braces is replaced by its fact, `{frames|frame|frames}` by a number and
+/// its noun.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Variant {
-    /// What JSON says of this variant beside its facts: names and JSON values.
+    /// Further members in JSON: names and JSON values.
     pub constants: &'static [(&'static str, &'static str)],
-    /// What is measured, in the order of JSON.
+    /// The measured facts, in the order of JSON.
     pub facts: &'static [Fact],
     /// The sentence.
     pub words: Words,
 }
 
 impl Variant {
-    /// Does not compile where a sentence and the facts do not fit.
+    /// Fails to compile if a sentence and the facts do not match.
     pub(crate) const fn check(&self) {
         assert!(self.is_sound(), "a name in braces is no fact of the variant, or a fact is in no sentence");
     }
 
-    /// Whether each name in braces is a fact, and each fact that is spoken stands in both sentences.
+    /// Returns true if each name in braces is a fact, and each spoken fact is in both sentences.
     pub(super) const fn is_sound(&self) -> bool {
         self.covers(self.words.zh) && self.covers(self.words.en)
     }
@@ -62,7 +63,7 @@ impl Variant {
         true
     }
 
-    /// Whether the name of a fact that is spoken begins here.
+    /// Returns true if the name of a spoken fact begins here.
     const fn has(&self, text: &[u8]) -> bool {
         let mut facts = self.facts;
         while let [fact, others @ ..] = facts {
@@ -75,7 +76,7 @@ impl Variant {
     }
 }
 
-/// Whether a name stands in braces in a sentence.
+/// Returns true if a sentence has a name in braces.
 const fn names(mut sentence: &[u8], name: &[u8]) -> bool {
     while let [byte, after @ ..] = sentence {
         if *byte == b'{' && begins(after, name) {
@@ -86,7 +87,7 @@ const fn names(mut sentence: &[u8], name: &[u8]) -> bool {
     false
 }
 
-/// Whether a text begins with a name that ends there.
+/// Returns true if a text begins with a name that ends there.
 const fn begins(mut text: &[u8], mut name: &[u8]) -> bool {
     while let [wanted, others @ ..] = name {
         match text {
@@ -98,7 +99,7 @@ const fn begins(mut text: &[u8], mut name: &[u8]) -> bool {
     matches!(text, [b'}' | b'|', ..])
 }
 
-/// A name without the mark by which Rust tells it from a keyword.
+/// Returns a name without the prefix by which Rust distinguishes it from a keyword.
 pub(crate) const fn plain(name: &'static str) -> &'static str {
     match name.as_bytes() {
         [b'r', b'#', rest @ ..] => match std::str::from_utf8(rest) {
@@ -109,10 +110,10 @@ pub(crate) const fn plain(name: &'static str) -> &'static str {
     }
 }
 
-/// Most facts of one variant, but for expectations.
+/// Maximum number of facts of one variant, except for expectations.
 const MEASURED: usize = 4;
 
-/// A variant with what was measured.
+/// A variant with its measured facts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
     /// The variant.
@@ -131,23 +132,23 @@ impl Measured {
         Self { variant, values }
     }
 
-    /// What was measured, by name.
+    /// The measured facts by name.
     pub fn facts(&self) -> impl Iterator<Item = (&'static str, Quantity)> {
         self.variant.facts.iter().map(|fact| fact.name).zip(self.values)
     }
 
-    /// What was measured by this name.
+    /// Returns the fact of this name.
     pub fn get(&self, name: &str) -> Option<Quantity> {
         self.facts().find(|(known, _)| *known == name).map(|(_, quantity)| quantity)
     }
 }
 
-/// What a rule says of something: without facts its message, else one of its variants.
+/// The statement of a rule about something: its message if there are no facts, else one of its variants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The rule.
     pub code: Code,
-    /// What was measured.
+    /// The measured facts.
     pub facts: Facts,
 }
 
@@ -163,14 +164,14 @@ impl From<Code> for Verdict {
     }
 }
 
-/// How a capture deviates from what is expected of it, or why that cannot be checked.
+/// A deviation of a capture from what is expected of it, or the reason why that cannot be checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deviation {
     /// The rule.
     pub code: Code,
     /// One of its variants.
     pub variant: &'static Variant,
-    /// What was expected and found, in the order of the variant's facts.
+    /// Expected and found values, in the order of the variant's facts.
     pub said: Vec<Said>,
 }
 
@@ -180,44 +181,44 @@ impl Deviation {
     }
 }
 
-/// A deviation from an expectation that stands in a file.
+/// A deviation from an expectation in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unmet {
     /// The expectation's file and line, `boot.expect.toml:12`; to be escaped.
     pub expectation: Arc<str>,
     /// The variant of the rule.
     pub variant: &'static Variant,
-    /// What was expected and found, in the order of the variant's facts.
+    /// Expected and found values, in the order of the variant's facts.
     pub said: Vec<Said>,
-    /// The finding stands for this many more of its kind; 0: for itself.
+    /// The number of further findings that this one represents; 0: it is a finding of its own.
     pub repeated: u64,
 }
 
 impl Unmet {
-    /// What was expected and found, by name.
+    /// Expected and found values by name.
     pub fn facts(&self) -> impl Iterator<Item = (&'static str, &Said)> {
         self.variant.facts.iter().map(|fact| fact.name).zip(&self.said)
     }
 }
 
-/// What a finding measured.
+/// The facts of a finding.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Facts {
     /// Nothing beyond the code.
     None,
     /// A variant of the rule with what was measured.
     Measured(Measured),
-    /// An expectation does not hold, or cannot be checked. Rare, and large: apart, so that findings stay small.
+    /// An expectation does not hold, or cannot be checked. Rare and large, so it is boxed to keep findings small.
     Unmet(Arc<Unmet>),
-    /// The finding stands for this many more of its kind on the same object.
+    /// The finding represents this many more of its kind on the same object.
     Repeated {
-        /// How many were not shown.
+        /// The number of findings that were not shown.
         count: u64,
     },
 }
 
 impl Facts {
-    /// For how many findings it stands: for itself, or for so many that were only counted.
+    /// Returns the number of findings that it represents: itself, or those that were only counted.
     pub fn count(&self) -> u64 {
         match self {
             Self::Repeated { count } => *count,
@@ -226,7 +227,7 @@ impl Facts {
         }
     }
 
-    /// What a finding says that stands for so many more like this one.
+    /// Returns the facts of a finding that represents `count` more like this one.
     pub fn repeated(&self, count: u64) -> Self {
         match self {
             Self::Unmet(unmet) => {

@@ -1,6 +1,4 @@
-//! Findings: what an engineer should know, at a frame.
-//!
-//! Rules, what they measure and their words stand in `rules`.
+//! Findings: facts at a frame that an engineer should know. Rules, their facts and their words are in `rules`.
 
 use std::sync::Arc;
 
@@ -9,45 +7,45 @@ pub use crate::rules::{Code, CrcMatch, Deviation, Facts, Measured, Problem, Quan
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::sdo::wire::Mux;
 
-/// Something an engineer should know, at a frame.
+/// A fact at a frame that an engineer should know.
 #[derive(Clone, Debug)]
 pub struct Finding {
     /// The rule.
     pub code: Code,
-    /// The frame that shows it. What is only known later stands at the frame that proves it.
+    /// The frame that shows it. A finding that becomes known later is at the frame that proves it.
     pub at: FrameRef,
-    /// The earlier frame it is about, if another.
+    /// The earlier frame that it is about, if any.
     pub cause: Option<FrameRef>,
     /// The bus.
     pub bus: BusId,
-    /// The node, where one is concerned.
+    /// The node, if it is about one.
     pub node: Option<u8>,
-    /// The object, where one is concerned.
+    /// The object, if it is about one.
     pub object: Option<Mux>,
-    /// What was measured.
+    /// The measured facts.
     pub facts: Facts,
-    /// The frame of the event, or of the finding, that explains it: it is a consequence of that, and no fault by itself.
+    /// The frame of the event, or of the finding, that explains it: it is a consequence of that, not a fault by itself.
     pub because_of: Option<FrameRef>,
 }
 
 impl Finding {
-    /// The frame that it is about: the one that shows it, or an earlier one.
+    /// Returns the frame that it is about: the one that shows it, or an earlier one.
     pub fn about(&self) -> Option<FrameRef> {
         let earlier = self.cause.filter(|_| !self.code.rule().about_here);
         Some(earlier.unwrap_or(self.at)).filter(|about| about.no > 0)
     }
 
-    /// How bad it is: as its rule says, but a consequence is only worth knowing.
+    /// Returns its severity: that of its rule, but info for a consequence.
     pub fn severity(&self) -> Severity {
         if self.because_of.is_some() { Severity::Info } else { self.code.rule().severity }
     }
 
-    /// The expectation that it is about, `boot.expect.toml:12`, where it is about one.
+    /// Returns the expectation that it is about, `boot.expect.toml:12`, if any.
     pub fn expectation(&self) -> Option<&Arc<str>> {
         if let Facts::Unmet(unmet) = &self.facts { Some(&unmet.expectation) } else { None }
     }
 
-    /// The variant of the rule that it is, with what was measured; none where it has no facts, is about an expectation, or
+    /// Returns the variant of its rule with the measured facts; `None` if it has no facts, is about an expectation, or
     /// only counts further ones.
     pub fn measured(&self) -> Option<Measured> {
         if let Facts::Measured(measured) = self.facts { Some(measured) } else { None }

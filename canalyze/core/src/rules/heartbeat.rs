@@ -6,29 +6,25 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A heartbeat came late.
+    /// 两个心跳的间隔明显超过了周期。周期取自1017h或之前的心跳; 额外的心跳是允许的。
+    /// Two heartbeats are clearly further apart than the period, which is taken from 1017h or the previous heartbeats. Additional heartbeats are legal.
+    ///
+    /// 节点太忙, 总线负载太高, 或者丢了一帧。
+    /// A busy node, high bus load, or a missing frame.
     Hbt001 "HBT001" "heartbeat-late" Warning "CiA 301 7.2.8.3.2.2" [ErrorControl, Nmt] {
         message "心跳延迟" "heartbeat late";
-        meaning
-            "两个心跳的间隔明显超过了周期。周期取自1017h或之前的心跳; 额外的心跳是允许的。"
-            "Two heartbeats are clearly further apart than the period, which is taken from 1017h or the previous heartbeats. Additional heartbeats are legal.";
-        cause
-            "节点太忙, 总线负载太高, 或者丢了一帧。"
-            "A busy node, high bus load, or a missing frame.";
         Late { found: Ns, expected: Ns }
             "距上次心跳{found}, 周期为{expected}"
             "{found} since the previous heartbeat (period {expected})";
     }
 
-    /// No heartbeat for longer than a consumer waits, or than three periods.
+    /// 消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。
+    /// No heartbeat within the consumer heartbeat time (1016h) or, where none is known, within three periods plus a tolerance. Reported once.
+    ///
+    /// 节点掉线、断电或死机, 电缆断开, 或者节点总线关闭(bus off)。
+    /// The node is disconnected, powered off or hung, a cable is broken, or its controller is bus-off.
     Hbt002 "HBT002" "heartbeat-lost" Error "CiA 301 7.2.8.3.2.2" [ErrorControl, Nmt] {
         message "心跳丢失" "heartbeat lost";
-        meaning
-            "消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。"
-            "No heartbeat within the consumer heartbeat time (1016h) or, where none is known, within three periods plus a tolerance. Reported once.";
-        cause
-            "节点掉线、断电或死机, 电缆断开, 或者节点总线关闭(bus off)。"
-            "The node is disconnected, powered off or hung, a cable is broken, or its controller is bus-off.";
         ConsumerTime { silence: Ns, limit: Ns }
             "此后{silence}没有心跳, 超过消费者心跳时间(1016h) {limit}"
             "no heartbeat for {silence} since then (consumer heartbeat time 1016h: {limit})";
@@ -37,15 +33,13 @@ rules! {
             "no heartbeat for {silence} since then (limit {limit}: 3 periods plus tolerance)";
     }
 
-    /// Error control with a state that the standard does not define.
+    /// 错误控制报文中的状态只能是00h、04h、05h或7Fh; 心跳的位7为0。
+    /// Error control carries the state 00h, 04h, 05h or 7Fh; bit 7 of a heartbeat is 0.
+    ///
+    /// 固件错误, 数据损坏, 或者其他协议占用了这个CAN-ID。
+    /// A firmware bug, corrupt data, or another protocol on this CAN-ID.
     Hbt003 "HBT003" "unknown-state" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "未知的NMT状态" "unknown NMT state";
-        meaning
-            "错误控制报文中的状态只能是00h、04h、05h或7Fh; 心跳的位7为0。"
-            "Error control carries the state 00h, 04h, 05h or 7Fh; bit 7 of a heartbeat is 0.";
-        cause
-            "固件错误, 数据损坏, 或者其他协议占用了这个CAN-ID。"
-            "A firmware bug, corrupt data, or another protocol on this CAN-ID.";
         State { found: Hex2 }
             "心跳中的状态{found}未定义"
             "undefined state {found}";
@@ -54,15 +48,13 @@ rules! {
             "bit 7 of the heartbeat is 1 ({found}), but there was no node guarding request";
     }
 
-    /// Two nodes use one node-ID.
+    /// 同一节点ID上有两路心跳交错, 或者一次复位后收到两个启动报文: 总线上有两个节点使用同一节点ID。
+    /// Two heartbeat streams are interleaved on one node-ID, or two boot-ups follow one reset: two nodes use the same node-ID.
+    ///
+    /// 拨码开关设置相同, 或者新设备使用默认的节点ID。
+    /// Equal DIP switches, or a new device with the default node-ID.
     Hbt004 "HBT004" "duplicate-node-id" Warning "CiA 301 7.3.5" [ErrorControl, Nmt] {
         message "节点ID重复" "duplicate node-ID";
-        meaning
-            "同一节点ID上有两路心跳交错, 或者一次复位后收到两个启动报文: 总线上有两个节点使用同一节点ID。"
-            "Two heartbeat streams are interleaved on one node-ID, or two boot-ups follow one reset: two nodes use the same node-ID.";
-        cause
-            "拨码开关设置相同, 或者新设备使用默认的节点ID。"
-            "Equal DIP switches, or a new device with the default node-ID.";
         States { one: State, other: State }
             "没有NMT命令, 状态却在{one}与{other}之间交替"
             "the state alternates between {one} and {other} without NMT commands";
@@ -80,43 +72,37 @@ rules! {
             "between heartbeats of period {one} there are others every {other}: two heartbeat streams";
     }
 
-    /// The whole bus was silent: no heartbeat could be seen.
+    /// 这段时间总线上没有任何报文, 因此不判断节点丢失; 之后不再出现的节点才视为丢失。
+    /// There was no frame at all, so no node counts as lost during that time; a node that does not come back afterwards does.
+    ///
+    /// 记录暂停或主机停顿, 总线断开, 或者整个网络断电。
+    /// The recording paused or the host stalled, the bus was disconnected, or the network had no power.
     Hbt005 "HBT005" "silent-bus" Info "-" [ErrorControl, Nmt] {
         message "总线静默" "silent bus";
-        meaning
-            "这段时间总线上没有任何报文, 因此不判断节点丢失; 之后不再出现的节点才视为丢失。"
-            "There was no frame at all, so no node counts as lost during that time; a node that does not come back afterwards does.";
-        cause
-            "记录暂停或主机停顿, 总线断开, 或者整个网络断电。"
-            "The recording paused or the host stalled, the bus was disconnected, or the network had no power.";
         Silent { silence: Ns, nodes: Count }
             "总线静默{silence}, 期间{nodes}个节点的心跳应到未到"
             "bus silent for {silence}; heartbeats of {nodes|node|nodes} missing meanwhile";
     }
 
-    /// Error control has another length than 1 byte.
+    /// 心跳、启动报文和节点保护应答都是1字节, 仅含状态。
+    /// Heartbeat, boot-up and node guarding response have one byte, the state.
+    ///
+    /// 固件设置了错误的DLC, 或者该COB-ID被其他协议使用。
+    /// The firmware sets a wrong DLC, or another protocol uses this COB-ID.
     Hbt006 "HBT006" "error-control-length" Warning "CiA 301 7.2.8.3.2" [ErrorControl, Nmt] {
         message "错误控制报文的长度不是1字节" "error control is not 1 byte long";
-        meaning
-            "心跳、启动报文和节点保护应答都是1字节, 仅含状态。"
-            "Heartbeat, boot-up and node guarding response have one byte, the state.";
-        cause
-            "固件设置了错误的DLC, 或者该COB-ID被其他协议使用。"
-            "The firmware sets a wrong DLC, or another protocol uses this COB-ID.";
         Length { found: Count }
             "错误控制报文为{found}字节, 应为1字节"
             "error control is {found|byte|bytes} long, expected 1";
     }
 
-    /// Heartbeats come with another period, and nothing has changed it.
+    /// 心跳改以另一周期均匀发送, 而记录中没有对1017h的写入或复位可以解释。
+    /// Heartbeats come regularly with another period than before, and the capture has no write to 1017h and no reset that explains it.
+    ///
+    /// 固件中的任务过载或重新启动, 本地操作, 或者另一个节点使用了同一个节点ID。
+    /// An overloaded or restarted firmware task, local operation, or a second node with this node-ID.
     Hbt007 "HBT007" "heartbeat-period-changed" Warning "CiA 301 7.5.2.20" [ErrorControl, Nmt] {
         message "心跳周期改变" "heartbeat period changed";
-        meaning
-            "心跳改以另一周期均匀发送, 而记录中没有对1017h的写入或复位可以解释。"
-            "Heartbeats come regularly with another period than before, and the capture has no write to 1017h and no reset that explains it.";
-        cause
-            "固件中的任务过载或重新启动, 本地操作, 或者另一个节点使用了同一个节点ID。"
-            "An overloaded or restarted firmware task, local operation, or a second node with this node-ID.";
         Changed { from: Ns, to: Ns }
             "心跳周期由{from}变为{to}"
             "heartbeat period changed from {from} to {to}";

@@ -1,12 +1,12 @@
-//! The rules, one file a family: all that is known of a rule stands there together.
+//! The rules, one file a family. Everything about a rule is declared in one place.
 //!
-//! A rule has a code, a name, a default severity, the clause it rests on, the frames that give its findings their context,
-//! its explanation in Chinese and English, and its variants: what a finding measured, and the sentence that says so. A
-//! rule is added in its family's file and in the list below, and gets a sample that raises it. Must not: judge, or know
-//! how a sentence is filled and printed.
+//! A rule has a code, a name, a default severity, the clause that it rests on, the frames that give its findings their
+//! context, an explanation in Chinese and English, and variants: the facts that a finding measures and the sentence
+//! that states them. A rule is added in its family's file and in the list below, with a sample that raises it. Rules
+//! are not judged here, and sentences are not filled or printed here.
 //!
-//! Severities are on one scale: an error is what a partner cannot have understood, or what is lost; a warning is against
-//! the standard or the configuration; an info is worth knowing.
+//! Severities are on one scale. An error is a frame that its receiver cannot have understood, or a loss. A warning is
+//! against the standard or the configuration. An info is worth knowing.
 
 mod facts;
 pub mod finding;
@@ -33,7 +33,7 @@ pub use quantity::{CrcMatch, JsonOnly, Kind, Problem, Quantity, Said};
 
 pub(crate) use facts::plain;
 
-/// How bad it is.
+/// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// Worth knowing; normal traffic may show it.
@@ -44,7 +44,7 @@ pub enum Severity {
     Error,
 }
 
-/// Every severity, the least first.
+/// Every severity, from the least to the greatest.
 pub const SEVERITIES: &[Severity] = &[Severity::Info, Severity::Warning, Severity::Error];
 
 impl Severity {
@@ -58,8 +58,8 @@ impl Severity {
     }
 }
 
-/// Frames that are kept together, to show where a finding came from. Those up to `Srdo` are kept by node, the others by
-/// bus.
+/// Families of frames that are kept together to show the context of a finding. Families up to `Srdo` are kept by node,
+/// the others by bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// SDO.
@@ -72,7 +72,7 @@ pub enum Family {
     Emcy,
     /// SRDO.
     Srdo,
-    /// All that commands or elects: node control, fail-safe, flying master.
+    /// Commands and elections: node control, fail-safe, flying master.
     Nmt,
     /// SYNC.
     Sync,
@@ -86,7 +86,7 @@ pub enum Family {
     Other,
 }
 
-/// All about a rule but what it measures.
+/// A rule without its measured facts.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
     /// The rule.
@@ -97,42 +97,47 @@ pub struct Rule {
     pub name: &'static str,
     /// Default severity.
     pub severity: Severity,
-    /// The clause of the standard, or what else it rests on.
+    /// The clause of the standard, or another basis.
     pub clause: &'static str,
-    /// The frames that its findings are about. None for a rule about a file.
+    /// The frames that its findings are about. Empty for a rule about a file.
     pub context: &'static [Family],
-    /// Of all PDOs it is about one: that at which a finding stands, or its cause.
+    /// It is about one PDO: that of the finding's frame or of its cause.
     pub one_pdo: bool,
-    /// Its findings are about the frame at which they stand, and not about the earlier one, where they name one.
+    /// Its findings are about their own frame, not about an earlier one that they name.
     pub about_here: bool,
-    /// In one line.
+    /// The statement in one line.
     pub message: Words,
-    /// What it means.
+    /// The meaning.
     pub meaning: Words,
-    /// What usually causes it.
+    /// The usual cause.
     pub cause: Words,
-    /// What its findings may say instead of the message.
+    /// The sentences that findings may have instead of the message.
     pub variants: &'static [Variant],
 }
 
-/// The rules of a family. Each becomes a type by its code, with a variant for each of its sentences, that turns into a
-/// verdict (or, for expectations, a deviation). A name in braces that is no fact of the variant does not compile, nor
-/// does a fact that no sentence uses, nor a missing language. Before its context a rule may be marked `one` (see
-/// [`Rule::one_pdo`]) and `here` (see [`Rule::about_here`]).
+/// Declares the rules of a family. Each becomes a type named by its code, with a variant for each of its sentences,
+/// that converts to a verdict (or, for expectations, a deviation). A name in braces that is not a fact of the variant
+/// does not compile, nor does a fact without a sentence, nor a missing language. Before its context a rule may be
+/// marked `one` (see [`Rule::one_pdo`]) and `here` (see [`Rule::about_here`]). Its doc comment is its documentation, also
+/// for users: the meaning in Chinese and in English, an empty line, the usual cause in Chinese and in English.
 macro_rules! rules {
     ($target:ident: $(
-        $(#[$doc:meta])*
+        #[doc = $meaning_zh:literal]
+        #[doc = $meaning_en:literal]
+        #[doc = $between:literal]
+        #[doc = $cause_zh:literal]
+        #[doc = $cause_en:literal]
         $code:ident $id:literal $name:literal $severity:ident $clause:literal $($mark:ident)* [$($family:ident),*] {
             message $message_zh:literal $message_en:literal;
-            meaning $meaning_zh:literal $meaning_en:literal;
-            cause $cause_zh:literal $cause_en:literal;
             $(
                 $variant:ident $([$($word:ident = $constant:literal),+])? $({ $($fact:ident: $kind:ty),+ })?
                     $zh:literal $en:literal;
             )*
         }
     )*) => {$(
-        $(#[$doc])*
+        #[doc = $meaning_en]
+        #[doc = ""]
+        #[doc = $cause_en]
         #[derive(Clone, Debug, PartialEq)]
         pub enum $code {
             $(
@@ -152,8 +157,8 @@ macro_rules! rules {
                 one_pdo: $crate::rules::rules!(@one $($mark)*),
                 about_here: $crate::rules::rules!(@here $($mark)*),
                 message: $crate::rules::Words { zh: $message_zh, en: $message_en },
-                meaning: $crate::rules::Words { zh: $meaning_zh, en: $meaning_en },
-                cause: $crate::rules::Words { zh: $cause_zh, en: $cause_en },
+                meaning: $crate::rules::documented($meaning_zh, $meaning_en),
+                cause: $crate::rules::documented($cause_zh, $cause_en),
                 variants: &[$($crate::rules::rules!(
                     @variant $zh, $en, [$($($word = $constant),+)?], [$($($fact: $kind),+)?]
                 )),*],
@@ -197,7 +202,12 @@ macro_rules! rules {
 }
 pub(crate) use rules;
 
-/// The codes, from the files that hold their rules.
+/// Returns two lines of a doc comment without the blank that each begins with.
+pub(crate) const fn documented(zh: &'static str, en: &'static str) -> Words {
+    Words { zh: zh.trim_ascii_start(), en: en.trim_ascii_start() }
+}
+
+/// Declares the codes, from the files that hold their rules.
 macro_rules! codes {
     ($($file:ident: $($code:ident)*;)*) => {
         /// The rules, by their code.
@@ -246,7 +256,7 @@ codes! {
 }
 
 impl Code {
-    /// The rule with this code as printed, whatever its case.
+    /// Returns the rule with this printed code, in any case.
     pub fn parse(id: &str) -> Option<Self> {
         RULES.iter().find(|rule| rule.id.eq_ignore_ascii_case(id)).map(|rule| rule.code)
     }

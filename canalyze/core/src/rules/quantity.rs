@@ -1,7 +1,7 @@
-//! What a finding may have measured, and the kinds by which a variant's facts are declared.
+//! The quantities that a finding may measure, and the kinds by which a variant's facts are declared.
 //!
-//! A kind says which Rust type a check hands over, and which quantity that is; the quantity says how it is printed and
-//! what it is in JSON.
+//! A kind defines the Rust type that a check hands over and the quantity that it becomes. The quantity defines how it
+//! is printed and its form in JSON.
 
 use std::sync::Arc;
 
@@ -10,16 +10,16 @@ use crate::bytes::frame::CanId;
 use crate::sdo::wire::{self, Mux};
 use crate::words::profiles::Profile;
 
-/// Something measured or expected. Its kind says how it is printed and what it is in JSON.
+/// A measured or expected quantity. Its kind defines how it is printed and its form in JSON.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Quantity {
     /// Unused.
     Nothing,
     /// A number.
     Count(u64),
-    /// A number with sign.
+    /// A signed number.
     Signed(i64),
-    /// A time or a difference of times in ns; words choose a unit, JSON has ns.
+    /// A time or a difference of times in ns. Sentences choose a unit, JSON has ns.
     Ns(i64),
     /// Two hexadecimal digits.
     Hex2(u8),
@@ -31,42 +31,42 @@ pub enum Quantity {
     Object(Mux),
     /// A CAN identifier.
     Id(CanId),
-    /// An NMT state as error control carries it: 00, 04, 05, 7F.
+    /// An NMT state in the encoding of error control: 00, 04, 05, 7F.
     State(u8),
     /// An NMT command specifier: 01, 02, 80, 81, 82.
     Command(u8),
-    /// A PDO: whether it is a TPDO, and its number.
+    /// A PDO: true for a TPDO, and its number.
     Pdo(bool, u16),
-    /// A CiA 402 statusword: words name its state.
+    /// A CiA 402 statusword, printed with its state.
     Statusword(u16),
-    /// A CiA 402 controlword: words name its command.
+    /// A CiA 402 controlword, printed with its command.
     Controlword(u16),
     /// A CiA 402 mode of operation.
     Mode(i8),
-    /// An LSS command specifier: words name it.
+    /// An LSS command specifier, printed with its name.
     Lss(u8),
-    /// An error code of an LSS slave, with the command specifier that it answers: words name it.
+    /// An error code of an LSS slave with the command specifier that it answers, printed with its name.
     LssError(u8, u8),
     /// An emergency error code.
     Emcy(u16, Profile),
     /// A data type code (CiA 301, 7.4.7).
     Type(u16),
-    /// A state of CiA 402's power drive system, as a statusword that says it: words name it.
+    /// A state of CiA 402's power drive system in the form of a statusword, printed with its name.
     Drive(u16),
-    /// An SDO abort code: words name it.
+    /// An SDO abort code, printed with its name.
     Abort(u32),
     /// A side of an SDO channel.
     Side(wire::Side),
-    /// A number of bytes; words have the unit.
+    /// A number of bytes, printed with the unit.
     Size(u64),
-    /// What a wrong CRC would be right for; a clause of the sentence, or nothing.
+    /// The data that a wrong CRC would match; a clause of the sentence, or nothing.
     Crc(CrcMatch),
 }
 
-/// What a wrong CRC would be right for: it tells an engineer where the fault is.
+/// The data or variant of the algorithm that a wrong CRC would match, as a hint to the location of the fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CrcMatch {
-    /// Nothing known.
+    /// None known.
     Nothing,
     /// The data with the padding of the last segment.
     WithPadding,
@@ -76,23 +76,23 @@ pub enum CrcMatch {
     Reflected,
 }
 
-/// What went wrong, in short.
+/// A problem in short.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Its kind, as machine output has it.
+    /// Its kind in machine output.
     pub name: &'static str,
-    /// What it is, in words.
+    /// Its kind in words.
     pub words: Words,
-    /// The node, where it is about one that is not named before.
+    /// The node, if it is about one that has not been named.
     pub node: Option<u8>,
     /// The frame at which it begins.
     pub frame: u64,
 }
 
-/// Something expected or found.
+/// An expected or found value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
-    /// As other rules measure it.
+    /// A quantity as in other rules.
     Quantity(Quantity),
     /// A number with a fraction.
     Real(f64),
@@ -102,9 +102,9 @@ pub enum Said {
     Text(Arc<str>),
     /// Bytes.
     Bytes(Arc<[u8]>),
-    /// A word of the rule's sentence, the same in JSON: it is not shown to people.
+    /// A word of the rule's sentence, the same in JSON; not shown to people.
     Word(&'static str),
-    /// What went wrong, and how many more there are that are not named.
+    /// Problems, and the number of further ones that are not named.
     Problems(Arc<[Problem]>, u64),
 }
 
@@ -116,18 +116,18 @@ impl From<Quantity> for Said {
 
 /// A kind of fact.
 pub trait Kind {
-    /// What a check hands over.
+    /// The type that a check hands over.
     type Value;
-    /// What the finding holds: a [`Quantity`], or [`Said`] where only expectations have it.
+    /// The type that the finding holds: a [`Quantity`], or [`Said`] for facts of expectations only.
     type Held;
-    /// It stands in the sentence, not only in JSON.
+    /// It is part of the sentence, not only of JSON.
     const SPOKEN: bool = true;
 
-    /// What the finding holds of a value.
+    /// Returns the form of a value that the finding holds.
     fn of(value: Self::Value) -> Self::Held;
 }
 
-/// Kinds that are called as the quantity or text that they become.
+/// Declares kinds that have the name of the quantity or text that they become.
 macro_rules! kinds {
     ($held:ident: $($kind:ident($($value:ty),+))*) => {$(
         #[doc = concat!("As [`", stringify!($held), "::", stringify!($kind), "`].")]
@@ -159,7 +159,7 @@ kinds! {
     Said: Real(f64) Text(Arc<str>) Word(&'static str) Problems(Arc<[Problem]>, u64)
 }
 
-/// A bit, as the number 0 or 1.
+/// A bit: the number 0 or 1.
 #[derive(Debug)]
 pub enum Bit {}
 
@@ -172,7 +172,7 @@ impl Kind for Bit {
     }
 }
 
-/// Of a kind that only the check knows.
+/// A quantity whose kind is known only to the check.
 impl Kind for Quantity {
     type Value = Self;
     type Held = Self;
@@ -182,7 +182,7 @@ impl Kind for Quantity {
     }
 }
 
-/// Of a kind that only the expectation knows.
+/// A value whose kind is known only to the expectation.
 impl Kind for Said {
     type Value = Self;
     type Held = Self;
@@ -192,7 +192,7 @@ impl Kind for Said {
     }
 }
 
-/// It may not be known.
+/// A fact that may be unknown.
 impl<K: Kind<Held = Quantity>> Kind for Option<K> {
     type Value = Option<K::Value>;
     type Held = Quantity;
@@ -203,7 +203,7 @@ impl<K: Kind<Held = Quantity>> Kind for Option<K> {
     }
 }
 
-/// For JSON only: no sentence says it.
+/// A fact for JSON only, not part of a sentence.
 #[derive(Debug)]
 pub struct JsonOnly<K>(std::marker::PhantomData<K>);
 

@@ -1,4 +1,4 @@
-//! Rules about SDO (CiA 301, 7.2.4): protocol, and what a description says of its objects.
+//! Rules about SDO (CiA 301, 7.2.4): the protocol, and the objects of a description.
 
 use super::quantity::{Abort, Bit, Count, Crc, Hex2, Hex4, Ns, Object, Side, Size, State, Type};
 use super::{Verdict, rules};
@@ -6,29 +6,25 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// Toggle bit not alternated, or not repeated in the answer.
+    /// 分段传输中toggle位第一段为0, 以后逐段交替; 响应必须重复请求的toggle位。
+    /// The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.
+    ///
+    /// 协议栈实现有误, 一方重发了已被接受的段, 或者记录中丢了一帧。
+    /// A stack bug, a segment repeated although it was accepted, or a frame missing from the capture.
     Sdo001 "SDO001" "toggle-bit" Error "CiA 301 7.2.4.3.5, 7.2.4.3.6" [Sdo] {
         message "toggle位错误" "toggle bit error";
-        meaning
-            "分段传输中toggle位第一段为0, 以后逐段交替; 响应必须重复请求的toggle位。"
-            "The toggle bit of a segmented transfer is 0 in the first segment and then alternates; a response repeats the bit of its request.";
-        cause
-            "协议栈实现有误, 一方重发了已被接受的段, 或者记录中丢了一帧。"
-            "A stack bug, a segment repeated although it was accepted, or a frame missing from the capture.";
         Toggle { expected: Bit, found: Bit, by: Side }
             "{by}的toggle={found}, 应为{expected}"
             "{by} sent toggle={found}, expected {expected}";
     }
 
-    /// A request without response, or a response without request.
+    /// SDO采用一问一答方式: 每个请求都应有响应, 没有请求就不应有响应。
+    /// SDO is request and response: every request has a response, and there is no response without a request.
+    ///
+    /// 节点掉线或响应太慢, 两个客户端共用一个SDO通道, 或者记录中丢了一帧。
+    /// The node is offline or too slow, two clients share one SDO channel, or a frame is missing from the capture.
     Sdo002 "SDO002" "unpaired" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "请求与响应不配对" "request and response do not pair";
-        meaning
-            "SDO采用一问一答方式: 每个请求都应有响应, 没有请求就不应有响应。"
-            "SDO is request and response: every request has a response, and there is no response without a request.";
-        cause
-            "节点掉线或响应太慢, 两个客户端共用一个SDO通道, 或者记录中丢了一帧。"
-            "The node is offline or too slow, two clients share one SDO channel, or a frame is missing from the capture.";
         NoResponse [missing = "response"]
             "请求未得到响应"
             "request without response";
@@ -52,71 +48,61 @@ rules! {
             "the server sent {frames} frames in total without a request";
     }
 
-    /// The response names another object than the request.
+    /// 初始化响应必须带有与请求相同的索引和子索引。
+    /// An initiate response carries the index and sub-index of its request.
+    ///
+    /// 服务器实现有误, 或者两个客户端同时使用了同一个SDO通道。
+    /// A server bug, or two clients using the same SDO channel at the same time.
     Sdo003 "SDO003" "multiplexor-mismatch" Error "CiA 301 7.2.4.3.3" [Sdo] {
         message "响应的索引或子索引与请求不同" "response names another object than the request";
-        meaning
-            "初始化响应必须带有与请求相同的索引和子索引。"
-            "An initiate response carries the index and sub-index of its request.";
-        cause
-            "服务器实现有误, 或者两个客户端同时使用了同一个SDO通道。"
-            "A server bug, or two clients using the same SDO channel at the same time.";
         Objects { expected: Object, found: Object }
             "请求{expected}, 响应的却是{found}"
             "requested {expected}, response names {found}";
     }
 
-    /// n is not 0 though e and s are not both 1.
+    /// 只有e和s都为1时n才有意义, 否则n必须为0。
+    /// n has a meaning only where e and s are both 1; otherwise it shall be 0.
+    ///
+    /// 命令字节拼错; 某些制造商手册给出的命令字节省略了e和s。
+    /// A hand-made command byte; some vendors' manuals leave out e and s.
     Sdo004 "SDO004" "invalid-unused-count" Warning "CiA 301 7.2.4.3.3" [Sdo] {
         message "未使用字节数n无效" "invalid number of unused bytes n";
-        meaning
-            "只有e和s都为1时n才有意义, 否则n必须为0。"
-            "n has a meaning only where e and s are both 1; otherwise it shall be 0.";
-        cause
-            "命令字节拼错; 某些制造商手册给出的命令字节省略了e和s。"
-            "A hand-made command byte; some vendors' manuals leave out e and s.";
         Unused { unused: Count }
             "未使用字节数n无效 (n={unused})"
             "invalid number of unused bytes n (n={unused})";
     }
 
-    /// A segment that is not the last one is not full.
+    /// 不是最后一段却有未使用的字节。协议栈都会接受, 但少见。
+    /// A segment that is not the last one has unused bytes. Stacks accept it, but it is rare.
+    ///
+    /// 发送方按自己的缓冲区分段。
+    /// The sender fills segments by its own buffer size.
     Sdo005 "SDO005" "short-segment" Info "CiA 301 7.2.4.3.5" [Sdo] {
         message "非最后段未填满" "segment not full though not the last";
-        meaning
-            "不是最后一段却有未使用的字节。协议栈都会接受, 但少见。"
-            "A segment that is not the last one has unused bytes. Stacks accept it, but it is rare.";
-        cause
-            "发送方按自己的缓冲区分段。"
-            "The sender fills segments by its own buffer size.";
         Unused { unused: Count }
             "非最后段未填满 (n={unused})"
             "segment not full though not the last (n={unused})";
     }
 
-    /// The bytes transferred are not as many as indicated.
+    /// 初始化帧声明的长度必须等于各段数据的总字节数。
+    /// The size in the initiate frame equals the sum of the segments' data bytes.
+    ///
+    /// 最后一段的n算错, 字符串结尾的0被多算或少算, 或者记录中丢了一段。
+    /// n of the last segment is wrong, a string's terminating zero was counted or not, or a segment is missing from the capture.
     Sdo006 "SDO006" "size-mismatch" Error "CiA 301 7.2.4.3.3" [Sdo] {
         message "传输的字节数与声明的长度不符" "bytes transferred differ from the size indicated";
-        meaning
-            "初始化帧声明的长度必须等于各段数据的总字节数。"
-            "The size in the initiate frame equals the sum of the segments' data bytes.";
-        cause
-            "最后一段的n算错, 字符串结尾的0被多算或少算, 或者记录中丢了一段。"
-            "n of the last segment is wrong, a string's terminating zero was counted or not, or a segment is missing from the capture.";
         Size { indicated: Size, transferred: Size }
             "声明{indicated}, 实际传输{transferred}"
             "{indicated} indicated, {transferred} transferred";
     }
 
-    /// A segment outside a transfer or after its last one, or a transfer without a last segment.
+    /// 带c=1的段结束传输, 之后不应再有段; 数据传完时必须有一段带c=1。
+    /// The segment with c=1 ends a transfer: none may follow, and one must have it once all data are there.
+    ///
+    /// 一方没有识别最后段标志, 或者最后段标志没有置位。
+    /// One side overlooks the last-segment flag, or does not set it.
     Sdo007 "SDO007" "segment-outside-transfer" Error "CiA 301 7.2.4.3.5" [Sdo] {
         message "段不属于进行中的传输, 或传输没有最后段" "segment outside a transfer, or a transfer without last segment";
-        meaning
-            "带c=1的段结束传输, 之后不应再有段; 数据传完时必须有一段带c=1。"
-            "The segment with c=1 ends a transfer: none may follow, and one must have it once all data are there.";
-        cause
-            "一方没有识别最后段标志, 或者最后段标志没有置位。"
-            "One side overlooks the last-segment flag, or does not set it.";
         Outside [reason = "outside"]
             "该帧不属于任何进行中的传输"
             "the frame belongs to no open transfer";
@@ -125,51 +111,43 @@ rules! {
             "all data were transferred, but no segment has the last-segment flag (c=1)";
     }
 
-    /// A new initiate request while a transfer is open.
+    /// 上一个传输仍在进行, 客户端没有先中止就发出了新的初始化请求。
+    /// The client sent a new initiate request while its transfer was still running, without aborting it first.
+    ///
+    /// 客户端超时后直接重试, 或者两个客户端共用一个SDO通道。
+    /// The client retries after a timeout, or two clients share one SDO channel.
     Sdo008 "SDO008" "restarted-transfer" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "传输未完成就开始新的传输" "new transfer while one is open";
-        meaning
-            "上一个传输仍在进行, 客户端没有先中止就发出了新的初始化请求。"
-            "The client sent a new initiate request while its transfer was still running, without aborting it first.";
-        cause
-            "客户端超时后直接重试, 或者两个客户端共用一个SDO通道。"
-            "The client retries after a timeout, or two clients share one SDO channel.";
     }
 
-    /// Reserved bits or bytes, or bytes without data, are not 0.
+    /// 保留的位和字节应为0; 大多数协议栈不检查。
+    /// Reserved bits and bytes shall be 0; most stacks do not check.
+    ///
+    /// 发送方没有清零缓冲区。
+    /// The sender does not clear its buffer.
     Sdo009 "SDO009" "reserved-not-zero" Info "CiA 301 7.2.4.3" [Sdo] {
         message "保留位或未使用字节不为0" "reserved bits or unused bytes are not 0";
-        meaning
-            "保留的位和字节应为0; 大多数协议栈不检查。"
-            "Reserved bits and bytes shall be 0; most stacks do not check.";
-        cause
-            "发送方没有清零缓冲区。"
-            "The sender does not clear its buffer.";
     }
 
-    /// An SDO frame has another length than 8 bytes.
+    /// SDO帧固定为8字节; 不少服务器会直接丢弃较短的帧而不报错。
+    /// SDO frames are always 8 bytes long; many servers silently drop shorter ones.
+    ///
+    /// 发送方按实际数据长度设置了DLC。
+    /// The sender sets the DLC to the length of its data.
     Sdo010 "SDO010" "frame-length" Warning "CiA 301 7.2.4.3" [Sdo] {
         message "SDO帧长度不是8字节" "SDO frame is not 8 bytes long";
-        meaning
-            "SDO帧固定为8字节; 不少服务器会直接丢弃较短的帧而不报错。"
-            "SDO frames are always 8 bytes long; many servers silently drop shorter ones.";
-        cause
-            "发送方按实际数据长度设置了DLC。"
-            "The sender sets the DLC to the length of its data.";
         Length { length: Count }
             "SDO帧长度为{length}字节, 应为8字节"
             "SDO frame is {length|byte|bytes} long, expected 8";
     }
 
-    /// SDO with a node that is Stopped or has not booted.
+    /// 停止状态和启动报文之前不允许SDO: 节点不应响应, 客户端也不应请求。
+    /// SDO is not allowed in Stopped, nor before the boot-up: a node does not respond, and a client should not send requests.
+    ///
+    /// 主站没有先把节点切换到预操作状态, 或者协议栈没有按状态关闭SDO。
+    /// The master did not switch the node to Pre-operational first, or the stack does not disable SDO with the state.
     Sdo011 "SDO011" "sdo-in-wrong-state" Error "CiA 301 7.3.2.2" [Sdo, ErrorControl, Nmt] {
         message "在不允许SDO的状态下收发SDO" "SDO in a state that does not allow it";
-        meaning
-            "停止状态和启动报文之前不允许SDO: 节点不应响应, 客户端也不应请求。"
-            "SDO is not allowed in Stopped, nor before the boot-up: a node does not respond, and a client should not send requests.";
-        cause
-            "主站没有先把节点切换到预操作状态, 或者协议栈没有按状态关闭SDO。"
-            "The master did not switch the node to Pre-operational first, or the stack does not disable SDO with the state.";
         Request { state: State }
             "向处于{state}的节点发送SDO请求"
             "SDO request to a node that is {state}";
@@ -181,15 +159,13 @@ rules! {
             "SDO response after the reset and before the boot-up";
     }
 
-    /// Block transfer: sequence number, acknowledgement, block size or end out of order.
+    /// 子块内序列号从1起连续; 确认不能超过已发送的段; 块大小为1到127; 最后一段被确认后才能结束, 结束须得到确认。
+    /// Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.
+    ///
+    /// 一方的块传输实现有误, 或者记录中丢了一段。
+    /// A bug in one side's block transfer, or a segment missing from the capture.
     Sdo012 "SDO012" "block-sequence" Error "CiA 301 7.2.4.3.9 to 7.2.4.3.15" [Sdo] {
         message "块传输过程错误(序列号、确认或结束)" "block transfer error (sequence, acknowledgement or end)";
-        meaning
-            "子块内序列号从1起连续; 确认不能超过已发送的段; 块大小为1到127; 最后一段被确认后才能结束, 结束须得到确认。"
-            "Sequence numbers count from 1 in each sub-block; no more is acknowledged than was sent; the block size is 1 to 127; the end comes after the last segment was acknowledged, and is confirmed.";
-        cause
-            "一方的块传输实现有误, 或者记录中丢了一段。"
-            "A bug in one side's block transfer, or a segment missing from the capture.";
         Sequence [reason = "sequence"] { expected: Count, found: Count }
             "块序列号为{found}, 应为{expected}"
             "block sequence number {found}, expected {expected}";
@@ -216,15 +192,13 @@ rules! {
             "the end of the block transfer was not confirmed";
     }
 
-    /// The length of a value is not that of the object's type in the description.
+    /// 双方完成了传输, 但数值的字节数不是该数据类型的长度。数据类型以设备描述为准, 没有时以CiA 301规定的通信对象为准, 此时若该节点的短数值一律用4字节传输, 则不报告。
+    /// Both sides completed the transfer, but the value does not have the length of its data type: the type in the description or, without one, that of CiA 301 for communication objects. Without a description, devices that send all short values as four bytes are not reported.
+    ///
+    /// EDS中的数据类型有误, 固件版本不符, 客户端用错了长度而服务器不检查, 或者服务器的响应一律为4字节。
+    /// A wrong data type in the EDS, another firmware, a client with the wrong length and a server that does not check, or a server that always responds with 4 bytes.
     Sdo013 "SDO013" "value-length" Warning "CiA 301 7.4.7, CiA 306" [Sdo] {
         message "数据长度与对象的数据类型不符" "length of a value differs from the object's type";
-        meaning
-            "双方完成了传输, 但数值的字节数不是该数据类型的长度。数据类型以设备描述为准, 没有时以CiA 301规定的通信对象为准, 此时若该节点的短数值一律用4字节传输, 则不报告。"
-            "Both sides completed the transfer, but the value does not have the length of its data type: the type in the description or, without one, that of CiA 301 for communication objects. Without a description, devices that send all short values as four bytes are not reported.";
-        cause
-            "EDS中的数据类型有误, 固件版本不符, 客户端用错了长度而服务器不检查, 或者服务器的响应一律为4字节。"
-            "A wrong data type in the EDS, another firmware, a client with the wrong length and a server that does not check, or a server that always responds with 4 bytes.";
         Written { found: Count, r#type: Type, length: Count }
             "写入{found}字节, {type}应为{length}字节"
             "{found|byte|bytes} written, {type} has {length}";
@@ -233,15 +207,13 @@ rules! {
             "{found|byte|bytes} read, {type} has {length}";
     }
 
-    /// An access succeeded that the description rules out.
+    /// 设备描述不允许这样的访问, 服务器却执行了。
+    /// The description does not allow the access, but the server completed it.
+    ///
+    /// EDS中的AccessType有误, 固件版本不符, 或者服务器不检查访问权限。
+    /// A wrong AccessType in the EDS, another firmware, or a server that does not check access.
     Sdo014 "SDO014" "access" Warning "CiA 301 7.4.3, CiA 306" [Sdo] {
         message "访问成功, 但违反设备描述中的访问权限" "access succeeded against the access right in the description";
-        meaning
-            "设备描述不允许这样的访问, 服务器却执行了。"
-            "The description does not allow the access, but the server completed it.";
-        cause
-            "EDS中的AccessType有误, 固件版本不符, 或者服务器不检查访问权限。"
-            "A wrong AccessType in the EDS, another firmware, or a server that does not check access.";
         Written
             "写入成功, 而设备描述中该对象只读"
             "written, but the object is read-only in the description";
@@ -250,82 +222,70 @@ rules! {
             "read, but the object is write-only in the description";
     }
 
-    /// The same request twice without a response in between.
+    /// 上一个请求尚未得到响应, 客户端就重发了它。标准没有规定重发: 超时后应先中止传输。
+    /// The client sent its request again before the response. The standard has no repetition: after a timeout the client aborts the transfer first.
+    ///
+    /// 客户端的超时短于服务器的响应时间, 或者第一个请求没有到达服务器。
+    /// The client's timeout is shorter than the server's response time, or the first request did not reach the server.
     Sdo015 "SDO015" "repeated-request" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "未等到响应就重发请求" "request repeated before its response";
-        meaning
-            "上一个请求尚未得到响应, 客户端就重发了它。标准没有规定重发: 超时后应先中止传输。"
-            "The client sent its request again before the response. The standard has no repetition: after a timeout the client aborts the transfer first.";
-        cause
-            "客户端的超时短于服务器的响应时间, 或者第一个请求没有到达服务器。"
-            "The client's timeout is shorter than the server's response time, or the first request did not reach the server.";
     }
 
-    /// An abort names another object than the transfer that it ends.
+    /// 中止帧必须带有它所结束的传输的索引和子索引。
+    /// An abort carries the index and sub-index of the transfer that it ends.
+    ///
+    /// 服务器使用了上一次传输的索引, 或者两个客户端同时使用了同一个SDO通道。
+    /// The server used the object of the previous transfer, or two clients used the same SDO channel at the same time.
     Sdo016 "SDO016" "abort-of-another-object" Warning "CiA 301 7.2.4.3.17" [Sdo] {
         message "中止帧的索引或子索引与传输不符" "abort names another object than the transfer";
-        meaning
-            "中止帧必须带有它所结束的传输的索引和子索引。"
-            "An abort carries the index and sub-index of the transfer that it ends.";
-        cause
-            "服务器使用了上一次传输的索引, 或者两个客户端同时使用了同一个SDO通道。"
-            "The server used the object of the previous transfer, or two clients used the same SDO channel at the same time.";
         Objects { expected: Object, found: Object, by: Side }
             "传输的对象为{expected}, {by}中止的却是{found}"
             "the transfer is about {expected}, the {by} aborted {found}";
     }
 
-    /// A transfer was aborted.
+    /// 一方用中止帧结束了传输; 中止码说明原因。
+    /// One side ended the transfer with an abort; the abort code gives the reason.
+    ///
+    /// 访问了不存在的对象, 读写权限或数据长度不对, 或者超时; 见中止码。
+    /// An object that does not exist, access rights, a wrong length, or a timeout: see the abort code.
     Sdo017 "SDO017" "abort" Info "CiA 301 7.2.4.3.17" [Sdo] {
         message "SDO传输被中止" "SDO transfer aborted";
-        meaning
-            "一方用中止帧结束了传输; 中止码说明原因。"
-            "One side ended the transfer with an abort; the abort code gives the reason.";
-        cause
-            "访问了不存在的对象, 读写权限或数据长度不对, 或者超时; 见中止码。"
-            "An object that does not exist, access rights, a wrong length, or a timeout: see the abort code.";
         Abort { abort: Abort, by: Side }
             "{by}中止传输: {abort}"
             "aborted by the {by}: {abort}";
     }
 
-    /// The server refused a write, and the object was not written later either.
+    /// 服务器中止了写入, 到记录结束为止该对象也没有再被成功写入: 节点没有按主站的意图配置。
+    /// The server aborted the write, and the object was not written successfully until the end of the capture: the node is not configured as the master intends.
+    ///
+    /// 对象不存在或只读, 数值超出范围, 顺序不对 (例如PDO有效时修改映射); 见中止码。
+    /// An object that does not exist or is read-only, a value out of range, a wrong order (such as a mapping written while the PDO is valid): see the abort code.
     Sdo018 "SDO018" "write-refused" Warning "CiA 301 7.2.4.3.17" [Sdo] {
         message "写入被拒绝, 之后也未成功" "write refused, and not repeated successfully";
-        meaning
-            "服务器中止了写入, 到记录结束为止该对象也没有再被成功写入: 节点没有按主站的意图配置。"
-            "The server aborted the write, and the object was not written successfully until the end of the capture: the node is not configured as the master intends.";
-        cause
-            "对象不存在或只读, 数值超出范围, 顺序不对 (例如PDO有效时修改映射); 见中止码。"
-            "An object that does not exist or is read-only, a value out of range, a wrong order (such as a mapping written while the PDO is valid): see the abort code.";
         Refused { abort: Abort }
             "写入被拒绝, 之后也未成功: {abort}"
             "write refused, and not repeated successfully: {abort}";
     }
 
-    /// Block transfer: the CRC does not match the data.
+    /// 双方都声明支持CRC时, 结束帧中的CRC必须等于按CRC-16/XMODEM对数据(不含填充)计算的值。
+    /// Where both sides support a CRC, the end frame carries CRC-16/XMODEM over the data without padding.
+    ///
+    /// 使用了别的CRC算法, 把填充字节算了进去, 或者数据有误。
+    /// Another CRC variant, padding counted in, or corrupt data.
     Sdo019 "SDO019" "block-crc" Error "CiA 301 7.2.4.3.16" [Sdo] {
         message "块传输的CRC错误" "wrong CRC in a block transfer";
-        meaning
-            "双方都声明支持CRC时, 结束帧中的CRC必须等于按CRC-16/XMODEM对数据(不含填充)计算的值。"
-            "Where both sides support a CRC, the end frame carries CRC-16/XMODEM over the data without padding.";
-        cause
-            "使用了别的CRC算法, 把填充字节算了进去, 或者数据有误。"
-            "Another CRC variant, padding counted in, or corrupt data.";
         Crc { computed: Hex4, found: Hex4, matches: Crc }
             "CRC为{found}, 按数据计算应为{computed}{matches}"
             "CRC is {found}, computed {computed}{matches}";
     }
 
-    /// An answer after longer than clients usually wait, or to a request that was given up.
+    /// 服务器的响应过晚: 客户端一般最多等待1秒, 之后放弃请求。存储参数和擦除程序存储器允许更长。
+    /// The response came late: clients usually wait 1 s at most and then give up. Storing parameters and erasing program memory may take longer.
+    ///
+    /// 服务器太慢, 或者客户端超时设得太短。
+    /// The server is slow, or the client's timeout is too short.
     Sdo020 "SDO020" "late-answer" Warning "CiA 301 7.2.4.1" [Sdo] {
         message "响应超时后才到达" "response after the timeout";
-        meaning
-            "服务器的响应过晚: 客户端一般最多等待1秒, 之后放弃请求。存储参数和擦除程序存储器允许更长。"
-            "The response came late: clients usually wait 1 s at most and then give up. Storing parameters and erasing program memory may take longer.";
-        cause
-            "服务器太慢, 或者客户端超时设得太短。"
-            "The server is slow, or the client's timeout is too short.";
         GivenUp
             "主站放弃请求之后响应才到达"
             "the response came after the client had given up the request";
@@ -337,57 +297,49 @@ rules! {
             "response {delay} after the request";
     }
 
-    /// Initiate download with e = s = 0 whose data are meant as expedited (Roboteq's manual).
+    /// 按标准e=s=0表示长度未知的分段传输, 但之后没有任何段: 数据就在初始化帧里。
+    /// By the standard e=s=0 starts a segmented transfer of unknown size, but no segment follows: the data are in the initiate frame.
+    ///
+    /// 按Roboteq手册的简化说明拼出的命令字节(20h/28h/2Ch)。
+    /// A command byte made after Roboteq's manual (20h, 28h, 2Ch).
     Sdo021 "SDO021" "unmarked-expedited-download" Warning "CiA 301 7.2.4.3.3" [Sdo] {
         message "写请求的e=s=0, 数据却按加速传输发送" "write request with e=s=0 but expedited data";
-        meaning
-            "按标准e=s=0表示长度未知的分段传输, 但之后没有任何段: 数据就在初始化帧里。"
-            "By the standard e=s=0 starts a segmented transfer of unknown size, but no segment follows: the data are in the initiate frame.";
-        cause
-            "按Roboteq手册的简化说明拼出的命令字节(20h/28h/2Ch)。"
-            "A command byte made after Roboteq's manual (20h, 28h, 2Ch).";
         Unused { unused: Count }
             "写请求的e=s=0, 数据却按加速传输发送 (n={unused})"
             "write request with e=s=0 but expedited data (n={unused})";
     }
 
-    /// Initiate upload response with e = s = 0 whose data are meant as expedited (Roboteq's manual).
+    /// 按标准e=s=0表示长度未知的分段传输, 但客户端没有请求任何段: 数据就在初始化响应里。
+    /// By the standard e=s=0 starts a segmented transfer of unknown size, but the client asks for no segment: the data are in the initiate response.
+    ///
+    /// 设备按Roboteq手册的形式响应(40h/48h/4Ch)。
+    /// A device that responds as in Roboteq's manual (40h, 48h, 4Ch).
     Sdo022 "SDO022" "unmarked-expedited-upload" Warning "CiA 301 7.2.4.3.3" [Sdo] {
         message "读响应的e=s=0, 数据却按加速传输发送" "read response with e=s=0 but expedited data";
-        meaning
-            "按标准e=s=0表示长度未知的分段传输, 但客户端没有请求任何段: 数据就在初始化响应里。"
-            "By the standard e=s=0 starts a segmented transfer of unknown size, but the client asks for no segment: the data are in the initiate response.";
-        cause
-            "设备按Roboteq手册的形式响应(40h/48h/4Ch)。"
-            "A device that responds as in Roboteq's manual (40h, 48h, 4Ch).";
         Unused { unused: Count }
             "读响应的e=s=0, 数据却按加速传输发送 (n={unused})"
             "read response with e=s=0 but expedited data (n={unused})";
     }
 
-    /// A command specifier that the standard does not define for this side.
+    /// 标准没有为这一方定义该命令字。
+    /// The standard does not define this command specifier for this side.
+    ///
+    /// 协议栈实现有误, 数据损坏, 或者该COB-ID上不是SDO。
+    /// A stack bug, corrupt data, or another protocol on this COB-ID.
     Sdo023 "SDO023" "unknown-command" Error "CiA 301 7.2.4.3" [Sdo] {
         message "未定义的SDO命令字" "undefined SDO command";
-        meaning
-            "标准没有为这一方定义该命令字。"
-            "The standard does not define this command specifier for this side.";
-        cause
-            "协议栈实现有误, 数据损坏, 或者该COB-ID上不是SDO。"
-            "A stack bug, corrupt data, or another protocol on this COB-ID.";
         Command { command: Hex2 }
             "未定义的命令字节 {command}"
             "undefined command byte {command}";
     }
 
-    /// Segments of a block transfer that the receiver acknowledged are not in the capture.
+    /// 缺少若干段, 而双方都视为已传完: 接收方已收到, 只是没有录到。块传输中由序列号可知其位置, 这些位置以0填充。传输标为不完整。
+    /// Segments are missing, but both sides went on as if transferred: the receiver got what was not captured. In a block transfer, where the sequence numbers give their place, it is filled with 0. The transfer is marked incomplete.
+    ///
+    /// 记录设备丢帧, 或者报文是从较长的记录中摘录的。
+    /// The recorder lost frames, or the capture is an excerpt.
     Sdo024 "SDO024" "segments-not-captured" Warning "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
         message "SDO传输的若干段未录到" "segments of an SDO transfer are not in the capture";
-        meaning
-            "缺少若干段, 而双方都视为已传完: 接收方已收到, 只是没有录到。块传输中由序列号可知其位置, 这些位置以0填充。传输标为不完整。"
-            "Segments are missing, but both sides went on as if transferred: the receiver got what was not captured. In a block transfer, where the sequence numbers give their place, it is filled with 0. The transfer is marked incomplete.";
-        cause
-            "记录设备丢帧, 或者报文是从较长的记录中摘录的。"
-            "The recorder lost frames, or the capture is an excerpt.";
         Missing [reason = "missing"] { missing: Count }
             "记录中缺少{missing}段"
             "{missing|segment is|segments are} not in the capture";
@@ -396,15 +348,13 @@ rules! {
             "frames are missing from the capture: both sides are already in another transfer";
     }
 
-    /// Block transfer: the receiver acknowledged a part of a sub-block, and asks for the others again.
+    /// 接收方只确认了子块的一部分: 其后的段没有收到或被丢弃, 发送方须从1起重新编号再发一次。这是协议允许的。
+    /// The receiver acknowledged only part of the sub-block: the others were not received or dropped, and the sender resends them, numbered from 1. The protocol allows this.
+    ///
+    /// 总线或接收缓冲区丢帧, 接收方来不及处理。
+    /// Frames lost on the bus or in the receiver's buffer, or a receiver that is too slow.
     Sdo025 "SDO025" "asked-again" Info "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
         message "块传输的若干段须重发" "segments of a block transfer requested again";
-        meaning
-            "接收方只确认了子块的一部分: 其后的段没有收到或被丢弃, 发送方须从1起重新编号再发一次。这是协议允许的。"
-            "The receiver acknowledged only part of the sub-block: the others were not received or dropped, and the sender resends them, numbered from 1. The protocol allows this.";
-        cause
-            "总线或接收缓冲区丢帧, 接收方来不及处理。"
-            "Frames lost on the bus or in the receiver's buffer, or a receiver that is too slow.";
         Again { first: Count, last: Count }
             "第{first}至{last}段须重发"
             "segments {first} to {last} requested again";
@@ -413,15 +363,13 @@ rules! {
             "segment {segment} requested again";
     }
 
-    /// The traffic on these identifiers does not look like SDO.
+    /// 这些COB-ID上没有出现过一对有效的请求和响应, 因此不对它们作SDO判断。
+    /// No valid pair of request and response was seen on these COB-IDs, so they are not judged as SDO.
+    ///
+    /// 网络不是CANopen, 只记录到一个方向, 或者COB-ID被别的协议使用。
+    /// The network is not CANopen, only one direction was captured, or another protocol uses the identifiers.
     Sdo030 "SDO030" "not-sdo" Info "-" [Sdo] {
         message "该通道的报文不像SDO" "traffic does not look like SDO";
-        meaning
-            "这些COB-ID上没有出现过一对有效的请求和响应, 因此不对它们作SDO判断。"
-            "No valid pair of request and response was seen on these COB-IDs, so they are not judged as SDO.";
-        cause
-            "网络不是CANopen, 只记录到一个方向, 或者COB-ID被别的协议使用。"
-            "The network is not CANopen, only one direction was captured, or another protocol uses the identifiers.";
         Frames { frames: Count }
             "该通道的报文不像SDO ({frames}帧)"
             "traffic does not look like SDO ({frames|frame|frames})";
@@ -430,29 +378,25 @@ rules! {
             "the server sent {frames} frames within {duration} without any request";
     }
 
-    /// Requests of which none was answered in the capture.
+    /// 记录中该节点没有任何SDO响应。
+    /// The capture has no SDO response of this node.
+    ///
+    /// 节点不存在或未上电(主站扫描), 或者只记录到一个方向。
+    /// The node does not exist or has no power (a master scans), or only one direction was captured.
     Sdo031 "SDO031" "no-server" Warning "-" [Sdo] {
         message "请求从未得到响应" "requests never answered";
-        meaning
-            "记录中该节点没有任何SDO响应。"
-            "The capture has no SDO response of this node.";
-        cause
-            "节点不存在或未上电(主站扫描), 或者只记录到一个方向。"
-            "The node does not exist or has no power (a master scans), or only one direction was captured.";
         Frames { frames: Count }
             "该节点尚未响应任何SDO请求(共{frames}帧)"
             "the node has not answered any SDO request ({frames|frame|frames})";
     }
 
-    /// Of SDO channels only one direction was recorded.
+    /// 记录中只有请求或只有响应, 而通信显然在正常进行: 另一方向没有录到。写入的值只是请求值, 未经确认, 也不据此判断任何节点。
+    /// The capture has only requests or only responses, although the transfers clearly went on: the other direction was not captured. Written values are those requested, not confirmed, and no node is judged by them.
+    ///
+    /// 记录程序设置了接收过滤器, 或只记录自己发送的报文, 或者是从记录中摘取的片段。
+    /// A filter of the recording program, a program that logs only what it sends itself, or an excerpt.
     Sdo032 "SDO032" "one-direction" Info "-" [Sdo] {
         message "SDO只记录到一个方向" "only one direction of SDO captured";
-        meaning
-            "记录中只有请求或只有响应, 而通信显然在正常进行: 另一方向没有录到。写入的值只是请求值, 未经确认, 也不据此判断任何节点。"
-            "The capture has only requests or only responses, although the transfers clearly went on: the other direction was not captured. Written values are those requested, not confirmed, and no node is judged by them.";
-        cause
-            "记录程序设置了接收过滤器, 或只记录自己发送的报文, 或者是从记录中摘取的片段。"
-            "A filter of the recording program, a program that logs only what it sends itself, or an excerpt.";
         Answers { requests: Count }
             "未录到响应方向: 主站的{requests}帧请求没有响应, 却照常继续"
             "responses not captured: {requests} requests without response, but the client continues normally";

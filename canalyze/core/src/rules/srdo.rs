@@ -6,15 +6,13 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// The two frames of an SRDO are not each other's inverse.
+    /// SRDO由正常数据和取反数据两帧组成: 长度相同, 第二帧是第一帧的逐位取反。不符时接收方必须进入安全状态。
+    /// An SRDO is a frame of normal and a frame of inverted data: of the same length, the second one the bitwise inverse of the first. Where they differ, receivers must go to their safe state.
+    ///
+    /// 发送方在两帧之间改变了数据, 映射不成对, 或者另有节点使用同一COB-ID。
+    /// The sender changed the data between the two frames, the mapping is not paired, or another node uses the same COB-ID.
     Srd001 "SRD001" "not-inverse" Error "CiA 304, EN 50325-5" here [Srdo] {
         message "SRDO的两帧不是互为取反" "the two frames of an SRDO are not each other's inverse";
-        meaning
-            "SRDO由正常数据和取反数据两帧组成: 长度相同, 第二帧是第一帧的逐位取反。不符时接收方必须进入安全状态。"
-            "An SRDO is a frame of normal and a frame of inverted data: of the same length, the second one the bitwise inverse of the first. Where they differ, receivers must go to their safe state.";
-        cause
-            "发送方在两帧之间改变了数据, 映射不成对, 或者另有节点使用同一COB-ID。"
-            "The sender changed the data between the two frames, the mapping is not paired, or another node uses the same COB-ID.";
         NotInverse { srdo: Count }
             "SRDO{srdo}的第二帧不是第一帧的逐位取反"
             "the second frame of SRDO{srdo} is not the bitwise inverse of the first";
@@ -23,43 +21,37 @@ rules! {
             "SRDO{srdo} has {normal|byte|bytes} of normal data, but {inverted} of inverted data";
     }
 
-    /// The inverted frame of an SRDO comes later than the validation time allows.
+    /// 取反数据必须在正常数据之后的验证时间(SRVT, 子索引3)内到达。
+    /// The inverted data must come within the validation time (SRVT, sub-index 3) after the normal data.
+    ///
+    /// 总线负载过高使第二帧延迟, 发送方把两帧分在不同的任务周期中发送, 或者SRVT设得太短。
+    /// Bus load delays the second frame, the sender handles the two frames in different cycles of its task, or the SRVT is too short.
     Srd002 "SRD002" "validation-time" Error "CiA 304, 1301h:03" here [Srdo] {
         message "SRDO的验证时间超时" "SRDO validation time exceeded";
-        meaning
-            "取反数据必须在正常数据之后的验证时间(SRVT, 子索引3)内到达。"
-            "The inverted data must come within the validation time (SRVT, sub-index 3) after the normal data.";
-        cause
-            "总线负载过高使第二帧延迟, 发送方把两帧分在不同的任务周期中发送, 或者SRVT设得太短。"
-            "Bus load delays the second frame, the sender handles the two frames in different cycles of its task, or the SRVT is too short.";
         Late { srdo: Count, delay: Ns, limit: Ns, tolerance: Ns }
             "SRDO{srdo}的取反数据在正常数据之后{delay}才到达, 限值{limit} (容差{tolerance})"
             "the inverted data of SRDO{srdo} came {delay} after the normal data, limit {limit} (tolerance {tolerance})";
     }
 
-    /// Two SRDOs are further apart than the safeguard cycle time allows.
+    /// 相邻两对SRDO的间隔不得超过安全周期时间(SCT, 子索引2); 判断时采用接收方的值, 没有时采用发送方的值。
+    /// Two SRDOs must not be further apart than the safeguard cycle time (SCT, sub-index 2): a receiver's, where one is known, else the sender's.
+    ///
+    /// 发送方周期过长或曾停顿, 总线过载, 或者SCT设得太短。
+    /// The sender's period is too long or it paused, the bus is overloaded, or the SCT is too short.
     Srd003 "SRD003" "cycle-time" Error "CiA 304, 1301h:02" [Srdo] {
         message "SRDO的安全周期时间超时" "SRDO safeguard cycle time exceeded";
-        meaning
-            "相邻两对SRDO的间隔不得超过安全周期时间(SCT, 子索引2); 判断时采用接收方的值, 没有时采用发送方的值。"
-            "Two SRDOs must not be further apart than the safeguard cycle time (SCT, sub-index 2): a receiver's, where one is known, else the sender's.";
-        cause
-            "发送方周期过长或曾停顿, 总线过载, 或者SCT设得太短。"
-            "The sender's period is too long or it paused, the bus is overloaded, or the SCT is too short.";
         Late { srdo: Count, gap: Ns, limit: Ns, tolerance: Ns }
             "SRDO{srdo}距上一对{gap}, 限值{limit} (容差{tolerance})"
             "SRDO{srdo} came {gap} after the previous pair, limit {limit} (tolerance {tolerance})";
     }
 
-    /// The inverted frame comes first, or one of the two frames is not there.
+    /// 每对SRDO先发正常数据, 再发取反数据, 两帧缺一不可。偶然一次顺序颠倒不报告。
+    /// Each SRDO is sent as normal data followed by inverted data, always both. A single swapped pair is not reported.
+    ///
+    /// 发送方实现有误, 其中一帧的COB-ID配置有误, 或者记录中丢了一帧。
+    /// A bug in the sender, a wrong COB-ID of one of the frames, or a frame missing from the capture.
     Srd004 "SRD004" "pair-order" Warning "CiA 304, EN 50325-5" [Srdo] {
         message "SRDO的两帧顺序不对或缺一帧" "SRDO frames out of order, or one missing";
-        meaning
-            "每对SRDO先发正常数据, 再发取反数据, 两帧缺一不可。偶然一次顺序颠倒不报告。"
-            "Each SRDO is sent as normal data followed by inverted data, always both. A single swapped pair is not reported.";
-        cause
-            "发送方实现有误, 其中一帧的COB-ID配置有误, 或者记录中丢了一帧。"
-            "A bug in the sender, a wrong COB-ID of one of the frames, or a frame missing from the capture.";
         Swapped { srdo: Count }
             "SRDO{srdo}的取反数据多次先于正常数据"
             "the inverted data of SRDO{srdo} repeatedly come before the normal data";
@@ -71,15 +63,13 @@ rules! {
             "the normal data of SRDO{srdo} ({id}) are missing";
     }
 
-    /// SRDOs of a node that is not Operational.
+    /// SRDO和PDO一样只允许在操作状态下发送。
+    /// Like PDOs, SRDOs are only sent in NMT state Operational.
+    ///
+    /// 发送方没有随NMT状态停止SRDO。
+    /// The sender does not stop its SRDOs with the NMT state.
     Srd005 "SRD005" "not-operational" Warning "CiA 304, CiA 301 7.3.2.2" [Srdo, ErrorControl, Nmt] {
         message "非操作状态下发送SRDO" "SRDO from a node that is not Operational";
-        meaning
-            "SRDO和PDO一样只允许在操作状态下发送。"
-            "Like PDOs, SRDOs are only sent in NMT state Operational.";
-        cause
-            "发送方没有随NMT状态停止SRDO。"
-            "The sender does not stop its SRDOs with the NMT state.";
         InState { srdo: Count, state: State }
             "节点处于{state}, 却在发送SRDO{srdo}"
             "the node is {state} but sends SRDO{srdo}";

@@ -6,15 +6,13 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// A time of day that cannot be, or reserved bits that are set.
+    /// 时间报文(TIME)为6字节, 毫秒数小于86400000 (一天), 保留的四位为0。
+    /// TIME has 6 bytes, fewer than 86400000 milliseconds (a day), and its four reserved bits are 0.
+    ///
+    /// 时间报文的生产者填错了字段, 例如使用了其他的起点或单位。
+    /// The producer fills the fields wrongly, such as with another epoch or unit.
     Tim001 "TIM001" "invalid-time" Warning "CiA 301 7.2.6" [Time] {
         message "时间报文无效" "invalid TIME";
-        meaning
-            "时间报文(TIME)为6字节, 毫秒数小于86400000 (一天), 保留的四位为0。"
-            "TIME has 6 bytes, fewer than 86400000 milliseconds (a day), and its four reserved bits are 0.";
-        cause
-            "时间报文的生产者填错了字段, 例如使用了其他的起点或单位。"
-            "The producer fills the fields wrongly, such as with another epoch or unit.";
         TimeOfDay { found: Count }
             "毫秒数为{found}, 超出一天(86399999)"
             "{found} ms exceeds one day (86399999)";
@@ -26,15 +24,13 @@ rules! {
             "TIME is {found|byte|bytes} long, expected 6";
     }
 
-    /// TIME jumps against the clock of the capture.
+    /// 两个时间报文之差与记录中经过的时间相差1秒以上。
+    /// The difference of two TIMEs is off by more than one second from the time that passed in the capture.
+    ///
+    /// 生产者的时钟被校准, 有两个生产者, 或者记录主机的时钟被调整。
+    /// The producer's clock was set, there are two producers, or the clock of the capturing host was changed.
     Tim002 "TIM002" "time-jump" Warning "CiA 301 7.2.6" [Time] {
         message "时间报文跳变" "TIME jumps";
-        meaning
-            "两个时间报文之差与记录中经过的时间相差1秒以上。"
-            "The difference of two TIMEs is off by more than one second from the time that passed in the capture.";
-        cause
-            "生产者的时钟被校准, 有两个生产者, 或者记录主机的时钟被调整。"
-            "The producer's clock was set, there are two producers, or the clock of the capturing host was changed.";
         Jump { passed: Ns, elapsed: Ns }
             "TIME的时间变化{passed}, 而记录中只过了{elapsed}"
             "TIME changed by {passed} while {elapsed} passed";

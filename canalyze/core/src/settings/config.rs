@@ -1,6 +1,6 @@
-//! `canalyze.toml`: its tables and keys, and what they say.
+//! The tables, keys and values of `canalyze.toml`.
 //!
-//! Must not: know what becomes of it, or whether a file that it names or a rule exists.
+//! Their use is not known here, nor whether a named file or rule exists.
 
 use serde::Deserialize;
 use serde_json::Value as Json;
@@ -32,7 +32,7 @@ const OVERRIDE: [Key; 6] = [
     key("nodes", Form::SeveralNodes),
     key("bus", Form::Text),
 ];
-/// Tables that may come several times.
+/// Tables that may occur several times.
 const ENTRIES: [(&str, &[Key]); 3] = [("eds", &EDS), ("cob", &COB), ("sdo", &SDO)];
 const EDS: [Key; 3] = [needed("file", Form::Text), key("node", Form::Nodes), key("bus", Form::Text)];
 const COB: [Key; 4] =
@@ -50,7 +50,7 @@ pub(super) fn schema() -> Schema {
     once.into_iter().chain(ENTRIES).map(|(name, keys)| row(name, keys)).collect()
 }
 
-/// What `canalyze.toml` says; what it does not say is `None`, or empty.
+/// The content of `canalyze.toml`; what it does not set is `None` or empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Settings {
     /// zh or en.
@@ -65,45 +65,45 @@ pub struct Settings {
     pub sync_period_ns: Option<i64>,
     /// 1007h.
     pub sync_window_ns: Option<i64>,
-    /// Error of the stamps to allow for.
+    /// Tolerance for errors of timestamps.
     pub jitter_ns: Option<i64>,
     /// In bit/s.
     pub bit_rate: Option<u32>,
-    /// `[check]`, where it is there.
+    /// The table `[check]`, if there is one.
     pub check: Option<Check>,
 }
 
 /// A file that describes devices.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Description {
-    /// None is every bus.
+    /// `None`: every bus.
     pub bus: Option<String>,
-    /// None at all: the node that the file names.
+    /// Empty: the node that the file names.
     #[serde(default, rename = "node")]
     pub nodes: Vec<u8>,
-    /// As it is written, relative to the file that names it.
+    /// As written, relative to the file that names it.
     pub file: String,
 }
 
-/// Which PDO an identifier carries.
+/// The PDO that an identifier carries.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Cob {
-    /// None is every bus.
+    /// `None`: every bus.
     pub bus: Option<String>,
-    /// The identifier, and whether it has 29 bits.
+    /// The identifier; true if it has 29 bits.
     pub id: (u32, bool),
     /// Node-ID.
     pub node: u8,
-    /// Whether it is a TPDO, and its number.
+    /// True for a TPDO; the PDO number.
     pub pdo: (bool, u16),
 }
 
 /// The two identifiers of an SDO channel.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Channel {
-    /// None is every bus.
+    /// `None`: every bus.
     pub bus: Option<String>,
-    /// Client to server, and whether it has 29 bits.
+    /// Client to server; true if it has 29 bits.
     pub client: (u32, bool),
     /// Server to client.
     pub server: (u32, bool),
@@ -111,52 +111,52 @@ pub struct Channel {
     pub node: u8,
 }
 
-/// What of a capture's findings counts.
+/// The findings of a capture that count.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Check {
     /// The least severity that fails, or never.
     pub fail_on: Option<String>,
-    /// Which problems fail: stands, over or never.
+    /// The problems that fail: stands, over or never.
     pub incidents: Option<String>,
-    /// Codes, or their beginnings, of what is judged.
+    /// Codes, or their beginnings, of the findings that are judged.
     #[serde(default)]
     pub select: Vec<String>,
-    /// Those of what is not.
+    /// Codes, or their beginnings, of the findings that are not.
     #[serde(default)]
     pub ignore: Vec<String>,
-    /// The file of known findings, as it is written.
+    /// The file of known findings, as written.
     pub baseline: Option<String>,
     /// FILE:LINE of `select` and of `ignore`.
     #[serde(skip)]
     pub at: (String, String),
-    /// What becomes of some findings.
+    /// Findings with another severity.
     #[serde(skip)]
     pub overrides: Vec<Override>,
 }
 
-/// What becomes of some findings, for a reason.
+/// Findings that get another severity for a reason.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Override {
     /// Codes, or their beginnings.
     pub codes: Vec<String>,
     /// A severity, or ignore.
     pub severity: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
-    /// Globs; none is every file.
+    /// Globs; empty: every file.
     #[serde(default)]
     pub files: Vec<String>,
-    /// None is every node.
+    /// Empty: every node.
     #[serde(default)]
     pub nodes: Vec<u8>,
-    /// None is every bus.
+    /// `None`: every bus.
     pub bus: Option<String>,
     /// FILE:LINE of its codes.
     #[serde(skip)]
     pub at: String,
 }
 
-/// Reads a `canalyze.toml` of this content and name, and checks every key.
+/// Reads the content of a `canalyze.toml` of this name, and checks every key.
 pub fn settings(content: &[u8], file: &str) -> Result<Settings, Mistake> {
     let root = parse(content, file)?;
     names(&root, file)?;
@@ -207,7 +207,7 @@ fn names(root: &Table, file: &str) -> Result<(), Mistake> {
     }
 }
 
-/// A table that comes once.
+/// Returns a table that may occur once.
 fn one<'a>(root: &'a Table, name: &str, file: &str) -> Result<Option<&'a Table>, Mistake> {
     match root.get(name) {
         Some(Value::Table(table)) => Ok(Some(table)),
@@ -231,7 +231,7 @@ fn check(root: &Table, file: &str) -> Result<Option<Check>, Mistake> {
     }))
 }
 
-/// What was read, as what it is: the keys have made sure of that.
+/// Converts checked values; the keys guarantee their types.
 fn typed<T: for<'de> Deserialize<'de>>(read: Vec<Json>) -> Vec<T> {
     let typed: Vec<T> = read.iter().filter_map(|one| T::deserialize(one).ok()).collect();
     debug_assert_eq!(typed.len(), read.len(), "{read:?}");

@@ -1,7 +1,7 @@
-//! Files of expectations: their tables and keys, and how the keys of each go together.
+//! Files of expectations: their tables and keys, and the permitted combinations of keys.
 //!
-//! What is read becomes the normalized form that [`crate::views::expectation`] takes: numbers for what is written in
-//! hexadecimal, times in ns. Must not: judge a capture, or know what an expectation means beyond its own table.
+//! The result is the normalized form that [`crate::views::expectation`] takes: hexadecimal values as numbers, times in ns.
+//! Captures are not judged here, and the meaning of an expectation beyond its own table is not known.
 
 use serde_json::{Map, Value as Json, json};
 
@@ -19,14 +19,14 @@ const NS: i64 = 1_000_000_000;
 const MS: i64 = 1_000_000;
 const US: i64 = 1_000;
 const SECONDS: Form = Form::AboveZero(1_000_000_000, NS);
-/// Of a period, where the file gives no tolerance.
+/// The default tolerance of a period.
 const TOLERANCE_PERCENT: f64 = 10.0;
-/// The window of the load in ms, where the file gives none.
+/// The default window of the load in ms.
 const WINDOW_MS: i64 = 100;
 
-/// Every table has it, as its last key.
+/// The last key of every table.
 const BUS: Key = key("bus", Form::Text);
-/// Keys of what has a period.
+/// Keys of tables with a period.
 const PERIOD: &[Key] = &[
     key("period_ms", Form::AboveZero(4_000_000, MS)),
     key("period_us", Form::AboveZero(4_000_000_000, US)),
@@ -35,13 +35,13 @@ const PERIOD: &[Key] = &[
     key("tolerance_percent", Form::Percent(1_000, false)),
 ];
 
-/// A table of the file, which may come several times.
+/// A table of the file, which may occur several times.
 struct Kind {
     name: &'static str,
     own: &'static [Key],
-    /// Keys that other tables have, too.
+    /// Keys that other tables share.
     shared: &'static [Key],
-    /// What the core gets of it.
+    /// Makes the form for the core.
     normal: fn(&Found<'_>) -> Result<Json, Mistake>,
 }
 
@@ -146,8 +146,8 @@ pub(super) fn schema() -> Schema {
     KINDS_OF.iter().map(|kind| row(kind.name, &kind.keys())).collect()
 }
 
-/// Reads a file of expectations of this content and name, and checks every key. Gives what
-/// [`normalized`](crate::views::expectation::Expectations::normalized) takes: `file`, and a list for each kind.
+/// Reads the content of a file of expectations of this name, and checks every key. Returns the input of
+/// [`normalized`](crate::views::expectation::Expectations::normalized): `file`, and a list for each kind.
 pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
     let root = parse(content, file)?;
     names(&root, file)?;
@@ -179,7 +179,7 @@ fn names(root: &Table, file: &str) -> Result<(), Mistake> {
     }
 }
 
-/// The mistake about a key that stands in the file, in the sentence `expect.WHY`.
+/// The mistake about a key of the file, with the sentence `expect.WHY`.
 fn refuse(found: &Found<'_>, key: &str, why: &str, other: String) -> Mistake {
     let facts = [
         ("file", at(found.file, found.given.line_of(key))),
@@ -190,14 +190,14 @@ fn refuse(found: &Found<'_>, key: &str, why: &str, other: String) -> Mistake {
     Mistake::new(format!("expect.{why}"), facts)
 }
 
-/// There is none of these keys, and one of them is needed.
+/// The mistake that one of these keys is needed and none is there.
 fn lacks(found: &Found<'_>, keys: &[&str]) -> Mistake {
     let facts =
         [("file", at(found.file, found.given.line)), ("table", found.name.to_owned()), ("keys", keys.join(", "))];
     Mistake::new("expect.lacks_one", facts)
 }
 
-/// The one of these keys that is there; there may not be two.
+/// Returns the one of these keys that is there; two are refused.
 fn only(found: &Found<'_>, keys: &[&str]) -> Result<Option<&'static str>, Mistake> {
     let mut there = found.keys.iter().map(|(name, _)| *name).filter(|name| keys.contains(name));
     match (there.next(), there.next()) {
@@ -206,7 +206,7 @@ fn only(found: &Found<'_>, keys: &[&str]) -> Result<Option<&'static str>, Mistak
     }
 }
 
-/// Refuses a key beside any of the others.
+/// Refuses a key together with any of the others.
 fn apart(found: &Found<'_>, key: &str, others: &[&str]) -> Result<(), Mistake> {
     if found.get(key).is_some() {
         for other in others {
@@ -216,12 +216,12 @@ fn apart(found: &Found<'_>, key: &str, others: &[&str]) -> Result<(), Mistake> {
     Ok(())
 }
 
-/// Refuses a key that does not go without another, which is shown as it would be written.
+/// Refuses a key without another one that it needs, which is shown in the form in which it would be written.
 fn goes(found: &Found<'_>, key: &str, allowed: bool, other: &str) -> Result<(), Mistake> {
     if allowed || found.get(key).is_none() { Ok(()) } else { Err(refuse(found, key, "goes_with", other.to_owned())) }
 }
 
-/// A period and its tolerance; null for both where there is none.
+/// Returns a period and its tolerance; null for both if there is none.
 fn period(found: &Found<'_>, needed: bool) -> Result<Map<String, Json>, Mistake> {
     let names = ["period_ms", "period_us"];
     let period = only(found, &names)?;
@@ -249,7 +249,7 @@ fn periodic(period_ns: Json, tolerance_ns: Json) -> Map<String, Json> {
     Map::from_iter([("period_ns".to_owned(), period_ns), ("tolerance_ns".to_owned(), tolerance_ns)])
 }
 
-/// Index and sub-index of the key `object`.
+/// Returns index and sub-index of the key `object`.
 fn object(found: &Found<'_>) -> (Json, Json) {
     let part = |place| found.get("object").and_then(|object| object.get(place)).cloned().unwrap_or_default();
     (part(0), part(1))
@@ -348,7 +348,7 @@ fn incident(found: &Found<'_>) -> Result<Json, Mistake> {
     }))
 }
 
-/// Refuses what fits no kind of incident: it could never be found.
+/// Refuses a glob that matches no kind of incident, since it could never be found.
 fn kinds(found: &Found<'_>, key: &str) -> Result<(), Mistake> {
     let Some(glob) = found.get(key).and_then(Json::as_str) else { return Ok(()) };
     let fits = Select::parse(glob);

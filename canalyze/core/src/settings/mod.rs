@@ -1,8 +1,8 @@
-//! What users write for the program: `canalyze.toml` and files of expectations, each checked key by key.
+//! The files that users write for the program: `canalyze.toml` and files of expectations, each checked key by key.
 //!
-//! The one place that knows which tables and keys there are, and how each value is spelled. A mistake is reported with its
-//! line and with what is allowed, as the key of a sentence and what fills it: the sentences stand in `canalyze/words`.
-//! Must not: open a file, judge a capture, or panic on any bytes.
+//! This is the only place that defines the tables and keys and the syntax of each value. A mistake is reported with its
+//! line and with the permitted values, as the key of a sentence and its facts; the sentences are in `canalyze/words`.
+//! No file is opened and no capture is judged here, and no input panics.
 
 mod config;
 mod expected;
@@ -20,17 +20,17 @@ pub use expected::expectations;
 pub use schema::Schema;
 pub use spelled::{address, bit_rate, can_id, codes, node, nodes, pdo, tolerance};
 
-/// Which tables and keys there are, of `canalyze.toml` and of expectations.
+/// The tables and keys of `canalyze.toml` and of expectations.
 pub fn schemas() -> [(&'static str, Schema); 2] {
     [("config", config::schema()), ("expect", expected::schema())]
 }
 
-/// What is wrong with a file, for who has the words: one sentence.
+/// A mistake in a file, to be put into one sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mistake {
     /// The key of the sentence, such as `config.unknown`.
     pub key: String,
-    /// What fills it: names and texts.
+    /// Its facts: names and texts.
     pub facts: Vec<(&'static str, String)>,
 }
 

@@ -1,9 +1,9 @@
-//! Which of some words may have been meant by one that is none of them.
+//! Suggestions for a misspelled word.
 //!
-//! Likeness is that of Ratcliff and Obershelp: twice the letters in common runs, of all letters. Must not: be asked about
-//! long words, for the time grows with the square of their length.
+//! The similarity is that of Ratcliff and Obershelp: twice the letters in common runs, divided by all letters. The time
+//! grows with the square of the length, so words must be short.
 
-/// The words that are at least as like as `cutoff` (0 to 1), the likest first, `most` of them.
+/// Returns up to `most` words whose similarity is at least `cutoff` (0 to 1), the most similar first.
 pub(super) fn near<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, most: usize, cutoff: f64) -> Vec<&'a str> {
     let meant: Vec<char> = word.chars().collect();
     let likeness = |one: &str| {
@@ -17,7 +17,7 @@ pub(super) fn near<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, mos
     found.into_iter().take(most).map(|(_, one)| one).collect()
 }
 
-/// Letters of the longest common run, and of those before it and behind it.
+/// Counts the letters of the longest common run and, recursively, of those before and behind it.
 fn common(one: &[char], other: &[char]) -> usize {
     let mut sum = 0;
     let mut rest = vec![(one, other)];
@@ -33,10 +33,10 @@ fn common(one: &[char], other: &[char]) -> usize {
     sum
 }
 
-/// The longest common run, the first of them: where it begins in both, and its length.
+/// Returns the first longest common run: its start in both, and its length.
 fn longest(one: &[char], other: &[char]) -> (usize, usize, usize) {
     let mut best = (0, 0, 0);
-    // Lengths of the runs that end at the letter before, by their ends in the other word.
+    // Lengths of the runs that end at the previous letter, by their ends in the other word.
     let mut ending: Vec<usize> = vec![0; other.len()];
     for (at, letter) in one.iter().enumerate() {
         let mut before = 0;

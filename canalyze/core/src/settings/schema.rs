@@ -1,7 +1,7 @@
-//! Keys of a table, how the value of each is read, and what is reported where it cannot be read.
+//! The keys of a table, the syntax of their values, and the reports about unreadable ones.
 //!
-//! A value that was read is JSON: what is written in hexadecimal is a number, a time is in ns. Must not: know how the keys
-//! of a table go together.
+//! A value becomes JSON: hexadecimal values are numbers, times are in ns. The relations between the keys of a table are
+//! not known here.
 
 use serde_json::{Value as Json, json};
 
@@ -11,17 +11,17 @@ use super::spelled::{self, once};
 use super::value::{Table, Value, short};
 use crate::bytes::select::Select;
 
-/// Most characters of a glob of file names; no name that it could be about is much longer.
+/// Maximum length of a glob of file names in characters; file names are hardly longer.
 const GLOB: usize = 500;
-/// Most characters of a name that is held against others.
+/// Maximum length of a name that is compared with others, in characters.
 const COMPARED: usize = 128;
-/// The greatest number of times.
+/// Maximum number of occurrences.
 const OFTEN: u32 = 1_000_000;
 
 /// Words to choose from.
 pub(super) type Words = fn() -> Vec<&'static str>;
 
-/// How a value is written.
+/// The syntax of a value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Form {
     Text,
@@ -31,15 +31,15 @@ pub(super) enum Form {
     Choice(Words, &'static str),
     Truth,
     Number,
-    /// A whole number, from and up to.
+    /// A whole number between two limits.
     Whole(i128, i128),
-    /// A time above zero and up to a number of units; the length of one in ns.
+    /// A time above zero: the maximum in units, and the length of a unit in ns.
     AboveZero(u32, i64),
-    /// The same, or zero.
+    /// Likewise, or zero.
     FromZero(u32, i64),
-    /// A percentage up to this, and whether it is above zero.
+    /// A percentage up to this; true if it must be above zero.
     Percent(u32, bool),
-    /// Microseconds that an object could hold, and whether above zero.
+    /// Microseconds in the range of an object; true if they must be above zero.
     Microseconds(bool),
     Node,
     Nodes,
@@ -72,12 +72,12 @@ pub(super) const fn key(name: &'static str, form: Form) -> Key {
     Key { name, form, needed: false }
 }
 
-/// A key that may not.
+/// A key that is required.
 pub(super) const fn needed(name: &'static str, form: Form) -> Key {
     Key { name, form, needed: true }
 }
 
-/// Every table of a kind of file, by its name, with its keys: of each the sentence about it, and what it allows. Keys
+/// Every table of a kind of file by its name, with its keys; each key with its sentence and its permitted values. Keys
 /// outside of tables belong to a table without a name.
 pub type Schema = Vec<(&'static str, Vec<(&'static str, &'static str, String)>)>;
 
@@ -86,19 +86,19 @@ pub(super) fn row(name: &'static str, keys: &[Key]) -> (&'static str, Vec<(&'sta
     (name, keys.iter().map(|key| (key.name, key.form.name(), key.form.allowed())).collect())
 }
 
-/// What was read of a table: in the order of the file.
+/// The values of a table, in the order of the file.
 #[derive(Debug)]
 pub(super) struct Found<'a> {
-    /// The name of its file, and its own.
+    /// The name of the file, and of the table.
     pub(super) file: &'a str,
     pub(super) name: &'static str,
-    /// As the file has it.
+    /// The table as written.
     pub(super) given: &'a Table,
     pub(super) keys: Vec<(&'static str, Json)>,
 }
 
 impl<'a> Found<'a> {
-    /// Reads the keys of a table; `but` are those that somebody else reads.
+    /// Reads the keys of a table, except `but`, which the caller reads.
     pub(super) fn read(
         file: &'a str,
         name: &'static str,
@@ -137,17 +137,17 @@ impl<'a> Found<'a> {
         full(self.name, key)
     }
 
-    /// What was read of a key.
+    /// Returns the value of a key.
     pub(super) fn get(&self, key: &str) -> Option<&Json> {
         self.keys.iter().find(|(name, _)| *name == key).map(|(_, value)| value)
     }
 
-    /// The same; null where there is no such key.
+    /// Returns the value of a key, or null.
     pub(super) fn json(&self, key: &str) -> Json {
         self.get(key).cloned().unwrap_or_default()
     }
 
-    /// All of it, as an object.
+    /// Returns all values as an object.
     pub(super) fn into_json(self) -> Json {
         self.keys.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
@@ -157,12 +157,12 @@ fn full(table: &str, key: &str) -> String {
     if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") }
 }
 
-/// FILE:LINE; no line is the file as a whole.
+/// Formats FILE:LINE; line 0 is the file as a whole.
 pub(super) fn at(file: &str, line: usize) -> String {
     if line == 0 { file.to_owned() } else { format!("{file}:{line}") }
 }
 
-/// There is no such key; another one may be meant. `allowed`: names, and how each is written.
+/// The mistake that there is no such key, with similar names. `allowed`: names, and the syntax of each.
 pub(super) fn unknown(at: &str, table: &str, name: &str, allowed: &[(&str, String)]) -> Mistake {
     let lowered: String = name.chars().take(COMPARED).collect::<String>().to_lowercase();
     let likest = near(&lowered, allowed.iter().map(|one| one.0), 1, 0.7).into_iter().next();
@@ -177,12 +177,12 @@ pub(super) fn unknown(at: &str, table: &str, name: &str, allowed: &[(&str, Strin
     }
 }
 
-/// It is no table of this kind.
+/// The mistake that a value is not a table of this kind.
 pub(super) fn no_table(at: String, key: &str, table: String) -> Mistake {
     Mistake::new("config.table", [("file", at), ("key", key.to_owned()), ("table", table)])
 }
 
-/// All tables of one name, `[[NAME]]`, in a table that has it under `key`.
+/// Returns all tables of one name, `[[NAME]]`, of a table that has them under `key`.
 pub(super) fn tables<'a>(
     file: &str,
     within: &'a Table,
@@ -203,7 +203,7 @@ pub(super) fn tables<'a>(
 }
 
 impl Form {
-    /// The sentence about a value that is none of this form, `config.NAME`.
+    /// The key of the sentence about a value that does not have this form, `config.NAME`.
     fn name(self) -> &'static str {
         match self {
             Self::Text | Self::Selection => "text",
@@ -234,7 +234,7 @@ impl Form {
         }
     }
 
-    /// What the sentence names as allowed, where it leaves it open.
+    /// The permitted values, for a sentence that does not name them.
     fn allowed(self) -> String {
         match self {
             Self::Choice(words, _) => words().iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", "),
@@ -244,7 +244,7 @@ impl Form {
         }
     }
 
-    /// What a value says; `None` where it cannot be.
+    /// Reads a value; `None` if it is not permitted.
     fn read(self, value: &Value) -> Option<Json> {
         match self {
             Self::Text => written(value).map(Json::from),
@@ -311,7 +311,7 @@ impl Form {
     }
 }
 
-/// A text that is not empty.
+/// Returns a text that is not empty.
 fn written(value: &Value) -> Option<&str> {
     match value {
         Value::Text(text) if !text.is_empty() => Some(text),
@@ -319,7 +319,7 @@ fn written(value: &Value) -> Option<&str> {
     }
 }
 
-/// The values of a list, or the one that is none.
+/// Returns the values of a list, or the single value.
 fn each(value: &Value) -> std::slice::Iter<'_, Value> {
     match value {
         Value::List(list) => list.iter(),
@@ -327,7 +327,7 @@ fn each(value: &Value) -> std::slice::Iter<'_, Value> {
     }
 }
 
-/// A list that is not empty.
+/// Returns a list that is not empty.
 fn some<T: Into<Json>>(list: Vec<T>) -> Option<Json> {
     (!list.is_empty()).then(|| Json::from(list))
 }
@@ -336,7 +336,7 @@ fn number_of(number: i128) -> Option<Json> {
     u64::try_from(number).map(Json::from).or_else(|_| i64::try_from(number).map(Json::from)).ok()
 }
 
-/// A number, which is finite.
+/// Returns a finite number.
 fn number(value: &Value) -> Option<Json> {
     match value {
         Value::Whole(number) => number_of(*number).or_else(|| some_real(*number as f64)),
@@ -349,7 +349,7 @@ fn some_real(number: f64) -> Option<Json> {
     serde_json::Number::from_f64(number).map(Json::Number)
 }
 
-/// A number of units from zero on, in ns.
+/// Returns a number of units from zero on, in ns.
 fn time(value: &Value, most: u32, unit_ns: i64) -> Option<i64> {
     match value {
         Value::Whole(number) if (0..=i128::from(most)).contains(number) => {
@@ -369,7 +369,7 @@ fn node(value: &Value) -> Option<u8> {
     }
 }
 
-/// Node-IDs: one, a list, or a text of them.
+/// Returns node-IDs: one, a list, or a text of them.
 fn nodes(value: &Value) -> Option<Vec<u8>> {
     if let Value::Text(text) = value {
         return spelled::nodes(text);
@@ -378,7 +378,7 @@ fn nodes(value: &Value) -> Option<Vec<u8>> {
     all.map(once).filter(|nodes| !nodes.is_empty())
 }
 
-/// A value of an object, which can be any that TOML has a plain word for.
+/// Returns a value of an object: any that TOML has a simple type for.
 fn any(value: &Value) -> Option<Json> {
     match value {
         Value::Truth(truth) => Some(json!({ "bool": truth })),
@@ -389,7 +389,7 @@ fn any(value: &Value) -> Option<Json> {
     }
 }
 
-/// Pairs of hexadecimal digits, with blanks between them where somebody likes: the digits alone.
+/// Returns the digits of pairs of hexadecimal digits, which may have blanks between them.
 fn bytes(text: &str) -> Option<String> {
     let mut digits = String::new();
     for word in text.split(|c: char| c.is_ascii_whitespace() || c == '\u{B}').filter(|word| !word.is_empty()) {
@@ -401,7 +401,7 @@ fn bytes(text: &str) -> Option<String> {
     Some(digits)
 }
 
-/// The value and the mask of an error code: `81xx` is any of 8100h to 81FFh.
+/// Returns the value and the mask of an error code: `81xx` is any of 8100h to 81FFh.
 fn emcy_code(text: &str) -> Option<(u16, u16)> {
     let read = |text: &str| {
         let text = text.strip_suffix(['h', 'H']).unwrap_or(text);
@@ -412,16 +412,16 @@ fn emcy_code(text: &str) -> Option<(u16, u16)> {
         let shift = 4 * u32::try_from(open).ok()?;
         Some((value << shift, u16::MAX << shift))
     };
-    // 0xxx is a code as it stands.
+    // 0xxx is a complete code, not a prefix.
     read(text).or_else(|| read(spelled::without(text, "0x")?))
 }
 
-/// A kind of incident, or a glob of them.
+/// Returns true if a text is a kind of incident or a glob.
 fn is_kind(text: &str) -> bool {
     text.len() <= 64 && text.bytes().all(|byte| byte.is_ascii_lowercase() || matches!(byte, b'?' | b'*' | b'-'))
 }
 
-/// How often: a number, or a range in quotes of which the end may be open.
+/// Returns a number of occurrences: a number, or a range in quotes with an end that may be open.
 fn often(value: &Value) -> Option<Json> {
     let count = |text: &str| {
         let fits = (1..=7).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit());

@@ -1,42 +1,42 @@
-//! How nodes, identifiers, objects, times and rates are spelled, on the command line as in files.
+//! The syntax of nodes, identifiers, objects, times and rates, on the command line and in files.
 //!
-//! COB-IDs and objects are hexadecimal, node-IDs decimal or hexadecimal with 0x. Must not: say what is wrong with a text;
-//! `None` is one that cannot be read.
+//! COB-IDs and objects are hexadecimal; node-IDs are decimal, or hexadecimal with 0x. A text that cannot be read is
+//! `None`; mistakes are not described here.
 
 use std::collections::BTreeSet;
 
-/// Most PDOs of a node and a direction.
+/// Maximum number of PDOs of a node in a direction.
 const PDOS: u16 = 512;
 /// The range of 1006h and 1007h, which are UNSIGNED32 in microseconds.
 pub(super) const LONGEST_US: u32 = u32::MAX;
-/// Digits before the point of an amount, and behind it, at most.
+/// Maximum number of digits before the point of an amount, and behind it.
 const DIGITS: usize = 12;
 
-/// Whether these are digits to this base, of a number of at most `most`.
+/// Returns true if these are at most `most` digits to this base.
 fn are_digits(text: &str, base: u32, most: usize) -> bool {
     (1..=most).contains(&text.len()) && text.chars().all(|c| c.is_digit(base))
 }
 
-/// The text without a prefix, in whatever case.
+/// Returns the text without a prefix, in any case.
 pub(super) fn without<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {
     let (head, rest) = text.split_at_checked(prefix.len())?;
     head.eq_ignore_ascii_case(prefix).then_some(rest)
 }
 
-/// Hexadecimal digits, which may have `0x` before them and `h` behind.
+/// Returns hexadecimal digits without `0x` before them and `h` behind.
 fn bare(text: &str) -> &str {
     let text = without(text, "0x").unwrap_or(text);
     text.strip_suffix(['h', 'H']).unwrap_or(text)
 }
 
-/// A number of hexadecimal digits within this range; `0x` before them and `h` behind are not counted.
+/// Returns a number whose count of hexadecimal digits is in this range; `0x` before them and `h` behind do not count.
 pub(super) fn hexadecimal(text: &str, digits: std::ops::RangeInclusive<usize>) -> Option<u32> {
     let text = bare(text);
     let fits = digits.contains(&text.len()) && are_digits(text, 16, 8);
     fits.then(|| u32::from_str_radix(text, 16).ok()).flatten()
 }
 
-/// A node-ID.
+/// Reads a node-ID.
 pub fn node(text: &str) -> Option<u8> {
     let number = match without(text, "0x") {
         Some(digits) if are_digits(digits, 16, 8) => u32::from_str_radix(digits, 16).ok()?,
@@ -46,7 +46,7 @@ pub fn node(text: &str) -> Option<u8> {
     u8::try_from(number).ok().filter(|node| (1..=127).contains(node))
 }
 
-/// Node-IDs: a list of single ones and of ranges such as `1-4`, each once.
+/// Reads node-IDs: a list of single ones and of ranges such as `1-4`, each once.
 pub fn nodes(text: &str) -> Option<Vec<u8>> {
     let mut found = Vec::new();
     for part in text.split(',') {
@@ -60,13 +60,13 @@ pub fn nodes(text: &str) -> Option<Vec<u8>> {
     Some(once(found))
 }
 
-/// Each of them once, in the order of the first ones.
+/// Returns each element once, in the order of first occurrences.
 pub(super) fn once<T: Clone + Ord>(all: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut seen = BTreeSet::new();
     all.into_iter().filter(|one| seen.insert(one.clone())).collect()
 }
 
-/// An identifier, up to three hexadecimal digits, or eight for the 29-bit format; and whether it is of that.
+/// Reads an identifier of up to three hexadecimal digits, or of eight for the 29-bit format; true for the latter.
 pub fn can_id(text: &str) -> Option<(u32, bool)> {
     let digits = without(text, "0x").unwrap_or(text);
     if !are_digits(digits, 16, 8) || (4..8).contains(&digits.len()) {
@@ -76,7 +76,7 @@ pub fn can_id(text: &str) -> Option<(u32, bool)> {
     (value <= if extended { 0x1FFF_FFFF } else { 0x7FF }).then_some((value, extended))
 }
 
-/// The name of a PDO, such as `TPDO1`: whether it is a TPDO, and its number.
+/// Reads the name of a PDO, such as `TPDO1`: true for a TPDO, and its number.
 pub fn pdo(text: &str) -> Option<(bool, u16)> {
     let (transmit, digits) = match (without(text, "tpdo"), without(text, "rpdo")) {
         (Some(digits), _) => (true, digits),
@@ -86,7 +86,8 @@ pub fn pdo(text: &str) -> Option<(bool, u16)> {
     (1..=PDOS).contains(&number).then_some((transmit, number))
 }
 
-/// Index and sub-index of an object, `1017:00` in hexadecimal (`1017h:0`, `0x1017:00`); without a sub-index all of them.
+/// Reads index and sub-index of an object, `1017:00` in hexadecimal (`1017h:0`, `0x1017:00`). Without a sub-index: all
+/// of them.
 pub fn address(text: &str) -> Option<(u16, Option<u8>)> {
     let (index, sub) = text.split_once(':').map_or((text, None), |(index, sub)| (index, Some(sub)));
     let index = hexadecimal(index, 4..=4).and_then(|index| u16::try_from(index).ok())?;
@@ -97,7 +98,7 @@ pub fn address(text: &str) -> Option<(u16, Option<u8>)> {
     Some((index, sub))
 }
 
-/// Codes of rules, or their beginnings, with commas between: `SDO001,HBT`; each once.
+/// Reads codes of rules, or their beginnings, separated by commas: `SDO001,HBT`; each once.
 pub fn codes(text: &str) -> Option<Vec<String>> {
     let mut found = Vec::new();
     for part in text.split(',') {
@@ -112,7 +113,7 @@ pub fn codes(text: &str) -> Option<Vec<String>> {
     Some(once(found))
 }
 
-/// A time, in microseconds or with the suffix us, ms or s; in ns.
+/// Reads a time in microseconds, or with the suffix us, ms or s. Returns ns.
 pub fn tolerance(text: &str) -> Option<i64> {
     let ns = |unit: &str| match unit {
         "" | "us" | "\u{b5}s" | "\u{3bc}s" => Some(1_000),
@@ -127,7 +128,8 @@ pub fn tolerance(text: &str) -> Option<i64> {
     i64::try_from(rounded(above, below)).ok()
 }
 
-/// A bit rate in bit/s, or with the suffix k or M: of classic CAN, for 125 in place of 125k is a slip.
+/// Reads a bit rate in bit/s, or with the suffix k or M. Rates below those of classic CAN are refused: 125 instead of
+/// 125k is a slip.
 pub fn bit_rate(text: &str) -> Option<u32> {
     let bits = |unit: &str| match unit {
         "" => Some(1),
@@ -140,7 +142,7 @@ pub fn bit_rate(text: &str) -> Option<u32> {
     (above % below == 0 && (1_000..=1_000_000).contains(&rate)).then_some(rate)
 }
 
-/// A number with a unit, which is worth something: as a fraction, so that 0.1 ms is exactly that.
+/// Reads a number with a unit; `worth` is the value of the unit. Returns a fraction, so that 0.1 ms is exact.
 fn amount(text: &str, worth: impl Fn(&str) -> Option<u128>) -> Option<(u128, u128)> {
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at_checked(end)?;
@@ -155,7 +157,7 @@ fn amount(text: &str, worth: impl Fn(&str) -> Option<u128>) -> Option<(u128, u12
     Some((digits.checked_mul(worth(&unit.trim_start().to_lowercase())?)?, below))
 }
 
-/// A fraction as a whole number, the even one of two that are as near.
+/// Rounds a fraction to a whole number, half to even.
 fn rounded(above: u128, below: u128) -> u128 {
     let (whole, twice) = (above / below, above % below * 2);
     whole + u128::from(twice > below || twice == below && whole % 2 == 1)

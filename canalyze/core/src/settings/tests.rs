@@ -1,4 +1,4 @@
-//! Files of any bytes, and of parts of files that are in order: nothing panics, and every mistake has its line.
+//! Files of random bytes and of parts of valid files: no input panics, and every mistake has its line.
 
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic)]
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::{Mistake, expectations, schemas, settings};
 use crate::views::expectation::Expectations;
 
-/// Parts that a file may be made of, in order or not.
+/// Parts of files, valid or not.
 const PARTS: &[&str] = &[
     "[[sdo]]",
     "[[eds]]",

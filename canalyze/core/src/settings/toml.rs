@@ -1,6 +1,6 @@
-//! The text of a TOML file as values with their lines; what is no TOML, or is nested beyond what has a meaning, is a mistake.
+//! The text of a TOML file as values with their lines. Invalid TOML and excessive nesting are mistakes.
 //!
-//! Must not: know which keys there are.
+//! The keys are not known here.
 
 use std::ops::Range;
 
@@ -11,13 +11,13 @@ use toml_parser::lexer::TokenKind;
 use super::Mistake;
 use super::value::{Name, Table, Value, short};
 
-/// Brackets within each other, and parts of a dotted key, at most; a file of ours needs three.
+/// Maximum depth of brackets, and number of parts of a dotted key; our files need three.
 const DEEPEST: usize = 32;
-/// Characters of a number, or of a key without quotes, at most.
+/// Maximum number of characters of a number, or of a key without quotes.
 const LONGEST: usize = 128;
 const BYTE_ORDER_MARK: char = '\u{FEFF}';
 
-/// The values of a file of this content.
+/// Returns the values of a file of this content.
 pub(super) fn parse(content: &[u8], file: &str) -> Result<Table, Mistake> {
     let text = std::str::from_utf8(content).map_err(|error| {
         let before = content.get(..error.valid_up_to()).unwrap_or(content);
@@ -48,7 +48,7 @@ pub(super) fn parse(content: &[u8], file: &str) -> Result<Table, Mistake> {
     Ok(table(root.get_ref(), 0, &lines))
 }
 
-/// Refuses what nobody writes: too many brackets within each other, or parts of a dotted key, or characters of a number.
+/// Refuses excessive input: too many nested brackets, parts of a dotted key or characters of a number.
 fn limit(text: &str, file: &str, lines: &Lines<'_>) -> Result<(), Mistake> {
     let (mut depth, mut parts, mut dotted) = (0_usize, 0_usize, false);
     for token in Source::new(text).lex() {
@@ -77,13 +77,13 @@ fn limit(text: &str, file: &str, lines: &Lines<'_>) -> Result<(), Mistake> {
     Ok(())
 }
 
-/// Whether there is a number, or a key without quotes, of more characters in what is neither quoted nor blank.
+/// Returns true if unquoted text has a number or a key of too many characters.
 fn is_long(atom: &str) -> bool {
     let mut names = atom.split(|c: char| !c.is_alphanumeric() && !matches!(c, '_' | '+' | '-'));
     names.any(|name| name.chars().nth(LONGEST).is_some())
 }
 
-/// Where the lines of a text begin.
+/// The starts of the lines of a text.
 struct Lines<'a> {
     text: &'a str,
     starts: Vec<usize>,
@@ -95,7 +95,7 @@ impl<'a> Lines<'a> {
         Self { text, starts: std::iter::once(0).chain(ends.map(|end| end + 1)).collect() }
     }
 
-    /// Line and column of a byte, each from 1.
+    /// Returns line and column of a byte, each from 1.
     fn place(&self, at: usize) -> (usize, usize) {
         let line = self.starts.partition_point(|start| *start <= at);
         let start = self.starts.get(line.saturating_sub(1)).copied().unwrap_or(0);

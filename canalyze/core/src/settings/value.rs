@@ -1,10 +1,10 @@
-//! Values of a TOML file, with the lines that they stand in, and how one is shown.
+//! Values of a TOML file with their lines, and their form in messages.
 //!
-//! Plain data in the order of the file. Must not: know which keys there are.
+//! Plain data in the order of the file. The keys are not known here.
 
 use std::fmt::Write as _;
 
-/// Most characters of a text that one line shows.
+/// Maximum number of characters of a text in a message.
 const SHOWN: usize = 200;
 
 /// A value.
@@ -12,9 +12,9 @@ const SHOWN: usize = 200;
 pub(super) enum Value {
     Text(String),
     Whole(i128),
-    /// A number with decimals, or one that is not finite.
+    /// A number with decimals, or a number that is not finite.
     Real(f64),
-    /// A whole number of more bits than anybody uses: as it is written, and about as large as this.
+    /// A whole number beyond the supported range: its text, and its approximate value.
     Huge(String, f64),
     Truth(bool),
     /// A date, a time or both.
@@ -26,7 +26,7 @@ pub(super) enum Value {
 /// A table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Table {
-    /// The line of its heading, or where it begins.
+    /// The line of its heading, or of its start.
     pub(super) line: usize,
     /// In the order of the file.
     pub(super) keys: Vec<(Name, Value)>,
@@ -45,17 +45,17 @@ impl Table {
         self.keys.iter().find(|(name, _)| name.text == key).map(|(_, value)| value)
     }
 
-    /// The line of a key, or of the table where the key is not there.
+    /// Returns the line of a key, or of the table if the key is missing.
     pub(super) fn line_of(&self, key: &str) -> usize {
         self.keys.iter().find(|(name, _)| name.text == key).map_or(self.line, |(name, _)| name.line)
     }
 }
 
 impl Value {
-    /// As the file has it, in one line of bounded length.
+    /// Formats the value as in the file, in one line of bounded length.
     pub(super) fn shown(&self) -> String {
         match self {
-            // The quotes stand whatever is left out between them.
+            // The quotes stay, even if the text between them is shortened.
             Self::Text(text) => format!("\"{}\"", short(text)),
             _ => {
                 let mut shown = String::new();
@@ -92,7 +92,7 @@ impl Value {
     }
 }
 
-/// A number with decimals: with an exponent where it is far from 1.
+/// Formats a number with decimals, with an exponent if it is far from 1.
 fn real(number: f64) -> String {
     if !number.is_finite() {
         return number.to_string().to_lowercase();
@@ -107,7 +107,7 @@ fn real(number: f64) -> String {
     if plain.contains('.') { plain } else { plain + ".0" }
 }
 
-/// A text as one line can show it.
+/// Formats a text for a message of one line.
 pub(super) fn short(text: &str) -> String {
     match text.char_indices().nth(SHOWN - 1) {
         Some((end, last)) if end + last.len_utf8() < text.len() => format!("{}…", text.get(..end).unwrap_or_default()),

@@ -1,10 +1,9 @@
-//! The context of findings: the last frames of every service of every node, with what they mean.
+//! The context of findings: the last frames of every service of every node, with their events.
 //!
-//! Frames and their events are moved in as they are; nobody puts them into words until a finding asks for its few.
-//! A ring keeps [`DEPTH`] frames, under 6 kB, and an SDO ring the beginning of its transfer; there are at most
-//! [`RINGS`] rings, so memory stays under 15 MB whatever the capture: services of further nodes share one. Of each
-//! object the last transfer stays when its ring moves on: what is expected of it is judged at the end. Must not: judge,
-//! or write.
+//! Frames and their events are moved in as they are, and put into words only for a finding. A ring keeps [`DEPTH`]
+//! frames, under 6 kB, and an SDO ring the beginning of its transfer. There are at most [`RINGS`] rings, so memory
+//! stays under 15 MB for any capture: services of further nodes share one. The last transfer of each object is kept
+//! when its ring moves on, since expectations about it are judged at the end.
 
 use std::collections::BTreeMap;
 
@@ -16,31 +15,31 @@ use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
 use crate::world::event::{Event, What};
 
-/// Frames that are kept of one service of one node.
+/// Number of frames that are kept of one service of one node.
 const DEPTH: usize = 16;
-/// Rings; the first one is shared by those for which there is no room.
+/// Maximum number of rings; the first one is shared by those for which there is no room.
 const RINGS: usize = 2048;
-/// Objects of which the last transfer stays.
+/// Maximum number of objects whose last transfer is kept.
 const OBJECTS: usize = 1024;
-/// Most frames of one finding.
+/// Maximum number of frames of one finding.
 pub const MOST: usize = 8;
-/// Node-IDs, and 0 for what is about no node.
+/// Node-IDs, and 0 for frames without a node.
 const NODES: usize = 128;
 
 /// Families that are kept by node.
 const BY_NODE: usize = 5;
 const FAMILIES: usize = 11;
-/// Rings that a bus may have.
+/// Number of rings that a bus may have.
 const PLACES: usize = BY_NODE * NODES + FAMILIES - BY_NODE;
 
 use Family::{Emcy, Error, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, Time};
 
-/// A frame and what it means.
+/// A frame and its event.
 #[derive(Debug)]
 pub struct Held {
     /// The frame.
     pub frame: Frame,
-    /// Its own event; `None` where nobody said what it means.
+    /// Its own event; `None` if there is none.
     pub event: Option<Event>,
 }
 
@@ -57,13 +56,13 @@ impl Held {
         self.event.as_ref().and_then(|event| event.transfer).map(|id| id.0)
     }
 
-    /// The object of the SDO transfer that ends with it.
+    /// Returns the object of the SDO transfer that ends with it.
     fn ends(&self) -> Option<Mux> {
         let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
         step.result.as_ref()?.mux
     }
 
-    /// The object that a client begins to write with it.
+    /// Returns the object that a client begins to write with it.
     fn writes(&self) -> Option<Mux> {
         let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
         match step.command {
@@ -72,7 +71,7 @@ impl Held {
         }
     }
 
-    /// Who begins an SDO transfer with it, if it does that.
+    /// Returns the side that begins an SDO transfer with it, if any.
     fn opens(&self) -> Option<Side> {
         let What::Sdo(step) = &self.event.as_ref()?.what else { return None };
         match step.command {
@@ -93,14 +92,14 @@ impl Held {
 #[derive(Debug, Default)]
 struct Ring {
     held: Vec<Held>,
-    /// Where the next frame goes once the ring is full.
+    /// The index of the next frame once the ring is full.
     next: usize,
-    /// The request and the response with which the last transfer began whose beginning has left the ring.
+    /// Request and response at the beginning of the last transfer whose beginning has left the ring.
     opening: Vec<Held>,
 }
 
 impl Ring {
-    /// Keeps a frame. A transfer that is not in the ring any more is returned: what is kept of it, its last frame last.
+    /// Keeps a frame. Returns a transfer that has left the ring: its kept frames, the last frame last.
     fn push(&mut self, held: Held) -> Option<(Mux, Vec<Held>)> {
         if self.held.len() < DEPTH {
             self.held.push(held);
@@ -130,7 +129,7 @@ impl Ring {
 /// The last frames of all buses.
 #[derive(Debug)]
 pub struct FindingContext {
-    /// By bus and place: which ring; 0 where there is none yet.
+    /// The ring by bus and place; 0 if there is none yet.
     places: Vec<[u16; PLACES]>,
     rings: Vec<Ring>,
     /// The last transfer of each object, by bus and node-ID, that has left its ring.
@@ -159,9 +158,10 @@ impl FindingContext {
         }
     }
 
-    /// The frames that give a finding its context, oldest first: the one that it is about and the one that shows it, the
-    /// write that configured its object, the last of each family before, and what stands around the frame that it is
-    /// about; as far as they are still held. None for a finding about a file, and for one that only counts further ones.
+    /// Returns the frames that give a finding its context, oldest first: the frames that it is about and that show it,
+    /// the write that configured its object, the last one of each family before, and the frames around the one that it
+    /// is about; as far as they are still held. Empty for a finding about a file, and for one that only counts further
+    /// ones.
     pub fn frames(&self, finding: &Finding) -> Vec<&Held> {
         let Rule { context: families, one_pdo, .. } = finding.code.rule();
         let counts = match &finding.facts {
@@ -175,11 +175,11 @@ impl FindingContext {
         let at = self.find(finding.at.no, finding);
         let cause = finding.cause.and_then(|cause| self.find(cause.no, finding));
         let about = cause.map_or(finding.at.no, |held| held.frame.no);
-        // A cause is the better witness: that a PDO is missing may show at any frame.
+        // A cause is more reliable: a missing PDO may show at any frame.
         let pdo = |held: &&Held| held.family() == Pdo && held.node() == finding.node;
         let pdo = [cause, at].into_iter().flatten().find(pdo).map(|held| held.frame.id);
         let mut found: Vec<&Held> = Vec::new();
-        // What is about both is about values: they came in PDOs, or by SDO.
+        // A rule about both is about values, which come in PDOs or by SDO.
         let both = families.contains(&Pdo) && families.contains(&Sdo);
         for family in families.iter().filter(|family| !both || pdo.is_none() || **family != Sdo) {
             found.extend(self.of(*family, finding, pdo.filter(|_| *one_pdo)));
@@ -204,7 +204,7 @@ impl FindingContext {
         named
     }
 
-    /// The last write of the object that the finding is about: it configured what is judged.
+    /// Returns the last write of the finding's object, which configured it.
     fn written(&self, finding: &Finding) -> Option<&Held> {
         let object = finding.object?;
         let ring = self.ring(finding.bus, place(Sdo, finding.node)).map_or(&[][..], |ring| &ring.held);
@@ -216,7 +216,7 @@ impl FindingContext {
         written.max_by_key(|held| held.frame.no)
     }
 
-    /// What is held of a family: of the finding's node, and of one PDO where the finding names one.
+    /// Returns the held frames of a family: of the finding's node, and of one PDO if the finding names one.
     fn of(&self, family: Family, finding: &Finding, one_pdo: Option<CanId>) -> impl Iterator<Item = &Held> + use<'_> {
         let (bus, node, until) = (finding.bus, finding.node, finding.at.no);
         let by_node = (family as usize) < BY_NODE;
@@ -231,14 +231,14 @@ impl FindingContext {
         })
     }
 
-    /// The beginning of this SDO transfer, where it has left the ring.
+    /// Returns the beginning of this SDO transfer, if it has left the ring.
     fn opening(&self, finding: &Finding, transfer: Option<u64>) -> impl Iterator<Item = &Held> {
         let ring = self.ring(finding.bus, place(Sdo, finding.node));
         let opening = ring.map_or(&[][..], |ring| &ring.opening);
         opening.iter().filter(move |held| transfer.is_some() && held.transfer() == transfer)
     }
 
-    /// The transfer that the finding is about, where it has left the ring.
+    /// Returns the transfer that the finding is about, if it has left the ring.
     fn past(&self, finding: &Finding) -> &[Held] {
         let about =
             |held: &Held| held.frame.no == finding.at.no || finding.cause.is_some_and(|one| one.no == held.frame.no);
@@ -246,7 +246,8 @@ impl FindingContext {
         whole.filter(|whole| whole.iter().any(about)).map_or(&[], |whole| whole)
     }
 
-    /// The frame of this number, if it is held where a finding's frames are, or is the last of all.
+    /// Returns the frame of this number, if it is held in the rings of the finding's families or is the last one of
+    /// all.
     fn find(&self, no: u64, finding: &Finding) -> Option<&Held> {
         let of_node = (0..BY_NODE).map(|family| family * NODES + usize::from(finding.node.unwrap_or(0)) % NODES);
         let places = of_node.chain(BY_NODE * NODES..PLACES);
@@ -276,8 +277,8 @@ fn holds(found: &[&Held], held: &Held) -> bool {
     found.iter().any(|one| one.frame.no == held.frame.no)
 }
 
-/// Of frames in order those around the one of this number: at most a third of the room is for what came after it, unless
-/// there is less before it.
+/// Returns the frames around the one of this number: at most a third of the room is for later ones, unless there are
+/// fewer before it.
 fn around<'f, 'a>(found: &'f [&'a Held], about: u64, room: usize) -> impl Iterator<Item = &'a Held> + use<'f, 'a> {
     let before = found.partition_point(|held| held.frame.no <= about);
     let after = (found.len() - before).min((room / 3).max(room.saturating_sub(before)));
@@ -285,7 +286,7 @@ fn around<'f, 'a>(found: &'f [&'a Held], about: u64, room: usize) -> impl Iterat
     found.iter().skip(from).take(before - from + after).copied()
 }
 
-/// Where the frames of a family are kept on their bus.
+/// Returns the ring of a family on its bus.
 fn place(family: Family, node: Option<u8>) -> usize {
     let family = family as usize;
     match family < BY_NODE {
@@ -294,7 +295,7 @@ fn place(family: Family, node: Option<u8>) -> usize {
     }
 }
 
-/// Whether a frame with this event of its own is one that a rule is about.
+/// Returns true if a frame with this event of its own is one that a rule is about.
 pub fn concerns(code: Code, what: &What) -> bool {
     code.rule().context.contains(&family(what))
 }
@@ -416,7 +417,7 @@ mod tests {
             pdo(&mut context, no, 5, 1 + (no % 3) as u16);
         }
         assert_eq!(numbers(&context, &finding(Code::Pdo001, 12, None, Some(5))), [3, 6, 9, 12]);
-        // Nothing says which PDO it is about.
+        // The PDO is unknown.
         heartbeat(&mut context, 13, 5);
         assert_eq!(numbers(&context, &finding(Code::Pdo005, 13, None, Some(5))), [6, 7, 8, 9, 10, 11, 12, 13]);
         assert_eq!(numbers(&context, &finding(Code::Pdo005, 13, Some(11), Some(5))), [2, 5, 8, 11, 13]);

@@ -1,6 +1,6 @@
-//! Findings of one kind on one object, of which the first are shown and the rest only counted.
+//! Findings of one kind on one object: the first ones are shown and the others only counted.
 //!
-//! A fault that stands in every cycle would else bury all others. Must not: judge, or forget a count.
+//! A fault in every cycle would otherwise hide all others. Each finding is counted.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,24 +10,24 @@ use crate::rules::finding::{Code, Finding};
 use crate::sdo::wire::Mux;
 use crate::world::event::{Event, What};
 
-/// Findings of one rule on one object that are shown before the rest is only counted.
+/// Number of findings of one rule on one object that are shown.
 const SHOWN: u64 = 10;
-/// Distinct (rule, bus, node, object) that are counted apart; more are shown one by one.
+/// Maximum number of distinct (rule, bus, node, object) that are counted; findings beyond it are all shown.
 const COUNTED: usize = 4096;
-/// From so many on, consequences are counted apart by rule, bus, node and object only: they leave room for causes.
+/// Number of kinds from which on consequences are counted by rule, bus, node and object only, to leave room for causes.
 const BY_CAUSE: usize = COUNTED / 2;
 
 /// Findings of one kind: same rule, bus, node and object, of the same expectation, and because of the same frame.
 type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, Option<u64>);
 
-/// How often which finding was raised.
+/// The number of findings of each kind.
 #[derive(Debug, Default)]
 pub struct Repeats {
     counted: BTreeMap<Kind, (u64, Finding)>,
 }
 
 impl Repeats {
-    /// Takes out of `events` what was shown often enough.
+    /// Removes findings from `events` that were shown often enough.
     pub fn fold(&mut self, events: &mut Vec<Event>) {
         if events.len() < 2 && !matches!(events.first(), Some(Event { what: What::Finding(_), .. })) {
             return;
@@ -35,7 +35,7 @@ impl Repeats {
         events.retain(|event| if let What::Finding(finding) = &event.what { self.shows(finding) } else { true });
     }
 
-    /// Counts a finding, and says whether it is shown.
+    /// Counts a finding. Returns true if it is shown.
     pub fn shows(&mut self, finding: &Finding) -> bool {
         let counted = &mut self.counted;
         let expectation = finding.expectation().map(Arc::clone);
@@ -52,7 +52,7 @@ impl Repeats {
         *count <= SHOWN
     }
 
-    /// Appends what was only counted; `at` is the last frame of the capture.
+    /// Appends the counts of findings that were not shown; `at` is the last frame of the capture.
     pub fn finish(&mut self, at: FrameRef, events: &mut Vec<Event>) {
         for (_, (count, finding)) in std::mem::take(&mut self.counted) {
             if count > SHOWN {

@@ -1,7 +1,7 @@
-//! Lines on standard error: lines of a capture that cannot be read, what a capture reports of itself, and what a
-//! converted one has lost.
+//! Lines on standard error: unreadable lines of a capture, reports of a capture about itself, and losses of a converted
+//! one.
 //!
-//! One line each, with file and line. File names and buses come from outside: they are escaped.
+//! One line each, with file and line. File names and buses come from outside and are escaped.
 
 use super::digits::put;
 use super::{Lang, escape, findings, losses, say};
@@ -22,7 +22,7 @@ fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>))
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// One line or record that cannot be read.
+/// An unreadable line or record.
 pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> String {
     let of_text = matches!(place, Place::Line(_));
     line(lang, file, place, |out| {
@@ -31,7 +31,7 @@ pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> 
     })
 }
 
-/// A line that is meant as a frame, and why it is none.
+/// A line that is meant as a frame, and the reason why it is invalid.
 pub fn no_frame(lang: Lang, text: &[u8], reason: Unreadable) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, text);
@@ -54,7 +54,7 @@ pub fn no_frame(lang: Lang, text: &[u8], reason: Unreadable) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// Whether candump's console form has another number of bytes than it says: `60A [4] 40 08`.
+/// Returns true if candump's console form has another number of bytes than indicated: `60A [4] 40 08`.
 fn disagrees(text: &[u8]) -> bool {
     let brackets = |byte: &u8| matches!(byte, b'[' | b']');
     let mut parts = text.split(brackets).skip(1);
@@ -64,7 +64,7 @@ fn disagrees(text: &[u8]) -> bool {
     said.is_some_and(|said| said != there)
 }
 
-/// Why a line or a record cannot be read.
+/// Appends the reason why a line or a record is unreadable.
 fn why(out: &mut Vec<u8>, lang: Lang, reason: Unreadable, of_text: bool) {
     match reason {
         Unreadable::NoFrame => say!(out, lang; zh: "不是CAN帧"; en: "not a CAN frame"),
@@ -80,8 +80,8 @@ fn why(out: &mut Vec<u8>, lang: Lang, reason: Unreadable, of_text: bool) {
     }
 }
 
-/// All lines, or records by their offsets, of a file that cannot be read, as ranges; the list may be cut. `first` is
-/// where the first one is.
+/// All unreadable lines of a file, or records by their offsets, as ranges; the list may be cut. `first` is the place of
+/// the first one.
 pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, ranges: &[(u64, u64)]) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
@@ -115,7 +115,7 @@ pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, range
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// So many frames of a file are on buses beyond those that are kept apart.
+/// The number of frames of a file on buses beyond the maximum.
 pub fn further_buses(lang: Lang, file: &[u8], count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
@@ -125,8 +125,8 @@ pub fn further_buses(lang: Lang, file: &[u8], count: u64) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// What a capture says of itself, at this place; `finding` is what it raised. Why live buses have lost frames their
-/// receivers know better than the rule.
+/// A report of a capture about itself, at this place; `finding` is its finding. The cause of lost frames of a live bus
+/// is known better to its receiver than to the rule.
 pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) -> String {
     let cause = |finding: &Finding| match place {
         Place::Live => "",
@@ -145,7 +145,7 @@ pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) 
     })
 }
 
-/// How many damaged places a file has, where only the first of them were named.
+/// The number of damaged places of a file; only the first ones were named.
 pub fn damages(lang: Lang, file: &[u8], count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
@@ -153,7 +153,7 @@ pub fn damages(lang: Lang, file: &[u8], count: u64) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// How many stamps of a file are out of the range that can be shown.
+/// The number of timestamps of a file outside the range that can be shown.
 pub fn beyond(lang: Lang, file: &[u8], count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
@@ -163,7 +163,7 @@ pub fn beyond(lang: Lang, file: &[u8], count: u64) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// A file's identifiers are read in another byte order than its format has.
+/// The identifiers of a file are read in another byte order than its format requires.
 pub fn swapped(lang: Lang, file: &[u8]) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
@@ -173,7 +173,7 @@ pub fn swapped(lang: Lang, file: &[u8]) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// A file that goes on where another ended begins before that end, by so much.
+/// A file that continues another one begins before its end, by `back_ns`.
 pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
@@ -188,7 +188,7 @@ pub fn step_back(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// The first frame of a file is far from the last one of the file before: `back_ns` before it.
+/// The first frame of a file is far from the last one of the previous file: `back_ns` before it.
 pub fn far_apart(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String {
     const HOUR_NS: u64 = 3_600_000_000_000;
     let mut out = Vec::new();
@@ -208,7 +208,7 @@ pub fn far_apart(lang: Lang, file: &[u8], before: &[u8], back_ns: i64) -> String
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// A description was given for nodes that have no frame in the capture.
+/// A description was given for nodes without a frame in the capture.
 pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     nodes.sort_unstable();
     nodes.dedup();
@@ -231,7 +231,7 @@ pub fn absent(lang: Lang, file: &[u8], mut nodes: Vec<u8>) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// What a file in another format could not hold, and how often.
+/// The number of frames with a loss in the format of a converted file.
 pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
@@ -240,7 +240,7 @@ pub fn lost(lang: Lang, file: &[u8], loss: Loss, count: u64) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// Frames that are asked for by their numbers, from and to, are not in the capture.
+/// Frames that were requested by their numbers, from and to, are not in the capture.
 pub fn no_such_frames(lang: Lang, spans: &[(u32, u32)], frames: u64) -> String {
     let span = |(from, to): &(u32, u32)| if from == to { from.to_string() } else { format!("{from}-{to}") };
     let spans: Vec<String> = spans.iter().map(span).collect();
@@ -250,7 +250,7 @@ pub fn no_such_frames(lang: Lang, spans: &[(u32, u32)], frames: u64) -> String {
     }
 }
 
-/// The filter let nothing through.
+/// No frame passes the filter.
 pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     match lang {
         Lang::Zh => format!("canalyze: 没有符合条件的帧 (共{frames}帧)"),
@@ -258,13 +258,13 @@ pub fn nothing_shown(lang: Lang, frames: u64) -> String {
     }
 }
 
-/// The capture should end with a time, and its frames have none.
+/// The capture should end at a time, but its frames have none.
 pub fn timeless(lang: Lang) -> String {
     let zh = "canalyze: 记录中没有时间戳, --at 不起作用: 列出的是记录结束时的情况";
     lang.pick(zh, "canalyze: no timestamps in the capture, so that --at has no effect: shown as of the end").to_owned()
 }
 
-/// Why a `--mcap-map` cannot be read.
+/// The reason why a `--mcap-map` is invalid.
 pub fn mcap_map(lang: Lang, mistake: &crate::bytes::readers::mcap::Mistake) -> String {
     let words: Vec<&str> = crate::bytes::readers::mcap::Role::NAMES.iter().map(|(word, _)| *word).collect();
     let (part, words) = (&mistake.0, words.join(" "));
@@ -282,7 +282,7 @@ pub fn mcap_map(lang: Lang, mistake: &crate::bytes::readers::mcap::Mistake) -> S
     }
 }
 
-/// Why what stands behind a channel's name cannot be read.
+/// The reason why the filter behind a channel's name is invalid.
 pub fn masks(lang: Lang, mistake: &crate::bytes::masks::Mistake) -> String {
     let crate::bytes::masks::Mistake(part, whole) = mistake;
     match lang {
@@ -295,7 +295,7 @@ pub fn masks(lang: Lang, mistake: &crate::bytes::masks::Mistake) -> String {
     }
 }
 
-/// Why a filter cannot be read.
+/// The reason why a filter is invalid.
 pub fn filter(lang: Lang, mistake: &crate::views::filter::Mistake) -> String {
     use crate::views::filter::{Mistake, SERVICES};
     let (key, value) = match mistake {

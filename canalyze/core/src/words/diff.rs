@@ -1,6 +1,7 @@
-//! Differences of two captures in words: what it is about, and what each capture has.
+//! Differences of two captures in words: their subjects, and the content of each capture.
 //!
-//! The order of words is the same in both languages, so their words stand side by side. Must not: lay out a report.
+//! The order of words is the same in both languages, so their words are side by side. The layout of a report is not
+//! decided here.
 
 use super::digits::{Hex, Padded, Spaced, put};
 use super::object::pdo_of;
@@ -31,29 +32,29 @@ pub enum Phrase {
     Frame,
     /// Its line.
     Line,
-    /// Beside a frame that is not there.
+    /// Beside a missing frame.
     Near,
-    /// How many there are.
+    /// The number of differences.
     Count,
-    /// Above what went wrong.
+    /// Above the problems.
     Problems,
-    /// Nothing else differs than what went wrong.
+    /// Nothing else differs than the problems.
     NothingElse,
     /// Above problems of one capture.
     Only,
-    /// Above problems that both have, and that are others.
+    /// Above problems that both have and that differ.
     Both,
-    /// How many of them are not listed.
+    /// The number of differences that are not listed.
     More,
-    /// What was compared.
+    /// The range that was compared.
     Compared,
-    /// What was not compared, since only one capture shows that time.
+    /// Content that was not compared, since only one capture covers its time.
     Outside,
     /// A capture was too long.
     Full,
     /// Times were not compared.
     NoTimes,
-    /// Nothing shows where one capture lies in the other.
+    /// The relation of the captures in time is unknown.
     Unplaced,
     /// A bus that has no name.
     Unnamed,
@@ -93,10 +94,10 @@ static PHRASES: &[(Phrase, &str, &str)] = &[
     (Phrase::Unnamed, "总线", "bus"),
 ];
 
-/// What fills a gap.
+/// A part that fills a gap.
 pub type Fact<'a> = &'a dyn Fn(&mut Vec<u8>);
 
-/// A phrase, its gaps filled.
+/// Appends a phrase with its gaps filled.
 pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>]) {
     let row = PHRASES.iter().find(|row| row.0 == phrase);
     let text = row.map_or("", |row| lang.pick(row.1, row.2));
@@ -111,7 +112,7 @@ pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>])
     }
 }
 
-/// A frame and its line.
+/// Appends a frame and its line.
 pub fn frame(out: &mut Vec<u8>, lang: Lang, at: FrameRef) {
     phrase(out, lang, Phrase::Frame, &[&|out| put!(out; at.no)]);
     if let Some(line) = at.line {
@@ -119,7 +120,7 @@ pub fn frame(out: &mut Vec<u8>, lang: Lang, at: FrameRef) {
     }
 }
 
-/// What a difference is about: `SDO download 1017h:00 producer heartbeat time`.
+/// Appends the subject of a difference: `SDO download 1017h:00 producer heartbeat time`.
 pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
     let action = difference.sides.iter().flatten().find_map(|side| match &side.shows {
         Shows::Action(action) => Some(action),
@@ -185,7 +186,7 @@ fn transfer(out: &mut Vec<u8>, lang: Lang, moved: &TransferDigest) {
     }
 }
 
-/// A service that comes again and again.
+/// Appends a periodic service.
 pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
     match service {
         Service::Sync => put!(out; lang.pick("同步报文", "SYNC")),
@@ -203,7 +204,7 @@ pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
     }
 }
 
-/// What one capture has.
+/// Appends the content of one capture.
 pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
     let Some(side) = side else { return put!(out; lang.pick("无", "none")) };
     if let Some(ns) = side.pace_ns {
@@ -241,7 +242,7 @@ fn identifier(out: &mut Vec<u8>, id: CanId) {
     }
 }
 
-/// A time in ms, with up to three digits behind the point.
+/// Appends a time in ms, with up to three digits behind the point.
 fn time(out: &mut Vec<u8>, ns: i64) {
     let us = ns.unsigned_abs() / 1000;
     put!(out; us / 1000);
@@ -324,7 +325,7 @@ fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest
     }
 }
 
-/// In what respect a problem differs.
+/// Appends the property in which a problem differs.
 pub fn respect(out: &mut Vec<u8>, lang: Lang, differs: Differs) {
     put!(out; match differs {
         Differs::Status => lang.pick("状态", "status"),
@@ -334,7 +335,7 @@ pub fn respect(out: &mut Vec<u8>, lang: Lang, differs: Differs) {
     });
 }
 
-/// What a problem is in that respect. `cause`: from what it comes.
+/// Appends that property of a problem. `cause`: its cause.
 pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, cause: Option<&Incident>) {
     match differs {
         Differs::Status => put!(out; match one.status {
@@ -357,7 +358,7 @@ pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, 
     }
 }
 
-/// A bus by its name.
+/// Appends a bus by its name.
 pub fn bus(out: &mut Vec<u8>, lang: Lang, name: &[u8]) {
     if name.is_empty() {
         return phrase(out, lang, Phrase::Unnamed, &[]);
@@ -365,12 +366,12 @@ pub fn bus(out: &mut Vec<u8>, lang: Lang, name: &[u8]) {
     escape::terminal(out, name);
 }
 
-/// The word for what follows a node-ID.
+/// Appends the words for a node-ID.
 pub fn node(out: &mut Vec<u8>, lang: Lang, node: u8) {
     put!(out; lang.pick("节点", "node "), node);
 }
 
-/// How often the same difference comes.
+/// Appends the number of occurrences of a difference.
 pub fn times(out: &mut Vec<u8>, lang: Lang, count: u64) {
     say!(out, lang; zh: " (共", count, "次)"; en: " (", count, " times)");
 }

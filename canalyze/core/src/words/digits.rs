@@ -1,7 +1,7 @@
 //! Numbers and words appended to a byte buffer without `format!`.
 //!
-//! PDO lines are nine tenths of a capture, and the formatting machinery costs more than their decoding. What is
-//! appended here is ASCII digits or the program's own words; strings from a capture go through `escape`.
+//! PDO lines are nine tenths of a capture, and the formatting machinery costs more than their decoding. Only ASCII
+//! digits and the program's own words are appended here; strings from a capture go through `escape`.
 
 const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
 
@@ -152,32 +152,32 @@ const fn pairs() -> [[u8; 2]; 256] {
     table
 }
 
-/// Two upper-case hexadecimal digits.
+/// Returns two upper-case hexadecimal digits.
 #[inline]
 pub fn hex_digits(byte: u8) -> [u8; 2] {
     PAIRS.get(usize::from(byte)).copied().unwrap_or_default()
 }
 
-/// Two upper-case hexadecimal digits.
+/// Appends two upper-case hexadecimal digits.
 pub fn hex_byte(out: &mut Vec<u8>, byte: u8) {
     out.extend_from_slice(&hex_digits(byte));
 }
 
-/// `digits` upper-case hexadecimal digits (at most 16); higher ones are cut off.
+/// Appends `digits` upper-case hexadecimal digits (at most 16); higher ones are cut off.
 pub fn hex(out: &mut Vec<u8>, value: u64, digits: usize) {
     for position in (0..digits.min(16)).rev() {
         out.push(digit((value >> (4 * position)) as u8));
     }
 }
 
-/// `digits` binary digits (at most 64); higher ones are cut off.
+/// Appends `digits` binary digits (at most 64); higher ones are cut off.
 pub fn binary(out: &mut Vec<u8>, value: u64, digits: usize) {
     for position in (0..digits.min(64)).rev() {
         out.push(b'0' + (value >> position & 1) as u8);
     }
 }
 
-/// A decimal number.
+/// Appends a decimal number.
 pub fn decimal(out: &mut Vec<u8>, value: u64) {
     if value < 10 {
         return out.push(b'0' + value as u8);
@@ -185,8 +185,9 @@ pub fn decimal(out: &mut Vec<u8>, value: u64) {
     filled(out, value, 0, b'0');
 }
 
-/// A decimal number with something before it up to a width, at most 20. Right to left into a buffer, by a constant
-/// divisor: dividing by a power found at run time costs several times as much, and numbers are half of what is written.
+/// Appends a decimal number that is filled to a width of at most 20. It is written right to left into a buffer, with a
+/// constant divisor: dividing by a power found at run time costs several times as much, and numbers are half of the
+/// output.
 pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
     const EIGHT: u64 = 100_000_000;
     if value < 100 && width <= 2 {
@@ -215,7 +216,7 @@ pub fn filled(out: &mut Vec<u8>, value: u64, width: usize, fill: u8) {
     out.extend_from_slice(digits.get(digits.len() - count.max(width.min(20))..).unwrap_or(&digits));
 }
 
-/// A fraction of a second, given in ns, behind its point and to so many digits (at most 9); nothing for none.
+/// Appends a fraction of a second, given in ns, with its point and `count` digits (at most 9); nothing if that is 0.
 pub fn fraction(out: &mut Vec<u8>, ns: u32, count: u8) {
     if count == 0 {
         return;
@@ -225,8 +226,8 @@ pub fn fraction(out: &mut Vec<u8>, ns: u32, count: u8) {
     out.extend_from_slice(digits.get(..=usize::from(count.min(9))).unwrap_or(&digits));
 }
 
-/// Exactly eight decimal digits; higher ones are cut off. All at once within one number, without a division for each:
-/// a stamp of ns has nine of them on every line.
+/// Returns exactly eight decimal digits; higher ones are cut off. All are computed at once within one number, without a
+/// division for each: every line has nine of them for a timestamp in ns.
 pub fn eight_digits(value: u32) -> [u8; 8] {
     let value = u64::from(value % 100_000_000);
     // Two numbers of four digits, then four of two, then eight of one: each in a part of its own, the first one lowest.
@@ -238,7 +239,7 @@ pub fn eight_digits(value: u32) -> [u8; 8] {
     (ones | 0x3030_3030_3030_3030).to_le_bytes()
 }
 
-/// A decimal number with its sign.
+/// Appends a decimal number with its sign.
 pub fn signed(out: &mut Vec<u8>, value: i64) {
     if value < 0 {
         out.push(b'-');

@@ -1,11 +1,11 @@
-//! Strings that come from a capture, made safe for where they go (invariant 9).
+//! Strings from a capture, made safe for their destination (invariant 9).
 //!
-//! A device name may hold escape sequences, bidirectional overrides or broken UTF-8. None of it may reach a
-//! terminal or break a JSON line. Backslashes are not doubled: the text is for reading, not for parsing back.
+//! A device name may contain escape sequences, bidirectional overrides or broken UTF-8. None of it may reach a terminal
+//! or break a JSON line. Backslashes are not doubled: the text is for reading, not for parsing back.
 
 use super::digits::{hex, hex_byte};
 
-/// Appends `bytes` as a JSON string, with its quotes. What is not UTF-8 becomes U+FFFD.
+/// Appends `bytes` as a JSON string, with its quotes. Invalid UTF-8 becomes U+FFFD.
 pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
     out.push(b'"');
     if let Ok(text) = std::str::from_utf8(bytes) {
@@ -21,7 +21,8 @@ pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
     out.push(b'"');
 }
 
-/// What stands between the quotes. What needs no escape is copied in runs: this is much of the time of a JSON line.
+/// Appends the text between the quotes. Runs without escapes are copied at once, since this is much of the time of a
+/// JSON line.
 fn valid(out: &mut Vec<u8>, text: &str) {
     let (mut start, mut at) = (0, 0);
     while let Some(plain) = text.as_bytes().get(at..).and_then(|rest| rest.iter().position(|byte| !is_plain(*byte))) {
@@ -43,8 +44,8 @@ fn valid(out: &mut Vec<u8>, text: &str) {
             '\n' => out.extend_from_slice(b"\\n"),
             '\r' => out.extend_from_slice(b"\\r"),
             '\t' => out.extend_from_slice(b"\\t"),
-            // A JSON line may also be looked at on a terminal, so what is unsafe there is escaped here; and so is
-            // what a runner of GitHub takes for a command, wherever it stands in a line.
+            // A JSON line may also be read on a terminal, so unsafe characters are escaped here, and so are the
+            // commands of GitHub's runners, anywhere in a line.
             c => {
                 for unit in c.encode_utf16(&mut [0; 2]) {
                     out.extend_from_slice(b"\\u");
@@ -56,15 +57,15 @@ fn valid(out: &mut Vec<u8>, text: &str) {
     out.extend_from_slice(text.get(start..).unwrap_or("").as_bytes());
 }
 
-/// Whether no character that this byte begins, and none that it goes on, is written otherwise in JSON. Of those that
-/// may be the first byte tells only that they are to be looked at.
+/// Returns true if no character that contains this byte needs an escape in JSON. For a character of several bytes only
+/// the first byte indicates that it has to be checked.
 #[inline]
 fn is_plain(byte: u8) -> bool {
     !matches!(byte, 0..=0x1F | b'"' | b'[' | b'\\' | 0x7F | 0xC2 | 0xD8 | 0xE1 | 0xE2 | 0xEF | 0xF3..=0xFF)
 }
 
-/// Appends `bytes` for a terminal or a report: what could control it is written `\xNN` or `\u{NNNN}`, and so is
-/// every byte that is not UTF-8.
+/// Appends `bytes` for a terminal or a report: control characters are written `\xNN` or `\u{NNNN}`, and so is every
+/// byte that is not UTF-8.
 pub fn terminal(out: &mut Vec<u8>, bytes: &[u8]) {
     if bytes.iter().all(|byte| matches!(byte, b' '..=b'~')) {
         return out.extend_from_slice(bytes);
@@ -90,7 +91,7 @@ pub fn terminal(out: &mut Vec<u8>, bytes: &[u8]) {
     }
 }
 
-/// Whether a character can move the cursor, start a sequence, reorder or hide other text.
+/// Returns true if a character can move the cursor, start a sequence, reorder or hide other text.
 pub fn unsafe_on_a_terminal(c: char) -> bool {
     c.is_control()
         || matches!(c,

@@ -1,6 +1,4 @@
-//! Findings in words, in both languages.
-//!
-//! The sentences stand with their rules. It must not choose one; the finding names it.
+//! Findings in words, in both languages. The sentences are declared with their rules.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +7,7 @@ use super::object::pdo_of;
 use super::{Lang, escape, say, sentence};
 use crate::rules::finding::{Code, Facts, Finding, Measured, Quantity, Said, Severity};
 
-/// The word for a severity.
+/// Returns the word for a severity.
 pub fn severity(lang: Lang, severity: Severity) -> &'static str {
     let zh = match severity {
         Severity::Info => "提示",
@@ -19,7 +17,7 @@ pub fn severity(lang: Lang, severity: Severity) -> &'static str {
     lang.pick(zh, severity.name())
 }
 
-/// Appends how many consequences a frame has, and of which rules.
+/// Appends the number of consequences of a frame, with their rules.
 pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<Code, u64>) {
     let count: u64 = rules.values().sum();
     let many = if count == 1 { " consequence: " } else { " consequences: " };
@@ -27,8 +25,8 @@ pub fn consequences(out: &mut Vec<u8>, lang: Lang, cause: u64, rules: &BTreeMap<
     sentence::codes(out, rules, lang.pick("、", ", "));
 }
 
-/// Appends a finding, in one sentence without line end, for a reader who sees it at the frame `seen_at`:
-/// another frame that it is about is named before it.
+/// Appends a finding, in one sentence without line end, that is read at the frame `seen_at`: if it is about
+/// another frame, that is named first.
 pub fn placed(out: &mut Vec<u8>, lang: Lang, finding: &Finding, seen_at: u64) {
     if let Some(frame) = finding.about().filter(|about| about.no != seen_at) {
         let after = if finding.node.is_some() { " " } else { ": " };
@@ -37,7 +35,7 @@ pub fn placed(out: &mut Vec<u8>, lang: Lang, finding: &Finding, seen_at: u64) {
     message(out, lang, finding);
 }
 
-/// Appends what a finding reports of the frame that it is about, in one sentence without line end.
+/// Appends the statement of a finding about its frame, in one sentence without line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, finding: &Finding) {
     let measured = finding.measured();
     subject(out, lang, finding, measured.as_ref());
@@ -61,7 +59,7 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, finding: &Finding) {
     }
 }
 
-/// Node and object that a finding is about. An object that the sentence names is not named before it.
+/// Appends node and object of a finding. An object that is part of the sentence is not repeated.
 fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&Measured>) {
     if let Some(node) = finding.node {
         put!(out; lang.pick("节点", "node "), node, " ");

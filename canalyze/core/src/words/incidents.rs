@@ -1,6 +1,4 @@
-//! Incidents in words, in both languages.
-//!
-//! The sentences stand in `diagnosis`. It must not choose one.
+//! Incidents in words, in both languages. The sentences are declared in `diagnosis`.
 
 use super::digits::put;
 use super::{Lang, sentence};
@@ -9,16 +7,16 @@ use crate::stories::incident::{Grade, Incident, IncidentId, members};
 use crate::stories::rank::is_root;
 use crate::stories::{Diagnosis, Phase, titles};
 
-/// Most nodes that are named one by one.
+/// Maximum number of nodes that are named one by one.
 const NAMED: usize = 6;
 
-/// Appends what a step says.
+/// Appends the statement of a step.
 pub fn said(out: &mut Vec<u8>, lang: Lang, measured: &Measured) {
     let named = |name: &str| measured.get(name).map(Said::Quantity);
     sentence::fill(out, lang, lang.of(measured.variant.words), named);
 }
 
-/// Appends the line that tells of an incident that begins to show, whose cause has changed, or that is over.
+/// Appends the line about an incident that begins to show, whose cause has changed, or that is over.
 pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
     let Some(one) = diagnosis.ledger().by_id(id) else { return };
     let began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
@@ -44,7 +42,7 @@ pub fn changed(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, (phase, id)
     put!(out; "\n");
 }
 
-/// Appends what caused an incident, with its number and title; a question mark behind it where another cause may still be
+/// Appends the cause of an incident, with its number and title; with a question mark if another cause may still be
 /// found.
 fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident, began_ns: Option<i64>) {
     let Some((link, cause)) = one.cause.and_then(|link| Some((link, diagnosis.ledger().by_id(link.cause)?))) else {
@@ -59,7 +57,7 @@ fn because(out: &mut Vec<u8>, lang: Lang, diagnosis: &Diagnosis, one: &Incident,
     put!(out; ")");
 }
 
-/// Appends the subject of an incident and what happened to it, in one line. `began_ns`: the first stamp of the capture.
+/// Appends the subject of an incident and its statement, in one line. `began_ns`: the first timestamp of the capture.
 pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64>) {
     subject(out, lang, one);
     let words = lang.of(one.kind.row().words);
@@ -73,7 +71,7 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64
     }
 }
 
-/// Appends `node 3: `, `nodes 3, 4: `; nothing where it is about none.
+/// Appends `node 3: `, `nodes 3, 4: `; nothing if it is not about nodes.
 fn subject(out: &mut Vec<u8>, lang: Lang, one: &Incident) {
     if let Some(node) = one.subject.node {
         put!(out; lang.pick("节点", "node "), node);

@@ -1,4 +1,4 @@
-//! Values of objects that were seen by whatever service, in words. Must not decide anything: that comes with them.
+//! Values of objects in words, from any service.
 
 use super::value::{as_mapped, of_object, undescribed, value};
 use super::{Lang, signal, transferred};
@@ -8,14 +8,14 @@ use crate::views::inventory::{Object, TypeFrom, Value};
 use crate::wire::pdo::mapping::Mapped;
 use crate::world::dictionary::Described;
 
-/// A value of an object, with its unit and its meaning where they are known.
+/// Appends a value of an object, with its unit and its meaning if they are known.
 pub fn held(out: &mut Vec<u8>, lang: Lang, mux: Mux, object: &Object, held: &Value) {
     match held {
         Value::Bits(raw, bits) => signal::value(out, lang, &Mapped { bits: *bits, ..mapped(mux, object) }, *raw),
         Value::Bytes(bytes, size) => {
             let known = object.data_type(mux);
             let typed = object.described.data_type(mux.index, mux.sub).is_some();
-            // What neither a description nor a standard tells of it, its values do.
+            // Without a description or a standard, the values determine the type.
             let inferred = known.is_some_and(|(_, from)| from == TypeFrom::Inferred) && !typed;
             match bytes.len() as u64 == *size && !inferred {
                 true => of_object(out, lang, mux, &object.described, bytes),
@@ -25,7 +25,7 @@ pub fn held(out: &mut Vec<u8>, lang: Lang, mux: Mux, object: &Object, held: &Val
     }
 }
 
-/// An object as if a PDO carried it, by all that is known of it.
+/// Returns an object as if a PDO carried it, by all that is known of it.
 pub(crate) fn mapped(mux: Mux, object: &Object) -> Mapped {
     let profile = object.described.profile;
     match &object.described.object {
@@ -34,14 +34,14 @@ pub(crate) fn mapped(mux: Mux, object: &Object) -> Mapped {
     }
 }
 
-/// A number that an object holds by all that is known, as wide as its type.
+/// Appends a number of an object, as wide as its type.
 pub fn number(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described, number: u64) {
     let size = described.data_type(mux.index, mux.sub).and_then(|data_type| data_type.size()).unwrap_or(4).min(8);
     let bytes = number.to_le_bytes();
     of_object(out, lang, mux, described, bytes.get(..size).unwrap_or(&bytes));
 }
 
-/// What a frame or a transfer shows.
+/// Appends the value that a frame or a transfer shows.
 pub fn seen(out: &mut Vec<u8>, lang: Lang, sighting: &Sighting<'_>) {
     match sighting.shown {
         Shown::Transfer(transfer) => transferred::transferred(out, lang, transfer),

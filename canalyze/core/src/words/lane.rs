@@ -1,6 +1,6 @@
-//! What a lane of a timeline shows, in as few words as an engineer needs: a state, a transfer, the errors of a node.
+//! The lanes of a timeline in few words: a state, a transfer, the errors of a node.
 //!
-//! The facts are the same as in the lines of the frames. It must not decide what a lane shows.
+//! The facts are the same as in the lines of the frames. The content of a lane is not decided here.
 
 use super::digits::{Hex, put};
 use super::transferred;
@@ -14,9 +14,9 @@ use crate::words::profiles::Profile;
 use crate::world::od::{self, Value};
 use terms::{Row, find};
 
-/// Most characters of a value.
+/// Maximum number of characters of a value.
 const VALUE: usize = 40;
-/// Bytes that are no number and no text, beyond which their count is shown instead.
+/// Maximum number of bytes of a value that is neither a number nor text; of a longer one only their count is shown.
 const BYTES: usize = 8;
 
 /// Words for a node beside the names of the NMT states.
@@ -32,7 +32,7 @@ pub enum Word {
     GuardingLost,
     /// Frames are missing from the capture.
     Gap,
-    /// Nothing at all was heard on the bus.
+    /// No frame was seen on the bus.
     Silence,
     /// All nodes were commanded, and it may be the one that did.
     All,
@@ -60,8 +60,7 @@ static OUTCOMES: &[Row<&str>] = &[
     ("write", "写", "write"),
 ];
 
-/// Appends the name of an NMT state (00, 04, 05, 7F), and what there is to say of it: `操作状态 (已命令)`. Another state is
-/// its number.
+/// Appends the name of an NMT state (00, 04, 05, 7F) with a remark: `操作状态 (已命令)`. Other states are shown by number.
 pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, how: Option<Word>) {
     match error_control::state(lang, state) {
         Some(name) => put!(out; name),
@@ -74,7 +73,7 @@ pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, how: Option<Word>) {
     }
 }
 
-/// Appends a word for itself.
+/// Appends a word.
 pub fn word(out: &mut Vec<u8>, lang: Lang, word: Word) {
     put!(out; find(WORDS, lang, word).unwrap_or_default());
 }
@@ -111,7 +110,7 @@ pub fn transfer(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer, valued: bool
     }
 }
 
-/// The value, cut where it is long; of other bytes than a few their number.
+/// Appends the value, cut if it is long; for long binary data the number of bytes.
 fn moved(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let data_type = transfer.data_type();
     if transfer.data.size > BYTES as u64 && matches!(od::decode(data_type, &transfer.data.kept), Value::Bytes(_)) {

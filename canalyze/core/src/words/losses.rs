@@ -1,10 +1,10 @@
-//! What a capture format cannot hold, in both languages.
+//! Losses by conversion to a capture format, in both languages.
 
 use super::digits::put;
 use super::{Lang, say};
 use crate::bytes::writers::loss::Loss;
 
-/// `12帧: 未保留收发方向`, `12 frames: direction not kept`.
+/// Appends a loss with its count: `12帧: 未保留收发方向`, `12 frames: direction not kept`.
 pub fn loss(out: &mut Vec<u8>, lang: Lang, loss: Loss, count: u64) {
     let one = count == 1;
     match loss {
@@ -24,7 +24,7 @@ pub fn loss(out: &mut Vec<u8>, lang: Lang, loss: Loss, count: u64) {
     put!(out; ": ", lang.pick(zh, en));
 }
 
-/// What is lost, in Chinese and in English.
+/// The loss, in Chinese and in English.
 fn what(loss: Loss) -> (&'static str, &'static str) {
     match loss {
         Loss::Direction => ("未保留收发方向", "direction not kept"),

@@ -1,18 +1,17 @@
-//! The core's words, in Chinese and English, and only here and in `rules` (invariant 3).
+//! The core's words, in Chinese and English. Other words are only in `rules` and in the tables of
+//! `words/` (invariant 3).
 //!
-//! Where words stand:
+//! - The lines of services: `services`, a file for each service; their breakdown bit by bit: `explain`.
+//! - Names of states, error codes and objects: the rows of `terms`.
+//! - Values and signals: `value`, `signal`, `parameter`; findings and notes: `sentence`, `findings`, `notes`.
 //!
-//! - what a frame of a service says: `services`, a file for each service; its breakdown bit by bit: `explain`;
-//! - what has a name (states, error codes, objects): the rows of `terms`;
-//! - values and signals: `value`, `signal`, `parameter`; what a finding or a note says: `sentence`, `findings`, `notes`.
+//! The languages of a phrase are side by side: in a row of a table, in [`Lang::pick`] if the rest of the line is the
+//! same, and in `say!` if each has its own order of words. A further language is one more variant of [`Lang`] and one
+//! more column or label at each of these places; the compiler names the missing ones.
 //!
-//! The languages of a phrase stand beside each other: in a row of a table, in [`Lang::pick`] where the rest of the line
-//! is the same, and in `say!` where each has its own order of words. A further language is one more variant of [`Lang`]
-//! and one more column or label at each of these places; the compiler names those that lack it.
+//! The permitted terms are a table, `canalyze/words/terms.toml`; `tests/test_terms.py` compares every sentence with it.
 //!
-//! Which word is used for what is a table, `canalyze/words/terms.toml`; `tests/test_terms.py` walks every sentence by it.
-//!
-//! Must not decide anything: it puts into words what `message`, `event` and `finding` carry.
+//! Nothing is decided here: the words render the content of `message`, `event` and `finding`.
 
 pub mod complaints;
 pub mod diff;
@@ -48,7 +47,7 @@ impl Lang {
     }
 }
 
-/// How detailed a line is.
+/// The level of detail of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depth {
     /// The phrase of the notes, nothing else.
@@ -56,7 +55,7 @@ pub enum Depth {
     /// The phrase, then the content.
     #[default]
     Default,
-    /// The same, and under each line its breakdown bit by bit.
+    /// The same, followed by a breakdown bit by bit.
     Explain,
 }
 

@@ -1,4 +1,4 @@
-//! Notes of what has become known of an earlier frame, in both languages.
+//! Notes about earlier frames, in both languages.
 
 use super::digits::{Hex, put};
 use super::{Lang, say, sentence};
@@ -26,7 +26,7 @@ pub fn note(out: &mut Vec<u8>, lang: Lang, note: Note, about: u64) {
     }
 }
 
-/// A bus has another bit rate from now on, after a silence in ms.
+/// Appends the change of the bit rate of a bus, after a silence in ms.
 fn bit_timing(out: &mut Vec<u8>, lang: Lang, silence: u32, rate: Option<u16>) {
     say!(out, lang; zh: "此后总线应静默", silence, " ms, 之后"; en: "the bus should be silent for ", silence, " ms, then ");
     match rate {
@@ -38,7 +38,7 @@ fn bit_timing(out: &mut Vec<u8>, lang: Lang, silence: u32, rate: Option<u16>) {
         en: "a capture at the old bit rate shows only errors or nothing");
 }
 
-/// A Fastscan is over.
+/// Appends the result of a Fastscan.
 fn fastscan(out: &mut Vec<u8>, lang: Lang, scanned: Scanned, about: u64) {
     say!(out, lang; zh: "第", about, "帧开始的快速扫描"; en: "Fastscan started in frame ", about);
     if scanned.found {

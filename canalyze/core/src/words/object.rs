@@ -1,4 +1,4 @@
-//! Objects of the dictionary as CiA writes them: `1008h:00`.
+//! Objects of the dictionary in CiA's notation: `1008h:00`.
 
 use super::digits::{Hex, Put, put};
 use crate::sdo::wire::Mux;
@@ -9,7 +9,7 @@ impl Put for Mux {
     }
 }
 
-/// Which PDO a parameter is of: ` (TPDO1)` behind 1800h or 1A00h. Nothing for other objects.
+/// Appends the PDO of a parameter: ` (TPDO1)` behind 1800h or 1A00h. Nothing for other objects.
 pub fn pdo_of(out: &mut Vec<u8>, mux: Mux) {
     let (name, number) = match mux.index {
         0x1400..=0x17FF => (" (RPDO", mux.index % 0x200),

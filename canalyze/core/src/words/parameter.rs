@@ -1,5 +1,6 @@
-//! What the numbers in a device's communication parameters say (CiA 301, 7.5.2): the identifier and its flags, the
-//! transmission type, the mapped object, whose heartbeats are awaited, the device's profile. Appended behind the number, so that a configuration can be read line by line.
+//! The meaning of numbers in a device's communication parameters (CiA 301, 7.5.2): identifiers and their flags,
+//! transmission types, mapped objects, consumer heartbeat times, the device profile. It is appended to the number, so
+//! that a configuration can be read line by line.
 
 use super::Lang;
 use super::digits::{Hex, put};
@@ -9,7 +10,7 @@ use crate::wire::pdo::mapping::decode_entry;
 const INVALID: u32 = 1 << 31;
 const NO_RTR: u32 = 1 << 30;
 const EXTENDED: u32 = 1 << 29;
-/// In the COB-IDs of SYNC and TIME: the device sends it.
+/// In the COB-IDs of SYNC and TIME: the device produces it.
 const PRODUCES: u32 = 1 << 30;
 
 /// Appends ` (6041h:00, 16位)`, ` (185h, 有效, 不允许RTR)`, ` 同步循环`: nothing for other objects.
@@ -49,7 +50,7 @@ pub fn words(out: &mut Vec<u8>, lang: Lang, mux: Mux, bytes: &[u8]) {
     }
 }
 
-/// The profile of a device, and what that makes of the other half (CiA 301, 7.5.2.1).
+/// Appends the device profile, and the additional information of the other half (CiA 301, 7.5.2.1).
 fn device_type(out: &mut Vec<u8>, lang: Lang, profile: u16, info: u16) {
     match profile {
         0 => put!(out; lang.pick(" (无设备规范)", " (no device profile)")),
@@ -64,7 +65,7 @@ fn device_type(out: &mut Vec<u8>, lang: Lang, profile: u16, info: u16) {
     }
 }
 
-/// Whose heartbeats are awaited, and how long (CiA 301, 7.5.2.17).
+/// Appends the monitored node and the limit of a consumer heartbeat time (CiA 301, 7.5.2.17).
 fn consumer_time(out: &mut Vec<u8>, lang: Lang, ms: u16, node: u8, reserved: u8) {
     match node {
         1..=127 if reserved == 0 && ms > 0 => put!(out; lang.pick(" (节点", " (node "), node, ", ", ms, " ms)"),
@@ -72,7 +73,7 @@ fn consumer_time(out: &mut Vec<u8>, lang: Lang, ms: u16, node: u8, reserved: u8)
     }
 }
 
-/// An identifier with what the device does with it.
+/// Appends an identifier and its use by the device.
 fn used(out: &mut Vec<u8>, lang: Lang, entry: u32, made: impl Fn(u32) -> (&'static str, &'static str)) {
     let (zh, en) = made(entry);
     put!(out; " (");
@@ -105,7 +106,7 @@ fn entry(out: &mut Vec<u8>, lang: Lang, word: u32) {
     put!(out; " (", Mux { index, sub }, ", ", bits, lang.pick("位)", if bits == 1 { " bit)" } else { " bits)" }));
 }
 
-/// What a transmission type means (CiA 301, tables 67 and 71).
+/// Returns the meaning of a transmission type (CiA 301, tables 67 and 71).
 pub fn transmission(lang: Lang, kind: u8) -> &'static str {
     match kind {
         0 => lang.pick("同步非循环", "synchronous acyclic"),

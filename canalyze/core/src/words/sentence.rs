@@ -1,6 +1,6 @@
-//! Sentences of rules, filled with what was measured: `SYNC 计数为{found}, 应为{expected}`.
+//! Sentences of rules, filled with measured facts: `SYNC 计数为{found}, 应为{expected}`.
 //!
-//! It must not choose a sentence; the finding names it. Facts are printed here, once for all rules.
+//! The finding names its sentence. Facts are printed here, for all rules alike.
 
 use std::collections::BTreeMap;
 
@@ -13,13 +13,13 @@ use crate::sdo::wire::Side;
 use crate::wire::error_control;
 use crate::wire::{emcy, lss, nmt};
 
-/// Most bytes of one value in a sentence.
+/// Maximum number of bytes of one value in a sentence.
 const BYTES: usize = 16;
-/// Most characters of one text in a sentence.
+/// Maximum number of characters of one text in a sentence.
 const CHARACTERS: usize = 64;
 
-/// Appends a sentence; a name in braces is replaced by its fact, in the unit that suits it. `{frames|frame|frames}` is
-/// a number with its noun.
+/// Appends a sentence. A name in braces is replaced by its fact in a suitable unit, `{frames|frame|frames}` by a number
+/// with its noun.
 pub fn fill(out: &mut Vec<u8>, lang: Lang, sentence: &str, named: impl Fn(&str) -> Option<Said>) {
     let mut rest = sentence;
     while let Some((before, after)) = rest.split_once('{') {
@@ -61,14 +61,14 @@ fn quoted(out: &mut Vec<u8>, text: &str) {
     put!(out; if end.is_some() { "...\"" } else { "\"" });
 }
 
-/// Appends what went wrong: the kinds as they are written in files, with the node and the first frame of each.
+/// Appends problems: their kinds as written in files, with the node and the first frame of each.
 fn problems(out: &mut Vec<u8>, lang: Lang, named: &[Problem], more: u64) {
     for (place, one) in named.iter().enumerate() {
         put!(out; if place > 0 { lang.pick("、", ", ") } else { "" });
         if let Some(node) = one.node {
             put!(out; lang.pick("节点", "node "), node, " ");
         }
-        // The name says it in English.
+        // The name is English.
         put!(out; one.name, lang.pick(" ", ""), lang.pick(one.words.zh, ""));
         put!(out; lang.pick(" (第", " (frame "), one.frame, lang.pick("帧)", ")"));
     }
@@ -135,7 +135,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
     }
 }
 
-/// What a wrong CRC would be right for.
+/// Returns the data that a wrong CRC would match.
 fn crc(lang: Lang, matches: CrcMatch) -> &'static str {
     match matches {
         CrcMatch::Nothing => "",
@@ -147,14 +147,14 @@ fn crc(lang: Lang, matches: CrcMatch) -> &'static str {
     }
 }
 
-/// `0637h 运行使能`: a controlword or a statusword and its meaning.
+/// Appends a controlword or a statusword and its meaning: `0637h 运行使能`.
 fn drive_word(out: &mut Vec<u8>, lang: Lang, index: u16, word: u16) {
     put!(out; Hex::<4>(u64::from(word)), "h ");
     signal::annotation(out, lang, index, u64::from(word));
 }
 
-/// A duration in the unit in which an engineer would say it: `350 µs`, `1.2 ms`, `1.5 s`. Three digits after the point at
-/// most, none that are zero.
+/// Appends a duration in its usual unit: `350 µs`, `1.2 ms`, `1.5 s`. At most three digits after the point, without
+/// trailing zeros.
 pub fn duration(out: &mut Vec<u8>, ns: i64) {
     let (unit, name) = match ns.unsigned_abs() {
         0..1_000_000 => (1_000, " µs"),
@@ -176,7 +176,7 @@ pub fn duration(out: &mut Vec<u8>, ns: i64) {
     put!(out; name);
 }
 
-/// Appends codes of rules, each with how many there are where it is not one.
+/// Appends codes of rules, each with its count unless that is one.
 pub fn codes(out: &mut Vec<u8>, rules: &BTreeMap<Code, u64>, between: &'static str) {
     for (place, (code, count)) in rules.iter().enumerate() {
         put!(out; if place > 0 { between } else { "" }, code.rule().id);

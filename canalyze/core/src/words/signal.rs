@@ -1,16 +1,15 @@
 //! One signal in words, `名称=值 单位`: an entry of a mapping, in a line of its PDO.
 //!
-//! Names. The communication objects (1000h-1FFFh) have the standard's names. 6000h-9FFFh mean what the device's
-//! profile says, and profiles clash: 6040h is a drive's controlword, an encoder's acceleration and a hydraulic
-//! valve's device control word; 6000h and 6004h are something else in each. Of the profiles only CiA 402's names
-//! are known here, and an object counts as CiA 402's where all of this holds:
+//! The communication objects (1000h-1FFFh) have the standard's names. The meanings of 6000h-9FFFh depend on the device's
+//! profile, and profiles conflict: 6040h is a drive's controlword, an encoder's acceleration and a hydraulic valve's
+//! device control word; 6000h and 6004h are different in each. An object counts as CiA 402's if:
 //!
-//! 1. CiA 402 has that index and sub-index, and the mapped length and the type known of it have its type's size
+//! 1. CiA 402 has its index and sub-index, and both the mapped length and its known type have the size of CiA 402's type
 //!    (no type: the caller knows of another profile, see [`Mapped::data_type`]);
-//! 2. where a description names the object, it is CiA 402's English name, case, blanks and signs left aside.
+//! 2. a name in a description is CiA 402's English name, except for case, blanks and signs.
 //!
-//! Then it has the standard's name in the chosen language, and words for states, commands and modes. Otherwise it
-//! has the description's name as it is; without one, its index: `6401h:01`. It must not decide what a mapping is.
+//! It then has the standard's name in the chosen language, and words for states, commands and modes. Otherwise it
+//! has the description's name as it is; without one, its index: `6401h:01`. Mappings are not decided here.
 
 use std::io::Write;
 
@@ -29,8 +28,7 @@ pub fn signal(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     value(out, lang, mapped, raw);
 }
 
-/// Appends every signal of a PDO, with commas between. Dummy entries are nothing; what the payload does not reach
-/// is `?`.
+/// Appends every signal of a PDO, with commas between. Dummy entries are skipped; entries beyond the payload are `?`.
 pub fn all(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, payload: &[u8]) {
     let mut first = true;
     for (mapped, how) in mapping.entries.iter().zip(written(mapping, lang)).filter(|(mapped, _)| !mapped.dummy) {
@@ -48,7 +46,7 @@ pub fn all(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, payload: &[u8]) {
     }
 }
 
-/// How the entries of a mapping are written, in their order.
+/// Returns the written form of the entries of a mapping, in their order.
 pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
     let [zh, en] = &mapping.written;
     let kept = match lang {
@@ -62,8 +60,8 @@ pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
     })
 }
 
-/// Adds its object to each name that stands more than once (descriptions call the parts of an object alike), and its
-/// turn where the object is mapped more than once.
+/// Adds its object to each name that occurs more than once (descriptions may repeat names), and its position if the
+/// object is mapped more than once.
 fn tell_apart(mapping: &Mapping, lang: Lang, found: &mut [Written]) {
     let names: Vec<_> = found.iter().map(|how| how.name.clone()).collect();
     for (place, (how, mapped)) in found.iter_mut().zip(&mapping.entries).enumerate() {
@@ -94,24 +92,24 @@ fn write(mapped: &Mapped, lang: Lang) -> Written {
     found
 }
 
-/// Appends the name of an entry, as the head of this file has it. The second and further axes of CiA 402 are
-/// told from the first: `状态字(轴2)`.
+/// Appends the name of an entry, as described at the head of this file. The second and further axes of CiA 402 are
+/// distinguished from the first: `状态字(轴2)`.
 pub fn name(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
     named(out, lang, mapped, true);
 }
 
-/// The same for a line that already has the object: `1A01h:02 TPDO映射参数`, without a second `:02`.
+/// Likewise for a line that already has the object: `1A01h:02 TPDO映射参数`, without a second `:02`.
 pub fn name_beside_object(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped) {
     named(out, lang, mapped, false);
 }
 
-/// Whether an entry has a name: the standard's or the description's.
+/// Returns true if an entry has a name: the standard's or the description's.
 pub fn has_name(lang: Lang, mapped: &Mapped) -> bool {
     standard_name(lang, mapped).is_some() || mapped.name.as_deref().is_some_and(|given| !given.is_empty())
 }
 
-/// All names by which a signal of a PDO may be selected: its own in both languages, that of the description and its
-/// object, each by itself, behind the node, and behind node and PDO.
+/// Returns all names by which a signal of a PDO may be selected: its own in both languages, that of the description and
+/// its object, each by itself, behind the node, and behind node and PDO.
 pub fn names(transmit: bool, number: u16, node: u8, mapped: &Mapped) -> Vec<String> {
     let (index, sub) = (mapped.index, mapped.sub);
     let mut own = vec![format!("{index:04X}"), format!("{index:04X}:{sub:02X}"), format!("{index:04X}h:{sub:02X}")];
@@ -131,7 +129,8 @@ pub fn names(transmit: bool, number: u16, node: u8, mapped: &Mapped) -> Vec<Stri
     all
 }
 
-/// The value of an entry as a number with sign, type and factor; `None` where it is no number. BOOLEAN is 0 or 1.
+/// Returns the value of an entry as a number with sign, type and factor; `None` if it is not a number. BOOLEAN is 0 or
+/// 1.
 pub fn physical(mapped: &Mapped, raw: u64) -> Option<f64> {
     let scaled = |read: f64| if mapped.factor == 1.0 { read } else { product(read, mapped.factor) };
     match number(mapped.data_type, raw, mapped.bits) {
@@ -145,8 +144,8 @@ pub fn physical(mapped: &Mapped, raw: u64) -> Option<f64> {
     }
 }
 
-/// Whether its value is a quantity: not a choice, a truth value, bits or text, of which least and greatest mean
-/// nothing.
+/// Returns true if its value is a quantity: not a choice, a truth value, bits or text, whose least and greatest values
+/// are meaningless.
 pub fn is_quantity(mapped: &Mapped) -> bool {
     if mapped.bits > 64 || number(mapped.data_type, 0, mapped.bits) == Number::Bytes {
         return false;
@@ -161,7 +160,7 @@ fn named(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, alone: bool) {
         say!(out, lang; zh: "虚映射"; en: "dummy");
     } else if let Some(word) = standard_name(lang, mapped) {
         put!(out; word);
-        // A sub-index without a name of its own has the object's, as one that never has any.
+        // A sub-index without a name of its own has the object's, like one that does not exist.
         if alone && sub > 0 && Some(word) == terms::object_name(lang, mapped.profile, index, 0xFF) {
             put!(out; ":", Hex::<2>(u64::from(sub)));
         }
@@ -183,7 +182,7 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     worded(out, lang, mapped, &write(mapped, lang), raw);
 }
 
-/// The same of the entry at a place in its mapping: what does not change from frame to frame is not found anew.
+/// Likewise for the entry at an index of its mapping: what is the same in every frame is not computed again.
 pub fn value_at(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, place: usize, raw: u64) {
     if let (Some(mapped), Some(how)) = (mapping.entries.get(place), written(mapping, lang).get(place)) {
         worded(out, lang, mapped, how, raw);
@@ -228,8 +227,8 @@ fn worded(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, how: &Written, raw: u6
     }
 }
 
-/// Appends the meaning of an object's value by CiA 402: `运行使能`, `使能运行`, `循环同步位置(CSP)`. Nothing for
-/// an object that has no such words. That the device is a drive is the caller's to know.
+/// Appends the meaning of an object's value by CiA 402: `运行使能`, `使能运行`, `循环同步位置(CSP)`. Nothing for other objects. The
+/// caller has to know that the device is a drive.
 pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
     let word = raw as u16;
     match Object::at(index) {
@@ -242,7 +241,7 @@ pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
             }
         }
         Some(Object::Controlword) => {
-            // Without a word before it, bit 7 is its edge and there always is a command.
+            // Without a previous word, bit 7 counts as an edge, so that there always is a command.
             put!(out; drive::command(word, None).map_or("", |command| terms::drive::command(lang, command)));
             if drive::halt(word) {
                 say!(out, lang; zh: " (暂停)"; en: " (halt)");
@@ -266,13 +265,13 @@ pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
     }
 }
 
-/// Whether an entry is an object of CiA 402, as the head of this file has it.
+/// Returns true if an entry is an object of CiA 402, as described at the head of this file.
 pub fn is_drives(mapped: &Mapped) -> bool {
     mapped.profile.may_be_drive() && is_of_profile(mapped)
 }
 
-/// Whether an entry is the object that the device's profile has at its index: it has its size; and no other name, where
-/// it is not known which profile the device has.
+/// Returns true if an entry is the object that the device's profile has at its index: it has the same size, and no
+/// other name if the profile of the device is unknown.
 pub fn is_of_profile(mapped: &Mapped) -> bool {
     let (index, sub) = (mapped.index, mapped.sub);
     if index < 0x6000 {
@@ -291,7 +290,7 @@ pub fn is_of_profile(mapped: &Mapped) -> bool {
     mapped.profile != Profile::UNKNOWN || is_called_so(mapped)
 }
 
-/// Whether the description, if there is one, calls an entry as the profile does.
+/// Returns true if the description, if there is one, gives an entry the profile's name.
 fn is_called_so(mapped: &Mapped) -> bool {
     let standard = mapped.profile.name(mapped.index, mapped.sub);
     match mapped.name.as_deref() {
@@ -300,19 +299,19 @@ fn is_called_so(mapped: &Mapped) -> bool {
     }
 }
 
-/// The standard's name, where it is certain that the object is the standard's.
+/// Returns the standard's name, if the object is certainly the standard's.
 fn standard_name(lang: Lang, mapped: &Mapped) -> Option<&'static str> {
     let given = mapped.name.as_deref().is_some_and(|given| !given.is_empty());
     let certain = match mapped.index {
         0x1000..=0x1FFF => true,
-        // Whatever a description calls its objects stays; only a drive's are so well known that they are translated.
+        // Names of a description are kept; only those of a drive's objects are well known and translated.
         _ if given => is_drives(mapped) && is_called_so(mapped),
         _ => is_of_profile(mapped),
     };
     certain.then(|| terms::object_name(lang, mapped.profile, mapped.index, mapped.sub)).flatten()
 }
 
-/// Whether two names are the same but for case, blanks and signs: `Position_Actual_Value`.
+/// Returns true if two names are equal except for case, blanks and signs: `Position_Actual_Value`.
 fn same(given: &str, standard: &str) -> bool {
     fn letters(name: &str) -> impl Iterator<Item = char> {
         name.chars().filter(|c| c.is_alphanumeric()).map(|c| c.to_ascii_lowercase())
@@ -320,7 +319,7 @@ fn same(given: &str, standard: &str) -> bool {
     letters(given).eq(letters(standard))
 }
 
-/// Whether the value is rather read as bits: the standard's bit fields, and a drive's digital inputs and outputs.
+/// Returns true if the value is read as bits: the standard's bit fields, and a drive's digital inputs and outputs.
 fn is_bit_field(mapped: &Mapped) -> bool {
     if mapped.index < 0x6000 {
         return od::is_bit_field(mapped.index, mapped.sub);
@@ -329,7 +328,7 @@ fn is_bit_field(mapped: &Mapped) -> bool {
     is_of_profile(mapped) && (digital || mapped.profile.is_bit_field(mapped.index, mapped.sub))
 }
 
-/// Strings, DOMAINs and dates, as SDO's values are shown.
+/// Appends strings, DOMAINs and dates in the form of SDO's values.
 fn octets(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     let all = raw.to_le_bytes();
     let count = usize::from(mapped.bits).div_ceil(8);
@@ -337,7 +336,8 @@ fn octets(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     bytes::value(out, lang, mapped.data_type, whole, whole.len() as u64);
 }
 
-/// A whole number times a power of ten below 1, by hand: such factors are the rule. `-7534` with one digit is `-753.4`.
+/// Appends a whole number times a power of ten below 1, digit by digit, since such factors are common. `-7534` with one
+/// digit is `-753.4`.
 pub(crate) fn fixed(out: &mut Vec<u8>, negative: bool, magnitude: u64, digits: u8) {
     if negative {
         out.push(b'-');
@@ -362,8 +362,9 @@ pub(crate) fn fixed(out: &mut Vec<u8>, negative: bool, magnitude: u64, digits: u
     }
 }
 
-/// A whole number in its unit: 3 x 0.1 is 0.3. The usual factors are whole or, like 0.01, one divided by a whole
-/// number, and a division is exact to the last digit; else 15 digits are what two factors of a few digits need.
+/// Multiplies a whole number by its factor: 3 x 0.1 is 0.3. The usual factors are whole or, like 0.01, one divided by a
+/// whole number, and a division is exact to the last digit. Otherwise 15 digits suffice for two factors of a few
+/// digits.
 pub(crate) fn product(read: f64, factor: f64) -> f64 {
     let exact = read * factor;
     let inverse = (1.0 / factor).round();
@@ -376,7 +377,7 @@ pub(crate) fn product(read: f64, factor: f64) -> f64 {
     format!("{exact:.14e}").parse().unwrap_or(exact)
 }
 
-/// The shortest decimal that is read back as the same number; with an exponent where it would be long.
+/// Appends the shortest decimal that is read back as the same number; with an exponent if it would be long.
 fn real32(out: &mut Vec<u8>, read: f32) {
     // Writing to a vector cannot fail.
     let _ = match read.abs() {
@@ -386,7 +387,7 @@ fn real32(out: &mut Vec<u8>, read: f32) {
     };
 }
 
-/// The same for double precision.
+/// Likewise for double precision.
 pub(crate) fn real64(out: &mut Vec<u8>, read: f64) {
     let _ = match read.abs() {
         0.0 | 1e-5..1e16 => write!(out, "{read}"),

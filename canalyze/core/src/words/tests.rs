@@ -1,4 +1,4 @@
-//! Frames as literal bytes with the words expected for them, in both languages.
+//! Frames as literal bytes with their expected words, in both languages.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
@@ -448,7 +448,7 @@ fn the_rest() {
     );
 }
 
-/// The digits of a sentence, which both languages have to share.
+/// The digits of a sentence, which have to be the same in both languages.
 fn figures(text: &str) -> String {
     text.chars().filter(char::is_ascii_digit).collect()
 }

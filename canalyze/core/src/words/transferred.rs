@@ -1,4 +1,4 @@
-//! What a transfer moved, in words, and what is missing of it. Must not decide anything: that comes in `Transfer`.
+//! The data of a transfer in words, and its missing parts. They are determined in `Transfer`.
 
 use super::digits::{Hex, put};
 use super::value::{BYTES, Size, of_object, value};
@@ -7,11 +7,11 @@ use crate::sdo::holes::Hole;
 use crate::sdo::transfer::{Status, Transfer};
 use crate::world::od::DataType;
 
-/// Most holes that are named.
+/// Maximum number of holes that are named.
 const NAMED: usize = 3;
 
-/// What a transfer moved: a value if it is whole, else bytes, since a fragment read as a number is none. Of a write that
-/// was not confirmed, what was requested.
+/// Appends the data of a transfer: a value if it is complete, else bytes, since a fragment is not a number. For a write
+/// that was not confirmed, the requested value.
 pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let whole = transfer.data.kept.len() as u64 == transfer.data.size;
     match (transfer.outcome.status, transfer.mux) {
@@ -30,8 +30,8 @@ pub fn transferred(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     }
 }
 
-/// Appends the bytes of a transfer that has holes: `..` stands for each byte that is missing, `...` where their number is
-/// not known. Behind them what is missing: `[missing: start, 7 bytes at offset 14]`.
+/// Appends the bytes of a transfer with holes: `..` for each missing byte, `...` if their number is unknown. A list of
+/// the missing parts follows: `[missing: start, 7 bytes at offset 14]`.
 fn holed(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let start = out.len();
     let holes = transfer.data.holes.list();
@@ -78,7 +78,7 @@ fn missing(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
             Some(_) if placed => say!(out, lang; zh: "偏移", *offset, "起", size; en: size, " at offset ", *offset),
             Some(_) if end => say!(out, lang; zh: "结尾", size; en: size, " at the end"),
             Some(_) => say!(out, lang; zh: "中间", size; en: size, " in between"),
-            // Of a transfer that is there from its beginning: bytes are missing, and nothing tells where.
+            // A transfer that is captured from its beginning lacks bytes at unknown positions.
             None if *offset == 0 && !transfer.outcome.midway => {
                 put!(out; lang.pick("位置未知", "at an unknown position"))
             }

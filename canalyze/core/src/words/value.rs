@@ -1,6 +1,6 @@
-//! Values in words: what an object's bytes say, by its standard data type or by their looks.
+//! Values in words: the content of an object's bytes, by its standard data type or by their appearance.
 //!
-//! The same in both languages but for units. It must not decide which object the bytes belong to.
+//! They are the same in both languages except for units. The object is determined by the caller.
 
 use std::sync::Arc;
 
@@ -16,9 +16,9 @@ use crate::world::dictionary::{Described, Object};
 use crate::world::drive;
 use crate::world::od::{self, DataType, Value};
 
-/// Most bytes of a text that are shown.
+/// Maximum number of bytes of a text that are shown.
 const TEXT: usize = 512;
-/// Most bytes that are shown in hexadecimal.
+/// Maximum number of bytes that are shown in hexadecimal.
 pub(super) const BYTES: usize = 32;
 
 /// A value. `bytes` may be only the beginning of `size` bytes.
@@ -51,7 +51,7 @@ pub fn value(out: &mut Vec<u8>, lang: Lang, data_type: Option<DataType>, bytes: 
     }
 }
 
-/// Appends a blank and the name of an object, where it has one: the standard's, or the vendor's as it is.
+/// Appends a blank and the name of an object, if it has one: the standard's, or the manufacturer's as it is.
 pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described) {
     match &described.object {
         Some(object) => {
@@ -66,7 +66,7 @@ pub fn name(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described) {
     }
 }
 
-/// A described object as if a PDO carried all of it.
+/// Returns a described object as if a PDO carried all of it.
 pub(crate) fn as_mapped(object: &Object, profile: Profile) -> Mapped {
     Mapped {
         name: Some(Arc::clone(&object.name)),
@@ -76,7 +76,7 @@ pub(crate) fn as_mapped(object: &Object, profile: Profile) -> Mapped {
     }
 }
 
-/// The same of an object that no description has.
+/// Returns an object without a description as if a PDO carried all of it.
 pub(crate) fn undescribed(mux: Mux, data_type: Option<DataType>, profile: Profile) -> Mapped {
     Mapped {
         index: mux.index,
@@ -92,12 +92,12 @@ pub(crate) fn undescribed(mux: Mux, data_type: Option<DataType>, profile: Profil
     }
 }
 
-/// The value of an object that was transferred whole.
+/// Appends the value of an object that was transferred completely.
 pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described, bytes: &[u8]) {
     let profile = described.profile;
     let standard = profile.data_type(mux.index, mux.sub);
     let data_type = described.data_type(mux.index, mux.sub);
-    // With a description numbers have units and factors, as in a PDO; what the standards make of an object stays.
+    // With a description, numbers have units and factors, as in a PDO; the standard's forms of objects are kept.
     if let Some(object) = &described.object
         && (standard.is_none() || object.unit.is_some() || object.factor != 1.0)
         && matches!(data_type.and_then(DataType::size), Some(size) if size == bytes.len() && size <= 8)
@@ -117,7 +117,7 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described,
     } else {
         value(out, lang, data_type, bytes, bytes.len() as u64);
     }
-    // What has words of its own on a drive.
+    // Some objects of a drive have words of their own.
     let own = described.object.as_deref();
     let drives = own.map_or(profile.may_be_drive(), |object| signal::is_drives(&as_mapped(object, profile)));
     if drives && drive::Object::at(mux.index).is_some() && standard.and_then(DataType::size) == Some(bytes.len()) {
@@ -134,8 +134,8 @@ pub fn of_object(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described,
     }
 }
 
-/// The object of a multiplex PDO and its value: `2000h:01 电机温度 = 4.2 degC`, without a type its bytes. `mapping`
-/// is what is known of the object.
+/// Appends the object of a multiplex PDO and its value: `2000h:01 电机温度 = 4.2 degC`; without a type its bytes. `mapping`
+/// is the known mapping of the object.
 pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping: Option<&Mapping>) {
     let mux = Mux { index: content.index, sub: content.sub };
     put!(out; mux);
@@ -155,7 +155,7 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
     }
 }
 
-/// `" (0FA0h)"` for a number of several bytes or beyond one digit, as wide as its bytes.
+/// Appends `" (0FA0h)"` to a number of several bytes or beyond one digit, as wide as its bytes.
 fn hexadecimal(out: &mut Vec<u8>, bytes: &[u8]) {
     put!(out; " (");
     for byte in bytes.iter().rev() {
@@ -173,7 +173,7 @@ fn quoted(out: &mut Vec<u8>, text: &[u8], whole: bool) {
     }
 }
 
-/// The bytes of one segment: as text where all of them are printable, else in hexadecimal.
+/// Appends the bytes of one segment: as text if all of them are printable, else in hexadecimal.
 pub fn segment(out: &mut Vec<u8>, bytes: &[u8]) {
     if !bytes.is_empty() && bytes.iter().all(|byte| (0x20..0x7F).contains(byte)) {
         quoted(out, bytes, true);

@@ -1,10 +1,10 @@
-//! What one node's communication objects hold, and from where that is known.
+//! The values of one node's communication objects, and their sources.
 //!
-//! Values come from acknowledged SDO writes and successful reads, from options, from a DCF, from an EDS, in this
-//! order of trust. What was only requested, by writes of which the capture shows no answer, is kept apart from them.
-//! What was written does not survive a reset unless it was stored (1010h); what was read before any write is the stored
-//! value and does; restored defaults (1011h) hold from the next reset on (CiA 301, 7.5.2.13 and .14). It must not know
-//! what the values mean to a service.
+//! Values come from acknowledged SDO writes and successful reads, from options, from a DCF, from an EDS, in this order
+//! of trust. Values that were only requested, by writes without a response in the capture, are kept apart from them. A
+//! written value does not survive a reset unless it was stored (1010h); a value that was read before any write is the
+//! stored one and does; restored defaults (1011h) are in force from the next reset on (CiA 301, 7.5.2.13 and .14). The
+//! meaning of the values to a service is not known here.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -13,22 +13,23 @@ use crate::sdo::transfer::Direction;
 use crate::sdo::wire::Mux;
 use crate::world::dictionary::{Dictionary, Form, Object};
 
-/// Objects kept for one node at most (invariant 6): more than the ranges below hold on any real device.
+/// Maximum number of objects of one node that are kept (invariant 6): more than any real device has in the ranges
+/// below.
 const KEPT: usize = 4096;
-/// "save" and "load" as they stand in 1010h and 1011h.
+/// "save" and "load" in the byte order of 1010h and 1011h.
 const SAVE: u64 = 0x6576_6173;
 const LOAD: u64 = 0x6461_6F6C;
 
-/// From where a value is known. The order is the order of trust.
+/// The source of a value, in the order of trust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Provenance {
     /// The standard's default: the pre-defined connection set.
     Default,
-    /// A write in the capture, with this frame, to which the capture shows no answer. Frames that agree with it are decoded
-    /// by it, but no check uses it.
+    /// A write in the capture, with this frame, to which the capture shows no response. Matching frames are decoded by
+    /// it, but no check uses it.
     Unconfirmed(u64),
-    /// The capture, with this frame; but it may be another value by now: frames were lost since, or it was written with
-    /// a transfer whose result is not known. Frames are still decoded by it, but no check uses it.
+    /// The capture, with this frame; but the value may have changed: frames were lost since, or it was written with a
+    /// transfer whose result is unknown. Frames are still decoded by it, but no check uses it.
     Doubted(u64),
     /// An EDS.
     Eds,
@@ -36,7 +37,7 @@ pub enum Provenance {
     Dcf,
     /// An option of the command line or of canalyze.toml.
     Option,
-    /// The capture itself: the frame with which it was known.
+    /// The capture itself: the frame that showed it.
     Observed(u64),
 }
 
@@ -53,7 +54,7 @@ impl Provenance {
         }
     }
 
-    /// The frame with which the capture has shown it, whether or not it is in doubt since.
+    /// Returns the frame with which the capture has shown it, whether or not it is in doubt since.
     pub fn frame(self) -> Option<u64> {
         match self {
             Self::Observed(frame) | Self::Doubted(frame) | Self::Unconfirmed(frame) => Some(frame),
@@ -61,23 +62,23 @@ impl Provenance {
         }
     }
 
-    /// It may not hold: no check uses it.
+    /// Returns true if it may be outdated, so that no check uses it.
     pub fn is_doubted(self) -> bool {
         matches!(self, Self::Doubted(_) | Self::Unconfirmed(_))
     }
 
-    /// No answer has confirmed it.
+    /// Returns true if no response has confirmed it.
     pub fn is_unconfirmed(self) -> bool {
         matches!(self, Self::Unconfirmed(_))
     }
 
-    /// Somebody has said it of this very node, and not only its kind of device.
+    /// Returns true if it is about this very node, and not only about its kind of device.
     pub fn is_told(self) -> bool {
         self > Self::Eds || self.is_doubted()
     }
 }
 
-/// A value and from where it is known.
+/// A value and its source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KnownValue {
     /// The number, at most 64 bits.
@@ -88,13 +89,13 @@ pub struct KnownValue {
 
 type Address = (u16, u8);
 
-/// What a write asked for.
+/// The value requested by a write.
 #[derive(Clone, Copy, Debug)]
 struct Requested {
     value: u64,
-    /// Its request.
+    /// The frame of its request.
     frame: u64,
-    /// It is known that the capture shows no answer to it; until then one may come.
+    /// The capture is known to lack a response; until then one may come.
     unanswered: bool,
 }
 
@@ -104,36 +105,37 @@ pub struct Configuration {
     description: Option<Arc<Dictionary>>,
     /// By option.
     options: BTreeMap<Address, u64>,
-    /// From a concise DCF (1F22h) that a configuration manager was given for this node.
+    /// From a concise DCF (1F22h) that a configuration manager received for this node.
     concise: BTreeMap<Address, u64>,
-    /// What the capture shows, with the frame that did.
+    /// Values shown by the capture, with their frames.
     observed: BTreeMap<Address, (u64, u64)>,
-    /// What the node comes up with after a reset, as far as the capture shows it.
+    /// Values after a reset, as far as the capture shows them.
     stored: BTreeMap<Address, (u64, u64)>,
-    /// Written since the last reset or store.
+    /// Objects written since the last reset or store.
     written: BTreeSet<Address>,
     restored: bool,
-    /// Frames were lost behind this one: what was observed by then may be another value now.
+    /// The last frame before frames were lost: values observed up to it may have changed.
     doubted_to: Option<u64>,
-    /// Written without a sound answer, with the frame that showed it: the old value may hold, or the new one.
+    /// Objects written without a valid response, with the frame that showed it: the old or the new value may be in
+    /// force.
     unsure: BTreeMap<Address, u64>,
-    /// The same of what is stored.
+    /// Likewise for stored values.
     unsure_stored: BTreeMap<Address, u64>,
-    /// What writes asked for that nothing has confirmed or refused.
+    /// Values requested by writes that were neither confirmed nor refused.
     requested: BTreeMap<Address, Requested>,
-    /// Where what holds may be another thing than what is stored.
+    /// Objects whose value may differ from the stored one.
     unstored: BTreeSet<Address>,
-    /// What was observed since frames were lost.
+    /// Objects observed since frames were lost.
     undoubted: BTreeSet<Address>,
-    /// Objects that have changed since the node's PDOs were made of them.
+    /// Objects that have changed since the node's PDOs were compiled.
     uncompiled: BTreeSet<u16>,
-    /// Objects that have changed since identifiers were given to roles by them.
+    /// Objects that have changed since identifiers were assigned to roles.
     unassigned: BTreeSet<u16>,
-    /// Objects, but for those of PDOs, that have changed since checks were told of them.
+    /// Objects, except those of PDOs, that have changed since checks were notified.
     untold: BTreeSet<u16>,
 }
 
-/// Whether an object is one that decoding depends on.
+/// Returns true if decoding depends on an object.
 pub fn concerns(index: u16) -> bool {
     matches!(
         index,
@@ -141,7 +143,7 @@ pub fn concerns(index: u16) -> bool {
     )
 }
 
-/// Whether a value of an object that was only asked for is of use: it is a COB-ID of SYNC, EMCY or a PDO, or a part of a
+/// Returns true if a requested value of an object is used: it is a COB-ID of SYNC, EMCY or a PDO, or a part of a
 /// mapping.
 fn is_decoded_by(Mux { index, sub }: Mux) -> bool {
     match index {
@@ -152,18 +154,18 @@ fn is_decoded_by(Mux { index, sub }: Mux) -> bool {
     }
 }
 
-/// Whether an object is a communication or mapping parameter of a PDO.
+/// Returns true if an object is a communication or mapping parameter of a PDO.
 fn is_of_pdo(index: u16) -> bool {
     matches!(index, 0x1400..=0x1BFF)
 }
 
 impl Configuration {
-    /// The node's description, where there is one.
+    /// Returns the node's description, if there is one.
     pub fn description(&self) -> Option<&Arc<Dictionary>> {
         self.description.as_ref()
     }
 
-    /// Gives the node a description.
+    /// Sets the node's description.
     pub fn describe(&mut self, dictionary: Arc<Dictionary>) {
         self.description = Some(dictionary);
     }
@@ -178,14 +180,14 @@ impl Configuration {
         self.description.as_ref()?.get(index, sub)
     }
 
-    /// What an object holds on node `node`, by the most trusted source.
+    /// Returns the value of an object on node `node` from the most trusted source.
     pub fn get(&self, node: u8, index: u16, sub: u8) -> Option<KnownValue> {
         let known = self.before_writing(node, index, sub)?;
         let unsure = self.unsure.get(&(index, sub)).map(|frame| Provenance::Doubted(*frame));
         Some(KnownValue { from: unsure.unwrap_or(known.from), ..known })
     }
 
-    /// The same, whatever is being written to it.
+    /// Likewise, but ignores pending writes.
     pub fn before_writing(&self, node: u8, index: u16, sub: u8) -> Option<KnownValue> {
         let address = (index, sub);
         if let Some((value, frame)) = self.observed.get(&address) {
@@ -202,7 +204,7 @@ impl Configuration {
         self.described(node, index, sub)
     }
 
-    /// What the description says of an object, whatever else is known.
+    /// Returns the description's value of an object.
     pub fn described(&self, node: u8, index: u16, sub: u8) -> Option<KnownValue> {
         let description = self.description.as_ref()?;
         let object = description.get(index, sub)?;
@@ -210,7 +212,7 @@ impl Configuration {
         Some(KnownValue { value: object.preset_at(node)?, from: if dcf { Provenance::Dcf } else { Provenance::Eds } })
     }
 
-    /// Whether something of an object is known otherwise than by an EDS.
+    /// Returns true if something of an object is known from another source than an EDS.
     pub fn is_beyond_eds(&self, index: u16) -> bool {
         let span = (index, 0)..=(index, u8::MAX);
         let filed = |description: &Arc<Dictionary>| {
@@ -223,7 +225,7 @@ impl Configuration {
             || self.description.as_ref().is_some_and(filed)
     }
 
-    /// Whether something is known of an object.
+    /// Returns true if something is known of an object.
     pub fn holds(&self, index: u16) -> bool {
         let span = (index, 0)..=(index, u8::MAX);
         self.observed.range(span.clone()).next().is_some()
@@ -232,12 +234,12 @@ impl Configuration {
             || self.description.as_ref().is_some_and(|description| description.has(index))
     }
 
-    /// Objects that have changed since this was last asked, for the node's PDOs.
+    /// Returns the objects that have changed since the last call, for the node's PDOs.
     pub fn uncompiled(&mut self) -> BTreeSet<u16> {
         std::mem::take(&mut self.uncompiled)
     }
 
-    /// The same for the roles of identifiers. PDOs that are not made anew yet have their turn later.
+    /// Likewise for the roles of identifiers. PDOs that are not yet compiled again follow later.
     pub fn unassigned(&mut self) -> BTreeSet<u16> {
         let (later, now) = std::mem::take(&mut self.unassigned)
             .into_iter()
@@ -246,12 +248,12 @@ impl Configuration {
         now
     }
 
-    /// The same of objects that are not those of PDOs, for checks.
+    /// Likewise for checks, without the objects of PDOs.
     pub fn untold(&mut self) -> BTreeSet<u16> {
         std::mem::take(&mut self.untold)
     }
 
-    /// All that is known counts as changed for checks.
+    /// Marks all values as changed for checks.
     pub fn all_untold(&mut self) {
         self.untold.extend(self.indices(0x1000..=0x13FF));
     }
@@ -265,7 +267,7 @@ impl Configuration {
         }
     }
 
-    /// Every index of `range` for which something is known, ascending.
+    /// Returns every index of `range` with a known value, ascending.
     pub fn indices(&self, range: std::ops::RangeInclusive<u16>) -> BTreeSet<u16> {
         let span = (*range.start(), 0)..=(*range.end(), u8::MAX);
         let mut found: BTreeSet<u16> = self.observed.range(span.clone()).map(|((index, _), _)| *index).collect();
@@ -277,7 +279,7 @@ impl Configuration {
         found
     }
 
-    /// Takes what an SDO transfer has shown. Says whether a value that decoding depends on is another one now.
+    /// Takes the value that an SDO transfer has shown. Returns true if a value on which decoding depends has changed.
     pub fn learn(&mut self, direction: Direction, mux: Mux, bytes: &[u8], frame: u64) -> bool {
         let Some(value) = number(bytes) else { return false };
         let address = (mux.index, mux.sub);
@@ -318,8 +320,8 @@ impl Configuration {
         self.observed.insert(address, (value, frame)).is_none_or(|(before, _)| before != value) || unsure
     }
 
-    /// An object is written with the frame `frame`, and whether the node takes it is not known yet. Says whether a value
-    /// that decoding depends on is in doubt now.
+    /// Notes that the frame `frame` writes an object, with an unknown result. Returns true if a value on which decoding
+    /// depends is in doubt now.
     pub fn attempted(&mut self, mux: Mux, frame: u64) -> bool {
         let address = (mux.index, mux.sub);
         let room = self.unsure.len() < KEPT && !self.unsure.contains_key(&address);
@@ -332,7 +334,8 @@ impl Configuration {
         true
     }
 
-    /// A write with the frame `frame` asks for a value. Says whether an unanswered write before it counts no more.
+    /// Takes the value requested by a write with the frame `frame`. Returns true if it replaces a previous unanswered
+    /// write.
     pub fn request(&mut self, mux: Mux, bytes: &[u8], frame: u64) -> bool {
         let address = (mux.index, mux.sub);
         let before = self.requested.remove(&address).is_some_and(|it| it.unanswered);
@@ -345,7 +348,8 @@ impl Configuration {
         before
     }
 
-    /// The capture shows no answer to the last write of an object. Says whether frames may be decoded by it now.
+    /// Notes that the last write of an object has no response in the capture. Returns true if frames may be decoded by
+    /// it now.
     pub fn unanswered(&mut self, mux: Mux) -> bool {
         let requested = self.requested.get_mut(&(mux.index, mux.sub));
         let changed = requested.is_some_and(|it| !std::mem::replace(&mut it.unanswered, true));
@@ -355,8 +359,8 @@ impl Configuration {
         changed
     }
 
-    /// What writes asked for of an object does not hold: it was refused, or frames show otherwise. Says whether frames were
-    /// decoded by it.
+    /// Drops the requested values of an object: they were refused, or frames contradict them. Returns true if frames
+    /// were decoded by them.
     pub fn withdraw(&mut self, index: u16, sub: Option<u8>) -> bool {
         let (first, last) = sub.map_or((0, u8::MAX), |sub| (sub, sub));
         let concerned: Vec<Address> =
@@ -368,24 +372,24 @@ impl Configuration {
         !concerned.is_empty()
     }
 
-    /// What an unanswered write asked for.
+    /// Returns the value requested by an unanswered write.
     pub fn requested(&self, index: u16, sub: u8) -> Option<KnownValue> {
         let it = self.requested.get(&(index, sub)).filter(|it| it.unanswered)?;
         Some(KnownValue { value: it.value, from: Provenance::Unconfirmed(it.frame) })
     }
 
-    /// Whether unanswered writes asked for a value of an object.
+    /// Returns true if unanswered writes requested a value of an object.
     pub fn is_requested(&self, index: u16) -> bool {
         self.requested.range((index, 0)..=(index, u8::MAX)).any(|(_, it)| it.unanswered)
     }
 
-    /// Every index of `range` of which unanswered writes asked for a value, ascending.
+    /// Returns every index of `range` with a value that unanswered writes requested, ascending.
     pub fn requested_indices(&self, range: std::ops::RangeInclusive<u16>) -> BTreeSet<u16> {
         let span = (*range.start(), 0)..=(*range.end(), u8::MAX);
         self.requested.range(span).filter(|(_, it)| it.unanswered).map(|((index, _), _)| *index).collect()
     }
 
-    /// What was tried with the frame `first` was refused. Says whether a value is known again.
+    /// Notes that the attempt with the frame `first` was refused. Returns true if a value is known again.
     pub fn refused(&mut self, mux: Mux, first: u64) -> bool {
         let address = (mux.index, mux.sub);
         self.withdraw(mux.index, Some(mux.sub));
@@ -398,7 +402,7 @@ impl Configuration {
         true
     }
 
-    /// A value of a concise DCF.
+    /// Takes a value of a concise DCF.
     pub fn configure(&mut self, index: u16, sub: u8, bytes: &[u8]) {
         if let Some(value) = number(bytes)
             && concerns(index)
@@ -409,8 +413,8 @@ impl Configuration {
         }
     }
 
-    /// The node is no longer `node`: COB-IDs of the pre-defined connection set follow its new node-ID, so those that were
-    /// seen with the old one hold no more.
+    /// Notes that the node is no longer `node`: COB-IDs of the pre-defined connection set follow its new node-ID, so
+    /// those that were seen with the old one are dropped.
     pub fn leave(&mut self, node: u8) {
         let follows = |(index, sub): &Address, (value, _): &mut (u64, u64)| {
             let cob = matches!((index, sub), (0x1014, 0) | (0x1200, 1 | 2) | (0x1400..=0x15FF | 0x1800..=0x19FF, 1));
@@ -421,7 +425,7 @@ impl Configuration {
         self.requested.clear();
     }
 
-    /// Frames were lost behind the frame `last`. Says whether anything was observed that is in doubt now.
+    /// Notes that frames were lost behind the frame `last`. Returns true if any observed value is in doubt now.
     pub fn doubt(&mut self, last: u64) -> bool {
         let before = self.doubted_to.replace(last);
         let mut doubted = false;
@@ -435,7 +439,7 @@ impl Configuration {
         doubted
     }
 
-    /// The node was reset: it comes up with what is stored. Says whether anything is another value now.
+    /// Resets the node to its stored values. Returns true if any value has changed.
     pub fn reset(&mut self) -> bool {
         if std::mem::take(&mut self.restored) {
             self.stored.clear();
@@ -457,7 +461,7 @@ impl Configuration {
     }
 }
 
-/// Makes one entry of `of` what it is in `from`. Says whether it was another one.
+/// Copies one entry of `from` to `of`. Returns true if it has changed.
 fn take_over<T: Copy + PartialEq>(
     of: &mut BTreeMap<Address, T>,
     from: &BTreeMap<Address, T>,
@@ -469,7 +473,7 @@ fn take_over<T: Copy + PartialEq>(
     }
 }
 
-/// A value of one to eight bytes as a number.
+/// Returns a value of one to eight bytes as a number.
 pub fn number(bytes: &[u8]) -> Option<u64> {
     if !(1..=8).contains(&bytes.len()) {
         return None;

@@ -1,6 +1,6 @@
-//! What a step of the bus writes to: events, findings, and bytes of transfers that are handed out.
+//! The outputs of a step of the bus: events, findings, and bytes of extracted transfers.
 //!
-//! It is passed down to whoever judges a frame. It must not decide anything.
+//! It is passed to everything that judges a frame. Nothing is decided here.
 
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::evidence::duplicates::Sighting;
@@ -12,31 +12,31 @@ use crate::sdo::transfer::TransferId;
 use crate::sdo::wire::Mux;
 use crate::world::event::{Event, What};
 
-/// Where events go while one frame is taken.
+/// The outputs while one frame is taken.
 pub struct Context<'a> {
     /// Events of this frame, its own first.
     pub events: &'a mut Vec<Event>,
     /// The number the next transfer gets.
     pub next_transfer: &'a mut u64,
-    /// Whether transferred bytes are handed out.
+    /// True if transferred bytes are extracted.
     pub extract: bool,
-    /// Bytes handed out.
+    /// Extracted bytes.
     pub chunks: &'a mut Vec<Chunk>,
     /// The bus.
     pub bus: BusId,
-    /// The frame at hand (or the last one, at the capture's end and while a live bus is silent).
+    /// The current frame (or the last one, at the capture's end and while a live bus is silent).
     pub at: FrameRef,
-    /// What the recording of the bus did.
+    /// The behaviour of the bus's recording.
     pub evidence: &'a mut Evidence,
-    /// When the frame at hand was on the bus.
+    /// The time of the current frame on the bus.
     pub when: When,
-    /// Whether the capture shows the frame at hand a second time.
+    /// The sighting of the current frame, which the capture may contain a second time.
     pub sighting: Sighting,
-    /// The next frame of the SDO channel that the frame at hand belongs to, where it was read ahead.
+    /// The next frame of the current frame's SDO channel, if it was read ahead.
     pub next: Option<Frame>,
 }
 
-/// Bytes of a transfer that are handed out while it runs.
+/// Bytes of a transfer that are extracted while it runs.
 #[derive(Clone, Debug)]
 pub struct Chunk {
     /// Number of the transfer.
@@ -52,13 +52,13 @@ pub struct Chunk {
 }
 
 impl Context<'_> {
-    /// Reports what a rule says at the frame at hand. `cause` is the earlier frame it is about, if another.
+    /// Reports the verdict of a rule at the current frame. `cause` is the earlier frame that it is about, if any.
     pub fn raise(&mut self, what: impl Into<Verdict>, node: Option<u8>, object: Option<Mux>, cause: Option<FrameRef>) {
         let finding = self.verdict(what, node, object, cause);
         self.report(finding);
     }
 
-    /// A finding at the frame at hand that is not reported yet. `cause` as in [`Self::raise`].
+    /// Returns a finding at the current frame without reporting it. `cause` as in [`Self::raise`].
     pub fn verdict(
         &self,
         what: impl Into<Verdict>,
@@ -75,15 +75,16 @@ impl Context<'_> {
         self.emit(finding);
     }
 
-    /// Reports a finding that rests on the time of the frame at hand, or on a deadline that has passed by it: none
-    /// where the recorder had stood still.
+    /// Reports a finding that depends on the time of the current frame, or on a deadline that has passed by it; none if
+    /// the recorder had paused.
     pub fn report_timed(&mut self, finding: Finding) {
         if self.evidence.recording.verdict(self.when.burst) != Some(recording::Verdict::Confirmed) {
             self.emit(finding);
         }
     }
 
-    /// A finding about what was owed since a frame, linked to the circumstance that excuses it, if one does.
+    /// Returns a finding about an obligation since a frame, linked to the circumstance that excuses it, if there is
+    /// one.
     pub fn excused(&self, rules: Rules, since: When, finding: Finding) -> Finding {
         let Evidence { circumstances, recording, .. } = &*self.evidence;
         let excuse = || circumstances.excuse(rules, finding.node, since, recording);
@@ -91,15 +92,15 @@ impl Context<'_> {
     }
 
     /// Reports a finding after `wait_ns`, unless something explains it by then (see
-    /// [`Pending::explain`](crate::evidence::Pending::explain)): then it is that one's consequence.
+    /// [`Pending::explain`](crate::evidence::Pending::explain)): then it is a consequence of that.
     pub fn report_later(&mut self, finding: Finding, wait_ns: i64) {
         if let Some(finding) = self.evidence.pending.keep(finding, Until::Explained(wait_ns), self.when) {
             self.emit(finding);
         }
     }
 
-    /// Reports a finding that rests on a deadline of a node. Where the node owes a sign of life it waits for that: if
-    /// none comes, it is a consequence of the node's loss.
+    /// Reports a finding that depends on a deadline of a node. If the node owes a sign of life, it waits for that:
+    /// without one, it is a consequence of the node's loss.
     pub fn report_of_node(&mut self, finding: Finding) {
         if !self.evidence.pending.is_watched(finding.node) || !self.evidence.recording.teaches(self.when) {
             return self.report_timed(finding);
@@ -109,7 +110,7 @@ impl Context<'_> {
         }
     }
 
-    /// Reports a finding unless a command, listed late, permits it after all (see
+    /// Reports a finding unless a command that is listed late permits it (see
     /// [`Pending::withdraw`](crate::evidence::Pending::withdraw)).
     pub fn report_listed(&mut self, finding: Finding) {
         if let Some(finding) = self.evidence.pending.keep(finding, Until::Listed, self.when) {
@@ -117,7 +118,7 @@ impl Context<'_> {
         }
     }
 
-    /// Reports what has waited long enough by the frame at hand.
+    /// Reports the findings that have waited long enough by the current frame.
     #[inline]
     pub fn release(&mut self) {
         if !self.evidence.pending.is_empty() {
@@ -128,7 +129,7 @@ impl Context<'_> {
         }
     }
 
-    /// Reports what has waited for a proof that the service is there.
+    /// Reports the findings that have waited for a proof of their service.
     #[cold]
     fn release_proven(&mut self) {
         let Evidence { services, recording, .. } = &mut *self.evidence;
@@ -144,21 +145,21 @@ impl Context<'_> {
         }
     }
 
-    /// The capture is over, or frames were lost: reports what waits and stands.
+    /// Reports all waiting findings, at the end of the capture or when frames were lost.
     pub fn release_all(&mut self) {
         for finding in self.evidence.pending.finish(&self.evidence.recording) {
             self.emit(finding);
         }
     }
 
-    /// The capture is over: reports what waits for a proof and is not certain to be about something else.
+    /// Reports, at the end of the capture, the findings that wait for a proof and may be about their service.
     pub fn release_unproven(&mut self) {
         for finding in self.evidence.services.finish() {
             self.put(finding);
         }
     }
 
-    /// The time `now_ns`: that of the frame at hand, or a later one at which none came.
+    /// Returns the time `now_ns`: that of the current frame, or a later one without a frame.
     pub fn clock(&self, now_ns: i64) -> When {
         if self.at.t_ns == Some(now_ns) {
             return self.when;
@@ -166,14 +167,14 @@ impl Context<'_> {
         self.evidence.recording.at(FrameRef { t_ns: Some(now_ns), ..self.at })
     }
 
-    /// Appends an event at the frame at hand.
+    /// Appends an event at the current frame.
     #[inline]
     pub fn push(&mut self, about: Option<FrameRef>, node: Option<u8>, what: What) {
         let about = about.map(Box::new);
         self.events.push(Event { at: self.at, about, bus: self.bus, node, transfer: None, what });
     }
 
-    /// Puts a finding out as it is, where it stands: none of a service whose identifier carries something else.
+    /// Appends a finding as it is, at its frame, unless the identifier of its service carries something else.
     pub fn emit(&mut self, finding: Finding) {
         if let Some(finding) = self.evidence.services.admit(finding, self.when) {
             self.put(finding);

@@ -1,14 +1,14 @@
-//! A device description (EDS, DCF) as a flat table: what Python's reader hands over, once a file.
+//! A device description (EDS, DCF) as a flat table, which Python's reader hands over once a file.
 //!
-//! `$NODEID` stays unresolved, so that one table serves every node that carries the description, and a node whose
-//! ID is changed. It must not know how descriptions are written, nor what any object means.
+//! `$NODEID` stays unresolved, so that one table serves every node with the description, and a node whose ID changes.
+//! The syntax of descriptions and the meaning of objects are not known here.
 
 use std::sync::Arc;
 
 use crate::words::profiles::Profile;
 use crate::world::od::DataType;
 
-/// What kind of file it was: what a DCF configures counts more than what an EDS presets.
+/// The kind of file: the configuration of a DCF takes precedence over the presets of an EDS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// Electronic data sheet: a type of device.
@@ -31,7 +31,7 @@ pub enum Access {
 }
 
 impl Access {
-    /// The access that a word of a description stands for.
+    /// Returns the access for a word of a description.
     pub fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "ro" => Self::Ro,
@@ -42,7 +42,7 @@ impl Access {
         })
     }
 
-    /// The word of a description.
+    /// Returns the word of a description.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ro => "ro",
@@ -52,41 +52,41 @@ impl Access {
         }
     }
 
-    /// Whether an upload must be refused.
+    /// Returns true if an upload is permitted.
     pub fn is_readable(self) -> bool {
         self != Self::Wo
     }
 
-    /// Whether a download may be accepted.
+    /// Returns true if a download is permitted.
     pub fn is_writable(self) -> bool {
         matches!(self, Self::Wo | Self::Rw)
     }
 }
 
-/// A number that a description gives.
+/// A number in a description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preset {
-    /// The number; two's complement where it is negative.
+    /// The number; two's complement if it is negative.
     pub value: u64,
-    /// The node-ID is to be added.
+    /// The node-ID has to be added.
     pub relative: bool,
     /// It is a DCF's ParameterValue, not a default.
     pub configured: bool,
 }
 
 impl Object {
-    /// Its data type, where it is a static one.
+    /// Its data type, if it is a static one.
     pub fn data_type(&self) -> Option<DataType> {
         DataType::from_code(self.data_type)
     }
 
-    /// Whether another description says the same of what it is and how its value is read.
+    /// Returns true if another description has the same type and the same interpretation of values.
     pub fn is_alike(&self, other: &Self) -> bool {
         (&self.name, self.data_type, &self.unit) == (&other.name, other.data_type, &other.unit)
             && self.factor == other.factor
     }
 
-    /// The number that the object starts with on one node; relative ones wrap around at the type's width.
+    /// Returns the initial number of the object on one node; relative ones wrap around at the type's width.
     pub fn preset_at(&self, node: u8) -> Option<u64> {
         let Preset { value, relative, .. } = self.preset?;
         if !relative {
@@ -104,19 +104,19 @@ pub struct Object {
     pub index: u16,
     /// Sub-index.
     pub sub: u8,
-    /// The vendor's name.
+    /// The manufacturer's name.
     pub name: Arc<str>,
-    /// Data type code (CiA 301, 7.4.7); 0 where the file has none.
+    /// Data type code (CiA 301, 7.4.7); 0 if the file has none.
     pub data_type: u16,
     /// Access.
     pub access: Access,
-    /// What the device starts with, where it is a whole number.
+    /// The initial value, if it is a whole number.
     pub preset: Option<Preset>,
     /// It may be mapped into a PDO.
     pub mappable: bool,
-    /// Unit, where the file has one.
+    /// Unit, if the file has one.
     pub unit: Option<Arc<str>>,
-    /// What a raw value is multiplied by; 1 by default.
+    /// Factor of raw values; 1 by default.
     pub factor: f64,
 }
 
@@ -125,15 +125,15 @@ pub struct Object {
 pub struct Dictionary {
     /// The file's name, for messages.
     pub file: String,
-    /// What kind of file.
+    /// The kind of file.
     pub form: Form,
-    /// The product's name; empty where the file has none.
+    /// The product's name; empty if the file has none.
     pub device: String,
     objects: Vec<Arc<Object>>,
 }
 
 impl Dictionary {
-    /// A description of these objects, in any order; of two with the same address the first counts.
+    /// Creates a description of these objects, in any order; of two with the same address the first one counts.
     pub fn new(file: String, form: Form, device: String, mut objects: Vec<Object>) -> Self {
         objects.sort_by_key(|object| (object.index, object.sub));
         objects.dedup_by_key(|object| (object.index, object.sub));
@@ -160,7 +160,7 @@ impl Dictionary {
         self.objects.get(from..to).unwrap_or(&[])
     }
 
-    /// Whether it has any sub-index of an index.
+    /// Returns true if it has any sub-index of an index.
     pub fn has(&self, index: u16) -> bool {
         let place = self.objects.partition_point(|object| object.index < index);
         self.objects.get(place).is_some_and(|object| object.index == index)
@@ -172,10 +172,10 @@ impl Dictionary {
     }
 }
 
-/// What is known of an object that a server is asked for.
+/// The knowledge of an object of a server.
 #[derive(Clone, Debug, Default)]
 pub struct Described {
-    /// What the server's description says of it: this wins.
+    /// The object in the server's description, which takes precedence.
     pub object: Option<Arc<Object>>,
     /// The server's device profile.
     pub profile: Profile,

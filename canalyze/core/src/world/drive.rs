@@ -1,5 +1,5 @@
-//! CiA 402 (IEC 61800-7-201), drives: what statusword, controlword and modes of operation say, and which states
-//! can follow each other.
+//! CiA 402 (IEC 61800-7-201), drives: the meaning of statusword, controlword and modes of operation, and the possible
+//! transitions of states.
 //!
 //! | transition | from | to | by |
 //! |---|---|---|---|
@@ -20,12 +20,12 @@
 //! | 15 | fault | switch on disabled | fault reset |
 //! | 16 | quick stop active | operation enabled | enable operation |
 //!
-//! A statusword is a sample: states between two of them go unseen, and every state can be reached from every
-//! other one in some steps (not ready to switch on by a restart alone). So a pair of samples by itself proves
-//! nothing; [`explained`] takes the controlwords in between. Pure functions over numbers: which object a value
-//! belongs to, and that the device is a drive at all, is the caller's knowledge.
+//! A statusword is a sample: states between two of them are not seen, and every state can be reached from every
+//! other one in some steps (not ready to switch on only by a restart). A pair of samples alone therefore proves
+//! nothing; [`explained`] takes the controlwords in between. These are pure functions over numbers: the caller has to
+//! know the object of a value, and that the device is a drive.
 
-/// Most logical devices: 6000h-9FFFh in steps of 800h.
+/// Maximum number of logical devices: 6000h-9FFFh in steps of 800h.
 pub const AXES: u8 = 8;
 
 /// The profile's number in bits 15-0 of 1000h.
@@ -47,7 +47,7 @@ pub enum Object {
 }
 
 impl Object {
-    /// The object at an index of any axis.
+    /// Returns the object at an index of any axis.
     pub const fn at(index: u16) -> Option<Self> {
         if axis(index).is_none() {
             return None;
@@ -63,7 +63,7 @@ impl Object {
     }
 }
 
-/// The logical device that an index belongs to, 0..=7; `None` outside 6000h-9FFFh.
+/// Returns the logical device of an index, 0..=7; `None` outside 6000h-9FFFh.
 pub const fn axis(index: u16) -> Option<u8> {
     match index {
         0x6000..=0x9FFF => Some(((index - 0x6000) / 0x800) as u8),
@@ -74,7 +74,7 @@ pub const fn axis(index: u16) -> Option<u8> {
 /// A state of the power drive system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum State {
-    /// Not ready to switch on: it starts.
+    /// Not ready to switch on: the drive starts.
     NotReadyToSwitchOn,
     /// Switch on disabled.
     SwitchOnDisabled,
@@ -97,7 +97,7 @@ use State::{
     SwitchOnDisabled, SwitchedOn,
 };
 
-/// What a statusword is masked with, what is left then, and the state. No statusword fits two rows.
+/// The mask of a statusword, the masked value, and the state. No statusword matches two rows.
 const STATES: [(u16, u16, State); 8] = [
     (0x004F, 0x0000, NotReadyToSwitchOn),
     (0x004F, 0x0040, SwitchOnDisabled),
@@ -136,12 +136,12 @@ impl State {
         }
     }
 
-    /// The state of a statusword; `None` where its bits are those of no state.
+    /// Returns the state of a statusword; `None` if its bits are invalid.
     pub fn of(statusword: u16) -> Option<Self> {
         STATES.iter().find(|(mask, left, _)| statusword & mask == *left).map(|row| row.2)
     }
 
-    /// The bits of the statusword that say this state, and their value.
+    /// Returns the bits of the statusword for this state, and their value.
     pub fn coding(self) -> (u16, u16) {
         STATES.iter().find(|row| row.2 == self).map_or((0, 0), |row| (row.0, row.1))
     }
@@ -162,17 +162,17 @@ pub enum Command {
     QuickStop,
     /// `0xxx x110`.
     Shutdown,
-    /// `0xxx 0111`, coming from another command than enable operation.
+    /// `0xxx 0111` after another command than enable operation.
     SwitchOn,
-    /// `0xxx 0111`, coming from enable operation.
+    /// `0xxx 0111` after enable operation.
     DisableOperation,
-    /// `0xxx 0111` where what was before is not known: both have these bits, and both lead to switched on.
+    /// `0xxx 0111` after an unknown command: both commands have these bits, and both lead to switched on.
     SwitchOnOrDisableOperation,
-    /// `0xxx 1111`; where the drive is only ready to switch on, it switches on first.
+    /// `0xxx 1111`; if the drive is only ready to switch on, it switches on first.
     EnableOperation,
 }
 
-/// What bits 7 and 3-0 of a controlword ask for, seen as a level: `None` with bit 7 set.
+/// Returns the command of bits 7 and 3-0 of a controlword as a level: `None` with bit 7 set.
 const fn level(controlword: u16) -> Option<Command> {
     Some(match controlword & 0x8F {
         0x80.. => return None,
@@ -184,9 +184,9 @@ const fn level(controlword: u16) -> Option<Command> {
     })
 }
 
-/// The command of a controlword. `previous` is the last one that differs from it, `None` where none is known.
+/// Returns the command of a controlword. `previous` is the last one that differs from it, `None` if it is unknown.
 ///
-/// `None` where bit 7 stays set: the edge resets a fault, and no other command has the bit.
+/// `None` if bit 7 stays set: the edge resets a fault, and no other command has the bit.
 pub fn command(controlword: u16, previous: Option<u16>) -> Option<Command> {
     let Some(asked) = level(controlword) else {
         return previous.is_none_or(|word| word & 0x80 == 0).then_some(Command::FaultReset);
@@ -216,15 +216,15 @@ pub const fn halt(controlword: u16) -> bool {
     controlword & 1 << 8 != 0
 }
 
-/// The modes in supported drive modes (6502h) that the standard defines, as 6060h has them: bit n is mode n+1.
+/// Returns the standard modes in supported drive modes (6502h) with the numbers of 6060h: bit n is mode n+1.
 pub fn supported_modes(modes: u32) -> impl Iterator<Item = i8> {
     (1..=11).filter(move |mode| *mode != 5 && modes >> (mode - 1) & 1 != 0)
 }
 
-/// A transition: number, from, to, the commands that cause it, whether it can come without a command.
+/// A transition: number, from, to, the commands that cause it, and true if it can occur without a command.
 ///
-/// More of them come by themselves than the standard lists, since drives leave their states where power goes, a
-/// limit switch is hit, the bus is lost, a local input resets a fault. Upward, toward operation enabled, none does.
+/// More of them occur without a command than the standard lists, since drives leave their states when power is lost, a
+/// limit switch is hit, the bus is lost or a local input resets a fault. Upward, toward operation enabled, none does.
 type Transition = (u8, State, State, &'static [Command], bool);
 
 const TRANSITIONS: &[Transition] = &[
@@ -251,20 +251,20 @@ const TRANSITIONS: &[Transition] = &[
     (16, QuickStopActive, OperationEnabled, &[Command::EnableOperation], false),
 ];
 
-/// How one state can follow another in two samples of the statusword.
+/// The relation of two states in two samples of the statusword.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// It is the same state.
     Same,
-    /// By this transition of the standard, 1..=16.
+    /// One transition of the standard, 1..=16.
     Directly(u8),
-    /// By this many transitions at least, 2..: the states between were not seen.
+    /// At least this many transitions, 2..: the states between were not seen.
     Through(u8),
-    /// Only by a restart of the device: not ready to switch on has no transition to it.
+    /// Only a restart of the device: no transition leads to not ready to switch on.
     Restart,
 }
 
-/// How `to` can follow `from`, whatever was commanded.
+/// Returns the relation of `from` and `to`, whatever was commanded.
 pub fn reach(from: State, to: State) -> Reach {
     if from == to {
         return Reach::Same;
@@ -282,21 +282,21 @@ pub fn reach(from: State, to: State) -> Reach {
     Reach::Restart
 }
 
-/// Whether `to` can follow `from` where the drive was given these controlwords: the one in force at `from`, and
-/// all after it up to `to`, in their order. Where there are none, the one in force is not known: true.
+/// Returns true if `to` can follow `from` after these controlwords: the one in force at `from`, and all after it up to
+/// `to`, in their order. Without any, the one in force is unknown, and the result is true.
 ///
-/// It errs toward true: a controlword may be obeyed late, in part, or not at all; faults and falls toward
-/// switch on disabled come at any time; a fault may be reset otherwise. What is left to be false is a state
-/// nearer to operation enabled that no controlword led to. Three things stay with the caller. More than one
-/// controlword from before `from` may still be on its way then: a word held back for a SYNC, a sample of the
-/// statusword that waited to be sent; give them too. A drive that is operated locally ([`remote`] is false in
-/// either sample) obeys others. And a restart of the device, or a gap in the capture, explains everything.
+/// It errs toward true: a controlword may be obeyed late, in part, or not at all; faults and falls toward switch on
+/// disabled may occur at any time; a fault may be reset otherwise. False is left for a state nearer to operation
+/// enabled without a controlword that leads to it. The caller has to consider three more cases. Several controlwords
+/// from before `from` may still be in progress: a word held back for a SYNC, or a sample of the statusword that waited
+/// to be sent; they have to be passed, too. A drive that is operated locally ([`remote`] is false in either sample)
+/// obeys other commands. A restart of the device, or a gap in the capture, explains everything.
 pub fn explained(from: State, to: State, controlwords: impl IntoIterator<Item = u16>) -> bool {
     let mut reached = from.bit();
     let mut any = false;
     for word in controlwords {
         any = true;
-        // Drives obey the other bits beside a bit 7 that stays set, though the standard names no such command.
+        // Drives obey the other bits beside a bit 7 that stays set, although the standard defines no such command.
         let asked = level(word & !0x80);
         // A word is in force until the next one: the drive may take several steps by it.
         loop {
@@ -310,7 +310,7 @@ pub fn explained(from: State, to: State, controlwords: impl IntoIterator<Item = 
     !any || reached & to.bit() != 0
 }
 
-/// The states of a set, and those that one transition leads to.
+/// Returns the states of a set and those that one transition leads to.
 fn step(states: u8, may: impl Fn(&Transition) -> bool) -> u8 {
     let taken = TRANSITIONS.iter().filter(|row| states & row.1.bit() != 0 && may(row));
     taken.fold(states, |reached, row| reached | row.2.bit())
@@ -423,7 +423,7 @@ mod tests {
         for to in [ReadyToSwitchOn, SwitchedOn, OperationEnabled, Fault, QuickStopActive] {
             assert!(explained(SwitchOnDisabled, to, way), "{to:?}");
         }
-        // A controlword that is held: the fault comes, nothing goes up again by itself.
+        // A controlword that stays: the fault comes, and the drive does not go up by itself.
         assert!(explained(OperationEnabled, Fault, [0x000F]));
         assert!(explained(OperationEnabled, SwitchOnDisabled, [0x000F]));
         assert!(!explained(Fault, OperationEnabled, [0x000F]));
@@ -436,7 +436,7 @@ mod tests {
         assert!(explained(OperationEnabled, OperationEnabled, [0x0002, 0x000F]));
         assert!(explained(QuickStopActive, OperationEnabled, [0x0002, 0x000F]));
         assert!(!explained(QuickStopActive, OperationEnabled, [0x0002]));
-        // What was in force is not known.
+        // The word in force is unknown.
         assert!(explained(Fault, OperationEnabled, []));
         assert!(!explained(Fault, NotReadyToSwitchOn, [0x0080]));
     }
@@ -451,8 +451,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever a drive is told, in words that are obeyed once, twice or not at all, with faults in between:
-        /// two samples of it are always explained.
+        /// Two samples of a drive are always explained, whatever it is commanded, in words that are obeyed once, twice
+        /// or not at all, with faults in between.
         #[test]
         fn never_wrong_on_a_drive_that_obeys(
             words in proptest::collection::vec((0..16_u16, any::<bool>(), 0..3_u8, 0..12_u8), 1..40),
@@ -481,7 +481,7 @@ mod tests {
             let (a, b) = (samples.0.index(seen.len()), samples.1.index(seen.len()));
             let (first, last) = (a.min(b), a.max(b));
             let given = seen[first..=last].iter().map(|row| row.0);
-            // What was in force at the first sample may be an earlier word than the last one sent.
+            // An earlier word than the last one may be in force at the first sample.
             let given = std::iter::once(before_of(&seen, first)).chain(given);
             prop_assert!(explained(seen[first].1, seen[last].1, given));
         }

@@ -1,26 +1,26 @@
-//! What is known of a network before its capture is read: descriptions of its devices, and options.
+//! The knowledge of a network before its capture is read: descriptions of its devices, and options.
 //!
-//! Plain data, shared by all buses. It must not know what the capture shows.
+//! Plain data, shared by all buses. Nothing here depends on the capture.
 
 use std::sync::Arc;
 
 use crate::bytes::frame::CanId;
 use crate::world::dictionary::Dictionary;
 
-/// What was given beforehand.
+/// Data that were given beforehand.
 #[derive(Clone, Debug, Default)]
 pub struct Network {
-    /// Which device carries which description.
+    /// The descriptions of devices.
     pub descriptions: Vec<Description>,
     /// COB-IDs of PDOs (`--cob`).
     pub cobs: Vec<Cob>,
     /// Further SDO channels (`--sdo`).
     pub sdos: Vec<Sdo>,
-    /// Communication cycle period in ns (`--sync-period`), where no object tells.
+    /// Communication cycle period in ns (`--sync-period`), if no object defines it.
     pub sync_period_ns: Option<i64>,
-    /// Synchronous window length in ns (`--sync-window`), where no object tells.
+    /// Synchronous window length in ns (`--sync-window`), if no object defines it.
     pub sync_window_ns: Option<i64>,
-    /// Tolerance of timing verdicts in ns (`--jitter`); measured where it is not given.
+    /// Tolerance of timing verdicts in ns (`--jitter`); measured if it is not given.
     pub jitter_ns: Option<i64>,
     /// Bit rate in bit/s (`--bitrate`).
     pub bit_rate: Option<u32>,
@@ -29,7 +29,7 @@ pub struct Network {
 /// A node's description.
 #[derive(Clone, Debug)]
 pub struct Description {
-    /// The bus's name; every bus where it is not given.
+    /// The bus's name; `None`: every bus.
     pub bus: Option<String>,
     /// Node-ID, 1..=127.
     pub node: u8,
@@ -40,7 +40,7 @@ pub struct Description {
 /// A PDO's COB-ID by option.
 #[derive(Clone, Debug)]
 pub struct Cob {
-    /// The bus's name; every bus where it is not given.
+    /// The bus's name; `None`: every bus.
     pub bus: Option<String>,
     /// The identifier.
     pub id: CanId,
@@ -55,7 +55,7 @@ pub struct Cob {
 /// An SDO channel by option.
 #[derive(Clone, Debug)]
 pub struct Sdo {
-    /// The bus's name; every bus where it is not given.
+    /// The bus's name; `None`: every bus.
     pub bus: Option<String>,
     /// Client to server.
     pub client: CanId,
@@ -66,7 +66,7 @@ pub struct Sdo {
 }
 
 impl Network {
-    /// Whether any node or identifier of the bus `name` was given.
+    /// Returns true if any node or identifier of the bus `name` was given.
     pub fn describes(&self, name: &[u8]) -> bool {
         let mut of = self.descriptions.iter().map(|one| one.bus.as_ref());
         let mut cobs = self.cobs.iter().map(|one| one.bus.as_ref());
@@ -76,7 +76,7 @@ impl Network {
             || sdos.any(|bus| Self::holds(bus, name))
     }
 
-    /// Whether something given for `of` holds on the bus `name`.
+    /// Returns true if something given for `of` applies to the bus `name`.
     pub fn holds(of: Option<&String>, name: &[u8]) -> bool {
         of.is_none_or(|bus| bus.as_bytes() == name)
     }

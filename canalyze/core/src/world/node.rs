@@ -1,7 +1,7 @@
 //! One node: its configuration, and the PDOs that follow from it.
 //!
-//! PDOs are compiled when the configuration changes, so that a frame costs one look-up. It must not look at frames,
-//! and judges nothing.
+//! PDOs are compiled when the configuration changes, so that a frame costs one look-up. Frames are not looked at here,
+//! and nothing is judged.
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -16,20 +16,21 @@ use crate::world::od::DataType;
 
 /// Highest number of entries of a mapping; 254 and 255 mark multiplex PDOs.
 const MOST_ENTRIES: u64 = 64;
-/// What kind of device it is.
+/// The object with the kind of device.
 const DEVICE_TYPE: u16 = 0x1000;
-/// So often it is believed that a node is another kind of device now: none is, and all PDOs are made anew by it.
+/// Maximum number of changes of a node's kind of device that are followed: real nodes do not change it, and all PDOs
+/// are compiled again for each.
 const TURNS: u8 = 16;
 /// Communication and mapping parameters of PDOs.
 const PARAMETERS: RangeInclusive<u16> = 0x1400..=0x1BFF;
 /// Bytes of a multiplex PDO's data, and of its address before them.
 const MULTIPLEXED: u8 = 4;
 
-/// Something kept for every node that needs it, by node-ID 1..=127: one array look-up.
+/// A value for every node that needs one, by node-ID 1..=127: one array look-up.
 #[derive(Debug)]
 pub struct PerNode<T> {
     slots: Vec<Option<Box<T>>>,
-    /// Stands in where no node can be (never: a node-ID is at most 127).
+    /// A dummy for impossible node-IDs (a node-ID is at most 127).
     nowhere: T,
 }
 
@@ -43,18 +44,18 @@ impl<T: Default> Default for PerNode<T> {
 }
 
 impl<T: Default> PerNode<T> {
-    /// What is kept for a node.
+    /// Returns the value of a node.
     pub fn get(&self, node: u8) -> Option<&T> {
         self.slots.get(usize::from(node)).and_then(Option::as_deref)
     }
 
-    /// The same, to change it.
+    /// Returns the value of a node for changing it.
     #[inline]
     pub fn get_mut(&mut self, node: u8) -> Option<&mut T> {
         self.slots.get_mut(usize::from(node)).and_then(Option::as_deref_mut)
     }
 
-    /// What is kept for a node, made where there is nothing yet.
+    /// Returns the value of a node, which is created if there is none.
     #[inline]
     pub fn entry(&mut self, node: u8) -> &mut T {
         match self.slots.get_mut(usize::from(node)) {
@@ -63,35 +64,35 @@ impl<T: Default> PerNode<T> {
         }
     }
 
-    /// Takes it out.
+    /// Removes the value of a node.
     pub fn take(&mut self, node: u8) -> Option<Box<T>> {
         self.slots.get_mut(usize::from(node)).and_then(Option::take)
     }
 
-    /// Puts it in.
+    /// Sets the value of a node.
     pub fn put(&mut self, node: u8, value: Box<T>) {
         if let Some(slot) = self.slots.get_mut(usize::from(node)) {
             *slot = Some(value);
         }
     }
 
-    /// All nodes, ascending.
+    /// Returns all nodes, ascending.
     pub fn iter(&self) -> impl Iterator<Item = (u8, &T)> {
         self.slots.iter().enumerate().filter_map(|(node, slot)| Some((node as u8, slot.as_deref()?)))
     }
 
-    /// All nodes, ascending, to change them.
+    /// Returns all nodes for changing them, ascending.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = (u8, &mut T)> {
         self.slots.iter_mut().enumerate().filter_map(|(node, slot)| Some((node as u8, slot.as_deref_mut()?)))
     }
 }
 
-/// A COB-ID entry (CiA 301, 7.5.2.35 and .37), taken apart.
+/// The parts of a COB-ID entry (CiA 301, 7.5.2.35 and .37).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CobId {
     /// Bit 31 is 0: it is used.
     pub valid: bool,
-    /// Bit 30 is 0: remote frames are answered. Only of a TPDO.
+    /// Bit 30 is 0: remote frames are answered. Only for a TPDO.
     pub rtr_allowed: bool,
     /// The identifier.
     pub id: CanId,
@@ -101,7 +102,7 @@ impl CobId {
     /// Bit 31: it is not used.
     pub const INVALID: u64 = 1 << 31;
 
-    /// From the value of an entry. Bits that an 11-bit identifier has not are left out, as devices do.
+    /// Splits the value of an entry. Bits beyond an 11-bit identifier are ignored, as devices do.
     pub fn from_entry(value: u64) -> Self {
         let id = match value & 1 << 29 {
             0 => CanId::standard((value & 0x7FF) as u16),
@@ -110,7 +111,7 @@ impl CobId {
         Self { valid: value & Self::INVALID == 0, rtr_allowed: value & 1 << 30 == 0, id }
     }
 
-    /// Whether an entry has bits that its identifier of 11 bits has not.
+    /// Returns true if an entry has bits beyond its identifier of 11 bits.
     pub fn is_beyond_standard(value: u64) -> bool {
         value & 1 << 29 == 0 && value & 0x1FFF_FFFF & !0x7FF != 0
     }
@@ -123,7 +124,7 @@ pub struct Pdo {
     pub transmit: bool,
     /// PDO number, 1..=512.
     pub number: u16,
-    /// Its COB-ID and from where it is known.
+    /// Its COB-ID and the source.
     pub cob: (CobId, Provenance),
     /// Transmission type.
     pub transmission: Option<(u8, Provenance)>,
@@ -133,11 +134,11 @@ pub struct Pdo {
     pub event_timer: Option<(u16, Provenance)>,
     /// SYNC start value; 0 = counter not used.
     pub sync_start: Option<(u8, Provenance)>,
-    /// What its bytes are.
+    /// The content of its bytes.
     pub content: Content,
 }
 
-/// What a PDO's bytes are.
+/// The content of a PDO's bytes.
 #[derive(Clone, Debug)]
 pub enum Content {
     /// Mapped objects; the provenance is that of the least trusted part.
@@ -146,22 +147,22 @@ pub enum Content {
     Multiplex {
         /// Destination address mode.
         destination: bool,
-        /// From where that is known.
+        /// The source of that.
         from: Provenance,
     },
     /// Sub-index 0 of the mapping is 0.
     Disabled(Provenance),
-    /// Nothing is known, or not all of it.
+    /// It is unknown, or not completely known.
     Unknown,
 }
 
 impl UnconfirmedPdo {
-    /// Its mapping, where a frame of `len` bytes agrees with it.
+    /// Returns its mapping, if a frame of `len` bytes matches it.
     pub fn mapping_of(&self, len: u8) -> Option<&(Arc<Mapping>, Provenance)> {
         self.mapping.as_ref().filter(|(mapping, _)| mapping.bytes() == usize::from(len))
     }
 
-    /// Whether a frame of `len` bytes shows that its mapping does not hold.
+    /// Returns true if a frame of `len` bytes contradicts its mapping.
     pub fn is_refuted_by(&self, len: u8) -> bool {
         self.mapping.is_some() && self.mapping_of(len).is_none()
     }
@@ -183,21 +184,21 @@ impl Pdo {
 #[derive(Debug, Default)]
 pub struct Node {
     id: u8,
-    /// What its objects hold.
+    /// The values of its objects.
     pub configuration: Configuration,
     /// Receive first, by number.
     pdos: Vec<Pdo>,
-    /// Those of which unanswered writes ask for something, in the same order.
+    /// Those with requests of unanswered writes, in the same order.
     unconfirmed: Vec<UnconfirmedPdo>,
     /// By its device type.
     profile: Profile,
-    /// How often that was another answer.
+    /// The number of changes of it.
     turned: u8,
-    /// PDOs that were made anew since it was last asked: transmit or receive, and number.
+    /// PDOs that were compiled again since the last call: transmit or receive, and number.
     renewed: BTreeSet<(bool, u16)>,
 }
 
-/// What unanswered writes ask of a PDO.
+/// The requests of unanswered writes about a PDO.
 #[derive(Clone, Debug)]
 pub struct UnconfirmedPdo {
     /// Transmit or receive, seen from the node.
@@ -206,12 +207,12 @@ pub struct UnconfirmedPdo {
     pub number: u16,
     /// Its COB-ID.
     pub cob: Option<(CobId, Provenance)>,
-    /// Its mapping, where all of it is known.
+    /// Its mapping, if it is completely known.
     pub mapping: Option<(Arc<Mapping>, Provenance)>,
 }
 
 impl Node {
-    /// A node of which nothing is known.
+    /// Creates a node without any knowledge.
     pub fn new(id: u8) -> Self {
         Self { id, ..Self::default() }
     }
@@ -221,39 +222,39 @@ impl Node {
         self.id
     }
 
-    /// Its node-ID is another one now (LSS).
+    /// Changes its node-ID (LSS).
     pub fn rename(&mut self, id: u8) {
         self.id = id;
         self.compile_all();
     }
 
-    /// A number that one of its objects holds.
+    /// Returns a number of one of its objects, with the source.
     pub fn value(&self, index: u16, sub: u8) -> Option<(u64, Provenance)> {
         self.configuration.get(self.id, index, sub).map(|known| (known.value, known.from))
     }
 
-    /// The same, whatever is being written to it.
+    /// Likewise, but ignores pending writes.
     pub fn before_writing(&self, index: u16, sub: u8) -> Option<(u64, Provenance)> {
         self.configuration.before_writing(self.id, index, sub).map(|known| (known.value, known.from))
     }
 
-    /// Its PDOs, as far as known: receive first, by number.
+    /// Returns its known PDOs: receive first, by number.
     pub fn pdos(&self) -> &[Pdo] {
         &self.pdos
     }
 
-    /// What unanswered writes ask of its PDOs: receive first, by number.
+    /// Returns the requests of unanswered writes about its PDOs: receive first, by number.
     pub fn unconfirmed_pdos(&self) -> &[UnconfirmedPdo] {
         &self.unconfirmed
     }
 
-    /// What unanswered writes ask of one PDO.
+    /// Returns the requests of unanswered writes about one PDO.
     pub fn unconfirmed_pdo(&self, transmit: bool, number: u16) -> Option<&UnconfirmedPdo> {
         let found = self.unconfirmed.binary_search_by_key(&(transmit, number), |pdo| (pdo.transmit, pdo.number));
         found.ok().and_then(|place| self.unconfirmed.get(place))
     }
 
-    /// The device profile that it follows, by its device type.
+    /// Returns its device profile, by its device type.
     pub fn profile(&self) -> Profile {
         self.profile
     }
@@ -264,15 +265,15 @@ impl Node {
         found.ok().and_then(|place| self.pdos.get(place))
     }
 
-    /// PDOs that were made anew since this was last asked: transmit or receive, and number.
+    /// Returns the PDOs that were compiled again since the last call: transmit or receive, and number.
     pub fn renewed(&mut self) -> BTreeSet<(bool, u16)> {
         std::mem::take(&mut self.renewed)
     }
 
-    /// Makes the PDOs anew whose objects have changed.
+    /// Compiles the PDOs whose objects have changed.
     pub fn compile(&mut self) {
         let changed = self.configuration.uncompiled();
-        // By it the types of mapped objects are known.
+        // It determines the types of mapped objects.
         if changed.contains(&DEVICE_TYPE) && self.profile_now() != self.profile && self.turned < TURNS {
             self.turned += 1;
             return self.compile_all();
@@ -283,7 +284,7 @@ impl Node {
         }
     }
 
-    /// Makes all PDOs anew.
+    /// Compiles all PDOs.
     pub fn compile_all(&mut self) {
         self.configuration.uncompiled();
         self.configuration.all_untold();
@@ -316,7 +317,8 @@ impl Node {
         UnconfirmedPdo { transmit, number, cob, mapping: self.unconfirmed_mapping(index + 0x200) }
     }
 
-    /// The mapping that unanswered writes ask for: its number of entries is the last of them, as a master writes it.
+    /// Returns the mapping that unanswered writes request: its number of entries is the last of them, as a master
+    /// writes it.
     fn unconfirmed_mapping(&self, index: u16) -> Option<(Arc<Mapping>, Provenance)> {
         let value = |sub| {
             let sure = || self.value(index, sub).filter(|(_, from)| !from.is_doubted());
@@ -355,7 +357,7 @@ impl Node {
         }
     }
 
-    /// What the bytes of a PDO are by the values of its mapping parameter.
+    /// Returns the content of a PDO by the values of its mapping parameter.
     fn content(&self, value: impl Fn(u8) -> Option<(u64, Provenance)>) -> Content {
         let Some((count, mut least)) = value(0) else { return Content::Unknown };
         match count {
@@ -383,9 +385,8 @@ impl Node {
         self.value(DEVICE_TYPE, 0).map_or(Profile::UNKNOWN, |(device, _)| Profile::of(device as u32))
     }
 
-    /// An object of the node as the only entry of a multiplex PDO: from byte 4 on, as long as its type is. Without a
-    /// type it is all four bytes; so it is with a type that four bytes do not hold, or of no fixed size, of which they
-    /// are only some bytes (DOMAIN).
+    /// Returns an object of the node as the only entry of a multiplex PDO: from byte 4 on, as long as its type. It has
+    /// all four bytes without a type, and with one of more than four bytes or without a fixed size (DOMAIN).
     pub fn multiplexed(&self, index: u16, sub: u8) -> Mapping {
         let mut object = self.mapped(index, sub, 8 * MULTIPLEXED, 8 * u16::from(MULTIPLEXED));
         if std::mem::take(&mut object.dummy) {
@@ -423,7 +424,7 @@ impl Node {
     }
 }
 
-/// Puts one in its place among others that are in the order of their keys, or takes it out.
+/// Inserts an element into others that are ordered by their keys, or removes it.
 fn put<T, K: Ord>(all: &mut Vec<T>, key: K, one: Option<T>, of: impl Fn(&T) -> K) {
     match (all.binary_search_by_key(&key, of), one) {
         (Ok(place), Some(one)) => {
@@ -437,7 +438,7 @@ fn put<T, K: Ord>(all: &mut Vec<T>, key: K, one: Option<T>, of: impl Fn(&T) -> K
     }
 }
 
-/// The less trusted of two; of two observations the later one, with which the whole was known.
+/// Returns the less trusted of two sources; of two observations the later one, with which the whole was known.
 fn trusted_less(one: Provenance, other: Provenance) -> Provenance {
     match (one, other) {
         (Provenance::Observed(one), Provenance::Observed(other)) => Provenance::Observed(one.max(other)),

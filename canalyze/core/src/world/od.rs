@@ -1,8 +1,8 @@
-//! Object dictionary: data types (CiA 301, 7.4.7), the types of the communication objects, and values from bytes.
+//! The object dictionary: data types (CiA 301, 7.4.7), the types of the communication objects, and values of bytes.
 //!
-//! What a particular device describes in its EDS is not here, and neither are names (those are `text::terms`).
-//! A standard object's type is what the standards say; a device may differ, so a value whose size does not fit
-//! its type is shown as what it is, never as an error.
+//! Descriptions of particular devices (EDS) are elsewhere, and so are names (`text::terms`). The type of a standard
+//! object is the standard's. A device may differ, so a value whose size does not match its type is shown by its bytes,
+//! and never is an error.
 
 /// A static data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -66,12 +66,12 @@ use DataType::{
 };
 
 impl DataType {
-    /// Whether it is one of the INTEGER types, whose values may be negative.
+    /// Returns true if it is one of the INTEGER types, whose values may be negative.
     pub const fn is_signed(self) -> bool {
         matches!(self, Integer8 | Integer16 | Integer24 | Integer32 | Integer40 | Integer48 | Integer56 | Integer64)
     }
 
-    /// The type of a code as it stands in the object dictionary and in an EDS; `None` for reserved and complex ones.
+    /// Returns the type of a code in the object dictionary and in an EDS; `None` for reserved and complex ones.
     pub const fn from_code(code: u16) -> Option<Self> {
         Some(match code {
             0x01 => Boolean,
@@ -103,7 +103,7 @@ impl DataType {
         })
     }
 
-    /// CiA 301's name, the same in every language.
+    /// Returns CiA 301's name, the same in every language.
     pub const fn name(self) -> &'static str {
         match self {
             Boolean => "BOOLEAN",
@@ -134,7 +134,7 @@ impl DataType {
         }
     }
 
-    /// Size in bytes as SDO transfers it; `None` where the type has no fixed size.
+    /// Returns the size in bytes of its values in SDO transfers; `None` if the size is not fixed.
     pub const fn size(self) -> Option<usize> {
         match self {
             Boolean | Integer8 | Unsigned8 => Some(1),
@@ -149,7 +149,7 @@ impl DataType {
         }
     }
 
-    /// Bits of a value, as many as it takes in a PDO: of BOOLEAN one; `None` where the type has no fixed size.
+    /// Returns the number of bits of its values in a PDO: one for BOOLEAN; `None` if the size is not fixed.
     pub const fn bits(self) -> Option<u8> {
         match (self, self.size()) {
             (Boolean, _) => Some(1),
@@ -159,7 +159,7 @@ impl DataType {
     }
 }
 
-/// The index on the first logical device: 6000h-9FFFh hold eight of them, 800h apart. Others are unchanged.
+/// Returns the index on the first logical device: 6000h-9FFFh hold eight of them, 800h apart. Others are unchanged.
 pub const fn first_axis(index: u16) -> u16 {
     match index {
         0x6000..=0x9FFF => 0x6000 + index % 0x800,
@@ -167,8 +167,8 @@ pub const fn first_axis(index: u16) -> u16 {
     }
 }
 
-/// The data type of a standard object in 1000h-1FFFh: CiA 301, 302 and 304. Sub-index 0 of what has sub-indices counts
-/// them. What a device profile has beyond is in `profiles`.
+/// Returns the data type of a standard object in 1000h-1FFFh: CiA 301, 302 and 304. Sub-index 0 of an object with
+/// sub-indices is their count. Types of device profiles are in `profiles`.
 pub const fn communication(index: u16, sub: u8) -> Option<DataType> {
     Some(match (index, sub) {
         (0x1000 | 0x1002 | 0x1005 | 0x1006 | 0x1007 | 0x1012 | 0x1013 | 0x1014, 0) => Unsigned32,
@@ -222,7 +222,7 @@ pub enum Value<'a> {
     Unsigned(u64),
     /// REAL32, REAL64.
     Real(f64),
-    /// Text, without trailing NULs. It comes from the capture: escape it before it reaches a terminal.
+    /// Text, without trailing NULs. It comes from the capture and has to be escaped before it reaches a terminal.
     Text(&'a str),
     /// TIME_OF_DAY.
     Time {
@@ -240,22 +240,22 @@ pub enum Value<'a> {
     },
     /// Anything else: shown in hexadecimal.
     Bytes(&'a [u8]),
-    /// No bytes at all.
+    /// No bytes.
     Empty,
 }
 
-/// Shortest run of bytes without a type that is taken for text. A printable value of at most four bytes
-/// ("save", 1000, 12345) is as likely a number; a printable one of five is hardly ever one.
+/// Minimum number of bytes without a type that are taken for text. A printable value of at most four bytes ("save",
+/// 1000, 12345) is as likely a number; one of five rarely is.
 const LEAST_TEXT: usize = 5;
 
-/// The value of `bytes`.
+/// Returns the value of `bytes`.
 ///
-/// With a type whose size fits, by the type. A VISIBLE_STRING that is no text, and octet and UNICODE strings,
-/// are `Bytes` ([`unicode`] reads the latter).
+/// With a type of matching size, by the type. A VISIBLE_STRING that is not text, and octet and UNICODE strings, are
+/// `Bytes` ([`unicode`] reads the latter).
 ///
-/// Without a type, or where its size does not fit, NULs at the end left out of account: five bytes or more of
-/// printable UTF-8 are `Text`; anything else of up to eight bytes is a little-endian `Unsigned`; of more, it is
-/// `Text` when printable and `Bytes` otherwise. A DOMAIN is never a number: `Text` as above, else `Bytes`.
+/// Without a type, or if its size does not match, NULs at the end are ignored: five bytes or more of printable UTF-8
+/// are `Text`; any other value of up to eight bytes is a little-endian `Unsigned`; a longer one is `Text` if it is
+/// printable and `Bytes` otherwise. A DOMAIN is never a number: `Text` as above, else `Bytes`.
 pub fn decode(data_type: Option<DataType>, bytes: &[u8]) -> Value<'_> {
     if bytes.is_empty() {
         return Value::Empty;
@@ -269,7 +269,7 @@ pub fn decode(data_type: Option<DataType>, bytes: &[u8]) -> Value<'_> {
     }
 }
 
-/// The text of a UNICODE_STRING; unpaired surrogates become U+FFFD, an odd last byte is left out.
+/// Returns the text of a UNICODE_STRING; unpaired surrogates become U+FFFD, an odd last byte is ignored.
 pub fn unicode(bytes: &[u8]) -> String {
     let (units, _) = bytes.as_chunks::<2>();
     char::decode_utf16(units.iter().map(|unit| u16::from_le_bytes(*unit)))
@@ -277,7 +277,7 @@ pub fn unicode(bytes: &[u8]) -> String {
         .collect()
 }
 
-/// `bytes` has exactly the type's size.
+/// Reads bytes of exactly the type's size.
 fn sized(data_type: DataType, bytes: &[u8]) -> Value<'_> {
     let unsigned = little_endian(bytes);
     match data_type {
@@ -308,12 +308,12 @@ fn untyped(bytes: &[u8]) -> Value<'_> {
     }
 }
 
-/// Text that is long enough to be told from a number.
+/// Returns text that is too long for a number.
 fn long_text(bytes: &[u8]) -> Option<&str> {
     text(bytes, false).filter(|text| text.len() >= LEAST_TEXT)
 }
 
-/// UTF-8 without control characters (`lines`: but for tab and line ends), trailing NULs left out.
+/// Returns UTF-8 without control characters (`lines`: except tab and line ends), without trailing NULs.
 fn text(bytes: &[u8], lines: bool) -> Option<&str> {
     let end = bytes.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
     let text = std::str::from_utf8(bytes.get(..end)?).ok()?;
@@ -321,12 +321,13 @@ fn text(bytes: &[u8], lines: bool) -> Option<&str> {
     text.chars().all(fits).then_some(text)
 }
 
-/// The first eight bytes as a little-endian number.
+/// Returns the first eight bytes as a little-endian number.
 fn little_endian(bytes: &[u8]) -> u64 {
     bytes.iter().take(8).rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
 }
 
-/// Whether a number in 1000h-1FFFh is rather read as bits than as a quantity: COB-IDs, identities, mappings, error codes.
+/// Returns true if a number in 1000h-1FFFh is read as bits rather than as a quantity: COB-IDs, identities, mappings,
+/// error codes.
 pub fn is_bit_field(index: u16, sub: u8) -> bool {
     match index {
         0x1000..=0x1002 | 0x1005 | 0x1012 | 0x1014 | 0x1020 | 0x1023..=0x1026 => true,

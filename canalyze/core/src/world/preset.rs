@@ -1,7 +1,7 @@
-//! The PDOs that a device description presets, and what of them does not agree with the description.
+//! The PDOs that a device description presets, and its inconsistencies about them.
 //!
-//! Each is made as the bus makes those of a node whose node-ID is 0, so that of an identifier that depends on the
-//! node-ID what is to be added to it is left. It must not know what a file looks like, nor what has a name.
+//! Each is compiled as the bus does for a node whose node-ID is 0, so that an identifier that depends on the node-ID is
+//! an offset to it. The syntax of files and names are not known here.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::world::dictionary::Dictionary;
 use crate::world::node::{CobId, Node, Pdo};
 use crate::world::od::DataType;
 
-/// Most entries of a mapping: of one bit each.
+/// Maximum number of entries of a mapping: of one bit each.
 const MOST_ENTRIES: u8 = 64;
 /// Bits of the payload of a classic frame.
 pub const MOST_BITS: u16 = 64;
@@ -23,40 +23,40 @@ pub struct Preset {
     pub pdo: Pdo,
     /// The node-ID is to be added to the identifier.
     pub relative: bool,
-    /// The description has no COB-ID: it is that of the pre-defined connection set, or the PDO does not exist.
+    /// The description has no COB-ID: it is the one of the pre-defined connection set, or the PDO does not exist.
     pub assumed: bool,
-    /// A multiplex PDO, which has no mapping: of destination address mode.
+    /// A multiplex PDO, which has no mapping; true for destination address mode.
     pub multiplex: Option<bool>,
-    /// What is mapped, as far as the description tells.
+    /// The mapped objects, as far as the description defines them.
     pub mapped: Vec<Mapped>,
 }
 
-/// What does not agree with the rest of a description.
+/// An inconsistency of a description.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Doubt {
     /// The index of the object that is in doubt.
     pub index: u16,
-    /// Its sub-index; none is the whole object.
+    /// Its sub-index; `None`: the whole object.
     pub sub: Option<u8>,
-    /// What it is.
+    /// The kind of inconsistency.
     pub what: What,
 }
 
-/// What is in doubt.
+/// A kind of inconsistency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// A COB-ID of 11 bits has others too.
+    /// A COB-ID of 11 bits has further bits set.
     CobId {
         /// The entry.
         value: u64,
     },
     /// There is no mapping parameter.
     NoMapping,
-    /// It says that there are more entries than it has.
+    /// The number of entries is greater than the entries that it has.
     Count {
-        /// What it says.
+        /// The number given.
         said: u64,
-        /// Those of them that it has.
+        /// The number of entries that it has.
         found: usize,
     },
     /// All entries together are longer than a payload.
@@ -64,18 +64,18 @@ pub enum What {
         /// In bits.
         bits: u16,
     },
-    /// The description does not have a mapped object, or allows no such dummy.
+    /// The description lacks a mapped object, or does not allow such a dummy.
     Unknown {
-        /// Index of what is mapped.
+        /// Index of the mapped object.
         index: u16,
-        /// Sub-index of it.
+        /// Sub-index of the mapped object.
         sub: u8,
     },
     /// A mapped object has another length.
     Size {
-        /// Index of what is mapped.
+        /// Index of the mapped object.
         index: u16,
-        /// Sub-index of it.
+        /// Sub-index of the mapped object.
         sub: u8,
         /// Length of the entry.
         bits: u8,
@@ -84,8 +84,8 @@ pub enum What {
     },
 }
 
-/// The PDOs of all communication parameters of a description, receive first, by number, and what is in doubt of each.
-/// `dummies` are codes of data types that it allows as dummies, beside integers.
+/// Returns the PDOs of all communication parameters of a description, receive first, by number, with the
+/// inconsistencies of each. `dummies` are codes of data types that it allows as dummies, beside integers.
 pub fn presets(dictionary: &Arc<Dictionary>, dummies: &[u16]) -> Vec<(Preset, Vec<Doubt>)> {
     let mut node = Node::new(0);
     node.configuration.describe(Arc::clone(dictionary));
@@ -115,7 +115,7 @@ fn preset(pdo: &Pdo, dictionary: &Dictionary, dummies: &[u16]) -> (Preset, Vec<D
     if let Some(count) = count.filter(|_| found < usize::from(said)) {
         doubt(index, None, What::Count { said: count, found });
     }
-    // Where the bits behind an entry that is missing are, nobody knows.
+    // The position of the bits behind a missing entry is unknown.
     let words = (1..=said).map_while(|sub| Some((sub, value(index, sub)? as u32)));
     let (subs, words): (Vec<_>, Vec<_>) = words.filter(|(_, word)| *word != 0).unzip();
     let mapping = Mapping::from_words(&words);
@@ -130,7 +130,7 @@ fn preset(pdo: &Pdo, dictionary: &Dictionary, dummies: &[u16]) -> (Preset, Vec<D
     (Preset { pdo: pdo.clone(), relative, assumed, multiplex, mapped: mapping.entries }, doubts)
 }
 
-/// What does not agree with a mapped object or a dummy.
+/// Returns the inconsistency of a mapped object or a dummy.
 fn odd(&Mapped { index, sub, bits, dummy, .. }: &Mapped, dictionary: &Dictionary, dummies: &[u16]) -> Option<What> {
     let object = dictionary.get(index, sub).filter(|_| !dummy);
     let data_type = if dummy { DataType::from_code(index) } else { object.and_then(|object| object.data_type()) };
@@ -141,7 +141,7 @@ fn odd(&Mapped { index, sub, bits, dummy, .. }: &Mapped, dictionary: &Dictionary
     Some(What::Size { index, sub, bits, width })
 }
 
-/// Whether it skips bits in every device: a number without sign.
+/// Returns true if it skips bits in every device: an unsigned number.
 fn is_plain(data_type: DataType) -> bool {
     data_type.bits().is_some() && !data_type.is_signed() && !matches!(data_type, DataType::Real32 | DataType::Real64)
 }

@@ -1,13 +1,14 @@
-//! Two sequences of symbols, and what of them is the same in both: the shortest edit script of Myers (1986), found
-//! greedily and in bounded steps.
+//! The alignment of two sequences of symbols: the shortest edit script of Myers (1986), found greedily and in bounded
+//! steps.
 //!
-//! Where two sequences part more than [`MOST`] edits, the best way so far is kept and the search begins anew at its
-//! end, so that a million repetitions cost a million steps times a constant. It must not know what symbols stand for.
+//! If two sequences differ by more than [`MOST`] edits, the best path so far is kept and the search starts anew at its
+//! end, so that a million repetitions cost a million steps times a constant. The meaning of symbols does not matter
+//! here.
 
-/// Edits that are looked through at once.
+/// Maximum number of edits of one search.
 const MOST: usize = 768;
 
-/// The matched places of two sequences, ascending in both.
+/// Returns the matching indices of two sequences, ascending in both.
 pub(super) fn align(a: &[u64], b: &[u64]) -> Vec<(usize, usize)> {
     let mut pairs = Vec::with_capacity(a.len().min(b.len()));
     let head = a.iter().zip(b).take_while(|(one, other)| one == other).count();
@@ -33,8 +34,8 @@ pub(super) fn align(a: &[u64], b: &[u64]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// What one side has more may often lie here or a little later: it is placed as late as can be, so that
-/// the first place in which both part is the right one.
+/// Moves insertions as late as possible. An element that only one side has can often be placed at several positions;
+/// the last one makes the first difference correct.
 fn settle(a: &[u64], b: &[u64], pairs: &mut [(usize, usize)]) {
     let (mut x, mut y) = (0, 0);
     for (i, j) in pairs {
@@ -47,7 +48,7 @@ fn settle(a: &[u64], b: &[u64], pairs: &mut [(usize, usize)]) {
     }
 }
 
-/// How far down each diagonal a number of edits leads: the row of the furthest place, by diagonal.
+/// The furthest row on each diagonal after a number of edits.
 struct Front {
     rows: Vec<usize>,
     /// The number of edits.
@@ -55,7 +56,7 @@ struct Front {
 }
 
 impl Front {
-    /// The row on the diagonal `k` = column - row of this front, where it reaches one.
+    /// Returns the row of this front on the diagonal `k` = column - row, if it reaches the diagonal.
     fn at(&self, k: isize) -> Option<usize> {
         let slot = usize::try_from(k + self.edits as isize).ok()?;
         self.rows.get(slot).copied().filter(|row| *row != NOWHERE)
@@ -64,8 +65,8 @@ impl Front {
 
 const NOWHERE: usize = usize::MAX;
 
-/// The shortest way through both, or as far as [`MOST`] edits lead: the matches, and where it ends. It ends at least
-/// one step on.
+/// Returns the matches of the shortest path through both, or as far as [`MOST`] edits lead, and its end. It ends at
+/// least one step further.
 fn stretch(a: &[u64], b: &[u64]) -> (Vec<(usize, usize)>, (usize, usize)) {
     let mut fronts: Vec<Front> = Vec::new();
     for edits in 0..=MOST.min(a.len() + b.len()) {
@@ -86,20 +87,20 @@ fn stretch(a: &[u64], b: &[u64]) -> (Vec<(usize, usize)>, (usize, usize)) {
     let Some(last) = fronts.last() else { return (Vec::new(), (a.len(), b.len())) };
     let reach = |k: isize| last.at(k).map(|row| (row + column(row, k).unwrap_or(0), k));
     let edits = last.edits as isize;
-    // Of ways that lead equally far, the one that keeps to the middle.
+    // Of paths that lead equally far, takes the one closest to the middle.
     let best = (-edits..=edits).filter_map(reach).max_by_key(|(far, k)| (*far, -k.abs()));
     let Some((_, k)) = best else { return (Vec::new(), (a.len(), b.len())) };
     let row = last.at(k).unwrap_or(0);
     (walk(&fronts, k), (row, column(row, k).unwrap_or(0)))
 }
 
-/// The column on a diagonal at this row.
+/// Returns the column on a diagonal at this row.
 fn column(row: usize, k: isize) -> Option<usize> {
     usize::try_from(row as isize + k).ok()
 }
 
-/// The furthest row on diagonal `k` with one edit more than the front before. Rows count in `a`, columns in `b`: an
-/// element of `a` left out leads to the diagonal below, one of `b` to the one above.
+/// Returns the furthest row on diagonal `k` with one edit more than the previous front. Rows count in `a`, columns in
+/// `b`: an element left out of `a` leads to the diagonal below, one of `b` to the diagonal above.
 fn step(before: Option<&Front>, k: isize, edits: usize, a: &[u64], b: &[u64]) -> Option<usize> {
     let Some(before) = before else { return (edits == 0).then_some(0) };
     let left_out = before.at(k + 1).map(|row| row + 1).filter(|row| *row <= a.len());
@@ -114,7 +115,7 @@ fn slide(a: &[u64], b: &[u64], k: isize, row: usize) -> usize {
     row + rest_a.iter().zip(rest_b).take_while(|(one, other)| one == other).count()
 }
 
-/// The matches on the way to the end of diagonal `k` of the last front.
+/// Returns the matches on the path to the end of diagonal `k` of the last front.
 fn walk(fronts: &[Front], mut k: isize) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     for (place, front) in fronts.iter().enumerate().rev() {
@@ -122,7 +123,7 @@ fn walk(fronts: &[Front], mut k: isize) -> Vec<(usize, usize)> {
         let before = place.checked_sub(1).and_then(|place| fronts.get(place));
         let left_out = before.and_then(|front| front.at(k + 1)).map(|row| row + 1);
         let put_in = before.and_then(|front| front.at(k - 1));
-        // As in `step`: the further one, and only what lies inside.
+        // As in `step`: the further one, if it is inside.
         let left_out = left_out.filter(|row| *row <= end && column(*row, k).is_some());
         let put_in = put_in.filter(|row| *row <= end && column(*row, k).is_some());
         let start = if before.is_none() { 0 } else { left_out.max(put_in).unwrap_or(0) };

@@ -1,73 +1,72 @@
-//! What both captures cover, and where a moment of one lies in the other.
+//! The time that both captures cover, and the mapping of times of one to the other.
 //!
-//! Clocks of two captures have nothing in common, so they are related by anchors: items that each capture has exactly
-//! once, in the same order in both. Between anchors the offset of the clocks is interpolated; where stamps are
-//! missing, frames are counted instead. It must not judge what differs.
+//! The clocks of two captures are unrelated, so they are mapped by anchors: items that each capture has exactly once,
+//! in the same order in both. Between anchors the offset of the clocks is interpolated; without timestamps, frames are
+//! counted instead. Differences are not judged here.
 
 use super::digest::{Digest, Place};
 
-/// Stamps from here on (in ns: 1973) are those of a clock.
+/// Timestamps from here on (in ns: 1973) are those of a clock.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
-/// Clocks that run alike part by no more than this between two anchors ...
+/// Maximum drift between two anchors of clocks that run alike ...
 const RIGID_NS: i64 = 2_000_000;
-/// ... and a thousandth of the time between them.
+/// ... plus a thousandth of the time between them.
 const DRIFT: i64 = 1000;
-/// Of the whole time in which both are related, clocks part by no more than one part in so many.
+/// Over the whole common time, clocks drift by no more than one part in this many.
 const QUARTZ: i64 = 5000;
-/// How well clocks are related where no two anchors say it, in ns.
+/// Uncertainty of the mapping of clocks without two anchors, in ns.
 const UNSURE_NS: i64 = 1_000_000;
-/// What [`RIGID_NS`] is in frames.
+/// The counterpart of [`RIGID_NS`] in frames.
 const RIGID_FRAMES: i64 = 3;
-/// Anchors at an edge that say how well the clocks are related there.
+/// Number of anchors at an edge from which the uncertainty there is estimated.
 const EDGE: usize = 5;
 
-/// Ends of items that are in step from which on they are no chance.
+/// Number of ends of items in step from which on they are not a coincidence.
 const STEPS: usize = 6;
-/// Anchors of which no more than one in so many is in the same order in both captures say nothing.
+/// Anchors are ignored if no more than one in this many is in the same order in both captures.
 const CONTRADICTED: usize = 4;
-/// Values that vary and are the same in step, from which on both captures show one session.
+/// Number of equal varying values in step from which on both captures show one session.
 const SAME: usize = 6;
-/// A late echo of what the capturing host sends stands where it does not belong by so much at an edge: in ns, in
-/// frames.
+/// Maximum displacement at an edge of a late echo of a frame that the capturing host sends: in ns, in frames.
 const LATE_NS: i64 = 2_000_000;
 const LATE_FRAMES: i64 = 2;
 
-/// Whether two captures show one session, by the values that vary from session to session.
+/// The number of sessions that two captures show, by the values that vary from session to session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sessions {
-    /// They do.
+    /// One session.
     One,
-    /// They show two.
+    /// Two sessions.
     Two,
-    /// Nothing shows which.
+    /// Unknown.
     Unknown,
 }
 
-/// A moment that both captures have: its place in one, and in the other.
+/// A moment that both captures have: its place in A and in B.
 pub type Anchor = (Place, Place);
 
 /// An end of an item that each capture has exactly once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shared {
     pub(super) anchor: Anchor,
-    /// Its value varies: the same one in both captures may be chance, many in step are not.
+    /// Its value varies: equal values in both captures may be a coincidence, many in step are not.
     pub(super) varied: bool,
 }
 
-/// How places in both captures are related.
+/// The relation of places in both captures.
 #[derive(Clone, Debug)]
 pub struct Alignment {
-    /// Positions are stamps in ns, else numbers of frames.
+    /// Positions are timestamps in ns, else numbers of frames.
     pub by_time: bool,
-    /// The captures show one and the same session: the offset of their clocks does not vary.
+    /// Both captures show the same session: the offset of their clocks does not vary.
     pub rigid: bool,
-    /// What both cover, in positions of each: first and last.
+    /// The range that both cover, in positions of each: first and last.
     pub covered: [(i64, i64); 2],
-    /// How well that is known, at the beginning and at the end.
+    /// The uncertainty of that, at the beginning and at the end.
     pub slack: (i64, i64),
-    /// Whether a capture begins before the other one, and whether it ends after it.
+    /// For each capture: true if it begins before the other one, and true if it ends after it.
     pub beyond: [(bool, bool); 2],
-    /// How exact stamps are.
+    /// The resolution of timestamps.
     pub resolution: i64,
     /// The number of each capture's first frame.
     pub first: [i64; 2],
@@ -86,7 +85,7 @@ impl Alignment {
         let anchors = ordered(anchors);
         let mut chain: Vec<(i64, i64)> =
             anchors.iter().map(|(in_a, in_b)| (in_a.on(by_time), in_b.on(by_time))).collect();
-        // Stamps may step back where frames do not.
+        // Timestamps may step back although frames do not.
         let mut high = (i64::MIN, i64::MIN);
         chain.retain(|&(in_a, in_b)| {
             let rises = in_a >= high.0 && in_b >= high.1;
@@ -123,7 +122,8 @@ impl Alignment {
         alignment
     }
 
-    /// What both cover, and how well that is known. `of_a`, `of_b`: the first and the last position of each.
+    /// Computes the range that both cover, and its uncertainty. `of_a`, `of_b`: the first and the last position of
+    /// each.
     fn cover(&mut self, of_a: (i64, i64), of_b: (i64, i64)) {
         let (first, last) = (self.to_a(of_b.0), self.to_a(of_b.1));
         self.covered[0] = (of_a.0.max(first), of_a.1.min(last));
@@ -133,7 +133,7 @@ impl Alignment {
             (of_a.0.saturating_add(begins) < first, of_a.1 > last.saturating_add(ends)),
             (of_a.0 > first.saturating_add(begins), of_a.1.saturating_add(ends) < last),
         ];
-        // Where both begin, or end, with the same frames a late echo stands on the same side in both.
+        // If both begin, or end, with the same frames, a late echo is on the same side in both.
         let late = if self.by_time { LATE_NS } else { LATE_FRAMES };
         if self.begins_apart() {
             self.slack.0 = self.slack.0.max(late);
@@ -143,16 +143,16 @@ impl Alignment {
         }
     }
 
-    /// Whether the offset of the clocks hardly varies. `parts`: see [`Self::parts`]; `differ`: by how much stamps of
-    /// different resolution differ.
+    /// Returns true if the offset of the clocks hardly varies. `parts`: see [`Self::parts`]; `differ`: the difference
+    /// of timestamps of different resolution.
     fn is_even(&self, parts: &[(i64, i64)], differ: i64) -> bool {
-        // One step that a fault has moved is two uneven parts; two runs of one script part everywhere.
+        // One step that a fault has moved makes two uneven parts; two runs of one script differ everywhere.
         let odd = if parts.len() >= STEPS { (parts.len() / 8).max(2) } else { 0 };
         let uneven = parts.iter().filter(|(parted, apart)| {
             let most = if self.by_time { RIGID_NS.saturating_add(apart / DRIFT) } else { RIGID_FRAMES };
             *parted > most.saturating_add(2 * differ)
         });
-        // Clocks part by no more than their quartzes over the whole time.
+        // Over the whole time, clocks differ by no more than the error of their quartzes.
         let mut offsets: Vec<i64> = self.chain.iter().map(|(in_a, in_b)| in_b.saturating_sub(*in_a)).collect();
         offsets.sort_unstable();
         let inner = offsets.get(odd..offsets.len().saturating_sub(odd)).unwrap_or(&offsets);
@@ -162,7 +162,7 @@ impl Alignment {
         uneven.count() <= odd && (!self.by_time || spread <= allowed)
     }
 
-    /// By how much the offset varies from each anchor to the next, and how far apart they are.
+    /// Returns the change of the offset from each anchor to the next, and the distance between them.
     fn parts(&self) -> Vec<(i64, i64)> {
         let offset = |(in_a, in_b): (i64, i64)| in_b.saturating_sub(in_a);
         let pairs = self.chain.iter().zip(self.chain.iter().skip(1));
@@ -174,32 +174,32 @@ impl Alignment {
             .collect()
     }
 
-    /// Whether one capture knows what was before the other one began.
+    /// Returns true if one capture contains time before the other one began.
     pub fn begins_apart(&self) -> bool {
         self.beyond.iter().any(|(before, _)| *before)
     }
 
-    /// Nothing shows where one capture lies in the other: nothing is surely covered.
+    /// Marks the relation as unknown: nothing is surely covered.
     pub fn blur(&mut self) {
         self.slack = (i64::MAX / 4, i64::MAX / 4);
     }
 
-    /// Whether nothing shows where one capture lies in the other.
+    /// Returns true if the relation of the captures is unknown.
     pub fn is_blurred(&self) -> bool {
         self.slack.0 == i64::MAX / 4
     }
 
-    /// A position of B on the scale of A.
+    /// Converts a position of B to the scale of A.
     pub fn to_a(&self, position: i64) -> i64 {
         related(&self.chain, position, |(in_a, in_b)| (in_b, in_a))
     }
 
-    /// A position of A on the scale of B.
+    /// Converts a position of A to the scale of B.
     pub fn to_b(&self, position: i64) -> i64 {
         related(&self.chain, position, |pair| pair)
     }
 
-    /// The frame of the other capture that lies at or before a place of this one, by the nearest anchor.
+    /// Returns the frame of the other capture at or before a place of this one, by the nearest anchor.
     pub fn beside(&self, side: usize, place: Place) -> Option<Place> {
         let mine = |pair: &Anchor| if side == 0 { pair.0 } else { pair.1 };
         let after = self.frames.partition_point(|pair| mine(pair).on(false) <= place.on(false));
@@ -207,20 +207,20 @@ impl Alignment {
         Some(if side == 0 { nearest.1 } else { nearest.0 })
     }
 
-    /// Whether the other capture surely covers a time of this one.
+    /// Returns true if the other capture surely covers a time of this one.
     pub fn covers(&self, side: usize, from: i64, to: i64) -> bool {
         let Some((first, last)) = self.covered.get(side) else { return false };
         let (begins, ends) = self.slack;
         from >= first.saturating_add(begins) && to <= last.saturating_sub(ends)
     }
 
-    /// The first of these places that both captures surely cover.
+    /// Returns the first of these places that both captures surely cover.
     pub fn first_covered(&self, side: usize, places: impl Iterator<Item = Place>) -> Option<Place> {
         let inside = |place: &Place| self.covers(side, place.on(self.by_time), place.on(self.by_time));
         places.filter(inside).min_by_key(|place| place.on(false))
     }
 
-    /// Whether it may cover it.
+    /// Returns true if the other capture may cover a position of this one.
     pub fn may_cover(&self, side: usize, position: i64) -> bool {
         let Some((first, last)) = self.covered.get(side) else { return false };
         let (begins, ends) = self.slack;
@@ -228,19 +228,19 @@ impl Alignment {
     }
 }
 
-/// How well clocks are related where they part by this much. `together`: they are one clock.
+/// Returns the uncertainty of clocks that vary by these parts. `together`: they are one clock.
 fn slack(parts: &mut dyn Iterator<Item = &(i64, i64)>, by_time: bool, together: bool) -> i64 {
     let unsure = if by_time { UNSURE_NS } else { 1 };
     match parts.map(|(parted, _)| *parted).max() {
         None if together => 0,
         None => unsure,
         Some(0) => 0,
-        // A few anchors do not show the worst.
+        // A few anchors do not show the worst case.
         Some(worst) => worst.saturating_add(unsure / 5),
     }
 }
 
-/// Whether the clocks of two captures say that they were taken at the same time.
+/// Returns true if the clocks of two captures show that they were taken at the same time.
 pub fn simultaneous(a: &Digest, b: &Digest) -> bool {
     let ends = |digest: &Digest| (digest.first.on(true), digest.last.on(true));
     a.stamped && b.stamped && overlap(ends(a), ends(b))
@@ -250,12 +250,12 @@ fn overlap(a: (i64, i64), b: (i64, i64)) -> bool {
     a.0 >= EPOCH_NS && b.0 >= EPOCH_NS && a.0 <= b.1 && b.0 <= a.1
 }
 
-/// Without anchors: captures that were taken at the same time have one clock, others begin together.
+/// Relates captures without anchors: those that were taken at the same time have one clock, others begin together.
 fn unanchored(by_time: bool, a: (i64, i64), b: (i64, i64)) -> (i64, i64) {
     if by_time && overlap(a, b) { (a.0, a.0) } else { (a.0, b.0) }
 }
 
-/// Where a position lies on the other scale. `turn` gives an anchor's position on this one and on the other.
+/// Converts a position to the other scale. `turn` returns an anchor's position on this one and on the other.
 fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i64, i64)) -> i64 {
     let after = chain.partition_point(|pair| turn(*pair).0 <= position);
     let before = after.checked_sub(1).and_then(|at| chain.get(at)).map(|pair| turn(*pair));
@@ -271,14 +271,14 @@ fn related(chain: &[(i64, i64)], position: i64, turn: impl Fn((i64, i64)) -> (i6
     }
 }
 
-/// The anchors whose offset hardly varies, where these are most of what is unique in both: the others are alike by
-/// chance, or are another repetition of what each capture shows once. `telling`: values that could be the same.
+/// Returns the anchors whose offset hardly varies, if these are most of those that are unique in both: the others match
+/// by coincidence, or are different repetitions, one in each capture. `telling`: values that could be equal.
 pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<Anchor>, Sessions) {
     let offset = |one: &Shared| one.anchor.1.on(by_time).saturating_sub(one.anchor.0.on(by_time));
     let width = if by_time { RIGID_NS } else { RIGID_FRAMES };
     let mut offsets: Vec<i64> = shared.iter().map(offset).collect();
     offsets.sort_unstable();
-    // The offset about which most lie, and how many.
+    // The offset that most of them share, and their number.
     let mut best = (0, 0);
     let mut from = 0;
     for (to, last) in offsets.iter().enumerate() {
@@ -291,7 +291,7 @@ pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<
     let mut ordered: Vec<&Shared> = shared.iter().collect();
     ordered.sort_by_key(|one| one.anchor.0.on(by_time));
     let first = ordered.iter().position(|one| offset(one).saturating_sub(best.1).saturating_abs() <= width);
-    // Clocks part slowly: from there on, to both sides, each may lie a little off the last one.
+    // Clocks drift slowly: from there on, to both sides, each may differ a little from the last one.
     let (before, after) = ordered.split_at(first.unwrap_or(0));
     let mut steps: Vec<&Shared> = Vec::new();
     for way in [&mut after.iter() as &mut dyn Iterator<Item = &&Shared>, &mut before.iter().rev()] {
@@ -303,7 +303,7 @@ pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<
             let drift = if by_time { at.saturating_sub(then).saturating_abs() / DRIFT } else { 0 };
             if own.saturating_sub(expected).saturating_abs() <= width.saturating_add(drift) {
                 steps.push(one);
-                // What is a little late itself does not lead the next ones astray.
+                // An item that is a little late itself must not mislead the next ones.
                 let known = i64::try_from(steps.len().min(8)).unwrap_or(1);
                 last = Some((at, expected.saturating_add(own.saturating_sub(expected) / known)));
             }
@@ -325,7 +325,7 @@ pub(super) fn in_step(shared: &[Shared], telling: usize, by_time: bool) -> (Vec<
     }
 }
 
-/// The longest part of the anchors that is in the same order in both captures.
+/// Returns the longest part of the anchors that is in the same order in both captures.
 fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
     anchors.sort_by_key(|(in_a, in_b)| (in_a.on(false), in_b.on(false)));
     // The last anchor of the best row of each length, and for each anchor the one before it.
@@ -346,7 +346,7 @@ fn ordered(mut anchors: Vec<Anchor>) -> Vec<Anchor> {
         row.extend(anchors.get(at).copied());
         next = before.get(at).copied().flatten();
     }
-    // Where hardly any are in the same order, their order is what differs: it does not say what fits.
+    // If hardly any are in the same order, the order itself differs and does not show a relation.
     if row.len() * CONTRADICTED < anchors.len() {
         return Vec::new();
     }

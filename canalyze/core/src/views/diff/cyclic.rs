@@ -1,8 +1,7 @@
-//! What comes again and again, held against each other: whether it is there, how often and how evenly it comes, on
-//! which identifier, with which mapping and length.
+//! The comparison of periodic frames: their presence, rate, jitter, identifier, mapping and length.
 //!
-//! In two captures of one session ([`Alignment::rigid`]) frames are counted exactly within what both surely cover;
-//! of two sessions only the pace is compared, for when each began is chance. It must not look at payload.
+//! In two captures of one session ([`Alignment::rigid`]) frames are counted exactly within the range that both surely
+//! cover. Of two sessions only the period is compared, since the start of each is arbitrary. Payload is not compared.
 
 use std::ops::RangeInclusive;
 
@@ -11,14 +10,15 @@ use super::difference::{Shows, Side, What};
 use super::digest::{CyclicStream, Place, Service, Version, alike};
 use super::found::Found;
 
-/// Intervals from which on there is a pace.
+/// Minimum number of intervals of a period.
 const PACE: usize = 4;
-/// Intervals from which on it is known how far they vary.
+/// Minimum number of intervals to estimate their variation.
 const JITTER: usize = 50;
-/// Of the intervals, in percent, those that count: a few frames that the capturing machine delayed do not.
+/// Percentiles of the intervals between which their variation is measured, since the capturing machine may delay a few
+/// frames.
 const LEAST: usize = 5;
 const MOST: usize = 95;
-/// By how much a machine delays frames, in ns: what varies less is no statement about a node.
+/// Delay of frames by a machine, in ns: a smaller variation does not describe a node.
 const DELAYED_NS: i64 = 1_000_000;
 
 /// One stream in both captures.
@@ -26,7 +26,7 @@ pub(super) struct StreamPair<'a> {
     pub(super) node: Option<u8>,
     pub(super) service: Service,
     pub(super) cyclic: [&'a CyclicStream; 2],
-    /// The node was not configured, or not reset, in the same way: identifiers and mappings may be others.
+    /// The node was configured, or reset, differently: identifiers and mappings may differ.
     pub(super) configured: bool,
     pub(super) alignment: &'a Alignment,
 }
@@ -65,7 +65,7 @@ impl StreamPair<'_> {
         self.cyclic.get(side).map_or(&[], |stream| &stream.places)
     }
 
-    /// Frames that the other capture surely covers, and those that it may cover.
+    /// Counts the frames that the other capture surely covers, and those that it may cover.
     fn counted(&self, side: usize) -> (u64, u64) {
         let by_time = self.alignment.by_time;
         let positions = self.places(side).iter().map(|place| place.on(by_time));
@@ -77,7 +77,7 @@ impl StreamPair<'_> {
         })
     }
 
-    /// The first frame that the other capture covers.
+    /// Returns the first frame that the other capture covers.
     fn first(&self, side: usize) -> Option<Place> {
         let by_time = self.alignment.by_time;
         let covered = |place: &&Place| self.alignment.covers(side, place.on(by_time), place.on(by_time));
@@ -91,14 +91,14 @@ impl StreamPair<'_> {
         Pace::of(inside)
     }
 
-    /// It is in one capture only.
+    /// Compares a stream that is in one capture only.
     fn presence(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2]) -> Option<[Option<Side>; 2]> {
         for side in [0, 1] {
             let ((sure, _), (_, other)) = (*counted.get(side)?, *counted.get(1 - side)?);
             if sure == 0 || other > 0 {
                 continue;
             }
-            // Of two sessions a slow stream may just be between two frames.
+            // Of two sessions, a slow stream may be between two frames.
             let long = paces.get(side)?.is_some();
             if !self.alignment.rigid && !long && sure < 2 && !self.places(1 - side).is_empty() {
                 continue;
@@ -113,7 +113,8 @@ impl StreamPair<'_> {
         None
     }
 
-    /// Frames are missing in one of two captures of the same session; or so many of two sessions that it is no chance.
+    /// Compares the numbers of frames: frames that one of two captures of the same session lacks, or a difference
+    /// between two sessions that is too large for a coincidence.
     fn lost(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2], tolerance: f64, found: &mut Found<'_>) {
         let [(sure_a, most_a), (sure_b, most_b)] = *counted;
         let regular = paces.iter().any(|pace| pace.as_ref().is_some_and(|pace| pace.regular));
@@ -123,7 +124,7 @@ impl StreamPair<'_> {
         if !self.alignment.rigid {
             let (less, more) = (sure_a.min(sure_b), most_a.max(most_b));
             let apart = more.saturating_sub(less) as f64;
-            // A regular one was judged by its pace; how long each session took is not to be judged.
+            // A regular stream was judged by its period; the duration of each session is not judged.
             if regular || apart <= 2.0 + 2.0 * tolerance * more as f64 {
                 return;
             }
@@ -141,13 +142,13 @@ impl StreamPair<'_> {
         found.add(What::Frames(self.service), self.node, [shows(0, sure_a), shows(1, sure_b)]);
     }
 
-    /// A place of the other capture, on the scale of this one.
+    /// Converts a place of the other capture to the scale of this one.
     fn here(&self, side: usize, place: Place) -> i64 {
         let position = place.on(self.alignment.by_time);
         if side == 0 { self.alignment.to_a(position) } else { self.alignment.to_b(position) }
     }
 
-    /// The frame of one capture that stands nearest to a frame of the other one, at or behind it where there is one.
+    /// Returns the frame of one capture nearest to a frame of the other one, at or behind it if possible.
     fn nearest(&self, side: usize, other: Place) -> Option<Place> {
         let (by_time, at) = (self.alignment.by_time, self.here(side, other));
         let places = self.places(side);
@@ -155,7 +156,7 @@ impl StreamPair<'_> {
         places.get(after).or_else(|| places.last()).copied()
     }
 
-    /// The first frame of a capture that the other one has not, where both show the same session.
+    /// Returns the first frame of a capture that the other one lacks, if both show the same session.
     fn unmatched(&self, side: usize, within: i64) -> Option<Place> {
         if !self.alignment.rigid {
             return None;
@@ -181,7 +182,7 @@ impl StreamPair<'_> {
     }
 
     fn say(&self, what: What, ns: [i64; 2], paces: [&Pace; 2], found: &mut Found<'_>) {
-        // It is at the first interval that the other one has not.
+        // It is at the first interval that the other one lacks.
         let [mine, others] = paces;
         let side = usize::from(others.spread_ns > mine.spread_ns);
         let (own, other) = if side == 0 { (mine, others) } else { (others, mine) };
@@ -202,7 +203,7 @@ impl StreamPair<'_> {
         found.add(what, self.node, [show(0), show(1)]);
     }
 
-    /// Identifiers, mappings and lengths, one after the other.
+    /// Compares identifiers, mappings and lengths, one after the other.
     fn versions(&self, cyclic: [&CyclicStream; 2], found: &mut Found<'_>) {
         let by_time = self.alignment.by_time;
         let inside = |side: usize| -> Vec<&Version> {
@@ -230,8 +231,7 @@ impl StreamPair<'_> {
         let words = |version: &Version| -> Vec<u32> {
             version.mapping.iter().flat_map(|mapping| mapping.entries.iter().map(|entry| entry.word())).collect()
         };
-        // What was configured before a capture began is not known there; what is configured later its SDO transfers
-        // say.
+        // A configuration from before a capture is unknown there; later ones are in its SDO transfers.
         let unknown = |versions: &Vec<&Version>| versions.iter().any(|version| version.mapping.is_none());
         let judged = self.configured && !self.alignment.begins_apart() && !sides.iter().any(unknown);
         let mappings = mappings.filter(|_| judged);
@@ -250,8 +250,8 @@ impl StreamPair<'_> {
     }
 }
 
-/// The first versions in which two captures are not the same, each change counted once; what is not known is passed
-/// over. A change that one capture has and the other one has not stands against what the other one stays with.
+/// Returns the first versions in which two captures differ, each change counted once; unknown ones are skipped. A
+/// change that only one capture has is compared with the value that the other one keeps.
 fn first_apart<'a, K>(
     sides: &[Vec<&'a Version>; 2],
     key: impl Fn(&Version) -> Option<K>,
@@ -285,13 +285,13 @@ fn first_apart<'a, K>(
     None
 }
 
-/// How a stream moves.
+/// The timing of a stream.
 #[derive(Clone, Debug)]
 struct Pace {
     median_ns: i64,
-    /// How far intervals lie apart, without the least and the greatest.
+    /// The variation of intervals, without the extreme ones.
     spread_ns: i64,
-    /// It keeps to its pace.
+    /// It keeps its period.
     regular: bool,
     intervals: usize,
 }
@@ -312,14 +312,14 @@ impl Pace {
         Some(Self { median_ns, spread_ns, regular, intervals: intervals.len() })
     }
 
-    /// Whether two paces are not the same.
+    /// Returns true if two periods differ.
     fn parts(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
         let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
         let apart = self.median_ns.saturating_sub(other.median_ns).saturating_abs();
         self.regular && other.regular && apart > allowed.max(2 * alignment.resolution)
     }
 
-    /// Whether one varies much more than the other.
+    /// Returns true if one varies much more than the other.
     fn varies(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
         let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
         let apart = self.spread_ns.saturating_sub(other.spread_ns).saturating_abs();
@@ -331,7 +331,7 @@ impl Pace {
     }
 }
 
-/// The paces of two polls in ns, where they are not the same.
+/// Returns the periods of two polls in ns, if they differ.
 pub(super) fn paces(a: &[Place], b: &[Place], alignment: &Alignment, tolerance: f64) -> Option<(i64, i64)> {
     let pace = |side: usize, places: &[Place]| {
         Pace::of(places.iter().map(|place| place.on(true)).filter(|at| alignment.may_cover(side, *at)))

@@ -1,4 +1,4 @@
-//! What two captures differ in: values without words.
+//! Differences of two captures: values without words.
 
 use super::digest::{Action, Kind, Place, Service};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
@@ -7,36 +7,36 @@ use crate::rules::finding::Finding;
 /// One difference, or several of the same.
 #[derive(Clone, Debug)]
 pub struct Difference {
-    /// What differs.
+    /// The property that differs.
     pub what: What,
     /// The bus, in A and in B.
     pub bus: [Option<BusId>; 2],
-    /// The node; `None` for what is no node's.
+    /// The node; `None` if it is not about a node.
     pub node: Option<u8>,
-    /// What each capture has; `None` where it has nothing.
+    /// The content of each capture; `None` if it has nothing.
     pub sides: [Option<Side>; 2],
-    /// Where it would be in the capture that has nothing: the nearest frame before that both have.
+    /// The corresponding position in a capture that has nothing: the nearest frame before it that both have.
     pub beside: [Option<FrameRef>; 2],
-    /// How often; the first is shown.
+    /// The number of occurrences; the first one is shown.
     pub count: u64,
-    /// Where it stands among all, on the scale of A.
+    /// The sort key among all, on the scale of A.
     pub(super) order: (i64, u8, u32),
 }
 
-/// What can differ.
+/// A property that can differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum What {
     /// A bus is in one capture only.
     Bus,
     /// A node is in one capture only.
     Node,
-    /// Something was done in one capture only, or is of another kind: see [`Aspect`].
+    /// An action is in one capture only, or differs: see [`Aspect`].
     Item(Kind, Aspect),
     /// A service is in one capture only, or has more frames in one.
     Frames(Service),
     /// The time between frames.
     Period(Service),
-    /// How far it varies.
+    /// The variation of the period.
     Jitter(Service),
     /// The CAN-ID.
     CobId(Service),
@@ -50,12 +50,12 @@ pub enum What {
     Finding,
 }
 
-/// In what respect the same thing is another one.
+/// The property of an action that differs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Aspect {
     /// It is in one capture only.
     Presence,
-    /// How a transfer ended.
+    /// The outcome of a transfer.
     Outcome,
     /// Expedited, segmented or block.
     Mode,
@@ -63,27 +63,27 @@ pub enum Aspect {
     Value,
 }
 
-/// What one capture has.
+/// The content of one capture.
 #[derive(Clone, Debug)]
 pub struct Side {
     /// The frame that shows it: of a transfer the last one.
     pub at: FrameRef,
-    /// Where it begins.
+    /// The frame at which it begins.
     pub since: FrameRef,
-    /// What it is.
+    /// The content.
     pub shows: Shows,
-    /// The time in ns from one to the next, of a poll.
+    /// The period of a poll in ns.
     pub pace_ns: Option<i64>,
 }
 
 /// The content of a side.
 #[derive(Clone, Debug)]
 pub enum Shows {
-    /// Something done.
+    /// An action.
     Action(Action),
     /// Frames.
     Count(u64),
-    /// A period, or how far it varies, in ns.
+    /// A period, or its variation, in ns.
     Time(i64),
     /// An identifier.
     Id(CanId),
@@ -96,7 +96,7 @@ pub enum Shows {
 }
 
 impl Side {
-    /// Something at these places.
+    /// Creates a side with these places.
     pub fn new(at: Place, since: Place, shows: Shows) -> Self {
         Self { at: at.frame(), since: since.frame(), shows, pace_ns: None }
     }
@@ -128,7 +128,7 @@ impl What {
         }
     }
 
-    /// The service that it is about, where it is one that comes again and again.
+    /// Returns the service that it is about, if that is periodic.
     pub fn service(self) -> Option<Service> {
         match self {
             Self::Frames(service) | Self::Period(service) | Self::Jitter(service) => Some(service),

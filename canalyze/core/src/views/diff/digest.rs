@@ -1,9 +1,8 @@
-//! What is kept of one capture to hold it against another: who did what, in order, and when what comes again and
-//! again came.
+//! The data of one capture that are kept for a comparison: actions in order, and the times of periodic frames.
 //!
 //! Items (SDO transfers, NMT commands, states, emergencies, LSS) are kept by bus, node and kind, each with its frames;
-//! what is periodic (PDOs, heartbeats, SYNC, ...) as a stream of places. Memory is bounded: beyond [`ITEMS`] and
-//! [`PLACES`] the capture counts as ended there, which is reported. It must not judge or compare.
+//! periodic frames (PDOs, heartbeats, SYNC, ...) as a stream of places. Memory is bounded: beyond [`ITEMS`] and
+//! [`PLACES`] the capture counts as ended there, which is reported. Nothing is judged or compared here.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,24 +21,24 @@ use crate::world::dictionary::Described;
 use crate::world::drive::{self, State};
 use crate::world::event::{Event, ProcessData, Signals, What};
 
-/// Most items of one capture: some 100 bytes each.
+/// Maximum number of items of one capture: some 100 bytes each.
 pub const ITEMS: usize = 2_000_000;
-/// Most frames in cyclic streams of one capture: 16 bytes each.
+/// Maximum number of frames in cyclic streams of one capture: 16 bytes each.
 pub const PLACES: usize = 8_000_000;
-/// Bytes of a value that are kept to be shown; all of them are in its hash.
+/// Number of bytes of a value that are kept to be shown; all of them are in its hash.
 const SHOWN: usize = 64;
-/// What is not answered within this time is not answered at all.
+/// A response later than this does not count.
 const WAITED_NS: i64 = 2_000_000_000;
-/// Findings of one kind whose places are kept.
+/// Maximum number of findings of one kind whose places are kept.
 const FINDINGS: usize = 256;
-/// Kinds of finding that are kept.
+/// Maximum number of kinds of findings that are kept.
 const KINDS: usize = 4096;
-/// Identifiers of one bus that are kept.
+/// Maximum number of identifiers of one bus that are kept.
 const IDENTIFIERS: usize = 8192;
-/// Versions of one stream.
+/// Maximum number of versions of one stream.
 const VERSIONS: usize = 256;
 
-/// Where something stands in its capture. Small, since there are many.
+/// A position in a capture. Small, since there are many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     no: u32,
@@ -48,25 +47,25 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a frame. Beyond 4 billion frames or lines the number is not kept.
+    /// Returns the place of a frame. Numbers above 4 billion are not kept.
     pub fn of(at: FrameRef) -> Self {
         let line = at.line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
         Self { no: u32::try_from(at.no).unwrap_or(u32::MAX), line, t_ns: at.t_ns.unwrap_or(i64::MIN) }
     }
 
-    /// The frame.
+    /// Returns the frame.
     pub fn frame(self) -> FrameRef {
         let line = (self.line > 0).then_some(u64::from(self.line));
         FrameRef { no: u64::from(self.no), line, t_ns: (self.t_ns != i64::MIN).then_some(self.t_ns) }
     }
 
-    /// On the scale of stamps, or of numbers of frames.
+    /// Returns the position on the scale of timestamps, or of numbers of frames.
     pub fn on(self, by_time: bool) -> i64 {
         if by_time { self.t_ns } else { i64::from(self.no) }
     }
 }
 
-/// What was done.
+/// An action of a node or a master.
 #[derive(Clone, Debug)]
 pub enum Action {
     /// An SDO transfer.
@@ -85,7 +84,7 @@ pub enum Action {
     Lss([u8; 8]),
 }
 
-/// What is kept of an SDO transfer.
+/// The data of an SDO transfer that are kept.
 #[derive(Clone, Debug)]
 pub struct TransferDigest {
     /// The object.
@@ -94,17 +93,17 @@ pub struct TransferDigest {
     pub direction: Direction,
     /// Expedited, segmented or block.
     pub mode: Mode,
-    /// How it ended.
+    /// The outcome.
     pub status: Status,
     /// The abort that ended it.
     pub abort: Option<Abort>,
     /// Bytes.
     pub size: u64,
-    /// Over all of them.
+    /// The hash of all of them.
     pub hash: u64,
     /// The first of them.
     pub kept: Box<[u8]>,
-    /// What is known of the object.
+    /// The description of the object.
     pub described: Described,
     /// Its beginning, or frames in its middle, are not in the capture.
     pub holed: bool,
@@ -112,59 +111,59 @@ pub struct TransferDigest {
     pub unended: bool,
 }
 
-/// Something done, and its frames.
+/// An action and its frames.
 #[derive(Clone, Debug)]
 pub struct Item {
     /// The last frame of it.
     pub at: Place,
     /// The first frame of it.
     pub since: Place,
-    /// What it is.
+    /// The action.
     pub action: Action,
 }
 
-/// Which items follow one another. Those of different senders do not: an echo may come late.
+/// A sequence of items. Items of different senders are in different sequences, since an echo may come late.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// NMT commands.
     Nmt,
     /// Boot-ups and NMT states.
     State,
-    /// SDO transfers, by the identifier of the channel where it is not the server's default one.
+    /// SDO transfers, by the identifier of the channel unless it is the server's default one.
     Sdo(Option<CanId>),
     /// Emergencies.
     Emcy,
     /// States of a drive's axis, from 0.
     Drive(u8),
-    /// What the LSS master sends.
+    /// Frames of the LSS master.
     LssMaster,
-    /// What LSS slaves answer.
+    /// Frames of LSS slaves.
     LssSlave,
 }
 
-/// What comes again and again.
+/// A periodic service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Service {
     /// SYNC.
     Sync,
     /// TIME.
     Time,
-    /// Heartbeats, and answers to node guarding: at first the two look alike.
+    /// Heartbeats, and responses to node guarding: at first the two look alike.
     ErrorControl,
-    /// A PDO: whether it is a TPDO, and its number.
+    /// A PDO: true for a TPDO, and its number.
     Pdo(bool, u16),
-    /// The frame of an SRDO: its number, and whether it is the inverted one.
+    /// A frame of an SRDO: its number, and true for the inverted one.
     Srdo(u8, bool),
 }
 
-/// A time during which a stream has kept to one form.
+/// A time during which a stream keeps one form.
 #[derive(Clone, Debug)]
 pub struct Version {
     /// CAN-ID.
     pub id: CanId,
     /// Bytes.
     pub len: u8,
-    /// What it carries, where known.
+    /// The mapping of its content, if known.
     pub mapping: Option<Arc<Mapping>>,
     /// Its first frame.
     pub first: Place,
@@ -181,18 +180,18 @@ pub struct CyclicStream {
     pub versions: Vec<Version>,
 }
 
-/// What one bus has of them.
+/// The data of one bus.
 #[derive(Clone, Debug, Default)]
 pub struct BusDigest {
     /// Frames.
     pub frames: u64,
-    /// The first frame of each node, and how many there are, by node-ID.
+    /// The first frame of each node and the number of its frames, by node-ID.
     pub nodes: BTreeMap<u8, (Place, u64)>,
-    /// The last node that each identifier was of.
+    /// The last node of each identifier.
     pub ids: BTreeMap<CanId, Option<u8>>,
     /// By node and kind.
     pub items: BTreeMap<(u8, Kind), Vec<Item>>,
-    /// Since when the state of a node, or of an axis, is known.
+    /// The place from which on the state of a node, or of an axis, is known.
     pub known: BTreeMap<(u8, Kind), Place>,
     /// By node and service.
     pub cyclic: BTreeMap<(u8, Service), CyclicStream>,
@@ -202,7 +201,7 @@ pub struct BusDigest {
     drives: BTreeMap<(u8, u8), Option<State>>,
 }
 
-/// What is kept of a capture.
+/// The data of a capture that are kept.
 #[derive(Clone, Debug, Default)]
 pub struct Digest {
     /// The names of its buses.
@@ -213,28 +212,28 @@ pub struct Digest {
     pub frames: u64,
     /// Its first frame.
     pub first: Place,
-    /// Its last frame; that where the digest was full.
+    /// Its last frame, or the frame at which the digest was full.
     pub last: Place,
-    /// Every frame has a stamp.
+    /// Every frame has a timestamp.
     pub stamped: bool,
-    /// The least number of digits that stamps have.
+    /// The least number of digits of timestamps.
     pub decimals: u8,
     /// It was full before the capture ended.
     pub full: bool,
-    /// Whether it is known what went wrong.
+    /// Problems were diagnosed.
     pub diagnosed: bool,
-    /// What went wrong, in the order in which it showed.
+    /// The problems, in the order in which they showed.
     pub incidents: Vec<Incident>,
-    /// The first stamp of the capture, from which titles count.
+    /// The first timestamp of the capture, from which titles count.
     pub began_ns: Option<i64>,
-    /// It is asked what went wrong.
+    /// Problems are to be diagnosed.
     diagnoses: bool,
     items: usize,
     places: usize,
 }
 
 impl CyclicStream {
-    /// Takes in another one.
+    /// Merges another one into it.
     pub fn join(&mut self, other: &Self) {
         self.places.extend(&other.places);
         self.places.sort_by_key(|place| place.no);
@@ -244,7 +243,7 @@ impl CyclicStream {
 }
 
 impl BusDigest {
-    /// Every place that is kept, in no order.
+    /// Returns every place that is kept, in no order.
     pub fn places(&self) -> impl Iterator<Item = Place> {
         let items = self.items.values().flatten().flat_map(|item| [item.since, item.at]);
         items.chain(self.cyclic.values().flat_map(|stream| stream.places.iter().copied()))
@@ -252,30 +251,30 @@ impl BusDigest {
 }
 
 impl Digest {
-    /// Of a capture of which nothing was seen. `diagnoses`: what goes wrong in it is compared, too.
+    /// Creates the digest of a capture at its beginning. `diagnoses`: its problems are compared, too.
     pub fn new(diagnoses: bool) -> Self {
         Self { diagnoses, ..Self::default() }
     }
 
-    /// Whether it is asked what went wrong.
+    /// Returns true if problems are to be diagnosed.
     pub fn diagnoses(&self) -> bool {
         self.diagnoses
     }
 
-    /// From what an incident of it comes; what is only possible is no cause.
+    /// Returns the cause of one of its incidents; a possible cause does not count.
     pub fn cause(&self, one: &Incident) -> Option<&Incident> {
         let link = one.cause.filter(|_| !is_root(one))?;
         self.incidents.iter().find(|other| other.id == link.cause)
     }
 
-    /// Takes what went wrong in the capture, which is over.
+    /// Takes the diagnosis at the end of the capture.
     pub fn diagnosis(&mut self, diagnosis: &Diagnosis) {
         self.diagnosed = true;
         self.incidents = diagnosis.ledger().told().cloned().collect();
         self.began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
     }
 
-    /// The capture goes on to this frame, whether it is to be compared or not.
+    /// Extends the capture to this frame, whether it is compared or not.
     pub fn extend(&mut self, frame: &Frame) {
         if self.is_full() {
             return;
@@ -289,7 +288,7 @@ impl Digest {
         self.decimals = self.decimals.min(frame.stamp.map_or(9, |stamp| stamp.decimals));
     }
 
-    /// Takes a frame and what it means.
+    /// Takes a frame and its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         if self.is_full() {
             return;
@@ -316,7 +315,7 @@ impl Digest {
         }
     }
 
-    /// Takes what belongs to no frame at hand.
+    /// Takes events without a current frame.
     pub fn asides<'a>(&mut self, events: impl Iterator<Item = &'a Event>) {
         if !self.is_full() {
             for event in events {
@@ -325,12 +324,12 @@ impl Digest {
         }
     }
 
-    /// The capture is over.
+    /// Completes the digest at the end of the capture.
     pub fn finish(&mut self, buses: &Buses) {
         self.buses = buses.clone();
     }
 
-    /// Every place that is kept, in no order.
+    /// Returns every place that is kept, in no order.
     pub fn places(&self) -> impl Iterator<Item = Place> {
         self.lines.values().flat_map(BusDigest::places)
     }
@@ -381,7 +380,7 @@ impl Digest {
         );
     }
 
-    /// Whether the capture goes on so long behind a transfer that an answer should have come.
+    /// Returns true if the capture continues long enough after a transfer for a response.
     fn waited(&self, transfer: &Transfer) -> bool {
         match (transfer.last.t_ns, self.last.frame().t_ns) {
             (Some(then), Some(now)) => now.saturating_sub(then) > WAITED_NS,
@@ -399,7 +398,7 @@ impl Digest {
         let one = |action| Item { at, since: at, action };
         match *message {
             Message::Nmt { command, node } => {
-                // Above 127 it is no node's.
+                // Numbers above 127 are not node-IDs.
                 let node = if node <= 127 { node } else { 0 };
                 self.add(frame.bus, (node, Kind::Nmt), one(Action::Nmt(command)));
             }
@@ -426,13 +425,13 @@ impl Digest {
             Message::Pdo { transmit, number, node } => {
                 self.pass(frame, (node, Service::Pdo(transmit, number)), at, None);
             }
-            // A frame of another length is still one of its stream.
+            // A frame of another length still belongs to its stream.
             Message::Malformed { role: Role::Sync, .. } => self.pass(frame, (0, Service::Sync), at, None),
             _ => {}
         }
     }
 
-    /// Says whether a node has another state than before.
+    /// Records a state. Returns true if it differs from the one before.
     fn state(&mut self, bus: BusId, node: u8, state: u8, at: Place) -> bool {
         let line = self.lines.entry(bus).or_default();
         line.known.entry((node, Kind::State)).or_insert(at);
@@ -466,7 +465,7 @@ impl Digest {
         }
     }
 
-    /// A frame of a stream.
+    /// Takes a frame of a stream.
     fn pass(&mut self, frame: &Frame, key: (u8, Service), at: Place, mapping: Option<&Arc<Mapping>>) {
         self.places += 1;
         let stream = self.lines.entry(frame.bus).or_default().cyclic.entry(key).or_default();
@@ -484,7 +483,7 @@ impl Digest {
     }
 }
 
-/// Whether two mappings have the same entries.
+/// Returns true if two mappings have the same entries.
 fn same(one: Option<&Arc<Mapping>>, other: Option<&Arc<Mapping>>) -> bool {
     match (one, other) {
         (Some(one), Some(other)) => Arc::ptr_eq(one, other) || alike(one, other),
@@ -493,7 +492,7 @@ fn same(one: Option<&Arc<Mapping>>, other: Option<&Arc<Mapping>>) -> bool {
     }
 }
 
-/// Whether two mappings are the same objects with the same lengths, whatever is known of them.
+/// Returns true if two mappings have the same objects with the same lengths, whatever is known of them.
 pub fn alike(one: &Mapping, other: &Mapping) -> bool {
     one.entries.len() == other.entries.len()
         && one.entries.iter().zip(&other.entries).all(|(one, other)| one.word() == other.word())

@@ -1,4 +1,4 @@
-//! Differences as they are found: where each stands, and how often it comes. Must not decide what is one.
+//! The list of differences, with the position and the number of each. Nothing is compared here.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -9,37 +9,37 @@ use super::digest::{Action, Kind, Place};
 use super::likeness::symbol;
 use crate::bytes::frame::BusId;
 
-/// Differences that are kept apart; further ones are only counted.
+/// Maximum number of differences that are kept; further ones are only counted.
 const MOST: usize = 20_000;
 
-/// All that was found.
+/// All differences.
 #[derive(Debug)]
 pub(super) struct Found<'a> {
     pub(super) alignment: &'a Alignment,
     /// The bus that is being compared, in each capture.
     pub(super) bus: [Option<BusId>; 2],
     pub(super) all: Vec<Difference>,
-    /// Differences that were not kept.
+    /// The number of differences that were not kept.
     pub(super) more: u64,
-    /// What only one capture shows, where the other one shows nothing.
+    /// The number of items of each capture in ranges that the other one does not cover.
     pub(super) outside: [u64; 2],
     known: BTreeMap<u64, usize>,
 }
 
 impl<'a> Found<'a> {
-    /// Nothing yet.
+    /// Creates an empty list.
     pub(super) fn new(alignment: &'a Alignment) -> Self {
         Self { alignment, bus: [None; 2], all: Vec::new(), more: 0, outside: [0; 2], known: BTreeMap::new() }
     }
 
-    /// So many items of a capture lie where the other one shows nothing.
+    /// Counts items of a capture in ranges that the other one does not cover.
     pub(super) fn outside(&mut self, side: usize, count: usize) {
         if let Some(outside) = self.outside.get_mut(side) {
             *outside += count as u64;
         }
     }
 
-    /// A difference.
+    /// Adds a difference.
     pub(super) fn add(&mut self, what: What, node: Option<u8>, sides: [Option<Side>; 2]) {
         let key = self.key(what, node, &sides);
         let by_time = self.alignment.by_time;
@@ -51,7 +51,7 @@ impl<'a> Found<'a> {
         };
         let is_cyclic = matches!(what, What::Period(_) | What::Jitter(_));
         let order = match (place(0).map(|place| on_a(0, place)), place(1).map(|place| on_a(1, place))) {
-            // How many there are: where the one that has more has what the other one lacks.
+            // Numbers of frames: the position is that of a frame that only the capture with more of them has.
             (Some(a), Some(b)) if matches!(what, What::Frames(_)) => {
                 if count(shown(0)) >= count(shown(1)) {
                     a
@@ -59,18 +59,18 @@ impl<'a> Found<'a> {
                     b
                 }
             }
-            // How a transfer ended shows at its end: what broke it off came before.
+            // The outcome of a transfer shows at its end; the reason of an interruption came before.
             (Some(_), Some(_)) if matches!(what, What::Item(Kind::Sdo(_), Aspect::Outcome)) => {
                 let ends = [0, 1].map(|side| shown(side).map(|one| on_a(side, Place::of(one.at))));
                 ends.into_iter().flatten().max().unwrap_or(i64::MIN)
             }
-            // Where one has a frame and the other one has none, the other one's stands beside it.
+            // If one capture has a frame and the other one has none, the other one's is shown beside it.
             (Some(a), Some(b)) if is_cyclic => a.max(b),
             (Some(a), Some(b)) => a.min(b),
             (Some(one), None) | (None, Some(one)) => one,
             (None, None) => i64::MIN,
         };
-        // A bus, or a node, that is missing comes before what is missing with it; a finding behind what it is about.
+        // A missing bus, or node, comes before its missing content; a finding behind its subject.
         let rank = match what {
             What::Bus => 0,
             What::Node => 1,
@@ -101,7 +101,7 @@ impl<'a> Found<'a> {
         self.all.push(Difference { what, bus: self.bus, node, sides, beside, count: 1, order });
     }
 
-    /// Whether a node of this bus was configured, commanded or reset differently.
+    /// Returns true if a node of this bus was configured, commanded or reset differently.
     pub(super) fn configured(&self, node: Option<u8>) -> bool {
         let concerns = |side: &Side| match &side.shows {
             Shows::Action(Action::Transfer(moved)) => {
@@ -114,14 +114,14 @@ impl<'a> Found<'a> {
         self.all.iter().filter(about).any(|one| one.sides.iter().flatten().any(concerns))
     }
 
-    /// A number for differences that say the same.
+    /// Returns a key that is equal for differences with the same content.
     fn key(&self, what: What, node: Option<u8>, sides: &[Option<Side>; 2]) -> u64 {
         let mut hasher = DefaultHasher::new();
         (what, node, self.bus).hash(&mut hasher);
         for side in sides {
             match side.as_ref().map(|side| &side.shows) {
                 None => 0.hash(&mut hasher),
-                // Of an object it is enough to say it once, with how often.
+                // An object is reported once, with the number of occurrences.
                 Some(Shows::Action(Action::Transfer(moved))) => {
                     (1, moved.mux, moved.direction.name(), moved.status.name()).hash(&mut hasher);
                 }

@@ -1,16 +1,16 @@
-//! What nodes did, held against each other in order: transfers, commands, states, emergencies.
+//! The comparison of actions in order: transfers, commands, states, emergencies.
 //!
-//! Two items are the same where everything a CANopen engineer would compare is: object, direction, mode, outcome and
-//! value of a transfer, the code of a command. Two kinds of repetition are no such statement:
+//! Two items are equal if everything that a CANopen engineer would compare is equal: object, direction, mode, outcome
+//! and value of a transfer, the code of a command. Two kinds of repetition are exceptions:
 //!
 //! * The value of an object that is read with different values within one capture is process data: such uploads are
-//!   compared by outcome only, and by size where that does not vary either. So are downloads to 2000h and above that
-//!   come [`CYCLIC`] times or more with different values.
-//! * How often a poll comes: an object read [`POLLED`] times or more, or [`WAITED`] times or more with varying values
-//!   (a loop that waits for something), and any other item that comes [`POLLED`] times. One more or less is no
-//!   difference; another rate is.
+//!   compared by outcome only, and by size if that does not vary either. The same applies to downloads to 2000h and
+//!   above that occur [`CYCLIC`] times or more with different values.
+//! * The number of repetitions of a poll: an object read [`POLLED`] times or more, or [`WAITED`] times or more with
+//!   varying values (a loop that waits for something), and any other item that occurs [`POLLED`] times. One more or
+//!   less is not a difference; another rate is.
 //!
-//! It must not know the order of buses, nor put anything into words.
+//! The order of buses is not known here, and nothing is put into words.
 
 use std::collections::BTreeMap;
 
@@ -24,25 +24,25 @@ use super::likeness::{likeness, symbol};
 use crate::sdo::transfer::{Direction, Status};
 use crate::sdo::wire::Mux;
 
-/// Uploads of one object, or the same item again, from which on it is a poll.
+/// Number of uploads of one object, or of the same item, from which on it is a poll.
 const POLLED: usize = 16;
-/// The same of an object whose value varies.
+/// The same for an object whose value varies.
 const WAITED: usize = 3;
-/// Downloads of one object from which on it is a cyclic set value.
+/// Number of downloads of one object from which on it is a cyclic set value.
 const CYCLIC: usize = 64;
-/// Where an application's own objects begin.
+/// The first index of the application's own objects.
 const APPLICATION: u16 = 0x2000;
-/// What lies no further apart may be the same, in ns.
+/// Items no further apart than this may be the same, in ns.
 const CLOSE_NS: i64 = 2_000_000;
-/// Frames at the beginning of a capture in which a late echo may still hide where a transfer begins.
+/// Number of frames at the beginning of a capture in which a late echo may hide the start of a transfer.
 const EDGE: i64 = 3;
 
-/// What varies and what repeats in a stream, by both captures.
+/// The varying and the repeated items of a stream, in both captures.
 #[derive(Debug, Default)]
 pub(super) struct Habits {
-    /// By access: whether its value varies, whether its size does, how often it comes in each.
+    /// By access: true if its value varies, true if its size does, and its number in each.
     accesses: BTreeMap<(bool, Option<Mux>), Habit>,
-    /// How often each other item comes in each.
+    /// The number of each other item in each.
     others: BTreeMap<u64, [usize; 2]>,
 }
 
@@ -54,13 +54,13 @@ struct Habit {
     seen: [Option<(u64, u64)>; 2],
 }
 
-/// The same object in the same direction.
+/// The key of accesses to the same object in the same direction.
 fn access(moved: &TransferDigest) -> (bool, Option<Mux>) {
     (moved.direction == Direction::Upload, moved.mux)
 }
 
 impl Habits {
-    /// What both captures show.
+    /// Determines the habits of both captures.
     pub(super) fn of<'a>(sides: [impl Iterator<Item = &'a Item>; 2]) -> Self {
         let mut habits = Self::default();
         for (side, items) in sides.into_iter().enumerate() {
@@ -96,7 +96,7 @@ impl Habits {
         self.accesses.get(&access(moved))
     }
 
-    /// Whether the value of a transfer varies and is not compared; whether its size does.
+    /// Returns true if the value of a transfer varies and is not compared; and true if its size does.
     pub(super) fn varies(&self, item: &Item) -> (bool, bool) {
         let Action::Transfer(moved) = &item.action else { return (false, false) };
         let Some(known) = self.of_access(moved) else { return (false, false) };
@@ -106,7 +106,7 @@ impl Habits {
         (known.varies && process, known.resizes && process)
     }
 
-    /// Whether how often it comes is not compared.
+    /// Returns true if the number of occurrences is not compared.
     fn is_poll(&self, item: &Item) -> bool {
         let least = |counts: &[usize; 2]| *counts.iter().min().unwrap_or(&0);
         let most = |counts: &[usize; 2]| *counts.iter().max().unwrap_or(&0);
@@ -128,7 +128,7 @@ impl Habits {
     }
 }
 
-/// Items that each capture has exactly once. Gives how many values that vary could be the same.
+/// Collects the items that each capture has exactly once. Returns the number of varying values that could be equal.
 pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
     let habits = Habits::of([a.iter(), b.iter()]);
     let unique = |items: &[Item]| {
@@ -159,7 +159,7 @@ pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
     telling
 }
 
-/// Items in their order: what is left where nothing is unique.
+/// Collects matching items in order, for captures without unique items.
 pub(super) fn matched(a: &[Item], b: &[Item], into: &mut Vec<Anchor>) {
     let habits = Habits::of([a.iter(), b.iter()]);
     let symbols = |items: &[Item]| -> Vec<u64> {
@@ -177,17 +177,17 @@ pub(super) fn matched(a: &[Item], b: &[Item], into: &mut Vec<Anchor>) {
     }
 }
 
-/// A transfer of which a capture does not show everything.
+/// Returns true if a capture does not show all of a transfer.
 fn is_cut(item: &Item) -> bool {
     matches!(&item.action, Action::Transfer(moved) if moved.holed || moved.unended)
 }
 
-/// What is compared at once: one kind of items of one node.
+/// The items that are compared at once: one kind of items of one node.
 pub(super) struct Streams<'a> {
     pub(super) kind: Kind,
     pub(super) node: u8,
     pub(super) items: [&'a [Item]; 2],
-    /// Since when each capture knows what state there is.
+    /// The place from which on each capture knows the state.
     pub(super) known: [Option<Place>; 2],
     pub(super) alignment: &'a Alignment,
 }
@@ -222,8 +222,9 @@ impl Streams<'_> {
         }
     }
 
-    /// What is the same in both. Without stamps the same things in the same order fit in several places: from the
-    /// beginning on, or from the end on where less is missing then that both captures surely show.
+    /// Returns the pairs of equal items. Without timestamps the same items in the same order fit in several positions:
+    /// they are matched from the beginning, or from the end if fewer items that both captures surely show are missing
+    /// then.
     fn pairs(&self, windows: &[Vec<&Item>; 2], symbols: [&[u64]; 2], habits: &Habits) -> Vec<(usize, usize)> {
         let [a, b] = symbols;
         let first = align(a, b);
@@ -237,7 +238,7 @@ impl Streams<'_> {
         if self.missing(windows, &last, habits) < missing { last } else { first }
     }
 
-    /// How many items stand alone where both captures surely show what happened.
+    /// Counts the items without a partner where both captures surely show what happened.
     fn missing(&self, windows: &[Vec<&Item>; 2], pairs: &[(usize, usize)], habits: &Habits) -> usize {
         let mut missing = 0;
         for (side, items) in windows.iter().enumerate() {
@@ -250,7 +251,7 @@ impl Streams<'_> {
         missing
     }
 
-    /// Items that the other capture may have as well, from beginning to end.
+    /// Returns the items that the other capture may have as well, from beginning to end.
     fn window(&self, side: usize, found: &mut Found<'_>) -> Vec<&Item> {
         let by_time = self.alignment.by_time;
         let items = self.items.get(side).copied().unwrap_or(&[]);
@@ -265,7 +266,7 @@ impl Streams<'_> {
         inside
     }
 
-    /// Between two items that both captures have: the same thing with another content, then what is left.
+    /// Compares the items between two pairs: first the same actions with another content, then the rest.
     fn gap<'b>(&self, gap: [&[&'b Item]; 2], habits: &Habits, left: &mut [Vec<&'b Item>; 2], found: &mut Found<'_>) {
         let [a, b] = gap;
         if a.is_empty() && b.is_empty() {
@@ -283,7 +284,7 @@ impl Streams<'_> {
             }
             (x, y) = (i + 1, j + 1);
         }
-        // What a capture shows only in part may be any transfer of the other one.
+        // An item that a capture shows only in part may be any transfer of the other one.
         for side in [0, 1] {
             let [mine, others] = if side == 0 { [0, 1] } else { [1, 0] };
             let cut: Vec<&Item> = rest.get(mine).into_iter().flatten().copied().filter(|item| is_cut(item)).collect();
@@ -312,7 +313,7 @@ impl Streams<'_> {
         }
     }
 
-    /// The same thing, and not all of it is the same.
+    /// Compares two items of the same action with different content.
     fn both(&self, a: &Item, b: &Item, habits: &Habits, found: &mut Found<'_>) {
         let sides = || [Some(side_of(a)), Some(side_of(b))];
         let (Action::Transfer(one), Action::Transfer(other)) = (&a.action, &b.action) else {
@@ -339,13 +340,13 @@ impl Streams<'_> {
         found.add(What::Item(self.kind, aspect), Some(self.node), sides());
     }
 
-    /// Whether a capture shows `item` only in part, since the rest of it lies beyond its edge: `other` is the same in
-    /// the other capture.
+    /// Returns true if a capture shows `item` only in part, since the rest of it is beyond its edge: `other` is its
+    /// counterpart in the other capture.
     fn hides(&self, side: usize, item: &Item, moved: &TransferDigest, other: &Item) -> bool {
         let by_time = self.alignment.by_time;
         let others = 1 - side;
         let last = self.alignment.covered.get(others).map_or(i64::MAX, |covered| covered.1);
-        // Of repetitions that are all alike the one that the end cuts may stand beside another one.
+        // Of equal repetitions, the one that the end cuts may be paired with another one.
         let cut = self.alignment.last.get(side).is_some_and(|last| item.at.on(false) > last.saturating_sub(EDGE));
         let ends = moved.unended && (cut || other.at.on(by_time) > last.saturating_sub(self.alignment.slack.1));
         let (first, begun) = (
@@ -357,7 +358,7 @@ impl Streams<'_> {
         ends || begins || (moved.holed && matches!(&other.action, Action::Transfer(other) if other.holed))
     }
 
-    /// What one capture has and the other one lacks.
+    /// Reports an item that the other capture lacks.
     fn single(&self, side: usize, item: &Item, habits: &Habits, found: &mut Found<'_>) {
         if !self.is_sure(side, item) {
             return found.outside(side, 1);
@@ -372,7 +373,7 @@ impl Streams<'_> {
         found.add(What::Item(self.kind, Aspect::Presence), Some(self.node), sides);
     }
 
-    /// Whether the other capture would surely show it.
+    /// Returns true if the other capture would surely show it.
     fn is_sure(&self, side: usize, item: &Item) -> bool {
         let by_time = self.alignment.by_time;
         let since = item.since.on(by_time);
@@ -387,7 +388,7 @@ impl Streams<'_> {
         !unknown && !is_cut(item) && self.alignment.covers(side, since, item.at.on(by_time))
     }
 
-    /// How often polls come.
+    /// Compares the rates of polls.
     fn polls(&self, windows: &[Vec<&Item>; 2], habits: &Habits, tolerance: f64, found: &mut Found<'_>) {
         let mut polls: BTreeMap<u64, [Vec<&Item>; 2]> = BTreeMap::new();
         for (side, items) in windows.iter().enumerate() {

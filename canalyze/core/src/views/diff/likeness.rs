@@ -1,12 +1,12 @@
-//! When two items of two captures are the same, or the same thing with another content, as a number to compare. It must
-//! not know where they stand.
+//! Keys by which items of two captures are compared: equal items, and the same action with another content. Positions
+//! do not matter here.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::digest::Action;
 use crate::sdo::transfer::{Direction, Status};
 
-/// A number for everything that is to be the same; without the value, or the size, where these vary.
+/// Returns a key that is equal for equal items; without the value, or the size, if these vary.
 pub(super) fn symbol(action: &Action, varies: bool, resizes: bool) -> u64 {
     let mut hasher = DefaultHasher::new();
     match action {
@@ -14,7 +14,7 @@ pub(super) fn symbol(action: &Action, varies: bool, resizes: bool) -> u64 {
             (1, moved.direction == Direction::Upload, moved.mux).hash(&mut hasher);
             (moved.mode.name(), moved.status.name()).hash(&mut hasher);
             moved.abort.map(|abort| (abort.code, abort.by)).hash(&mut hasher);
-            // How far an aborted transfer came is no outcome.
+            // The progress of an aborted transfer is not part of its outcome.
             if moved.status == Status::Ok {
                 (!varies).then_some(moved.hash).hash(&mut hasher);
                 (!resizes).then_some(moved.size).hash(&mut hasher);
@@ -30,7 +30,7 @@ pub(super) fn symbol(action: &Action, varies: bool, resizes: bool) -> u64 {
     hasher.finish()
 }
 
-/// A number for what may be the same thing with another content.
+/// Returns a key that is equal for the same action with any content.
 pub(super) fn likeness(action: &Action) -> u64 {
     let mut hasher = DefaultHasher::new();
     match action {

@@ -1,9 +1,9 @@
-//! Two captures held against each other as CANopen: what nodes did, not bytes or times.
+//! The comparison of two captures as CANopen: actions of nodes, not bytes or times.
 //!
-//! `digest` keeps what is to be compared of one capture while it streams by; `alignment` relates the two and finds what
-//! both cover; `items` compares what happens once, in order (`align`), `cyclic` what comes again and again, `stories`
-//! what went wrong; `found` collects the differences. What a capture cannot show (frames before its beginning, times without stamps) is no
-//! difference. It must not put anything into words.
+//! `digest` keeps the data of one capture while it streams by. `alignment` relates the two and finds the range that
+//! both cover. `items` compares actions in order (`align`), `cyclic` periodic frames, `stories` problems; `found`
+//! collects the differences. What a capture cannot show (frames before its beginning, times without timestamps) is not
+//! a difference. Nothing is put into words here.
 
 mod align;
 pub mod alignment;
@@ -32,41 +32,41 @@ use crate::bytes::frame::{BusId, CanId};
 use crate::rules::finding::{Code, Finding, Quantity, Severity};
 use crate::sdo::wire::Mux;
 
-/// What counts as a difference.
+/// Settings of a comparison.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// By how much periods may differ, as a part of the shorter one.
+    /// The tolerance of periods, as a fraction of the shorter one.
     pub tolerance: f64,
     /// Names of buses that are one bus: in A, in B.
     pub buses: Vec<(String, String)>,
 }
 
-/// What two captures differ in.
+/// The result of a comparison.
 #[derive(Debug)]
 pub struct Comparison {
     /// The differences, in order.
     pub differences: Vec<Difference>,
-    /// Further ones, which are only counted.
+    /// The number of further ones, which are not kept.
     pub more: u64,
-    /// What went wrong in one only, or otherwise.
+    /// Problems that only one capture has, or that differ.
     pub stories: Vec<StoryDifference>,
-    /// What both cover.
+    /// The relation of both.
     pub alignment: Alignment,
-    /// Transfers, commands, states and the like of each that lie where the other one shows nothing.
+    /// The number of transfers, commands, states and the like of each in ranges that the other one does not cover.
     pub outside: [u64; 2],
 }
 
 impl Comparison {
-    /// How many differences there are, those of what went wrong among them.
+    /// Returns the number of differences, including those of problems.
     pub fn count(&self) -> u64 {
         (self.differences.len() + self.stories.len()) as u64 + self.more
     }
 }
 
-/// Where no more than one in this many varying values is the same in both captures, that is chance.
+/// If no more than one in this many varying values is equal in both captures, it is a coincidence.
 const CHANCE: usize = 20;
 
-/// Which rule, node and object a finding is of.
+/// The rule, node and object of a finding.
 type Raised = (Code, Option<u8>, Option<Mux>);
 
 /// Compares two captures.
@@ -94,7 +94,7 @@ pub fn compare(a: &Digest, b: &Digest, settings: &Settings) -> Comparison {
     Comparison { differences: all, more, stories, alignment, outside }
 }
 
-/// The buses of both: as given, by name, then those that have most in common.
+/// Pairs the buses of both: as given, by name, then by their common content.
 fn paired(a: &Digest, b: &Digest, given: &[(String, String)]) -> Vec<(Option<BusId>, Option<BusId>)> {
     let mut left_a: Vec<BusId> = a.lines.keys().copied().collect();
     let mut left_b: Vec<BusId> = b.lines.keys().copied().collect();
@@ -122,7 +122,7 @@ fn paired(a: &Digest, b: &Digest, given: &[(String, String)]) -> Vec<(Option<Bus
             _ => 0,
         };
         let all = left_a.iter().flat_map(|one| left_b.iter().map(move |other| (*one, *other)));
-        // Of pairs that fit equally well the first buses come first.
+        // Of equal pairs the first buses come first.
         let best = all.min_by_key(|(one, other)| (usize::MAX - common(*one, *other), *one, *other));
         let Some((one, other)) = best else { break };
         take(&mut left_a, &mut left_b, one, other);
@@ -132,8 +132,8 @@ fn paired(a: &Digest, b: &Digest, given: &[(String, String)]) -> Vec<(Option<Bus
     pairs
 }
 
-/// What relates the captures in time: what is unique in both and in step; else what is unique in both; else what their
-/// order matches, which is vague where one has more repetitions than the other.
+/// Returns the anchors that relate the captures in time: items that are unique in both and in step; else those that are
+/// unique in both; else those that match in order, which is vague if one has more repetitions than the other.
 fn anchors(a: &Digest, b: &Digest, pairs: &[(Option<BusId>, Option<BusId>)]) -> (Vec<Anchor>, Sessions, bool) {
     let mut streams = Vec::new();
     for (one, other) in pairs {
@@ -144,7 +144,7 @@ fn anchors(a: &Digest, b: &Digest, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
     let mut shared = Vec::new();
     let telling = streams.iter().map(|(one, other)| items::shared(one, other, &mut shared)).sum::<usize>();
     let (steps, sessions) = alignment::in_step(&shared, telling, a.stamped && b.stamped);
-    // Of two sessions a part may be in step by chance, and the rest would be given away.
+    // Of two sessions a part may be in step by coincidence, and the rest would be lost.
     if sessions == Sessions::One && !steps.is_empty() {
         return (steps, sessions, false);
     }
@@ -152,7 +152,7 @@ fn anchors(a: &Digest, b: &Digest, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
     if plain.len() > 1 {
         return (plain, sessions, false);
     }
-    // Of many values that vary some are the same by chance.
+    // Of many varying values some are equal by coincidence.
     let items = streams.iter().map(|(one, other)| one.len().min(other.len())).sum::<usize>();
     if shared.len() > 1 && shared.len() > items / CHANCE {
         return (shared.iter().map(|one| one.anchor).collect(), sessions, false);
@@ -168,7 +168,7 @@ fn anchors(a: &Digest, b: &Digest, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
     (found, sessions, vague)
 }
 
-/// One bus in both captures.
+/// Compares one bus of both captures.
 fn lines(lines: [&BusDigest; 2], digests: [&Digest; 2], settings: &Settings, found: &mut Found<'_>) {
     let [a, b] = lines;
     let apart = strangers(lines, found);
@@ -191,7 +191,7 @@ fn lines(lines: [&BusDigest; 2], digests: [&Digest; 2], settings: &Settings, fou
     findings(lines, digests, &apart, found);
 }
 
-/// Nodes that only one capture has, though the other one covers them.
+/// Returns the nodes that only one capture has although the other one covers them.
 fn strangers(lines: [&BusDigest; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
     let by_time = found.alignment.by_time;
     let mut apart = BTreeSet::new();
@@ -199,7 +199,8 @@ fn strangers(lines: [&BusDigest; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
         let (Some(mine), Some(others)) = (lines.get(side), lines.get(other)) else { continue };
         for (node, (first, frames)) in mine.nodes.iter().filter(|(node, _)| !others.nodes.contains_key(node)) {
             apart.insert(*node);
-            // Whose an identifier is may have been configured before the other capture began, or may be known later.
+            // The node of an identifier may have been configured before the other capture began, or may become known
+            // later.
             let mut ids = mine.cyclic.iter().filter(|((of, _), _)| of == node);
             let known = |id: &CanId| others.ids.contains_key(id);
             let silent = mine.items.keys().all(|(of, _)| of != node);
@@ -231,9 +232,9 @@ fn strangers(lines: [&BusDigest; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
     apart
 }
 
-/// The cyclic streams of both captures by node and service. A stream that only one capture has, though the other one
-/// has its identifiers, is one that they take for different PDOs, since one of them does not know, or not yet, how it
-/// was configured: it has the name in the capture that knows more.
+/// Returns the cyclic streams of both captures by node and service. A stream that only one capture has although the
+/// other one has its identifiers is one that they assign to different PDOs, since one of them does not know, or not
+/// yet, its configuration. It gets its name from the capture that knows more.
 fn named<'a>(lines: [&'a BusDigest; 2], alignment: &Alignment) -> [BTreeMap<(u8, Service), Cow<'a, CyclicStream>>; 2] {
     let [a, b] = lines;
     let b_knows = alignment.beyond.last().is_some_and(|(before, _)| *before);
@@ -264,7 +265,7 @@ fn renamed<'a>(mine: &'a BusDigest, other: &BusDigest, yields: bool) -> BTreeMap
     named
 }
 
-/// A bus that only one capture has.
+/// Reports a bus that only one capture has.
 fn absent(lines: [Option<&BusDigest>; 2], found: &mut Found<'_>) {
     let first = |line: &BusDigest| line.nodes.values().map(|(place, _)| *place).min_by_key(|place| place.on(false));
     let mut sides = [None, None];
@@ -282,7 +283,7 @@ fn absent(lines: [Option<&BusDigest>; 2], found: &mut Found<'_>) {
     }
 }
 
-/// Findings that only one capture has.
+/// Compares findings.
 fn findings(lines: [&BusDigest; 2], digests: [&Digest; 2], apart: &BTreeSet<u8>, found: &mut Found<'_>) {
     let by_time = found.alignment.by_time;
     let timed = |digest: &Digest| digest.stamped && digest.decimals >= 4;
@@ -306,7 +307,7 @@ fn findings(lines: [&BusDigest; 2], digests: [&Digest; 2], apart: &BTreeSet<u8>,
             };
             let counts = |one: &&Finding| one.severity() >= Severity::Warning && (all_timed || !is_timed(one));
             let Some(first) = raised.iter().filter(counts).find(covered) else { continue };
-            // What was seen, or not seen, before one of them began may be what raised it.
+            // A finding may depend on frames from before the start of one of them.
             if found.alignment.begins_apart() && !rule.id.starts_with("SDO") {
                 found.outside(side, 1);
                 continue;
@@ -325,7 +326,7 @@ fn findings(lines: [&BusDigest; 2], digests: [&Digest; 2], apart: &BTreeSet<u8>,
     }
 }
 
-/// Whether a finding is about a transfer that the other capture does not show as a whole.
+/// Returns true if a finding is about a transfer that the other capture does not show completely.
 fn is_of_cut(line: &BusDigest, node: Option<u8>, at: Place, side: usize, alignment: &Alignment) -> bool {
     let by_time = alignment.by_time;
     let streams = line.items.iter().filter(|((of, kind), _)| Some(*of) == node && matches!(kind, Kind::Sdo(_)));
@@ -335,7 +336,7 @@ fn is_of_cut(line: &BusDigest, node: Option<u8>, at: Place, side: usize, alignme
     around.any(|item| !alignment.covers(side, item.since.on(by_time), at.on(by_time)))
 }
 
-/// Whether a finding rests on times, which captures without stamps, or with coarse ones, cannot show.
+/// Returns true if a finding depends on times, which captures without timestamps, or with coarse ones, cannot show.
 fn is_timed(finding: &Finding) -> bool {
     finding.measured().is_some_and(|all| all.facts().any(|(_, quantity)| matches!(quantity, Quantity::Ns(_))))
 }

@@ -1,8 +1,8 @@
-//! What went wrong in one capture and not in the other, or otherwise: incidents matched by kind, bus, subject and object.
+//! The comparison of problems: incidents matched by kind, bus, subject and object.
 //!
-//! Of those that match, the first of one belongs to the first of the other. Only what both captures cover is judged, and
-//! only with stamps on both sides: without them silence does not show. What follows from a story that one capture lacks is
-//! no difference of its own. It must not put anything into words.
+//! Matching incidents are paired in order. Only the range that both captures cover is judged, and only if both have
+//! timestamps: without them silence does not show. A consequence of an incident that one capture lacks is not a
+//! difference of its own. Nothing is put into words here.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,34 +15,34 @@ use crate::sdo::wire::Mux;
 use crate::stories::incident::{Incident, Status};
 use crate::stories::kinds::Kind;
 
-/// What was commanded, or came again and again, so long before an incident may explain it, in ns.
+/// Commands and repeated frames this long before an incident may explain it, in ns.
 const CONTEXT_NS: i64 = 3_000_000_000;
-/// Durations that part by no more than this are the same, in ns.
+/// Durations that differ by no more than this are equal, in ns.
 const CLOSE_NS: i64 = 10_000_000;
-/// Causes of causes that are followed.
+/// Maximum number of steps from an incident to its first cause.
 const CHAIN: usize = 16;
 
-/// An incident of one capture only, or one that both have and that is another one in each.
+/// An incident of one capture only, or one that differs.
 #[derive(Clone, Debug)]
 pub struct StoryDifference {
     /// The bus, in A and in B.
     pub bus: [Option<BusId>; 2],
-    /// The place of the incident among those of each capture.
+    /// The index of the incident in each capture.
     pub sides: [Option<usize>; 2],
-    /// In what both differ; nothing where only one has it.
+    /// The properties that differ; empty if only one has it.
     pub differs: Vec<Differs>,
 }
 
-/// In what respect an incident is another one.
+/// A property of an incident that differs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Differs {
-    /// How it stands.
+    /// The status.
     Status,
-    /// How long it lasted.
+    /// The duration.
     Duration,
-    /// How often it came.
+    /// The number of occurrences.
     Count,
-    /// From what it comes.
+    /// The cause.
     Cause,
 }
 
@@ -58,7 +58,7 @@ impl Differs {
     }
 }
 
-/// What incidents have in common that are the same.
+/// The key of matching incidents.
 type Key = (Kind, (Option<u8>, u128), (Option<u8>, u8), Option<(bool, u16)>, Option<(u16, u8)>);
 
 fn key(one: &Incident) -> Key {
@@ -70,14 +70,14 @@ fn key(one: &Incident) -> Key {
     (one.kind, (subject.node, subject.nodes), (subject.axis, subject.axes), subject.pdo, object)
 }
 
-/// What has to be seen for an incident to show.
+/// The frames that have to be captured for an incident to show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Needs {
     /// Its own frames.
     Nothing,
-    /// What was commanded, and came again and again, shortly before.
+    /// Commands and repeated frames shortly before.
     Context,
-    /// How nodes were configured, or all times that it came.
+    /// The configuration of nodes, or all earlier occurrences.
     Everything,
 }
 
@@ -96,7 +96,7 @@ fn needs(kind: Kind) -> Needs {
     }
 }
 
-/// Kinds of which one may be told for another, by what was seen before.
+/// Kinds that may be mistaken for one another, depending on what was seen before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Family {
     Refusal,
@@ -118,7 +118,7 @@ fn family(kind: Kind) -> Family {
     }
 }
 
-/// One capture while it is compared.
+/// One capture during the comparison.
 struct Side<'a> {
     /// 0 or 1.
     number: usize,
@@ -131,7 +131,7 @@ impl<'a> Side<'a> {
         self.digest.incidents.get(place)
     }
 
-    /// Whether the other capture surely covers an incident from its begin to a frame.
+    /// Returns true if the other capture surely covers an incident from its start to a frame.
     fn covers(&self, one: &Incident, to: FrameRef) -> bool {
         let needs = needs(one.kind);
         if needs == Needs::Everything && self.is_apart() {
@@ -142,12 +142,12 @@ impl<'a> Side<'a> {
         self.alignment.covers(self.number, from.saturating_sub(before), to)
     }
 
-    /// Whether one capture begins before the other one, or ends after it.
+    /// Returns true if one capture begins before the other one, or ends after it.
     fn is_apart(&self) -> bool {
         self.alignment.beyond.iter().any(|(before, after)| *before || *after)
     }
 
-    /// Where a frame lies on the scale of A.
+    /// Returns the position of a frame on the scale of A.
     fn on_a(&self, at: FrameRef) -> i64 {
         match self.number {
             0 => Place::of(at).on(true),
@@ -155,8 +155,9 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Whether this capture has one of the same node and family on a bus around a position on the scale of A, where the
-    /// captures do not begin and end together: what the other one has there may be a part of it, or told as something else.
+    /// Returns true if this capture has an incident of the same node and family on a bus around a position on the scale
+    /// of A, and the captures do not begin and end together: the other one's incident may be a part of it, or be
+    /// reported as another kind.
     fn has_around(&self, bus: Option<BusId>, one: &Incident, position: i64) -> bool {
         let around = |other: &Incident| {
             let lasts = other.end.is_none_or(|end| self.on_a(end).saturating_add(CONTEXT_NS) >= position);
@@ -168,7 +169,7 @@ impl<'a> Side<'a> {
         self.is_apart() && self.digest.incidents.iter().filter(same).any(around)
     }
 
-    /// The incidents of a bus that the other capture may have, too, by what they have in common.
+    /// Returns the incidents of a bus that the other capture may have, too, by their keys.
     fn of_bus(&self, bus: Option<BusId>) -> BTreeMap<Key, Vec<usize>> {
         let mut found: BTreeMap<Key, Vec<usize>> = BTreeMap::new();
         for (place, one) in self.digest.incidents.iter().enumerate().filter(|(_, one)| Some(one.bus) == bus) {
@@ -179,7 +180,7 @@ impl<'a> Side<'a> {
         found
     }
 
-    /// The place of the incident that is the root of one.
+    /// Returns the index of the first cause of an incident.
     fn root(&self, place: usize) -> usize {
         let mut at = place;
         for _ in 0..CHAIN {
@@ -191,13 +192,14 @@ impl<'a> Side<'a> {
         at
     }
 
-    /// Whether it is surely in the other capture's time and more than harmless.
+    /// Returns true if it is surely in the other capture's time and not harmless.
     fn counts(&self, place: usize) -> bool {
         self.get(place).is_some_and(|one| one.status != Status::Harmless && self.covers(one, one.noticed))
     }
 }
 
-/// Compares what went wrong in two captures; and how much of it lies where the other one shows nothing.
+/// Compares the problems of two captures. Also returns the numbers of those in ranges that the other one does not
+/// cover.
 pub(super) fn compare(
     a: &Digest,
     b: &Digest,
@@ -246,7 +248,7 @@ pub(super) fn compare(
                 let other = if side.number == 0 { of_b } else { of_a };
                 let its_bus = bus.get(other.number).copied().flatten();
                 let parted = side.get(place).is_some_and(|one| other.has_around(its_bus, one, side.on_a(one.begin)));
-                // What a cut hides may make another consequence of it.
+                // Frames beyond a cut may make it another consequence.
                 let is_sure = root == place || !side.is_apart();
                 if side.counts(place) && is_sure && !parted {
                     let mut sides = [None; 2];
@@ -268,7 +270,8 @@ pub(super) fn compare(
     (found, outside)
 }
 
-/// In what an incident of A differs from the same one of B, as far as both captures show it.
+/// Returns the properties in which an incident of A differs from its counterpart in B, as far as both captures show
+/// them.
 fn differing(sides: [&Side<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<Differs> {
     let [of_a, of_b] = sides;
     let [in_a, in_b] = places;
@@ -306,12 +309,12 @@ fn differing(sides: [&Side<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<D
     differs
 }
 
-/// Whether two figures part by more than a part of the smaller one.
+/// Returns true if two figures differ by more than a fraction of the smaller one.
 fn apart(one: f64, other: f64, tolerance: f64) -> bool {
     (one - other).abs() > tolerance * one.min(other)
 }
 
-/// How long it lasted, of one that came again the longest time, in ns; `None` where it is not over.
+/// Returns the duration of an incident, or the longest one if it repeated, in ns; `None` while it is not over.
 pub fn lasted_ns(one: &Incident) -> Option<i64> {
     let end = one.end?;
     match one.repeats.count {

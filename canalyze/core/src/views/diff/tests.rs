@@ -1,4 +1,4 @@
-//! What holds of any two captures.
+//! Properties of any two captures.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 

@@ -1,7 +1,7 @@
 //! Emergencies that must, may and must not occur.
 //!
-//! What must not is overruled by what may or must, where that is as specific or more so: "none but 8130h". It must not
-//! know what an error code means, but that 00xxh takes errors back.
+//! An expectation that something must not occur is overruled by one that it may or must occur, if that is as specific
+//! or more so: "none but 8130h". The meaning of an error code does not matter here, except that 00xxh clears errors.
 
 use crate::words::profiles::Profile;
 use serde::Deserialize;
@@ -10,7 +10,7 @@ use super::{Closing, Place, Scene, check_node};
 use crate::rules::expectation::{Exp011, Exp012};
 use crate::rules::finding::{Quantity, Said};
 
-/// Whether it occurs.
+/// Required occurrence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Occurs {
@@ -19,7 +19,7 @@ enum Occurs {
     Never,
 }
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -40,14 +40,14 @@ impl Entry {
         self.code.is_none_or(|(value, mask)| code & mask == value & mask)
     }
 
-    /// How much it says of what it is about.
+    /// The number of conditions that it names: more specific expectations overrule others.
     fn weight(&self) -> u32 {
         let bits = self.code.map_or(0, |(_, mask)| mask.count_ones());
         4 * bits + 2 * u32::from(self.node.is_some()) + u32::from(self.bus.is_some())
     }
 }
 
-/// An expectation and whether it has come.
+/// An expectation and whether it was met.
 #[derive(Debug)]
 struct Watched {
     entry: Entry,
@@ -91,7 +91,7 @@ impl Emergencies {
         }
     }
 
-    /// The capture is over.
+    /// Reports missing emergencies at the end of the capture.
     pub(super) fn finish(&self, closing: &mut Closing<'_>) {
         for one in self.all.iter().filter(|one| one.entry.occurs == Occurs::Must && !one.seen) {
             let expected = one.entry.code.map(|(value, mask)| match mask {
@@ -104,7 +104,7 @@ impl Emergencies {
     }
 }
 
-/// `81xx`: digits of which not all bits count are `x`.
+/// Formats a masked code: digits with masked bits are `x`, as in `81xx`.
 fn pattern(value: u16, mask: u16) -> String {
     let digit = |shift: u16| match mask >> shift & 0xF {
         0xF => char::from_digit(u32::from(value >> shift & 0xF), 16).unwrap_or('x').to_ascii_uppercase(),

@@ -1,7 +1,7 @@
 //! The period of heartbeats.
 //!
-//! A heartbeat that shows another state may come at any time, and the next one too soon after it. Answers to node
-//! guarding are no heartbeats.
+//! A heartbeat that shows another state may come at any time, and the next one too soon after it. Responses to node
+//! guarding are not heartbeats.
 
 use serde::Deserialize;
 
@@ -13,7 +13,7 @@ use crate::wire::message::Message;
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::world::event::Event;
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -76,21 +76,21 @@ impl Heartbeats {
         }
     }
 
-    /// The node has another period now, or begins anew.
+    /// Restarts the measurement, since the node has another period or begins anew.
     pub(super) fn reconfigured(&mut self, bus: BusId, node: u8) {
         for one in self.all.iter_mut().filter(|one| node == one.node) {
             one.interrupt(bus);
         }
     }
 
-    /// Frames of a bus are missing.
+    /// Restarts the measurement, since frames of a bus are missing.
     pub(super) fn lost(&mut self, bus: BusId) {
         for one in &mut self.all {
             one.interrupt(bus);
         }
     }
 
-    /// It is `now_ns`: who is overdue. Findings stand at `at`.
+    /// Reports heartbeats that are overdue at `now_ns`. Findings are at `at`.
     pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
         for one in &mut self.all {
             let Watched { place, period, rhythms, .. } = one;
@@ -103,7 +103,7 @@ impl Heartbeats {
         }
     }
 
-    /// The capture is over.
+    /// Reports at the end of the capture.
     pub(super) fn finish(&mut self, closing: &mut Closing<'_>) {
         if let Some(end_ns) = closing.end_ns {
             self.overdue(end_ns, closing.last, closing.found);

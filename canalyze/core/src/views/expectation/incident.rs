@@ -1,8 +1,9 @@
-//! Problems that must, may and must not occur, how soon each is over, and from what each comes.
+//! Problems that must, may and must not occur, how soon each has to end, and their causes.
 //!
-//! They are judged once the capture is over: only then is it known how each stands and what caused it. What must not is
-//! overruled by what may, where that is as specific or more so: "none but that node 9 is silent". An expectation that names
-//! no kind is about problems that nothing else has caused. It must not know what a kind means.
+//! They are judged at the end of the capture, when their states and causes are known. An expectation that something
+//! must not occur is overruled by one that it may occur, if that is as specific or more so: "none but that node 9 is
+//! silent". An expectation without a kind is about problems without a cause. Kinds are names here; their meaning does
+//! not matter.
 
 use std::sync::Arc;
 
@@ -17,15 +18,15 @@ use crate::stories::Diagnosis;
 use crate::stories::incident::{Grade, Incident, Status};
 use crate::stories::rank::{is_root, roots};
 
-/// Problems that are named one by one.
+/// Maximum number of problems that are named one by one.
 const NAMED: usize = 5;
-/// Causes of causes that are followed.
+/// Maximum number of steps from a problem to its first cause.
 const CHAIN: usize = 16;
 
-/// Some problems, and how many more there are.
+/// Problems, and the number of further ones.
 type Problems = (Arc<[Problem]>, u64);
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -34,7 +35,7 @@ pub(super) struct Entry {
     node: Option<u8>,
     /// A kind, or a glob of kinds.
     kind: Option<String>,
-    /// How often: at least, and at most.
+    /// The least and the greatest number of occurrences.
     occurs: Option<(u64, Option<u64>)>,
     ends_within_ns: Option<i64>,
     /// The kind of the cause, or a glob of kinds.
@@ -58,7 +59,7 @@ impl Entry {
         matches!(self.occurs, Some((_, Some(0))))
     }
 
-    /// How much it says of what it is about.
+    /// The number of conditions that it names: more specific expectations overrule others.
     fn weight(&self) -> usize {
         let letters = self.kind.as_ref().map_or(0, |kind| kind.bytes().filter(|byte| !is_wild(*byte)).count());
         4 * letters + 2 * usize::from(self.node.is_some()) + usize::from(self.bus.is_some())
@@ -69,7 +70,7 @@ fn is_wild(byte: u8) -> bool {
     matches!(byte, b'*' | b'?')
 }
 
-/// An expectation, ready to be asked.
+/// An expectation, ready for use.
 #[derive(Debug)]
 struct Expected {
     entry: Entry,
@@ -88,7 +89,7 @@ impl Expected {
         }
     }
 
-    /// Whether it is about a problem on a bus of this name. What is harmless has to be asked for by its kind.
+    /// Returns true if it is about a problem on a bus of this name. A harmless problem has to be expected by its kind.
     fn fits(&self, one: &Incident, bus: &[u8]) -> bool {
         let asked = self.entry.kind.as_deref() == Some(one.kind.row().name);
         let kind = match &self.kind {
@@ -99,7 +100,7 @@ impl Expected {
         kind && node && self.place.is_on(bus) && (asked || one.status != Status::Harmless)
     }
 
-    /// The kind as it stands in the file.
+    /// The kind in the form of the file.
     fn named(&self) -> Arc<str> {
         self.entry.kind.as_deref().unwrap_or("*").into()
     }
@@ -116,7 +117,7 @@ impl Incidents {
         Self { all: entries.iter().map(|entry| Expected::new(file, entry)).collect() }
     }
 
-    /// The capture is over, and this is what went wrong in it.
+    /// Reports at the end of the capture, by its diagnosis.
     pub(super) fn finish(&self, diagnosis: &Diagnosis, closing: &mut Closing<'_>) {
         self.forbidden(diagnosis, closing);
         for expected in &self.all {
@@ -150,7 +151,7 @@ impl Incidents {
 }
 
 impl Expected {
-    /// How often it has occurred.
+    /// Reports a number of occurrences that differs.
     fn counted(&self, fitting: &[&Incident], diagnosis: &Diagnosis, closing: &mut Closing<'_>) {
         let Some((least, most)) = self.entry.occurs else { return };
         let count = fitting.iter().fold(0_u64, |sum, one| sum.saturating_add(one.repeats.count));
@@ -172,7 +173,7 @@ impl Expected {
         closing.raise(&self.place, breach);
     }
 
-    /// What there is in place of what is missing: that of the node first, then by what matters most.
+    /// Returns the problems that occurred instead of a missing one: those of the node first, then by impact.
     fn instead(&self, diagnosis: &Diagnosis) -> Problems {
         let ledger = diagnosis.ledger();
         let mut found: Vec<_> = roots(ledger).into_iter().filter_map(|id| ledger.by_id(id)).collect();
@@ -181,7 +182,7 @@ impl Expected {
         problems(found)
     }
 
-    /// Whether it was over in time.
+    /// Reports a problem that did not end in time.
     fn ended(&self, one: &Incident, closing: &mut Closing<'_>) {
         let Some(expected) = self.entry.ends_within_ns else { return };
         let problem = alone(one);
@@ -201,7 +202,7 @@ impl Expected {
         closing.raise(&self.place, about(breach, one));
     }
 
-    /// Whether it comes from what it has to come from, at once or by what lies between.
+    /// Reports a problem without the expected cause, direct or indirect.
     fn caused(&self, one: &Incident, diagnosis: &Diagnosis, closing: &mut Closing<'_>) {
         let Some(kinds) = &self.cause else { return };
         let chain = causes(one, diagnosis);
@@ -222,7 +223,7 @@ impl Expected {
     }
 }
 
-/// A finding is about the frame at which a problem begins, and about its node.
+/// Returns a finding about the frame at which a problem begins, and about its node.
 fn about(breach: Breach, one: &Incident) -> Breach {
     let breach = breach.about(one.begin);
     match one.subject.node {
@@ -231,7 +232,7 @@ fn about(breach: Breach, one: &Incident) -> Breach {
     }
 }
 
-/// The longest time that it has lasted, in ns; `None` without stamps.
+/// The longest time that it lasted, in ns; `None` without timestamps.
 fn lasted(one: &Incident, end: FrameRef) -> Option<i64> {
     match one.repeats.count {
         1 => end.since(one.begin),
@@ -239,7 +240,7 @@ fn lasted(one: &Incident, end: FrameRef) -> Option<i64> {
     }
 }
 
-/// What it comes from, the nearest first; what is only possible is no cause.
+/// Returns its causes, the nearest first; possible causes do not count.
 fn causes<'a>(one: &'a Incident, diagnosis: &'a Diagnosis) -> Vec<&'a Incident> {
     let mut chain = Vec::new();
     let mut at = one;
@@ -256,7 +257,7 @@ fn problem(one: &Incident, node: Option<u8>) -> Problem {
     Problem { name: row.name, words: row.words, node, frame: one.begin.no }
 }
 
-/// A problem whose node is said before it.
+/// A problem of a node that has been named.
 fn alone(one: &Incident) -> Problems {
     ([problem(one, None)].into(), 0)
 }

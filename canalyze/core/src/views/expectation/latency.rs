@@ -1,7 +1,6 @@
-//! How long things take: an SDO response after its request, a synchronous TPDO after its SYNC, a node after an NMT
-//! command.
+//! Latencies: of an SDO response after its request, a synchronous TPDO after its SYNC, a node after an NMT command.
 //!
-//! Only pairs that were captured in their order are measured. It must not know why something is slow.
+//! Only pairs that were captured in their order are measured. The reason of a delay does not matter here.
 
 use std::collections::BTreeMap;
 
@@ -17,10 +16,10 @@ use crate::wire::error_control::BOOT_UP;
 use crate::wire::message::Message;
 use crate::world::event::{Event, Place as Stands, ProcessData, Step};
 
-/// SDO requests that await their response at a time, at most.
+/// Maximum number of SDO requests that wait for their response at a time.
 const PENDING: usize = 1024;
 
-/// What is measured.
+/// A measured latency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Of {
@@ -29,7 +28,7 @@ enum Of {
     Nmt,
 }
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -70,17 +69,17 @@ struct Watched {
     measured: bool,
 }
 
-/// A command that a node has not shown yet.
+/// A command that a node has not followed yet.
 #[derive(Clone, Copy, Debug)]
 struct Ordered {
     command: u8,
     state: u8,
     at: FrameRef,
-    /// It was said that it takes too long.
+    /// It was reported as late.
     told: bool,
 }
 
-/// What is known of a node of one bus.
+/// A node of one bus.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     shown: Option<u8>,
@@ -93,9 +92,9 @@ pub(super) struct Latencies {
     all: Vec<Watched>,
     sdo: bool,
     nmt: bool,
-    /// Requests without response so far.
+    /// Requests without a response so far.
     pending: Vec<(TransferId, BusId, FrameRef)>,
-    /// Nodes that were heard, by bus and node-ID.
+    /// Nodes that were seen, by bus and node-ID.
     nodes: BTreeMap<(BusId, u8), Known>,
 }
 
@@ -136,7 +135,7 @@ impl Latencies {
         }
     }
 
-    /// A transfer has ended: nothing of it is awaited.
+    /// Forgets a transfer that has ended.
     pub(super) fn ended(&mut self, transfer: &Transfer, _: &Scene<'_>) {
         self.pending.retain(|(id, ..)| *id != transfer.id);
     }
@@ -216,7 +215,7 @@ impl Latencies {
         self.nodes.entry((bus, node)).or_default()
     }
 
-    /// Holds a time against what is expected of it. Says whether any of it is too long.
+    /// Compares a time with the expectations. Returns true if it is too long for any of them.
     fn measure(
         &mut self,
         about: impl Fn(&Entry) -> bool,
@@ -240,13 +239,13 @@ impl Latencies {
         raised
     }
 
-    /// Frames of a bus are missing.
+    /// Forgets pending requests, since frames of a bus are missing.
     pub(super) fn lost(&mut self, of: BusId) {
         self.pending.retain(|(_, bus, _)| *bus != of);
         self.nodes.retain(|(bus, _), _| *bus != of);
     }
 
-    /// The capture is over.
+    /// Reports at the end of the capture.
     pub(super) fn finish(&self, closing: &mut Closing<'_>) {
         let why = if closing.end_ns.is_none() { Exp015::NoStamps } else { Exp015::NothingMeasured };
         for one in self.all.iter().filter(|one| !one.measured) {

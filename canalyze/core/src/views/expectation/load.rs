@@ -1,7 +1,7 @@
-//! How busy a bus may be at most.
+//! The maximum load of a bus.
 //!
-//! Bits are counted as in `summary`. A limit that is passed is said once, until the load has
-//! been below it for a whole window.
+//! Bits are counted as in `summary`. Exceeding a limit is reported once, until the load has been below it for a whole
+//! window.
 
 use serde::Deserialize;
 
@@ -11,12 +11,12 @@ use crate::rules::expectation::{Exp014, Exp015};
 use crate::views::summary::bits;
 use crate::views::summary::load::Window;
 
-/// A window's length in ns where none is given: a bus that is full for longer delays what must come in time.
+/// The default length of a window in ns: a longer overload delays time-critical frames.
 const WINDOW_NS: i64 = 100_000_000;
-/// Stamps this much earlier than a former one mean that the clock was set back.
+/// A timestamp that is earlier by this much means that the clock was set back.
 const SET_BACK_NS: i64 = 1_000_000_000;
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -42,14 +42,14 @@ impl Entry {
 struct Measured {
     bus: BusId,
     window: Window,
-    /// Where its time begins, and the greatest stamp, in ns.
+    /// The start of its time, and the greatest timestamp, in ns.
     start_ns: i64,
     high_ns: i64,
-    /// When the load was above the limit last, in ns, unless it has been below it for a whole window since.
+    /// The last time with the load above the limit, in ns, unless it has been below it for a whole window since.
     above_ns: Option<i64>,
 }
 
-/// An expectation and what was measured.
+/// An expectation and its measurement.
 #[derive(Debug)]
 struct Watched {
     place: Place,
@@ -66,7 +66,7 @@ pub(super) struct Loads {
 }
 
 impl Loads {
-    /// `bit_rate` in bit/s is that of expectations that give none.
+    /// `bit_rate`, in bit/s, is the default for expectations without one.
     pub(super) fn new(file: &str, entries: &[Entry], bit_rate: Option<u32>) -> Self {
         let all = entries.iter().map(|entry| Watched {
             place: Place::new(file, entry.line, entry.bus.as_ref(), None),
@@ -87,7 +87,7 @@ impl Loads {
         }
     }
 
-    /// The capture is over.
+    /// Reports at the end of the capture.
     pub(super) fn finish(&self, closing: &mut Closing<'_>) {
         for one in &self.all {
             if one.bit_rate.is_none() {
@@ -128,7 +128,7 @@ impl Watched {
             measured.above_ns =
                 measured.above_ns.filter(|since| measured.high_ns.saturating_sub(*since) < self.window_ns);
         } else if measured.above_ns.replace(measured.high_ns).is_none() {
-            // With as many digits as tell it from the limit.
+            // Uses as many digits as are needed to show a difference to the limit.
             let found = [1e2, 1e4, 1e6].map(|scale| (percent * scale).round() / scale);
             let found = found.into_iter().find(|found| *found > self.max_percent).unwrap_or(percent);
             let breach = scene.breach(Exp014::Above { window: self.window_ns, expected: self.max_percent, found });

@@ -1,12 +1,12 @@
-//! A capture held against what is expected of it.
+//! The comparison of a capture with what is expected of it.
 //!
 //! An expectation is a line of a file that people write (`canalyze check --expect`); [`Expectations`] is the file as
-//! `settings` has read and normalized it, [`Verification`] holds one capture against it. Each kind of expectation has a
-//! file here and owns what it has to remember. What does not hold is a finding at the frame where it went wrong, or at
-//! the last frame, where something never came; what the capture cannot show is said as info.
+//! `settings` has read and normalized it, [`Verification`] applies it to one capture. Each kind of expectation has a
+//! file here and owns its state. A deviation is a finding at the frame at which it occurred, or at the last frame if
+//! something is missing; an expectation that the capture cannot decide is reported as info.
 //!
-//! It sees frames and what they mean, as any other consumer of events. It must not change what they mean, and must not
-//! know how the file is written.
+//! It sees frames and their events, as any other consumer of events. It does not change events, and does not depend on
+//! the syntax of the file.
 
 mod emcy;
 mod heartbeat;
@@ -38,7 +38,7 @@ use crate::stories::Diagnosis;
 use crate::wire::message::Message;
 use crate::world::event::{Event, What};
 
-/// What is expected of a capture.
+/// The expectations of a capture.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Expectations {
@@ -55,13 +55,13 @@ pub struct Expectations {
 }
 
 impl Expectations {
-    /// Reads the normalized form, a JSON object: `file` and a list for each kind. What is wrong with it is said in
-    /// terms of the JSON: no user writes it.
+    /// Reads the normalized form, a JSON object: `file` and a list for each kind. Errors are in terms of the JSON,
+    /// since users do not write it.
     pub fn read(json: &str) -> Result<Self, String> {
         serde_json::from_str(json).map_err(|mistake| mistake.to_string()).and_then(Self::normalized)
     }
 
-    /// Takes over the normalized form.
+    /// Converts the normalized form.
     pub fn normalized(form: serde_json::Value) -> Result<Self, String> {
         let read = Self::deserialize(form).map_err(|mistake| mistake.to_string())?;
         read.sdo.iter().try_for_each(sdo::Entry::check)?;
@@ -76,22 +76,22 @@ impl Expectations {
         Ok(read)
     }
 
-    /// Whether what went wrong has to be followed.
+    /// Returns true if an expectation needs the diagnosis.
     pub fn diagnoses(&self) -> bool {
         !self.incident.is_empty()
     }
 }
 
-/// Whom an expectation is about, and where it stands.
+/// The subject of an expectation, and its line in the file.
 #[derive(Clone, Debug)]
 struct Place {
     /// `boot.expect.toml:12`.
     label: Arc<str>,
-    /// The bus's name; every bus where it is not given.
+    /// The bus's name; `None`: every bus.
     bus: Option<String>,
-    /// The node, where it is about one.
+    /// The node, if it is about one.
     node: Option<u8>,
-    /// The object, where it is about one.
+    /// The object, if it is about one.
     object: Option<Mux>,
 }
 
@@ -100,27 +100,27 @@ impl Place {
         Self { label: format!("{file}:{line}").into(), bus: bus.cloned(), node, object: None }
     }
 
-    /// Whether it is about a node of a bus.
+    /// Returns true if it is about a node of a bus.
     fn holds(&self, name: &[u8], node: Option<u8>) -> bool {
         self.is_on(name) && (self.node.is_none() || self.node == node)
     }
 
-    /// Whether it is about a bus.
+    /// Returns true if it is about a bus.
     fn is_on(&self, name: &[u8]) -> bool {
         self.bus.as_ref().is_none_or(|bus| bus.as_bytes() == name)
     }
 }
 
-/// One finding about an expectation.
+/// A finding about an expectation.
 #[derive(Clone, Debug)]
 struct Breach {
     what: Deviation,
     at: FrameRef,
     cause: Option<FrameRef>,
     bus: BusId,
-    /// The node found, where the expectation names none.
+    /// The node found, if the expectation names none.
     node: Option<u8>,
-    /// The object found, where the expectation names none.
+    /// The object found, if the expectation names none.
     object: Option<Mux>,
 }
 
@@ -143,25 +143,25 @@ impl Breach {
     }
 }
 
-/// The frame at hand, and where findings go.
+/// The current frame, and the list of findings.
 #[derive(Debug)]
 struct Scene<'a> {
     at: FrameRef,
     bus: BusId,
     /// Its name.
     name: &'a [u8],
-    /// The first stamp of the capture.
+    /// The first timestamp of the capture.
     start_ns: Option<i64>,
     found: &'a mut Vec<Event>,
 }
 
 impl Scene<'_> {
-    /// A finding at the frame at hand.
+    /// Returns a finding at the current frame.
     fn breach(&self, what: impl Into<Deviation>) -> Breach {
         Breach::new(what, self.at, self.bus)
     }
 
-    /// Time since the beginning of the capture.
+    /// Returns the time since the beginning of the capture.
     fn elapsed_ns(&self) -> Option<i64> {
         Some(self.at.t_ns?.saturating_sub(self.start_ns?))
     }
@@ -191,7 +191,7 @@ fn raise(found: &mut Vec<Event>, place: &Place, breach: Breach) {
 #[derive(Debug)]
 struct Closing<'a> {
     last: FrameRef,
-    /// The last stamp of the capture.
+    /// The last timestamp of the capture.
     end_ns: Option<i64>,
     buses: &'a Buses,
     /// Nodes that were seen, as bits, by bus.
@@ -200,7 +200,7 @@ struct Closing<'a> {
 }
 
 impl Closing<'_> {
-    /// A finding at the last frame, on the bus that an expectation is about as far as that is one.
+    /// Returns a finding at the last frame, on the bus of an expectation if it names exactly one.
     fn breach(&self, place: &Place, what: impl Into<Deviation>) -> Breach {
         Breach::new(what, self.last, self.bus(place))
     }
@@ -221,7 +221,7 @@ impl Closing<'_> {
         }
     }
 
-    /// What cannot be checked.
+    /// Reports an expectation that cannot be checked.
     fn unchecked(&mut self, place: &Place, why: Exp015) {
         let breach = self.breach(place, why);
         self.raise(place, breach);
@@ -232,7 +232,7 @@ impl Closing<'_> {
     }
 }
 
-/// One capture and what is expected of it.
+/// A capture and its expectations.
 #[derive(Debug)]
 pub struct Verification {
     transfers: sdo::Transfers,
@@ -245,17 +245,17 @@ pub struct Verification {
     latencies: latency::Latencies,
     loads: load::Loads,
     shown: shown::Shown,
-    /// The first stamp of the capture, and the last one.
+    /// The first and the last timestamp of the capture.
     start_ns: Option<i64>,
     end_ns: Option<i64>,
     /// Nodes that were seen, as bits, by bus.
     heard: Vec<u128>,
-    /// Findings of the events at hand.
+    /// Findings of the current events.
     found: Vec<Event>,
 }
 
 impl Verification {
-    /// Of a capture of which nothing was seen. `bit_rate` in bit/s, where it is known.
+    /// Creates the verification of a capture at its beginning. `bit_rate` is in bit/s, if it is known.
     pub fn new(expected: &Expectations, bit_rate: Option<u32>) -> Self {
         let file = &expected.file;
         Self {
@@ -276,7 +276,7 @@ impl Verification {
         }
     }
 
-    /// Takes a frame with its events, and appends what does not hold.
+    /// Takes a frame with its events, and appends findings.
     pub fn frame(&mut self, frame: &Frame, events: &mut Vec<Event>, buses: &Buses) {
         if let Some(now_ns) = frame.t_ns {
             self.start_ns.get_or_insert(now_ns);
@@ -291,7 +291,7 @@ impl Verification {
         self.found = found;
     }
 
-    /// Takes events that belong to no frame at hand, and appends what does not hold.
+    /// Takes events without a current frame, and appends findings.
     pub fn asides(&mut self, events: &mut Vec<Event>, from: usize, buses: &Buses) {
         let mut found = std::mem::take(&mut self.found);
         self.take(None, events.get(from..).unwrap_or(&[]), buses, &mut found);
@@ -344,7 +344,7 @@ impl Verification {
         }
     }
 
-    /// What is written changes a period at once.
+    /// Applies a written value that changes a period at once.
     fn reconfigured(&mut self, transfer: &Transfer) {
         let Some(written) = written(transfer) else { return };
         match written {
@@ -364,7 +364,7 @@ impl Verification {
         }
     }
 
-    /// Frames of a bus are missing here: no time is measured across the gap.
+    /// Restarts all measurements of a bus, since its frames are missing here.
     pub fn lost(&mut self, bus: BusId, buses: &Buses) {
         self.transfers.lost(buses.name(bus));
         self.states.lost(bus, buses.name(bus));
@@ -374,7 +374,7 @@ impl Verification {
         self.latencies.lost(bus);
     }
 
-    /// It is `now_ns` on the clock of the frames, of which `last` is the last one.
+    /// Reports what is overdue at `now_ns` on the clock of the frames; `last` is the last frame.
     pub fn advance(&mut self, now_ns: i64, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
         if last.no > 0 {
             let mut closing = Closing { last, end_ns: Some(now_ns), buses, heard: &self.heard, found: events };
@@ -386,7 +386,7 @@ impl Verification {
         self.syncs.overdue(now_ns, last, events);
     }
 
-    /// The capture is over, at its frame `last`; its own events were given.
+    /// Reports at the end of the capture, after its own events; `last` is its last frame.
     pub fn finish(&mut self, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
         let Self { heard, end_ns, .. } = self;
         let mut closing = Closing { last, end_ns: *end_ns, buses, heard, found: events };
@@ -400,14 +400,14 @@ impl Verification {
         self.loads.finish(&mut closing);
     }
 
-    /// The capture is over, at its frame `last`, and this is what went wrong in it.
+    /// Reports on problems at the end of the capture; `last` is its last frame.
     pub fn diagnosed(&self, diagnosis: &Diagnosis, last: FrameRef, events: &mut Vec<Event>, buses: &Buses) {
         let mut closing = Closing { last, end_ns: self.end_ns, buses, heard: &self.heard, found: events };
         self.incidents.finish(diagnosis, &mut closing);
     }
 }
 
-/// What an acknowledged write has changed the period of.
+/// The period that an acknowledged write has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Written {
     Heartbeat,
@@ -436,7 +436,7 @@ pub fn state_names() -> impl Iterator<Item = &'static str> {
     state::NMT.iter().map(|row| row.0)
 }
 
-/// A mistake of the normalized form, at this line of the file.
+/// Returns an error in the normalized form, with the line of the file.
 fn mistake(line: u32, what: &str) -> Result<(), String> {
     Err(format!("line {line}: {what}"))
 }
@@ -446,7 +446,7 @@ fn check_node(line: u32, node: Option<u8>) -> Result<(), String> {
     if node.is_none_or(|node| (1..=127).contains(&node)) { Ok(()) } else { mistake(line, "node") }
 }
 
-/// Checks times: none is negative, and `positive` are above 0.
+/// Checks that no time is negative, and that the times `positive` are above 0.
 fn check_times(line: u32, positive: &[Option<i64>], others: &[Option<i64>]) -> Result<(), String> {
     let below = |limit: i64| move |ns: &Option<i64>| ns.is_some_and(|ns| ns < limit);
     if positive.iter().any(below(1)) || others.iter().any(below(0)) { mistake(line, "time") } else { Ok(()) }

@@ -1,7 +1,8 @@
-//! What expectations of a capture could be written from: ranges of signals, periods, states and when they were shown.
+//! The data for a draft of expectations of a capture: ranges of signals, periods, states and the times at which they
+//! were shown.
 //!
-//! Measured is what the kinds of expectations measure, and nothing is judged. It keeps figures only, and of each kind
-//! at most [`KEPT`].
+//! It measures as the kinds of expectations do, without judging. It keeps figures only, and at most [`KEPT`] of each
+//! kind.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,37 +22,37 @@ use crate::words::signal;
 use crate::world::drive::{self, State};
 use crate::world::event::{Event, Signals as Content, What};
 
-/// Most signals, PDOs, states and so on that are told apart.
+/// Maximum number of signals, PDOs, states and so on that are kept apart.
 pub const KEPT: usize = 4096;
 
-/// What was seen of a signal.
+/// A signal that was seen.
 #[derive(Clone, Debug)]
 pub struct Signal {
-    /// The entry of the mapping that it was last in: its name and unit.
+    /// The entry of its last mapping: its name and unit.
     pub mapped: Mapped,
     /// PDOs that carried it.
     pub count: u64,
-    /// The first of them.
+    /// The first one.
     pub first: FrameRef,
-    /// Least and greatest physical value; `None` where it has none, or is no quantity.
+    /// Least and greatest physical value; `None` if it is not a quantity or has no value.
     pub range: Option<(f64, f64)>,
 }
 
-/// Frames that come again and again.
+/// Frames that repeat.
 #[derive(Clone, Debug, Default)]
 pub struct Train {
-    /// How many.
+    /// The number of frames.
     pub count: u64,
     /// All times between them that are judged, in ns.
     pub all: Spread,
-    /// Those among them that may be too short.
+    /// Those of them that may be too short.
     pub strict: Spread,
     rhythm: Rhythm,
 }
 
 impl Train {
-    /// Time in ns from the last of them to the end of the capture, which is judged like one between two of them;
-    /// `None` where something has stopped them, and without stamps.
+    /// Time in ns from the last frame to the end of the capture, which is judged like a time between two frames. `None`
+    /// if something has stopped them, or without timestamps.
     pub fn silence_ns(&self, observed: &Observed) -> Option<i64> {
         let last_ns = self.rhythm.last?.t_ns?;
         Some(observed.end_ns?.saturating_sub(last_ns).max(0))
@@ -71,11 +72,11 @@ impl Train {
 /// A state that was shown.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// How often.
+    /// The number of times.
     pub count: u64,
     /// The first time.
     pub first: FrameRef,
-    /// Time from the capture's first stamp to it, in ns.
+    /// Time from the capture's first timestamp to it, in ns.
     pub since_start_ns: Option<i64>,
     /// Time from the node's first boot-up to the first time after it, in ns.
     pub since_boot_up_ns: Option<i64>,
@@ -86,7 +87,7 @@ pub struct Shown {
 /// A state of a node, or of an axis of its drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// As error control carries it.
+    /// In the encoding of error control.
     Nmt(u8),
     /// The axis, from 1, and its state.
     Drive(u8, State),
@@ -95,13 +96,13 @@ pub enum Kind {
 /// An emergency error code that was reported.
 #[derive(Clone, Copy, Debug)]
 pub struct Reported {
-    /// How often.
+    /// The number of times.
     pub count: u64,
     /// The first time.
     pub first: FrameRef,
 }
 
-/// What was observed.
+/// The observed figures.
 #[derive(Debug, Default)]
 pub struct Observed {
     /// Signals by bus, PDO, index and sub-index.
@@ -123,13 +124,13 @@ pub struct Observed {
     end_ns: Option<i64>,
 }
 
-/// What is kept under a key, made where there is room.
+/// Returns the value of a key, which is created if there is room.
 fn kept<K: Ord, V>(map: &mut BTreeMap<K, V>, key: K, make: impl FnOnce() -> V) -> Option<&mut V> {
     (map.len() < KEPT || map.contains_key(&key)).then(|| map.entry(key).or_insert_with(make))
 }
 
 impl Observed {
-    /// Takes a frame and what it means.
+    /// Takes a frame and its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         if let Some(now_ns) = frame.t_ns {
             self.start_ns.get_or_insert(now_ns);
@@ -226,7 +227,7 @@ impl Observed {
                 self.booted.entry((bus, node)).or_insert(at);
                 self.interrupt_heartbeats(bus, node);
                 self.show(bus, node, Kind::Nmt(BOOT_UP), at);
-                // Its drive starts anew.
+                // The node's drive starts anew.
                 for ((of, id, kind), shown) in &mut self.states {
                     shown.left |= *of == bus && *id == node && matches!(kind, Kind::Drive(..));
                 }
@@ -242,7 +243,7 @@ impl Observed {
         }
     }
 
-    /// A state is shown: others of the same kind are left.
+    /// Records a shown state; others of the same kind are left.
     fn show(&mut self, bus: BusId, node: u8, kind: Kind, at: FrameRef) {
         let since = |then: Option<i64>| Some(at.t_ns?.saturating_sub(then?));
         let since_start_ns = since(self.start_ns);
@@ -273,7 +274,7 @@ impl Observed {
         }
     }
 
-    /// Frames of a bus are missing, or of all: no time is measured across the gap.
+    /// Restarts the measurement of times, since frames of a bus, or of all, are missing.
     pub fn lost(&mut self, bus: Option<BusId>) {
         let all = |of: &BusId| bus.is_none_or(|bus| bus == *of);
         let heartbeats = self.heartbeats.iter_mut().filter(|((of, _), _)| all(of)).map(|(_, train)| train);
@@ -285,7 +286,7 @@ impl Observed {
     }
 }
 
-/// Whether two states exclude each other.
+/// Returns true if two states exclude each other.
 fn alike(one: Kind, other: Kind) -> bool {
     match (one, other) {
         (Kind::Nmt(_), Kind::Nmt(_)) => true,

@@ -1,11 +1,11 @@
-//! What should come again and again: the time from one frame to the next.
+//! Frames that should repeat: the time from one to the next.
 //!
-//! Its period is given: `evidence::period` learns one, with all that may disturb it, and `diff::cyclic` tells two paces apart.
-//! It must not know what the frames are.
+//! The period is given: `evidence::period` learns one, with all possible disturbances, and `diff::cyclic` compares two.
+//! The meaning of the frames does not matter here.
 
 use crate::bytes::frame::FrameRef;
 
-/// An expected period, and what it may be off by, in ns.
+/// An expected period and its tolerance, in ns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Period {
     pub(super) ns: i64,
@@ -23,17 +23,17 @@ pub(super) struct Interval {
 /// The last of the frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rhythm {
-    /// `None` where the next one begins anew.
+    /// `None` if the next one begins anew.
     pub(super) last: Option<FrameRef>,
-    /// It was said that it stays away.
+    /// Its absence was reported.
     told: bool,
     /// The next interval may be short.
     loose: bool,
 }
 
 impl Rhythm {
-    /// The next frame. Gives the time since the one before, where that is beyond the period. `extra`: it may come at
-    /// any time, and the one after it too soon.
+    /// Takes the next frame. Returns the time since the one before if that is outside the period. `extra`: the frame
+    /// may come at any time, and the one after it too soon.
     pub(super) fn beat(&mut self, at: FrameRef, extra: bool, period: Period) -> Option<i64> {
         let told = self.told;
         let Interval { ns, loose } = self.next(at, extra)?;
@@ -42,7 +42,7 @@ impl Rhythm {
         (late && !told || early).then_some(ns)
     }
 
-    /// The same without a period: what there is to judge.
+    /// Takes the next frame without a period. Returns the interval to be judged.
     pub(super) fn next(&mut self, at: FrameRef, extra: bool) -> Option<Interval> {
         let before = self.last.replace(at);
         self.told = false;
@@ -51,7 +51,7 @@ impl Rhythm {
         (ns >= 0).then_some(Interval { ns, loose })
     }
 
-    /// It is `now_ns`. Gives the time since the last frame and that frame, once, where the next one is overdue.
+    /// Returns, once, the time since the last frame and that frame, if the next one is overdue at `now_ns`.
     pub(super) fn overdue(&mut self, now_ns: i64, period: Period) -> Option<(i64, FrameRef)> {
         let last = self.last?;
         let gap = now_ns.saturating_sub(last.t_ns?);
@@ -59,7 +59,7 @@ impl Rhythm {
         (late && !std::mem::replace(&mut self.told, true)).then_some((gap, last))
     }
 
-    /// What comes next has nothing to do with what came before.
+    /// Separates the frames to come from those before.
     pub(super) fn interrupt(&mut self) {
         *self = Self::default();
     }

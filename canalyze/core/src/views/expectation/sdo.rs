@@ -1,7 +1,7 @@
 //! SDO transfers that must occur, alone or in order, and those that must not.
 //!
-//! What is missing is known at the end; there the transfer that came instead is named, if there was one that no other
-//! expectation asks for. It must not know of the frames of a transfer.
+//! A missing transfer is reported at the end, together with the transfer that came instead, if there was one that no
+//! other expectation requires. The frames of a transfer do not matter here.
 
 use serde::Deserialize;
 
@@ -13,7 +13,7 @@ use crate::rules::finding::{Quantity, Said};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 
-/// Which way the data go.
+/// The direction of the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Way {
@@ -21,7 +21,7 @@ enum Way {
     Download,
 }
 
-/// How it ends.
+/// The required outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Outcome {
@@ -30,7 +30,7 @@ enum Outcome {
     Any,
 }
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -73,7 +73,7 @@ impl Entry {
         self.count.unwrap_or(1)
     }
 
-    /// How an ended transfer stands to it.
+    /// Compares an ended transfer with it.
     fn fit(&self, transfer: &Transfer) -> Fit {
         let way = match transfer.direction {
             Direction::Upload => Way::Upload,
@@ -113,7 +113,7 @@ impl Entry {
         }
     }
 
-    /// What is expected, for a finding.
+    /// The expected value, for a finding.
     fn said(&self) -> Said {
         match (&self.value, self.abort, self.outcome()) {
             (Some(value), ..) => value.said(),
@@ -124,20 +124,20 @@ impl Entry {
     }
 }
 
-/// How a transfer stands to an expectation.
+/// The result of comparing a transfer with an expectation.
 #[derive(Clone, Debug)]
 enum Fit {
     /// It is about something else.
     Elsewhere,
     Fits,
-    /// Its value is not known in whole: it may be the one.
+    /// Its value is not completely known and may match.
     Undecided,
     /// It was not completed in the capture.
     Cut,
     Other(Other),
 }
 
-/// What is other than expected.
+/// The property that differs.
 #[derive(Clone, Debug)]
 enum Other {
     Value(Said),
@@ -146,34 +146,34 @@ enum Other {
     Failed,
 }
 
-/// Where a transfer was.
+/// The frames of a transfer.
 #[derive(Clone, Copy, Debug)]
 struct Sighting {
     at: FrameRef,
     bus: BusId,
 }
 
-/// An expectation and what has come of it.
+/// An expectation and its progress.
 #[derive(Debug)]
 struct Progress {
     entry: Entry,
     place: Place,
-    /// How often it has come (of a step of a sequence: in its place).
+    /// The number of matching transfers (for a step of a sequence: in its place).
     done: u64,
     /// The last of these.
     completed: Option<Sighting>,
-    /// It came, and its value is not known in whole.
+    /// It came, but its value is not completely known.
     undecided: Option<Sighting>,
     /// It came before its place in the sequence.
     early: Option<Sighting>,
-    /// What came instead.
+    /// The transfer that came instead.
     other: Option<(Sighting, Other)>,
-    /// It began, and was not completed.
+    /// It began, but was not completed.
     cut: Option<Sighting>,
     late: bool,
-    /// It has a time limit, and came without a stamp.
+    /// It has a time limit, and came without a timestamp.
     untimed: bool,
-    /// It was said that its time is over.
+    /// It was reported as overdue.
     overdue: bool,
     /// Frames were lost before it came.
     lost: bool,
@@ -184,7 +184,7 @@ impl Progress {
         self.done >= self.entry.count()
     }
 
-    /// It has come.
+    /// Records a matching transfer.
     fn come(&mut self, decided: bool, scene: &mut Scene<'_>) {
         let seen = Sighting { at: scene.at, bus: scene.bus };
         if !decided {
@@ -222,7 +222,7 @@ impl Progress {
         scene.raise(&self.place, scene.breach(occurred));
     }
 
-    /// It has not come, or not in its place, until the end.
+    /// Reports that it has not come, or not in its place, until the end.
     fn missing(&self, closing: &mut Closing<'_>) {
         if self.overdue {
             return;
@@ -257,7 +257,7 @@ impl Progress {
         closing.raise(&self.place, breach);
     }
 
-    /// It came otherwise than expected.
+    /// Returns the deviation of a transfer that differs from the expectation.
     fn differs(&self, other: &Other, expected: Said) -> Exp003 {
         let aborted = |code: u32| Said::Quantity(Quantity::Abort(code));
         let ok = Said::Word("ok");
@@ -272,13 +272,13 @@ impl Progress {
     }
 }
 
-/// Transfers that complete one after the other.
+/// Transfers that have to complete one after the other.
 #[derive(Debug)]
 struct Sequence {
     name: String,
-    /// Places of its steps among all expectations, in order.
+    /// Indices of its steps among all expectations, in order.
     steps: Vec<usize>,
-    /// Steps that are done.
+    /// The number of completed steps.
     done: usize,
 }
 
@@ -287,7 +287,7 @@ struct Sequence {
 pub(super) struct Transfers {
     all: Vec<Progress>,
     sequences: Vec<Sequence>,
-    /// How the transfer at hand stands to each.
+    /// The result of comparing the current transfer with each.
     fits: Vec<Fit>,
 }
 
@@ -321,7 +321,7 @@ impl Transfers {
         Self { all: all.collect(), sequences, fits: Vec::new() }
     }
 
-    /// A transfer has ended.
+    /// Takes a transfer that has ended.
     pub(super) fn ended(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let Self { all, sequences, fits } = self;
         fits.clear();
@@ -347,14 +347,14 @@ impl Transfers {
         }
     }
 
-    /// Frames of a bus are missing: what has not come may have been among them.
+    /// Notes that frames of a bus are missing: what has not come may have been among them.
     pub(super) fn lost(&mut self, name: &[u8]) {
         for one in self.all.iter_mut().filter(|one| one.place.is_on(name) && !one.is_done()) {
             one.lost = true;
         }
     }
 
-    /// It is so late as `closing` says: what should have come by now and has not.
+    /// Reports what should have come by the time of `closing` and has not.
     pub(super) fn overdue(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
         for one in self.all.iter_mut().filter(|one| !one.is_done() && !one.late) {
             let elapsed = closing.end_ns.zip(start_ns).map(|(now, start)| now.saturating_sub(start));
@@ -365,7 +365,7 @@ impl Transfers {
         }
     }
 
-    /// The capture is over.
+    /// Reports at the end of the capture.
     pub(super) fn finish(&mut self, closing: &mut Closing<'_>) {
         for one in self.all.iter().filter(|one| one.entry.sequence.is_none() && !one.is_done()) {
             one.missing(closing);
@@ -406,8 +406,8 @@ impl Sequence {
         }
     }
 
-    /// Names the steps that were never in their place. One that came too early is where the sequence goes on from: those
-    /// after it are held against it, not against what it should have waited for.
+    /// Reports the steps that were never in their place. The sequence continues from one that came too early: those
+    /// after it are compared with it.
     fn finish(&self, all: &[Progress], closing: &mut Closing<'_>) {
         let steps = || self.steps.iter().filter_map(|step| all.get(*step));
         let mut before = None;

@@ -1,24 +1,24 @@
 //! Transfers as soon as they are shown, each once.
 //!
-//! A pair whose request was captured late is told of only when its channel goes on, which may be much later; the line of
-//! its later frame shows its result at once. What has a time or a place in an order is judged by that. Must not: judge.
+//! A pair whose request was captured late is announced only when its channel continues, possibly much later; the line
+//! of its later frame shows its result at once. Expectations of times and orders are judged by that.
 
 use std::sync::Arc;
 
 use crate::sdo::transfer::Transfer;
 use crate::world::event::What;
 
-/// Transfers that are shown and of which nobody has told yet, at most: one a channel is usual.
+/// Maximum number of transfers that are shown and not announced yet; one a channel is usual.
 const KEPT: usize = 1024;
 
-/// Those transfers.
+/// Shown transfers that are not announced yet.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
     waiting: Vec<Arc<Transfer>>,
 }
 
 impl Shown {
-    /// The transfer that an event shows, unless it was shown before.
+    /// Returns the transfer that an event shows, unless it was shown before.
     pub(super) fn next(&mut self, what: &What) -> Option<Arc<Transfer>> {
         match what {
             What::Sdo(step) => {
@@ -32,7 +32,7 @@ impl Shown {
             What::Transfer(told) => {
                 let place = self.waiting.iter().position(|shown| shown.id == told.id);
                 let shown = place.map(|place| self.waiting.remove(place));
-                // Its pair may have been dissolved meanwhile: then it is another one.
+                // Its pair may have been dissolved meanwhile, and is then another transfer.
                 let same = |shown: Arc<Transfer>| {
                     shown.outcome.status == told.outcome.status && shown.data.kept == told.data.kept
                 };

@@ -1,7 +1,7 @@
-//! Signals in PDOs: that they come, how often, and between which limits their values stay.
+//! Signals in PDOs: their presence, their rate and the limits of their values.
 //!
-//! Values are physical, as `canalyze signals` prints them, and names are those of `--select`. It must not know how a
-//! mapping has become known.
+//! Values are physical, as `canalyze signals` prints them; names are those of `--select`. The source of a mapping does
+//! not matter here.
 
 use std::sync::Arc;
 
@@ -19,14 +19,15 @@ use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::signal;
 use crate::world::event::{Addressed, Event, ProcessData, Signals as Content, Unmapped};
 
-/// Mappings whose selection is remembered at most.
+/// Maximum number of mappings whose selection is remembered.
 const REMEMBERED: usize = 4096;
-/// PDOs whose rate is followed for one expectation, and PDOs without mapping that are remembered, at most.
+/// Maximum number of PDOs whose rate is followed for one expectation, and of PDOs without a mapping that are
+/// remembered.
 const PDOS: usize = 1024;
-/// What a value may be beyond a limit by, as a part of it: a decimal number is not exact.
+/// Tolerance of a limit, as a fraction of it: a decimal number is not exact.
 const PRECISION: f64 = 1e-9;
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -55,10 +56,10 @@ impl Entry {
     }
 }
 
-/// Which PDO.
+/// A PDO of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Pdo {
-    /// The node whose PDO it is.
+    /// The node that has the PDO.
     pub node: u8,
     /// Transmit or receive, seen from the node.
     pub transmit: bool,
@@ -67,18 +68,18 @@ pub struct Pdo {
 }
 
 impl Pdo {
-    /// For a finding.
+    /// Its form in a finding.
     fn named(self) -> (bool, u16) {
         (self.transmit, self.number)
     }
 }
 
-/// An expectation and what has come of it.
+/// An expectation and its progress.
 #[derive(Debug)]
 struct Watched {
     place: Place,
     select: Select,
-    /// As it stands in the file.
+    /// The expression in the file.
     expression: String,
     min: Option<f64>,
     max: Option<f64>,
@@ -87,12 +88,12 @@ struct Watched {
     rhythms: Vec<(BusId, Pdo, Rhythm)>,
 }
 
-/// What of a mapping is expected.
+/// The expected signals of a mapping.
 #[derive(Debug)]
 struct Chosen {
     mapping: Arc<Mapping>,
     pdo: Pdo,
-    /// The expectation, and the place in the mapping; in order of the expectations.
+    /// The expectation, and the index in the mapping, in order of the expectations.
     picks: Vec<(usize, usize)>,
 }
 
@@ -137,7 +138,7 @@ impl Signals {
                     self.chosen.push(Chosen { mapping: Arc::clone(mapping), pdo, picks });
                     self.chosen.len() - 1
                 });
-                // The one just used is likely to be used again soon.
+                // The mapping just used is likely to be used again soon.
                 self.chosen.swap(0, place);
                 let Self { all, chosen, .. } = self;
                 if let Some(one) = chosen.first() {
@@ -152,7 +153,7 @@ impl Signals {
         }
     }
 
-    /// Takes a multiplex PDO: it has one signal, another one in every frame.
+    /// Takes a multiplex PDO, which has one signal that may differ in every frame.
     pub(super) fn multiplexed(&mut self, data: &Addressed, frame: &Frame, scene: &mut Scene<'_>) {
         let pdo = Pdo { transmit: data.transmit, number: data.number, node: data.node };
         let picks = self.picks(pdo, &data.mapping);
@@ -174,19 +175,19 @@ impl Signals {
         picks
     }
 
-    /// Takes a boot-up, error control or an NMT command: what stops a node's PDOs.
+    /// Takes a boot-up, error control or an NMT command, which may stop a node's PDOs.
     pub(super) fn message(&mut self, message: &Message, scene: &Scene<'_>) {
         if let Some(node) = stopped(message) {
             self.interrupt(scene.bus, Some(node).filter(|node| *node != 0));
         }
     }
 
-    /// Frames of a bus are missing.
+    /// Restarts the measurement of rates, since frames of a bus are missing.
     pub(super) fn lost(&mut self, bus: BusId) {
         self.interrupt(bus, None);
     }
 
-    /// The node's PDOs are others now.
+    /// Restarts the measurement of a node whose PDOs have changed.
     pub(super) fn reconfigured(&mut self, bus: BusId, node: u8) {
         self.interrupt(bus, Some(node));
     }
@@ -199,7 +200,7 @@ impl Signals {
         }
     }
 
-    /// It is `now_ns`: what is overdue. Findings stand at `at`.
+    /// Reports PDOs that are overdue at `now_ns`. Findings are at `at`.
     pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
         for Watched { place, period, rhythms, .. } in &mut self.all {
             let Some(period) = *period else { continue };
@@ -212,7 +213,7 @@ impl Signals {
         }
     }
 
-    /// The capture is over.
+    /// Reports at the end of the capture.
     pub(super) fn finish(&mut self, closing: &mut Closing<'_>) {
         if let Some(end_ns) = closing.end_ns {
             self.overdue(end_ns, closing.last, closing.found);
@@ -231,7 +232,7 @@ impl Signals {
 }
 
 impl Watched {
-    /// Whether a signal of a PDO could be meant, for all that its names would be.
+    /// Returns true if a signal of a PDO of unknown mapping could be meant.
     fn may_mean(&self, pdo: Pdo) -> bool {
         self.expression.split(',').any(|pattern| {
             let pattern = pattern.trim();
@@ -244,14 +245,14 @@ impl Watched {
     }
 }
 
-/// Whether a part of a pattern is `TPDO4`.
+/// Returns true if a part of a pattern names a PDO, as in `TPDO4`.
 fn is_pdo(name: &str) -> bool {
     let digits = name.get(4..).filter(|digits| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()));
     let kind = name.get(..4).unwrap_or("");
     digits.is_some() && (kind.eq_ignore_ascii_case("TPDO") || kind.eq_ignore_ascii_case("RPDO"))
 }
 
-/// Takes the signals of a PDO that are expected.
+/// Takes the expected signals of a PDO.
 fn take(
     all: &mut [Watched],
     picks: &[(usize, usize)],
@@ -311,7 +312,7 @@ impl Watched {
     }
 }
 
-/// The node whose PDOs a message stops; 0: all.
+/// Returns the node whose PDOs a message stops; 0: all nodes.
 pub(super) fn stopped(message: &Message) -> Option<u8> {
     match *message {
         Message::BootUp { node } => Some(node),
@@ -321,7 +322,7 @@ pub(super) fn stopped(message: &Message) -> Option<u8> {
     }
 }
 
-/// The physical value of a signal, where it is a finite number.
+/// Returns the physical value of a signal, if it is a finite number.
 pub(super) fn value(mapping: &Mapping, mapped: &Mapped, frame: &Frame) -> Option<f64> {
     let raw = mapping.raw(mapped, frame.payload())?;
     signal::physical(mapped, raw).filter(|value| value.is_finite())

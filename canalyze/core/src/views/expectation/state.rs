@@ -1,7 +1,7 @@
-//! States that a node, or its drive (CiA 402), must reach, by when, and whether it keeps them.
+//! States that a node, or its drive (CiA 402), must reach, with a time limit, and those that it must keep.
 //!
-//! A state counts when it is shown: by boot-up, heartbeat or guarding answer; a drive's by a statusword in a TPDO or an
-//! upload. It must not take a command for a state.
+//! A state counts when it is shown: by boot-up, heartbeat or guarding response; that of a drive by a statusword in a
+//! TPDO or an upload. A command is not a state.
 
 use serde::Deserialize;
 
@@ -24,7 +24,7 @@ pub(super) fn object(axis: u8) -> u16 {
     0x800 * u16::from(axis.saturating_sub(1)) + STATUSWORD
 }
 
-/// An NMT state, as error control carries it.
+/// An NMT state in the encoding of error control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 struct Nmt(u8);
@@ -56,7 +56,7 @@ impl TryFrom<String> for Drive {
     }
 }
 
-/// From when on time is measured.
+/// The event from which time is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Since {
@@ -66,7 +66,7 @@ enum Since {
     BootUp,
 }
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -106,7 +106,7 @@ impl Entry {
     }
 }
 
-/// What has to be shown.
+/// The required state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
     Nmt(u8),
@@ -139,33 +139,33 @@ struct Track {
     shown: Option<Quantity>,
     /// Its last boot-up.
     booted: Option<FrameRef>,
-    /// The state was reached, and it was since the last boot-up.
+    /// The state was reached, and it was reached since the last boot-up.
     reached: bool,
     reached_since: bool,
     /// It is in the state.
     inside: bool,
-    /// It sends error control beyond boot-ups.
+    /// It sends error control other than boot-ups.
     controlled: bool,
-    /// The state it was last commanded to, or comes up in.
+    /// The state of its last command, or that after a boot-up.
     commanded: Option<u8>,
 }
 
-/// An expectation and what has come of it.
+/// An expectation and its progress.
 #[derive(Debug)]
 struct Progress {
     entry: Entry,
     place: Place,
     target: Target,
     tracks: Vec<Track>,
-    /// It was reached in time, or nothing says when it must be.
+    /// It was reached in time, or has no time limit.
     timely: bool,
-    /// Stamps are missing where it was reached.
+    /// Timestamps are missing where it was reached.
     untimed: bool,
     /// It was reached without a boot-up before.
     unbooted: bool,
-    /// Its time was judged, or cannot be.
+    /// Its time was judged, or cannot be judged.
     judged: bool,
-    /// It was said that its time is over.
+    /// It was reported as overdue.
     overdue: bool,
     /// Frames were lost before it was reached.
     lost: bool,
@@ -189,7 +189,7 @@ impl Progress {
         self.tracks.last_mut()
     }
 
-    /// The node has shown a state.
+    /// Records a shown state.
     fn show(&mut self, shown: Quantity, scene: &mut Scene<'_>) {
         let hit = self.target.is_shown_by(shown);
         let (expected, stays) = (self.target.quantity(), self.entry.stays == Some(true));
@@ -211,7 +211,7 @@ impl Progress {
         }
     }
 
-    /// The node has booted up.
+    /// Records a boot-up.
     fn boot_up(&mut self, scene: &mut Scene<'_>) {
         let (since, at) = (self.entry.since, scene.at);
         if let Some(track) = self.track(scene.bus) {
@@ -232,7 +232,7 @@ impl Progress {
         }
     }
 
-    /// The state is reached, the first time or since a boot-up. `first`: nothing was heard of the node before.
+    /// Judges a state that is reached for the first time or since a boot-up. `first`: the node was not seen before.
     fn judge(&mut self, first: bool, booted: Option<FrameRef>, scene: &mut Scene<'_>) {
         let Some(limit) = self.entry.by_ns else {
             self.timely = true;
@@ -258,11 +258,11 @@ impl Progress {
         if elapsed <= limit {
             self.timely = true;
         } else if self.overdue {
-            // It was said when its time was over.
+            // This was reported when its time expired.
         } else if self.lost {
             scene.raise(&self.place, scene.breach(Exp015::Lost));
         } else if since == Since::Start && self.timely {
-            // On another bus it was in time.
+            // It was in time on another bus.
         } else if since == Since::Start && first && !event {
             let unknown = Exp015::SinceWhen { expected: self.target.quantity(), found: elapsed };
             scene.raise(&self.place, scene.breach(unknown));
@@ -279,7 +279,7 @@ impl Progress {
         }
     }
 
-    /// Frames are missing of a bus: it may have been reached meanwhile.
+    /// Notes that frames of a bus are missing: the state may have been reached meanwhile.
     fn lose(&mut self, bus: BusId) {
         let reached = |track: &Track| match self.entry.since {
             Some(Since::BootUp) => track.reached_since || track.booted.is_none() && track.reached,
@@ -288,7 +288,7 @@ impl Progress {
         self.lost |= !self.tracks.iter().any(|track| track.bus == bus && reached(track));
     }
 
-    /// Its time is over, by the clock, and it was not reached.
+    /// Reports, by the clock, a state that was not reached in time.
     fn expire(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
         let (Some(limit), Some(now), false) = (self.entry.by_ns, closing.end_ns, self.overdue) else { return };
         let over = |then: Option<i64>| then.is_some_and(|then| now.saturating_sub(then) > limit);
@@ -336,7 +336,7 @@ impl Progress {
         }
     }
 
-    /// The state was not reached at all.
+    /// Reports a state that was never reached.
     fn never(&self, closing: &mut Closing<'_>) {
         let expected = self.target.quantity();
         if self.lost && (self.entry.by_ns.is_some() || self.target == Target::Nmt(BOOT_UP)) {
@@ -425,7 +425,7 @@ impl States {
         }
     }
 
-    /// Takes a PDO: the statuswords in it.
+    /// Takes the statuswords in a PDO.
     pub(super) fn process_data(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         let Signals::Mapped(mapping, from) = &data.content else { return };
         if !self.drives || !data.transmit || from.is_doubted() {
@@ -441,7 +441,7 @@ impl States {
         }
     }
 
-    /// Takes an SDO transfer: an upload of a statusword.
+    /// Takes an SDO transfer if it is an upload of a statusword.
     pub(super) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let Some((index, word)) = uploaded(transfer).filter(|_| self.drives) else { return };
         for one in self.of(transfer.node, scene.name) {
@@ -454,21 +454,21 @@ impl States {
         }
     }
 
-    /// Frames of a bus are missing.
+    /// Notes that frames of a bus are missing.
     pub(super) fn lost(&mut self, bus: BusId, name: &[u8]) {
         for one in self.all.iter_mut().filter(|one| one.place.is_on(name)) {
             one.lose(bus);
         }
     }
 
-    /// It is so late as `closing` says: what should have been reached by now and was not.
+    /// Reports what should have been reached by the time of `closing` and was not.
     pub(super) fn overdue(&mut self, start_ns: Option<i64>, closing: &mut Closing<'_>) {
         for one in &mut self.all {
             one.expire(start_ns, closing);
         }
     }
 
-    /// The capture is over.
+    /// Reports at the end of the capture.
     pub(super) fn finish(&self, closing: &mut Closing<'_>) {
         for one in &self.all {
             one.finish(closing);
@@ -476,7 +476,7 @@ impl States {
     }
 }
 
-/// The state that an NMT command leads to, by error control's number.
+/// Returns the state that an NMT command leads to, in the encoding of error control.
 pub(super) fn commanded(command: u8) -> Option<u8> {
     use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
     match command {
@@ -488,7 +488,7 @@ pub(super) fn commanded(command: u8) -> Option<u8> {
     }
 }
 
-/// The index and the value of an object of 16 bits that was read whole.
+/// Returns the index and the value of a 16-bit object that was read completely.
 pub(super) fn uploaded(transfer: &Transfer) -> Option<(u16, u16)> {
     let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
     let mux = transfer.mux.filter(|mux| whole && transfer.direction == Direction::Upload && mux.sub == 0)?;
@@ -498,7 +498,7 @@ pub(super) fn uploaded(transfer: &Transfer) -> Option<(u16, u16)> {
     }
 }
 
-/// The statusword in a PDO, where it is mapped whole.
+/// Returns the statusword in a PDO, if it is mapped completely.
 pub(super) fn statusword(mapping: &Mapping, object: u16, frame: &Frame) -> Option<u16> {
     let mapped = mapping.entries.iter().find(|one| one.index == object && one.sub == 0 && one.bits == 16)?;
     mapping.raw(mapped, frame.payload()).map(|raw| raw as u16)

@@ -1,6 +1,4 @@
-//! The period of SYNC.
-//!
-//! It must not know who produces it, nor what PDOs make of it.
+//! The period of SYNC, independent of its producer and of PDOs.
 
 use serde::Deserialize;
 
@@ -10,7 +8,7 @@ use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp010, Exp015};
 use crate::world::event::Event;
 
-/// One expectation as it stands in the file.
+/// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
@@ -68,7 +66,7 @@ impl Syncs {
         }
     }
 
-    /// Frames of a bus are missing.
+    /// Restarts the measurement, since frames of a bus are missing.
     pub(super) fn lost(&mut self, of: BusId) {
         let rhythms = self.all.iter_mut().flat_map(|one| &mut one.rhythms);
         for (_, rhythm) in rhythms.filter(|(bus, _)| *bus == of) {
@@ -76,7 +74,7 @@ impl Syncs {
         }
     }
 
-    /// It is `now_ns`: where one is overdue. Findings stand at `at`.
+    /// Reports SYNCs that are overdue at `now_ns`. Findings are at `at`.
     pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
         for Watched { place, period, rhythms } in &mut self.all {
             for (bus, rhythm) in rhythms {
@@ -88,7 +86,7 @@ impl Syncs {
         }
     }
 
-    /// The capture is over.
+    /// Reports at the end of the capture.
     pub(super) fn finish(&mut self, closing: &mut Closing<'_>) {
         if let Some(end_ns) = closing.end_ns {
             self.overdue(end_ns, closing.last, closing.found);

@@ -1,7 +1,8 @@
-//! A value that an SDO transfer is expected to carry, and whether it does.
+//! The value that an SDO transfer is expected to carry.
 //!
-//! Numbers are those of the object's type as they are transferred: no factor, no unit. It errs toward equality: of two
-//! readings of the same bytes the one that fits counts. It must not know of transfers that are not whole.
+//! Numbers are those of the object's type as they are transferred, without factor and unit. Ambiguity counts as
+//! equality: if the same bytes can be read in two ways, the one that matches counts. Only complete transfers are
+//! compared.
 
 use std::sync::Arc;
 
@@ -12,24 +13,24 @@ use crate::rules::finding::{Quantity, Said};
 use crate::sdo::transfer::Transfer;
 use crate::world::od::{self, DataType, Value as Read};
 
-/// Most characters of a text, or bytes, that are kept of what was found.
+/// Maximum number of characters of a text, or of bytes, that are kept of a found value.
 const SHOWN: usize = 256;
-/// How far a REAL32 may be from a number that was written in decimal: a few units in its last place.
+/// Tolerance of a REAL32 to a number that was written in decimal: a few units in its last place.
 const SINGLE: f64 = 1.0 / (1 << 21) as f64;
-/// The same of a REAL64.
+/// Tolerance of a REAL64.
 const DOUBLE: f64 = 1.0 / (1_u64 << 50) as f64;
 
-/// What is expected.
+/// An expected value.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Value {
     /// A number, by value.
     Number(Number),
-    /// Text, but for NULs at its end.
+    /// Text, without NULs at its end.
     Text(String),
     /// A truth value.
     Bool(bool),
-    /// These very bytes.
+    /// Exactly these bytes.
     Data(Bytes),
 }
 
@@ -52,12 +53,12 @@ impl TryFrom<String> for Bytes {
     }
 }
 
-/// Whether a value is the expected one.
+/// The result of comparing a value with the expected one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Same {
     Yes,
     No,
-    /// Not all of its bytes are there.
+    /// Some of its bytes are missing.
     Unknown,
 }
 
@@ -68,7 +69,7 @@ impl From<bool> for Same {
 }
 
 impl Value {
-    /// Whether a successful transfer carried it.
+    /// Compares a successful transfer with it.
     pub(super) fn is_of(&self, transfer: &Transfer) -> Same {
         if transfer.data.hole {
             return Same::Unknown;
@@ -101,7 +102,7 @@ impl Value {
         }
     }
 
-    /// For a finding.
+    /// Its form in a finding.
     pub(super) fn said(&self) -> Said {
         match self {
             Self::Number(number) => match (number.as_u64(), number.as_i64()) {
@@ -116,7 +117,7 @@ impl Value {
     }
 }
 
-/// What a transfer carried, for a finding, in the manner of what was expected.
+/// Returns the value of a transfer for a finding, in the form of the expected one.
 pub(super) fn found(transfer: &Transfer, expected: Option<&Value>) -> Said {
     let kept = transfer.data.kept.as_slice();
     let bytes = || Said::Bytes(kept.get(..SHOWN).unwrap_or(kept).into());
@@ -144,7 +145,7 @@ fn little_endian(bytes: &[u8]) -> Option<u64> {
     fits.then(|| bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte)))
 }
 
-/// The number of `bytes` as one with sign.
+/// Interprets a number of `bytes` bytes as signed.
 fn signed(number: u64, bytes: usize) -> i64 {
     let unused = 64 - 8 * bytes.clamp(1, 8) as u32;
     (number << unused).cast_signed() >> unused
@@ -159,14 +160,14 @@ fn is_number(expected: &Number, data_type: Option<DataType>, bytes: &[u8]) -> bo
     match typed {
         Some(DataType::Real32) => single(),
         Some(DataType::Real64) => double(),
-        // A number with a point is no integer: without a type it may be a real.
+        // A number with a decimal point is not an integer: without a type it may be a real.
         None if expected.is_f64() && bytes.len() == 4 => single() || is_integer(expected, typed, unsigned, bytes.len()),
         None if expected.is_f64() && bytes.len() == 8 => double() || is_integer(expected, typed, unsigned, bytes.len()),
         _ => is_integer(expected, typed, unsigned, bytes.len()),
     }
 }
 
-/// The number may be written as its type reads it; else, where no such number can be in so many bytes, as its bits.
+/// Compares an integer with its value by the type; or with its bits if no such number fits into the bytes.
 fn is_integer(expected: &Number, typed: Option<DataType>, unsigned: u64, bytes: usize) -> bool {
     let wanted = match (expected.as_u64(), expected.as_i64(), expected.as_f64()) {
         (Some(number), ..) => i128::from(number),

@@ -1,27 +1,27 @@
-//! Which type an object has by its values alone: their size, and whether they look like text or have a sign.
+//! The type of an object by its values alone: their size, and whether they look like text or have a sign.
 //!
-//! An integer has a sign where some values lie a little below zero and others at or above it, so that with a sign they
-//! lie close together: what is only 0 and all bits set may be a mask. A number may always be a real, or a string of
-//! four characters: that is not guessed. Must not: know which object it is.
+//! An integer has a sign if some values are a little below zero and others at or above it, so that they are closer
+//! together with a sign; an object with only 0 and all bits set may be a mask. A number may always be a real or a
+//! string of four characters, which is not guessed. The object itself is not known here.
 
 use super::sighting::Content;
 use crate::world::od::{self, DataType, Value};
 
-/// How much closer the values lie together with a sign than without.
+/// Factor by which the values must be closer together with a sign than without.
 const CLOSER: u64 = 4;
 
-/// What the values of an object look like.
+/// Properties of the values of an object.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Looks {
     /// Least and greatest size in bytes by SDO.
     sizes: Option<(u64, u64)>,
-    /// The size by SDO of the last value.
+    /// The size of the last value by SDO.
     size: u64,
-    /// Bits of it that a PDO carries.
+    /// Number of its bits that a PDO carries.
     mapped: Option<u8>,
     /// All values are text.
     text: bool,
-    /// Numbers as wide as the widest.
+    /// Numbers of the greatest width.
     numbers: Option<Numbers>,
 }
 
@@ -29,9 +29,9 @@ pub(super) struct Looks {
 #[derive(Clone, Copy, Debug)]
 struct Numbers {
     bits: u32,
-    /// Least and greatest without a sign.
+    /// Least and greatest, read as unsigned.
     unsigned: (u64, u64),
-    /// The same with one.
+    /// Least and greatest, read as signed.
     signed: (i64, i64),
 }
 
@@ -69,12 +69,12 @@ impl Looks {
         });
     }
 
-    /// Its size in bits.
+    /// Returns its size in bits.
     pub(super) fn bits(&self) -> Option<u64> {
         self.sizes.map(|_| self.size.saturating_mul(8)).or(self.mapped.map(u64::from))
     }
 
-    /// Whether values of a type look so.
+    /// Returns true if the values may be of a type.
     pub(super) fn fits(&self, data_type: DataType) -> bool {
         let Some(size) = data_type.size().map(|size| size as u64) else { return true };
         match (self.sizes, self.mapped) {
@@ -85,7 +85,7 @@ impl Looks {
         }
     }
 
-    /// The type that they have by their looks.
+    /// Returns the type that the values suggest.
     pub(super) fn inferred(&self) -> Option<DataType> {
         use DataType as T;
         let bits = match self.sizes {

@@ -1,39 +1,40 @@
-//! What traffic shows that a description of the device may say otherwise: what an object held before anything wrote it,
-//! how long its values are, the least and the greatest of them, and how long PDOs are.
+//! Properties that a description of the device may define otherwise: the value of an object before any write, the
+//! lengths of its values, the least and the greatest of them, and the lengths of PDOs.
 //!
-//! All of it is of the bytes alone, since it is held against types that are not known here. Must not: know a description.
+//! All of it is in terms of bytes, since the types with which it is compared are not known here. Descriptions are not
+//! used.
 
 use super::sighting::{Content, Sighting, Source};
 use super::{Held, hold};
 use crate::sdo::transfer::Direction;
 use crate::world::configuration::number;
 
-/// What SDO shows of one object.
+/// Properties of an object by SDO.
 #[derive(Clone, Debug, Default)]
 pub struct Measured {
-    /// What was read first, where nothing had written it.
+    /// The first value read, unless something had written the object before.
     pub first: Option<Held>,
-    /// That came after a boot-up of the node, and no frames were lost between.
+    /// It was read after a boot-up of the node without lost frames in between.
     pub booted: bool,
-    /// Something may have written it.
+    /// Something may have written the object.
     touched: bool,
-    /// Least and greatest size in bytes of what was read and written, as far as transfers tell their sizes.
+    /// Least and greatest size in bytes of values read and written, if transfers indicate their sizes.
     sizes: [Option<(u64, u64)>; 2],
     extremes: Option<Extremes>,
 }
 
-/// The least and the greatest of numbers of one width, as their bytes are read.
+/// The least and the greatest numbers of one width in each interpretation of their bytes.
 #[derive(Clone, Copy, Debug)]
 struct Extremes {
     width: u64,
     unsigned: [u64; 2],
     signed: [u64; 2],
-    /// Where the width is that of a real, and one was none that is not a number.
+    /// As reals, if the width is that of a real and one of the values is a number.
     real: Option<[u64; 2]>,
 }
 
 impl Measured {
-    /// Takes what is seen of the object. booted: the capture shows a boot-up of its node before.
+    /// Takes a sighting of the object. `booted`: the capture shows a boot-up of its node before.
     pub(super) fn take(&mut self, sighting: &Sighting<'_>, booted: bool) {
         let direction = match sighting.source {
             Source::Read => Direction::Upload,
@@ -62,13 +63,13 @@ impl Measured {
         }
     }
 
-    /// Least and greatest size in bytes of what was read or written, where transfers tell it.
+    /// Returns least and greatest size in bytes of values read or written, if transfers indicate it.
     pub fn sizes(&self, direction: Direction) -> Option<(u64, u64)> {
         self.sizes.get(direction as usize).copied().flatten()
     }
 
-    /// The values of up to eight bytes that are the least or the greatest in any reading of their bytes, each once, and
-    /// their size.
+    /// Returns the values of up to eight bytes that are the least or the greatest in any interpretation of their bytes,
+    /// each once, and their size.
     pub fn extremes(&self) -> Option<(Vec<u64>, usize)> {
         let known = self.extremes?;
         let mut all = [known.unsigned, known.signed, known.real.unwrap_or(known.unsigned)].concat();
@@ -108,15 +109,15 @@ fn widened<T: PartialOrd>([least, most]: [u64; 2], raw: u64, of: impl Fn(u64) ->
 /// Frames of one identifier that carry a PDO.
 #[derive(Clone, Copy, Debug)]
 pub struct Pdo {
-    /// The node whose PDO it was last.
+    /// The last node that had the PDO.
     pub node: u8,
     /// Transmit or receive, seen from the node.
     pub transmit: bool,
     /// PDO number, from 1.
     pub number: u16,
-    /// How many.
+    /// The number of frames.
     pub frames: u64,
-    /// The shortest and the longest, in bytes.
+    /// Least and greatest length in bytes.
     pub lengths: (u8, u8),
 }
 

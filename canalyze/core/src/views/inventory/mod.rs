@@ -1,9 +1,9 @@
-//! What objects devices have, by what the traffic shows of them: an object dictionary by node, whoever has lost its EDS.
+//! The objects of devices, as far as traffic shows them: an object dictionary by node, for devices whose EDS is lost.
 //!
-//! Every SDO transfer, every signal of a PDO and every EMCY shows something of an object ([`sighting`]). Of each object
-//! figures and the last value are kept, so that memory depends on how many objects there are and not on how long the
-//! capture is; those beyond [`MOST`] are counted. What an object is called and which type it has is asked at the end,
-//! when all is known of its device. Must not: judge a transfer, decide what a mapping is, or write words.
+//! Every SDO transfer, every signal of a PDO and every EMCY shows something of an object ([`sighting`]). Figures and
+//! the last value of each object are kept, so that memory depends on the number of objects and not on the length of the
+//! capture; objects beyond [`MOST`] are counted. Names and types are determined at the end, when all is known of the
+//! device. Transfers are not judged here, mappings are not decided, and no words are written.
 
 mod inferred;
 mod measured;
@@ -30,28 +30,28 @@ use crate::world::drive;
 use crate::world::event::{Event, What};
 use crate::world::od::{self, DataType};
 
-/// Objects that are kept, of all nodes; more than all devices of a bus have together.
+/// Maximum number of objects of all nodes that are kept; more than all devices of a bus have together.
 pub const MOST: usize = 131_072;
-/// Most bytes of a value that are kept.
+/// Maximum number of bytes of a value that are kept.
 pub const KEPT: usize = 4096;
-/// Most different aborts that are kept of one object.
+/// Maximum number of different aborts of one object that are kept.
 const ABORTS: usize = 16;
-/// Abort codes by which an access itself is refused: the object cannot be read, or not be written.
+/// Abort codes that refuse the access itself: the object cannot be read, or not be written.
 const WRITE_ONLY: u32 = 0x0601_0001;
 const READ_ONLY: u32 = 0x0601_0002;
-/// Abort codes by which there is no such object, or no such sub-index.
+/// Abort codes for a missing object or sub-index.
 const ABSENT: [u32; 2] = [0x0602_0000, 0x0609_0011];
-/// Beginnings of abort codes that speak of an object that is there: of its access, mapping, length, or range.
+/// Upper halves of abort codes that imply an existing object: about its access, mapping, length or range.
 const PRESENT: [u32; 4] = [0x0601, 0x0604, 0x0607, 0x0609];
 
-/// From where it is known which type an object has.
+/// The source of an object's type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TypeFrom {
     /// The description of the device.
     Eds,
     /// The standard: 1000h to 1FFFh.
     Standard,
-    /// The profile that the device says it follows.
+    /// The device profile that the device reports.
     Profile,
     /// The size of its values, and the values.
     Inferred,
@@ -69,7 +69,7 @@ impl TypeFrom {
     }
 }
 
-/// A value as it was seen.
+/// A value as seen.
 #[derive(Clone, Debug)]
 pub enum Value {
     /// The first bytes of a value, at most [`KEPT`], and its size in bytes.
@@ -78,19 +78,19 @@ pub enum Value {
     Bits(u64, u8),
 }
 
-/// A value, and where it was seen.
+/// A value and its origin.
 #[derive(Clone, Debug)]
 pub struct Held {
     /// The value.
     pub value: Value,
-    /// What carried it.
+    /// The service that carried it.
     pub source: Source,
     /// The frame that completed it.
     pub at: FrameRef,
 }
 
 impl Held {
-    /// The value as it was seen.
+    /// The value as seen.
     pub fn content(&self) -> Content<'_> {
         match &self.value {
             Value::Bytes(kept, size) => Content::Bytes(kept, *size),
@@ -99,56 +99,56 @@ impl Held {
     }
 }
 
-/// What an object holds by all that is known: after a reset that need not be the last value.
+/// The value of an object that is in force by all that is known; after a reset it may differ from the last value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InForce {
-    /// Decoding does not depend on the object: it is not followed.
+    /// The object does not influence decoding and is not followed.
     #[default]
     Unfollowed,
-    /// Nothing is known of it, or no longer.
+    /// It is unknown, or no longer known.
     Unknown,
     /// This.
     Value(KnownValue),
 }
 
-/// Requests that were aborted alike.
+/// Requests with the same abort.
 #[derive(Clone, Copy, Debug)]
 pub struct Aborted {
     /// Read or written.
     pub direction: Direction,
-    /// The code, and who sent it.
+    /// The code and its sender.
     pub abort: Abort,
-    /// How often.
+    /// The number of requests.
     pub count: u64,
-    /// The last time.
+    /// The last one.
     pub at: FrameRef,
 }
 
-/// What was seen of one object.
+/// The observations of one object.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// How often, by [`Source`].
+    /// The number of sightings by [`Source`].
     counts: [u64; Source::ALL.len()],
     /// The first frame that shows something of it.
     pub first: FrameRef,
-    /// The last one.
+    /// The last frame.
     pub last: FrameRef,
     /// Its last value.
     pub value: Option<Held>,
-    /// What was last written to it, and accepted.
+    /// The last value that was written and accepted.
     written: Option<Held>,
-    /// Two values that it gave differ, though nothing was written in between.
+    /// Two of its values differ, although nothing was written in between.
     pub varies: bool,
-    /// What the last write asked for to which there is no answer, where no value was seen since.
+    /// The value of the last unanswered write, if no value was seen since.
     pub requested: Option<Held>,
-    /// Requests that were aborted, by code, in the order in which they came first.
+    /// Aborted requests by code, in the order of first occurrences.
     pub aborted: Vec<Aborted>,
-    /// What SDO shows of it that a description may say otherwise.
+    /// Properties by SDO that a description may define otherwise.
     pub measured: Measured,
     looks: Looks,
-    /// What the device's description and its profile say of it: known from [`Inventory::settle`] on.
+    /// Its description and profile; known from [`Inventory::settle`] on.
     pub described: Described,
-    /// What it holds by all that is known: known from [`Inventory::settle`] on.
+    /// The value in force; known from [`Inventory::settle`] on.
     pub in_force: InForce,
 }
 
@@ -170,35 +170,36 @@ impl Object {
         }
     }
 
-    /// How often something of it was seen there.
+    /// Returns the number of sightings by a source.
     pub fn count(&self, source: Source) -> u64 {
         self.counts.get(source as usize).copied().unwrap_or(0)
     }
 
-    /// How many values were seen.
+    /// Returns the number of values that were seen.
     pub fn values(&self) -> u64 {
         Source::ALL.iter().filter(|source| source.is_value()).map(|source| self.count(*source)).sum()
     }
 
-    /// Its size in bits, where a value was seen: what SDO transfers of it have, else what is mapped of it.
+    /// Returns its size in bits, if a value was seen: the size in SDO transfers, else the mapped size.
     pub fn bits(&self) -> Option<u64> {
         self.looks.bits()
     }
 
-    /// Whether it can be read, as far as the capture shows it: it was read, or a PDO of the device carries it.
+    /// Returns true if it can be read, as far as the capture shows: it was read, or a PDO of the device carries it.
     pub fn is_readable(&self) -> Option<bool> {
         let shown = self.count(Source::Read) + self.count(Source::Tpdo) > 0;
         self.permits(shown, Direction::Upload, WRITE_ONLY)
     }
 
-    /// Whether it can be written, as far as the capture shows it: it was written, or a PDO to the device carries it.
+    /// Returns true if it can be written, as far as the capture shows: it was written, or a PDO to the device carries
+    /// it.
     pub fn is_writable(&self) -> Option<bool> {
         let shown = self.count(Source::Written) + self.count(Source::Rpdo) > 0;
         self.permits(shown, Direction::Download, READ_ONLY)
     }
 
-    /// What was done is permitted, though it may have been refused before: a mapping cannot be written while its PDO is
-    /// in use.
+    /// Returns whether an access is permitted. A successful one is, even if it was refused before: a mapping cannot be
+    /// written while its PDO is in use.
     fn permits(&self, shown: bool, direction: Direction, code: u32) -> Option<bool> {
         if shown {
             return Some(true);
@@ -206,13 +207,13 @@ impl Object {
         self.aborted.iter().any(|one| one.direction == direction && one.abort.code == code).then_some(false)
     }
 
-    /// What it was configured with: the last value that was written and accepted. `None` where it was not written, and
-    /// where what is written is a command, or process data that PDOs write, too.
+    /// Returns its configured value: the last one that was written and accepted. `None` if it was not written, and for
+    /// commands and process data that PDOs also write.
     pub fn configured(&self, mux: Mux) -> Option<&Held> {
         self.written.as_ref().filter(|_| !is_command(mux) && self.count(Source::Rpdo) == 0)
     }
 
-    /// The access of a description that both together are; `r`, `w`: the other one is not known.
+    /// Returns the access in the form of a description; `r`, `w`: the other one is unknown.
     pub fn access(&self) -> Option<&'static str> {
         match (self.is_readable(), self.is_writable()) {
             (Some(true), Some(true)) => Some("rw"),
@@ -224,7 +225,7 @@ impl Object {
         }
     }
 
-    /// Whether the device has it: a value was seen, or why a request was refused tells it.
+    /// Returns true if the device has it: a value was seen, or the reason of a refusal implies it.
     pub fn exists(&self) -> Option<bool> {
         let codes = || self.aborted.iter().map(|one| one.abort.code);
         if self.values() > 0 || codes().any(|code| PRESENT.contains(&(code >> 16)) && !ABSENT.contains(&code)) {
@@ -233,7 +234,7 @@ impl Object {
         codes().any(|code| ABSENT.contains(&code)).then_some(false)
     }
 
-    /// Its type, and from where that is known.
+    /// Returns its type and the source of the type.
     pub fn data_type(&self, mux: Mux) -> Option<(DataType, TypeFrom)> {
         if let Some(object) = &self.described.object {
             return Some((object.data_type()?, TypeFrom::Eds));
@@ -245,7 +246,8 @@ impl Object {
             _ => TypeFrom::Profile,
         };
         let standard = profile.data_type(mux.index, mux.sub).filter(|data_type| self.looks.fits(*data_type));
-        // Of a device of which nothing is known the objects of a drive may be others: only their size speaks for them.
+        // The objects of a device without a known profile may differ from those of a drive: only their size supports
+        // the type.
         let standard = standard.filter(|_| from != TypeFrom::Inferred || self.looks.bits().is_some());
         standard.map(|data_type| (data_type, from)).or_else(|| Some((self.looks.inferred()?, TypeFrom::Inferred)))
     }
@@ -286,8 +288,8 @@ impl Object {
     }
 }
 
-/// Whether something is done where an object is written, and nothing is configured: errors are cleared, parameters
-/// stored or restored, commands of an operating system, of a program loader or of a drive.
+/// Returns true if writing the object is a command and not configuration: it clears errors, stores or restores
+/// parameters, or controls an operating system, a program loader or a drive.
 fn is_command(Mux { index, sub }: Mux) -> bool {
     match index {
         0x1003 => sub == 0,
@@ -296,7 +298,7 @@ fn is_command(Mux { index, sub }: Mux) -> bool {
     }
 }
 
-/// Keeps a value, in the memory of the one before it where that has it.
+/// Keeps a value, in the memory of the previous one if possible.
 fn hold(place: &mut Option<Held>, content: Content<'_>, source: Source, at: FrameRef) {
     let value = match content {
         Content::None => return,
@@ -319,12 +321,12 @@ fn hold(place: &mut Option<Held>, content: Content<'_>, source: Source, at: Fram
 pub struct Node {
     /// By index and sub-index.
     pub objects: BTreeMap<Mux, Object>,
-    /// How often something was seen of an object for which there was no room.
+    /// The number of sightings of objects for which there was no room.
     pub further: u64,
 }
 
 impl Node {
-    /// The number that an object of four bytes at most was last seen to hold.
+    /// Returns the last number that an object of at most four bytes was seen to hold.
     pub fn number(&self, index: u16, sub: u8) -> Option<u32> {
         match &self.objects.get(&Mux { index, sub })?.value.as_ref()?.value {
             Value::Bytes(bytes, 1..=4) => configuration::number(bytes).and_then(|number| u32::try_from(number).ok()),
@@ -332,7 +334,7 @@ impl Node {
         }
     }
 
-    /// The text that an object was last seen to hold.
+    /// Returns the last text that an object was seen to hold.
     pub fn text(&self, index: u16, sub: u8) -> Option<&str> {
         match &self.objects.get(&Mux { index, sub })?.value.as_ref()?.value {
             Value::Bytes(bytes, _) => match od::decode(Some(DataType::VisibleString), bytes) {
@@ -352,18 +354,18 @@ pub struct Inventory {
     pub nodes: BTreeMap<(BusId, u8), Node>,
     /// PDOs by bus and identifier.
     pub pdos: BTreeMap<(BusId, CanId), Pdo>,
-    /// Nodes of which the capture shows a boot-up, and all that came behind it.
+    /// Nodes whose boot-up the capture shows, with all frames since.
     booted: BTreeSet<(BusId, u8)>,
     kept: usize,
 }
 
 impl Inventory {
-    /// Of those nodes and objects that the filter takes.
+    /// Creates an inventory of the nodes and objects that the filter accepts.
     pub fn new(filter: Filter) -> Self {
         Self { filter, ..Self::default() }
     }
 
-    /// Takes what a frame shows.
+    /// Takes a frame and its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         sighting::each(frame, events, &mut |sighting| self.take(&sighting));
         for event in events {
@@ -374,7 +376,7 @@ impl Inventory {
         }
     }
 
-    /// Takes boot-ups, also of frames that are not to be shown.
+    /// Takes boot-ups, also those of frames that are not to be shown.
     pub fn boot_ups(&mut self, events: &[Event]) {
         for event in events {
             if let What::Message(Message::BootUp { node }) = &event.what {
@@ -383,7 +385,7 @@ impl Inventory {
         }
     }
 
-    /// Frames were lost, of a bus or of all: what was written among them nobody knows.
+    /// Notes that frames of a bus, or of all, were lost: they may have contained writes.
     pub fn lost(&mut self, bus: Option<BusId>) {
         self.booted.retain(|(of, _)| bus.is_some_and(|bus| bus != *of));
     }
@@ -395,7 +397,7 @@ impl Inventory {
         }
     }
 
-    /// Whether the capture shows a boot-up of a node, and no frames were lost since.
+    /// Returns true if the capture shows a boot-up of a node and no frames were lost since.
     pub fn has_booted(&self, bus: BusId, node: u8) -> bool {
         self.booted.contains(&(bus, node))
     }
@@ -418,7 +420,7 @@ impl Inventory {
         node.objects.entry(object).or_insert_with(|| Object::new(at)).take(sighting, booted);
     }
 
-    /// Takes what is known of the nodes by now: what their objects are, and what of them is in force.
+    /// Takes the present knowledge of the nodes: descriptions of objects and their values in force.
     pub fn settle(&mut self, state: &[Bus]) {
         for ((bus, id), node) in &mut self.nodes {
             let known = state.get(usize::from(bus.0)).and_then(|bus| bus.node(*id));

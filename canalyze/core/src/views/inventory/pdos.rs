@@ -1,9 +1,8 @@
-//! The PDOs of a capture, for whoever describes its buses in another form: which identifier each has, what lies in it,
-//! and when it is sent.
+//! The PDOs of a capture, for descriptions of its buses in other forms: identifier, content and timing of each.
 //!
-//! Of each PDO on each of its identifiers that mapping is kept by which its last frame was read, unless the capture has
-//! shown another one since, and how often it has changed. What is known of the nodes at the end is added, and what was
-//! known before where there is no capture. Must not: decide what a mapping is, or judge one.
+//! For each PDO on each of its identifiers the mapping of its last frame is kept, unless the capture has shown another
+//! one since, with the number of changes. At the end, the knowledge of the nodes is added, also that from before a
+//! capture. Mappings are not decided or judged here.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,16 +15,16 @@ use crate::world::configuration::Provenance;
 use crate::world::event::{Addressed, Event, ProcessData, Signals, Unmapped, What};
 use crate::world::node::{Content, Node};
 
-/// PDOs that are kept, of all buses; all nodes of four buses cannot have more in use.
+/// Maximum number of PDOs of all buses that are kept; all nodes of four buses cannot use more.
 const MOST: usize = 8192;
-/// Objects that are kept of one multiplex PDO.
+/// Maximum number of objects of one multiplex PDO that are kept.
 const OBJECTS: usize = 1024;
-/// Where the object scanner list of a source of multiplex PDOs stands (CiA 301, 7.5.2.38).
+/// Indices of the object scanner list of a source of multiplex PDOs (CiA 301, 7.5.2.38).
 const SCANNER_LIST: std::ops::RangeInclusive<u16> = 0x1FA0..=0x1FCF;
 /// The last node-ID.
 const LAST_NODE: u8 = 127;
 
-/// A PDO on one of its identifiers: whose it is, transmit or receive, its number from 1.
+/// A PDO on one of its identifiers: its node, direction and number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Whose {
     /// The bus.
@@ -40,18 +39,18 @@ pub struct Whose {
     pub number: u16,
 }
 
-/// Which object a multiplex PDO addresses: that of a node, as its destination or as its source.
+/// The object that a multiplex PDO addresses in a node, as its destination or as its source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Address {
-    /// Of the destination; else of the source.
+    /// True for the destination, false for the source.
     pub destination: bool,
-    /// The node-ID, 0: of all nodes.
+    /// The node-ID; 0: all nodes.
     pub node: u8,
     /// The object.
     pub object: Mux,
 }
 
-/// When a PDO is sent, as far as that is known.
+/// The known timing of a PDO.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timing {
     /// Transmission type.
@@ -64,22 +63,22 @@ pub struct Timing {
     pub sync_ns: Option<i64>,
 }
 
-/// What is known of a PDO.
+/// The properties of a PDO.
 #[derive(Clone, Debug)]
 pub struct Pdo {
-    /// What its bytes are.
+    /// The content of its bytes.
     pub content: Content,
     /// The frames contradict its only known mapping, the default one of an EDS.
     pub contradicted: bool,
     /// Its frames.
     pub frames: u64,
-    /// How often it had another mapping.
+    /// The number of changes of its mapping.
     pub changes: u64,
-    /// When it is sent.
+    /// The timing.
     pub timing: Timing,
-    /// The objects of a multiplex PDO, as each lies in it.
+    /// The objects of a multiplex PDO, each with its position.
     pub objects: BTreeMap<Address, Mapped>,
-    /// How often there was no room for one more of them.
+    /// The number of objects for which there was no room.
     pub further: u64,
 }
 
@@ -117,7 +116,7 @@ impl Pdo {
     }
 }
 
-/// Whether two mappings read the same frames alike.
+/// Returns true if two mappings decode the same frames to the same values.
 fn is_same(one: &Mapping, other: &Mapping) -> bool {
     let words = |mapping: &Mapping| mapping.entries.iter().map(Mapped::word).collect::<Vec<_>>();
     one.bits == other.bits && words(one) == words(other)
@@ -128,12 +127,12 @@ fn is_same(one: &Mapping, other: &Mapping) -> bool {
 pub struct Pdos {
     /// By bus and identifier.
     pub pdos: BTreeMap<Whose, Pdo>,
-    /// How often one was met for which there was no room.
+    /// The number of PDOs for which there was no room.
     pub further: u64,
 }
 
 impl Pdos {
-    /// Takes what a frame shows.
+    /// Takes a frame and its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         for event in events {
             match &event.what {
@@ -164,7 +163,7 @@ impl Pdos {
         pdo.addresses(Address { destination: content.destination, node: content.node, object }, &data.mapping);
     }
 
-    /// Takes what is known of the nodes of a bus.
+    /// Takes the knowledge of the nodes of a bus.
     pub fn settle(&mut self, bus: BusId, state: &Bus) {
         let sync_ns = state.sync_period_ns();
         for known in (1..=LAST_NODE).filter_map(|id| state.node(id)) {
@@ -201,12 +200,12 @@ impl Pdos {
     }
 }
 
-/// Whether the capture has shown it, and it is not in doubt since.
+/// Returns true if the capture has shown it and it is not in doubt since.
 fn is_shown(from: Provenance) -> bool {
     from.frame().is_some() && !from.is_doubted()
 }
 
-/// Adds what the object scanner list of a source has: blocks of sub-indices.
+/// Adds the blocks of sub-indices in the object scanner list of a source.
 fn scanned(node: &Node, pdo: &mut Pdo) {
     for (list, entry) in SCANNER_LIST.flat_map(|list| (1..=0xFE).map(move |entry| (list, entry))) {
         let Some((word, _)) = node.value(list, entry) else { continue };

@@ -1,16 +1,16 @@
-//! What single frames and transfers show of objects: whose object, by which service, and the value.
+//! The objects and values that single frames and transfers show, with node and service.
 //!
 //! | shown by | as | whose |
 //! |---|---|---|
 //! | a transfer that is ok | `read`, `written` | the server's |
 //! | a transfer that the server has aborted | `refused` | the server's |
-//! | any other one: without an answer, given up, cut, or against the protocol | `unconfirmed` | the server's |
+//! | any other one: without a response, given up, cut, or against the protocol | `unconfirmed` | the server's |
 //! | a signal of a TPDO | `tpdo` | the producer's; by a consumer's mapping that consumer's, as `rpdo` |
 //! | a signal of an RPDO | `rpdo` | the consumer's |
-//! | an MPDO | `tpdo`; in destination address mode `rpdo` | the producer's; the addressed node's, of all nodes none's |
+//! | an MPDO | `tpdo`; in destination address mode `rpdo` | the producer's; the addressed node's; none if addressed to all nodes |
 //! | an EMCY, which carries the error register 1001h | `emcy` | the producer's |
 //!
-//! Must not: keep anything.
+//! Nothing is kept here.
 
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
@@ -23,12 +23,12 @@ use crate::world::event::{Event, Signals, What};
 /// The error register, which each EMCY carries.
 const REGISTER: Mux = Mux { index: 0x1001, sub: 0 };
 
-/// By what something of an object is seen.
+/// The service by which something of an object is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// An upload that is ok.
+    /// A successful upload.
     Read,
-    /// A download that is ok.
+    /// A successful download.
     Written,
     /// A PDO of the device.
     Tpdo,
@@ -38,7 +38,7 @@ pub enum Source {
     Emcy,
     /// A request that the device has aborted.
     Refused,
-    /// A request of which the capture shows no good end.
+    /// A request without a successful end in the capture.
     Unconfirmed,
 }
 
@@ -60,34 +60,34 @@ impl Source {
         }
     }
 
-    /// Whether the device gives a value of its own accord, or because it was asked for it.
+    /// Returns true if the device sends the value, by itself or on request.
     pub fn is_given(self) -> bool {
         matches!(self, Self::Read | Self::Tpdo | Self::Emcy)
     }
 
-    /// Whether it shows a value that the object has.
+    /// Returns true if it shows a value of the object.
     pub fn is_value(self) -> bool {
         !matches!(self, Self::Refused | Self::Unconfirmed)
     }
 }
 
-/// What shows it.
+/// The origin of a sighting.
 #[derive(Clone, Copy, Debug)]
 pub enum Shown<'a> {
     /// A transfer.
     Transfer(&'a Transfer),
     /// Bits of a PDO.
     Bits(&'a Mapped, u64),
-    /// Whole bytes of a PDO that are no number.
+    /// Whole bytes of a PDO that are not a number.
     Octets(&'a Mapped, &'a [u8]),
     /// The error register of a device of this profile.
     Register(u8, Profile),
 }
 
-/// A value, if it is one.
+/// A value, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content<'a> {
-    /// Nothing is known of it, or not all.
+    /// It is unknown, or not completely known.
     None,
     /// The first bytes, and the size in bytes.
     Bytes(&'a [u8], u64),
@@ -96,7 +96,7 @@ pub enum Content<'a> {
 }
 
 impl Content<'_> {
-    /// Its size in bytes.
+    /// Returns its size in bytes.
     pub fn size(self) -> u64 {
         match self {
             Self::None => 0,
@@ -105,7 +105,8 @@ impl Content<'_> {
         }
     }
 
-    /// Whether it is another value of the same form; of bytes as many count as are kept of the shorter one.
+    /// Returns true if it is another value of the same form; bytes are compared up to the kept length of the shorter
+    /// one.
     pub(super) fn differs(self, other: Content<'_>) -> bool {
         match (self, other) {
             (Self::Bytes(one, size), Content::Bytes(two, other)) => {
@@ -117,7 +118,7 @@ impl Content<'_> {
     }
 }
 
-/// Something is seen of an object.
+/// An observation of an object.
 #[derive(Clone, Copy, Debug)]
 pub struct Sighting<'a> {
     /// The bus.
@@ -128,14 +129,14 @@ pub struct Sighting<'a> {
     pub object: Mux,
     /// The frame that shows it; of a transfer the last one.
     pub at: FrameRef,
-    /// By what.
+    /// The service.
     pub source: Source,
-    /// What shows it.
+    /// The origin.
     pub shown: Shown<'a>,
 }
 
 impl<'a> Sighting<'a> {
-    /// What a transfer that has ended shows; `None` where its object is not known.
+    /// Returns the sighting of a transfer that has ended; `None` if its object is unknown.
     pub fn of(transfer: &'a Transfer) -> Option<Self> {
         let by_server = transfer.outcome.abort.is_some_and(|abort| abort.by == Side::Server);
         let source = match (transfer.outcome.status, transfer.direction) {
@@ -149,7 +150,7 @@ impl<'a> Sighting<'a> {
         Some(Self { bus, node, object: transfer.mux?, at: last, source, shown: Shown::Transfer(transfer) })
     }
 
-    /// The value that is seen, or that was asked for.
+    /// Returns the value that was seen, or that was requested.
     pub fn content(&self) -> Content<'a> {
         match self.shown {
             Shown::Bits(mapped, raw) => Content::Bits(raw, mapped.bits),
@@ -167,7 +168,7 @@ impl<'a> Sighting<'a> {
         }
     }
 
-    /// Whether the size of its value is known: an expedited transfer need not tell it.
+    /// Returns true if the size of its value is known: an expedited transfer need not indicate it.
     pub fn is_sized(&self) -> bool {
         match self.shown {
             Shown::Transfer(transfer) => transfer.mode != Mode::Expedited || transfer.data.size_indicated.is_some(),
@@ -184,7 +185,7 @@ impl<'a> Sighting<'a> {
     }
 }
 
-/// Hands on what a frame shows of objects, but for what ends with it as a transfer.
+/// Passes on the objects that a frame shows, except by transfers that end with it.
 pub fn each(frame: &Frame, events: &[Event], take: &mut dyn FnMut(Sighting<'_>)) {
     for event in events {
         match &event.what {

@@ -62,13 +62,13 @@ fn access_as_shown() {
     assert_eq!(access(&[written(&[1]), read(&[1])]), Some("rw"));
     assert_eq!(access(&[read(&[1]), refused(down, READ_ONLY)]), Some("ro"));
     assert_eq!(access(&[written(&[1]), refused(up, WRITE_ONLY)]), Some("wo"));
-    // What is refused by the state of the device, or as it cannot be done now, says nothing of the access.
+    // A refusal by the state of the device, or at present, does not describe the access.
     assert_eq!(access(&[read(&[1]), refused(down, 0x0800_0022)]), Some("r"));
     assert_eq!(access(&[read(&[1]), refused(down, 0x0601_0000)]), Some("r"));
-    // What was done once can be done.
+    // A successful access is permitted.
     assert_eq!(access(&[refused(down, READ_ONLY), written(&[1])]), Some("w"));
     assert_eq!(access(&[refused(down, READ_ONLY)]), None);
-    // The client's abort is no refusal.
+    // The client's abort is not a refusal.
     let given_up = transfer(down, &[1], Status::Aborted, Some((READ_ONLY, Side::Client)));
     let given_up = seen(&[given_up]);
     assert_eq!((given_up.count(Source::Unconfirmed), given_up.count(Source::Refused)), (1, 0));
@@ -82,7 +82,7 @@ fn what_there_is() {
     assert_eq!(seen(&[refused(up, 0x0609_0011)]).exists(), Some(false));
     assert_eq!(seen(&[refused(up, WRITE_ONLY)]).exists(), Some(true));
     assert_eq!(seen(&[refused(up, 0x0800_0000)]).exists(), None);
-    // A device that had it before, or has it later, has it.
+    // A device that had the object before, or has it later, has it.
     assert_eq!(seen(&[refused(up, 0x0602_0000), read(&[1])]).exists(), Some(true));
 }
 
@@ -94,12 +94,12 @@ fn an_unconfirmed_write_is_no_value() {
     assert!(matches!(&object.requested, Some(Held { value: Value::Bytes(bytes, 2), .. }) if bytes == &[7, 0]));
     assert_eq!((object.values(), object.count(Source::Unconfirmed)), (1, 1));
     assert!(seen(&[asked, written(&[7, 0])]).requested.is_none());
-    // Both sides took it as done, but it cannot have been.
+    // Both sides completed it, but the data are invalid.
     let mut bad = read(&[9, 9]);
     bad.outcome.bad = true;
     let bad = seen(&[bad]);
     assert_eq!((bad.values(), bad.value.is_none()), (0, true));
-    // What is not there as a whole is no value, though it was read.
+    // An incomplete value does not count, although it was read.
     let mut holed = read(&[9, 9]);
     holed.data.hole = true;
     let holed = seen(&[holed]);
@@ -159,7 +159,7 @@ fn sizes_and_extremes() {
     assert_eq!(extremes(&[&[5], &[7], &[6]]), [5, 7]);
     // Without a sign 1 is the least and FFh the greatest, with one 80h and 7Fh.
     assert_eq!(extremes(&[&[1], &[0x7F], &[0x80], &[0xFF], &[0x30]]), [1, 0x7F, 0x80, 0xFF]);
-    // As reals -2.5 is the least, which in either other reading lies between the others.
+    // As reals -2.5 is the least, which is between the others in either other interpretation.
     let real = |number: f32| u64::from(number.to_bits());
     let values = [-2.5_f32, -0.5, 3.0, f32::NAN].map(f32::to_le_bytes);
     let found = extremes(&[&values[0], &values[1], &values[2], &values[3]]);
@@ -179,7 +179,7 @@ fn types_by_looks() {
     assert_eq!(type_of(&[&[1]]), Some(T::Unsigned8));
     assert_eq!(type_of(&[&[1, 2, 3]]), Some(T::Unsigned24));
     assert_eq!(type_of(&[&[0xFE, 0xFF], &[3, 0]]), Some(T::Integer16));
-    // All bits may be a mask, one value alone proves nothing, and far apart they are no closer with a sign.
+    // All bits may be a mask, one value alone proves nothing, and distant values are not closer with a sign.
     assert_eq!(type_of(&[&[0xFF, 0xFF], &[0, 0]]), Some(T::Unsigned16));
     assert_eq!(type_of(&[&[0xFE, 0xFF]]), Some(T::Unsigned16));
     assert_eq!(type_of(&[&[0x00, 0x80], &[0xFF, 0x7F]]), Some(T::Unsigned16));
@@ -235,7 +235,7 @@ fn the_filter_takes_objects_too() {
 }
 
 proptest! {
-    /// Whatever comes: a value is of the type that was inferred for it.
+    /// Every value is of the type that was inferred for it.
     #[test]
     fn inferred_types_fit(values in proptest::collection::vec(proptest::collection::vec(any::<u8>(), 0..12), 1..6)) {
         let all: Vec<_> = values.iter().map(|bytes| read(bytes)).collect();

@@ -1,16 +1,16 @@
-//! What time it is, by the stamps of the frames and by what a live source says when none come.
+//! The time, by the timestamps of frames and by a live source while no frames come.
 //!
-//! Stamps of several buses may be a little out of order: then time stands. It must not read a clock.
+//! Timestamps of several buses may be a little out of order; time does not go back then. No clock is read.
 
-/// A stamp this much earlier than another one means that the clock was set back.
+/// A timestamp that is earlier by this much means that the clock was set back.
 const SET_BACK_NS: i64 = 1_000_000_000;
 
-/// The time of a capture; none without stamps.
+/// The time of a capture; `None` without timestamps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Clock {
     /// Now, in ns.
     pub(super) now_ns: Option<i64>,
-    /// The first stamp, in ns.
+    /// The first timestamp, in ns.
     pub(super) start_ns: Option<i64>,
 }
 
@@ -24,12 +24,12 @@ impl Clock {
         }
     }
 
-    /// It is `now_ns`, though no frame has come. Before the first frame there is no clock.
+    /// Advances the time without a frame. Before the first frame there is no time.
     pub(super) fn advance(&mut self, now_ns: i64) {
         self.now_ns = self.now_ns.map(|now| now.max(now_ns));
     }
 
-    /// For how long something has been, in ns.
+    /// Returns the time since a timestamp, in ns.
     pub(super) fn since(&self, ns: Option<i64>) -> Option<i64> {
         Some(self.now_ns?.saturating_sub(ns?).max(0))
     }

@@ -1,7 +1,7 @@
 //! The last findings.
 //!
-//! Of one kind on one object the first few have rows of their own; the rest is counted in the last of these, so that a
-//! fault of every cycle buries no other. Must not: judge, or forget a count.
+//! The first few of one kind on one object have rows of their own; the others are counted in the last of these, so that
+//! a fault in every cycle does not hide others. Findings are not judged here, and each is counted.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -13,16 +13,16 @@ use crate::tables::jsonl::{self, Setting};
 use crate::words::digits::put;
 use crate::words::findings;
 
-/// Rows that are kept.
+/// Maximum number of rows.
 const ROWS: usize = 500;
-/// Findings of one kind that have rows of their own.
+/// Number of findings of one kind that have rows of their own.
 const SHOWN: u64 = 10;
-/// Kinds that are told apart; findings of further ones all have rows.
+/// Maximum number of kinds that are counted; findings of further kinds all have rows.
 const KINDS: usize = 4096;
 
 type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
 
-/// A row: the object in JSON but for its count.
+/// A row: the object in JSON without its count.
 #[derive(Debug)]
 struct Row {
     json: Vec<u8>,
@@ -32,15 +32,15 @@ struct Row {
 /// The findings of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
-    /// How many of each kind, and the number of its last row.
+    /// The number of findings of each kind, and the number of its last row.
     kinds: BTreeMap<Kind, (u64, u64)>,
     rows: VecDeque<Row>,
-    /// Rows that are no longer kept.
+    /// The number of rows that are no longer kept.
     gone: u64,
 }
 
 impl Findings {
-    /// Takes a finding; gives whether it has a row of its own.
+    /// Takes a finding. Returns true if it has a row of its own.
     pub(super) fn take(&mut self, setting: Setting<'_>, finding: &Finding) -> bool {
         let expectation = finding.expectation().map(Arc::clone);
         let kind = (finding.code, finding.bus, finding.node, finding.object, expectation, finding.because_of.is_some());

@@ -1,7 +1,7 @@
-//! What has gone wrong so far, in the order in which a person reads it.
+//! The problems so far, in reading order.
 //!
-//! While the capture goes on it is what would be said if it were over now; what may still change is marked. Must not:
-//! judge, or keep anything from one snapshot to the next.
+//! While the capture continues, they are shown as if it had ended now; those that may still change are marked. Problems
+//! are not judged here, and nothing is kept between snapshots.
 
 use super::clock::Clock;
 use super::{Known, Monitor};
@@ -13,22 +13,22 @@ use crate::tables::jsonl::{self, Setting};
 use crate::words::digits::put;
 use crate::words::{Lang, incidents as words};
 
-/// Rows at most.
+/// Maximum number of rows.
 const ROWS: usize = 256;
 
-/// The incidents by now.
+/// The present incidents.
 pub(super) struct Incidents<'a> {
     clock: Clock,
-    /// As it is told while it goes on; `None` where nothing went wrong.
+    /// The diagnosis while the capture continues; `None` without problems.
     told: Option<&'a Diagnosis>,
-    /// As it would be if the capture were over now.
+    /// The diagnosis as if the capture had ended now.
     now: Option<&'a Diagnosis>,
-    /// In the order of reading, with how many causes stand above each.
+    /// In reading order, with the number of causes above each.
     order: Vec<(IncidentId, u64)>,
 }
 
 impl<'a> Incidents<'a> {
-    /// Looks at what is known.
+    /// Takes the present knowledge.
     pub(super) fn new(monitor: &Monitor, known: Known<'a>) -> Self {
         let told = known.diagnosis.filter(|one| !one.is_empty());
         let now = told.and(known.by_now);
@@ -36,7 +36,7 @@ impl<'a> Incidents<'a> {
         Self { clock: monitor.clock, told, now, order }
     }
 
-    /// Those for which there is no room.
+    /// The number of those for which there is no room.
     pub(super) fn more(&self) -> u64 {
         let beyond = self.now.map_or(0, |now| now.ledger().beyond());
         beyond + self.order.len().saturating_sub(ROWS) as u64
@@ -52,7 +52,7 @@ impl<'a> Incidents<'a> {
         put!(out; "]");
     }
 
-    /// Appends the first incident that concerns a node and is not over, or null.
+    /// Appends the first incident of a node that is not over, or null.
     pub(super) fn of_node(&self, out: &mut Vec<u8>, lang: Lang, bus: BusId, node: u8) {
         let mine = |one: &&Incident| {
             one.bus == bus && one.subject.concerns(node) && matches!(one.status, Status::Stands | Status::Unknown)
@@ -67,7 +67,7 @@ impl<'a> Incidents<'a> {
         self.order.iter().filter_map(|(id, depth)| Some((self.now?.ledger().by_id(*id)?, *depth)))
     }
 
-    /// Whether more of the capture may change what is said of it.
+    /// Returns true if the rest of the capture may change it.
     fn is_provisional(&self, one: &Incident) -> bool {
         let settled = self.told.is_none_or(|told| told.is_settled(one, self.clock.now_ns));
         self.told.is_some_and(|told| !told.is_over()) && (one.status == Status::Unknown || !settled)

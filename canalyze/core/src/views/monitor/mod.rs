@@ -1,8 +1,7 @@
-//! A capture as a view on it shows it while it grows: buses, nodes, communication objects, SDO transfers, findings, and
-//! the last lines.
+//! The view of a growing capture: buses, nodes, communication objects, SDO transfers, findings, and the last lines.
 //!
-//! It is told of every frame with its events and keeps what holds now beside the figures of `summary`; time is that of the
-//! frames. Memory is bounded whatever comes. Must not: decode, judge, or read a clock.
+//! It takes every frame with its events and keeps the present state beside the figures of `summary`. Time is that of
+//! the frames, and memory is bounded. Nothing is decoded or judged here, and no clock is read.
 
 mod clock;
 mod findings;
@@ -45,20 +44,20 @@ use crate::world::network::Network;
 
 pub use self::trace::{Line, Wanted};
 
-/// What others know and a snapshot shows as well.
+/// Knowledge of others that a snapshot shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Known<'a> {
     /// The session's tally, as JSON.
     pub tally: &'a [u8],
-    /// What decoding knows, by bus.
+    /// The state of decoding, by bus.
     pub buses: &'a [Bus],
-    /// What has gone wrong so far, as it is told while it goes on.
+    /// The diagnosis while the capture continues.
     pub diagnosis: Option<&'a Diagnosis>,
-    /// The same as it would be if the capture were over now.
+    /// The diagnosis as if the capture had ended now.
     pub by_now: Option<&'a Diagnosis>,
 }
 
-/// What is watched of a capture.
+/// The state of a capture that is shown.
 #[derive(Debug)]
 pub struct Monitor {
     clock: Clock,
@@ -72,13 +71,13 @@ pub struct Monitor {
     trace: Trace,
     lines: Lines,
     last: FrameRef,
-    /// Words of the line at hand, and its data.
+    /// The text of the current line, and its data.
     said: Vec<u8>,
     data: Vec<u8>,
 }
 
 impl Monitor {
-    /// Nothing seen yet.
+    /// Creates an empty view.
     pub fn new(lang: Lang, network: &Arc<Network>) -> Self {
         Self {
             clock: Clock::default(),
@@ -96,8 +95,8 @@ impl Monitor {
         }
     }
 
-    /// Takes a frame of a service with what follows from it, of which it takes out the frame's own event. `shown`: the
-    /// frame passes the filter: only then it is traced.
+    /// Takes a frame of a service with its events, and removes the frame's own event from them. `shown`: the frame
+    /// passes the filter; only then it is traced.
     pub fn frame(
         &mut self,
         setting: Setting<'_>,
@@ -140,13 +139,13 @@ impl Monitor {
         } else {
             put!(&mut self.data; Spaced(frame.payload()));
         }
-        // What is not about this frame says so in a line of its own.
+        // A finding that is not about this frame has a line of its own.
         let severity = worst.iter().filter(|(_, about)| *about).map(|(severity, _)| *severity).max();
         self.trace.push(place.clone(), severity, true, &self.data, words);
         self.below(events, &place);
     }
 
-    /// What belongs to no frame at hand.
+    /// Takes events without a current frame.
     pub fn asides(&mut self, setting: Setting<'_>, events: &[Event]) {
         self.summary.asides(events);
         let mut events = events.to_vec();
@@ -157,7 +156,7 @@ impl Monitor {
         }
     }
 
-    /// A finding about the capture, which belongs to no frame.
+    /// Takes a finding about the capture, which belongs to no frame.
     pub fn finding(&mut self, setting: Setting<'_>, finding: &Finding) {
         self.summary.finding(finding);
         let Finding { at, bus, node, .. } = *finding;
@@ -168,7 +167,7 @@ impl Monitor {
         self.below(&events, &place);
     }
 
-    /// What the capturing program says of itself.
+    /// Takes a report of the capturing program.
     pub fn marker(&mut self, marker: &Marker) {
         self.summary.marker(marker);
         match marker {
@@ -178,7 +177,7 @@ impl Monitor {
         }
     }
 
-    /// A bus is away for a while, and may have had frames meanwhile.
+    /// Notes that a bus is away for a while and may have frames meanwhile.
     pub fn gap(&mut self, bus: BusId, away: bool) {
         self.summary.gap(bus);
         self.objects.lost(bus);
@@ -187,33 +186,33 @@ impl Monitor {
         }
     }
 
-    /// A file with frames is over; so many of its lines or records cannot be read.
+    /// Takes the end of a file with frames, and the number of its unreadable lines or records.
     pub fn end_of_file(&mut self, unreadable: u64) {
         self.summary.file(unreadable);
     }
 
-    /// It is `now_ns` on the clock of the frames.
+    /// Advances the time to `now_ns` on the clock of the frames.
     pub fn advance(&mut self, now_ns: i64) {
         self.clock.advance(now_ns);
     }
 
-    /// All that a view shows but the trace, as one JSON object: its keys stand at the head of `snapshot.rs`.
+    /// Returns the view without the trace as one JSON object; its keys are documented in `snapshot.rs`.
     pub fn snapshot(&self, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
         snapshot::snapshot(self, setting, known)
     }
 
-    /// What is known of one node, as one JSON object: its keys stand at the head of `page.rs`.
+    /// Returns the page of one node as one JSON object; its keys are documented in `page.rs`.
     pub fn page(&self, setting: Setting<'_>, known: &[Bus], (bus, node): (BusId, u8)) -> Vec<u8> {
         self.identity.page(setting, known.get(usize::from(bus.0)), (bus, node))
     }
 
-    /// Lines of the trace, oldest first.
+    /// Returns lines of the trace, oldest first.
     pub fn trace(&self, wanted: Wanted<'_>, buses: &Buses, clock: filter::Clock) -> Vec<Line> {
         self.trace.lines(wanted, buses, clock)
     }
 
-    /// Takes transfers and findings. Of the events those findings are taken out that are only counted. Gives the
-    /// severities of all findings that stand at the frame at hand, each with whether it is about that frame.
+    /// Takes transfers and findings, and removes findings that are only counted. Returns the severities of all findings
+    /// at the current frame, each with true if it is about that frame.
     fn follow(
         &mut self,
         setting: Setting<'_>,
@@ -244,7 +243,7 @@ impl Monitor {
         found
     }
 
-    /// Traces the lines below a frame's own one, or of no frame.
+    /// Traces the lines below a frame's own one, or without a frame.
     fn below(&mut self, events: &[Event], place: &Place) {
         for event in events.iter().filter(|event| !is_own(&event.what)) {
             self.said.clear();
@@ -261,7 +260,7 @@ impl Monitor {
         }
     }
 
-    /// The place of a line that is about no frame.
+    /// Returns the place of a line without a frame.
     fn nowhere(&self, bus: BusId, node: Option<u8>) -> Place {
         let FrameRef { no, .. } = self.last;
         Place {
@@ -283,7 +282,7 @@ impl Monitor {
     }
 }
 
-/// The object that a frame's own event is about, and those that are mapped into it.
+/// Returns the object that a frame's own event is about, and its mapped objects.
 fn objects(own: &Event) -> (Option<Mux>, Option<Arc<Mapping>>) {
     match &own.what {
         What::Sdo(step) => (step.mux.or(step.command.mux()), None),
@@ -308,7 +307,7 @@ fn wire(wires: &mut Vec<Wire>, bus: BusId, act: impl FnOnce(&mut Wire)) {
     }
 }
 
-/// Whether it is what a frame itself says.
+/// Returns true if an event is the frame's own.
 fn is_own(what: &What) -> bool {
     matches!(what, What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_))
 }

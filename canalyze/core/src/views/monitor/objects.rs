@@ -1,7 +1,7 @@
 //! The communication objects of all buses: a line for each identifier, with its last frame.
 //!
-//! Data frames and remote frames of an identifier are two lines, all error frames of a bus are one. Must not: judge,
-//! or write words.
+//! Data frames and remote frames of an identifier are two lines, all error frames of a bus are one. Nothing is judged,
+//! and no words are written here.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,24 +12,24 @@ use crate::sdo::wire::Side;
 use crate::wire::message::Message;
 use crate::world::event::{Event, What};
 
-/// Lines that are kept; further identifiers are only counted.
+/// Maximum number of lines; further identifiers are only counted.
 pub(super) const OBJECTS: usize = 4096;
-/// Lines of 29-bit identifiers without a meaning among them.
+/// Maximum number of lines of 29-bit identifiers without a meaning.
 const FOREIGN: usize = 1024;
-/// Further identifiers that are counted apart.
+/// Maximum number of further identifiers that are counted apart.
 const FURTHER: usize = 65_536;
-/// Times from one frame to the next of which period and jitter are made.
+/// Number of intervals from which period and jitter are computed.
 const GAPS: usize = 16;
-/// Time in ns that a rate looks back.
+/// Length of the time window of a rate, in ns.
 const RATE_NS: i64 = 2_000_000_000;
-/// Time in ns for which a byte counts as changed.
+/// Time for which a byte counts as changed, in ns.
 const CHANGED_NS: i64 = 1_000_000_000;
-/// Time in ns for which a finding marks the line.
+/// Time for which a finding marks the line, in ns.
 const MARKED_NS: i64 = 10_000_000_000;
 /// 11-bit identifiers.
 const IDS: usize = 2048;
 
-/// Which line.
+/// The key of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Key {
     /// The bus.
@@ -40,7 +40,7 @@ pub(super) struct Key {
     pub(super) form: Form,
 }
 
-/// What the frames of a line are.
+/// The type of the frames of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Form {
     Data,
@@ -59,14 +59,14 @@ impl Key {
     }
 }
 
-/// What a line is called.
+/// The label of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Label {
     /// A PDO: transmit, number.
     Pdo(bool, u16),
     /// An SRDO: number, inverted.
     Srdo(u8, bool),
-    /// An SDO channel, by who sends.
+    /// An SDO channel, by its sender.
     Sdo(Side),
     /// By its service.
     Service(&'static str),
@@ -99,17 +99,17 @@ pub(super) struct Object {
     pub(super) count: u64,
     pub(super) last: FrameRef,
     pub(super) rate: Recent,
-    /// The identifier of the last frame: of error frames the class.
+    /// The identifier of the last frame; for error frames the class.
     pub(super) id: CanId,
     pub(super) len: u8,
     data: [u8; 64],
     /// The annotation of the last frame, without line end.
     pub(super) text: Vec<u8>,
-    /// From when the time to the next frame counts.
+    /// The time from which the interval to the next frame counts.
     from_ns: Option<i64>,
     gaps: [i64; GAPS],
     measured: usize,
-    /// When each byte changed last; `i64::MAX` without stamps.
+    /// The time of the last change of each byte; `i64::MAX` without timestamps.
     changed: Vec<Option<i64>>,
     /// The last finding of each severity.
     marks: [Option<FrameRef>; 3],
@@ -176,7 +176,7 @@ impl Object {
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 
-    /// Whether each of these bytes has changed lately.
+    /// Returns true for each byte that has changed recently.
     pub(super) fn changed(&self, now_ns: Option<i64>) -> impl Iterator<Item = bool> {
         self.changed.iter().take(usize::from(self.len)).map(move |at| match (*at, now_ns) {
             (None, _) => false,
@@ -186,8 +186,7 @@ impl Object {
         })
     }
 
-    /// Mean of the last times from one frame to the next in ns, and by how much one of them differs from it at most,
-    /// where there are several.
+    /// Returns the mean of the last intervals in ns, and the greatest deviation from it if there are several.
     pub(super) fn period(&self) -> Option<(i64, Option<i64>)> {
         let gaps = self.gaps.get(..self.measured.min(GAPS)).filter(|gaps| !gaps.is_empty())?;
         let mean = gaps.iter().map(|gap| i128::from(*gap)).sum::<i128>() / gaps.len() as i128;
@@ -196,7 +195,7 @@ impl Object {
         Some((mean, Some(jitter).filter(|_| gaps.len() > 1)))
     }
 
-    /// The worst finding about it lately.
+    /// Returns the worst recent finding about it.
     pub(super) fn severity(&self, now_ns: Option<i64>) -> Option<Severity> {
         let lately = |mark: &Option<FrameRef>| {
             mark.is_some_and(|at| match (at.t_ns, now_ns) {
@@ -208,7 +207,7 @@ impl Object {
         worst.filter(|(_, mark)| lately(mark)).map(|(severity, _)| severity).max()
     }
 
-    /// A finding about its frame `at`.
+    /// Records a finding about its frame `at`.
     pub(super) fn mark(&mut self, severity: Severity, at: FrameRef) {
         if let Some(mark) = self.marks.get_mut(severity as usize) {
             *mark = Some(at);
@@ -221,15 +220,15 @@ impl Object {
 pub(super) struct Objects {
     all: Vec<Object>,
     places: BTreeMap<Key, usize>,
-    /// By bus and 11-bit identifier the place of its data frames: the way of nearly every frame.
+    /// The index of the data frames of each 11-bit identifier, by bus: the fast path of nearly every frame.
     by_id: Vec<Vec<u16>>,
-    /// Lines of 29-bit identifiers without a meaning.
+    /// The number of lines of 29-bit identifiers without a meaning.
     foreign: usize,
     further: BTreeSet<Key>,
 }
 
 impl Objects {
-    /// Takes a frame with its own event; gives its line, where there is one.
+    /// Takes a frame with its own event. Returns its line, if there is one.
     pub(super) fn take(&mut self, frame: &Frame, own: Option<&Event>, service: &'static str) -> Option<&mut Object> {
         let place = self.place(Key::of(frame), service)?;
         let object = self.all.get_mut(place)?;
@@ -273,7 +272,7 @@ impl Objects {
         Some(place)
     }
 
-    /// Frames of a bus were lost: no time may be measured across the gap.
+    /// Stops the measurement of times, since frames of a bus were lost.
     pub(super) fn lost(&mut self, bus: BusId) {
         for (_, place) in self.places.iter().filter(|(key, _)| key.bus == bus) {
             if let Some(object) = self.all.get_mut(*place) {
@@ -282,12 +281,12 @@ impl Objects {
         }
     }
 
-    /// All lines: by bus, 11-bit identifiers before 29-bit ones.
+    /// Returns all lines by bus, 11-bit identifiers before 29-bit ones.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&Key, &Object)> {
         self.places.iter().filter_map(|(key, place)| Some((key, self.all.get(*place)?)))
     }
 
-    /// Identifiers that have no line; beyond [`FURTHER`] of them the count stands.
+    /// Returns the number of identifiers without a line, at most [`FURTHER`].
     pub(super) fn more(&self) -> usize {
         self.further.len()
     }

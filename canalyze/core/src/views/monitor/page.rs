@@ -1,13 +1,13 @@
-//! What is known of one node beyond its row: what it is, by the objects that were read of it, and its PDOs.
+//! The page of one node: its identity, by the objects that were read of it, and its PDOs.
 //!
 //! | of | keys |
 //! |---|---|
 //! | the object | `identity pdos` |
 //! | `identity` | `index sub name text`, in the order of the objects |
-//! | `pdos` | `pdo id valid type from objects`: `from` is whence the mapping is known, null where it is not |
+//! | `pdos` | `pdo id valid type from objects`: `from` is the source of the mapping, null if it is unknown |
 //! | `objects` | `index sub name bits` |
 //!
-//! Must not: judge, or keep what was read of other objects.
+//! Nothing is judged here, and values of other objects are not kept.
 
 use std::collections::BTreeMap;
 
@@ -22,10 +22,10 @@ use crate::world::bus::Bus;
 use crate::world::dictionary::Described;
 use crate::world::node::{Content, Node, Pdo};
 
-/// Nodes of which it is kept.
+/// Maximum number of nodes whose identity is kept.
 const NODES: usize = 1024;
 
-/// What nodes are, by what was read of them.
+/// The identity of nodes, by the objects that were read of them.
 #[derive(Debug, Default)]
 pub(super) struct Identity {
     /// In JSON, by node and object.
@@ -70,7 +70,7 @@ impl Identity {
     }
 }
 
-/// Whether an object says what a device is: type, names and versions, identity.
+/// Returns true if an object identifies a device: type, names and versions, identity.
 fn is_identity(mux: Mux) -> bool {
     matches!((mux.index, mux.sub), (0x1000 | 0x1008..=0x100A, 0) | (0x1018, 1..=4))
 }

@@ -1,26 +1,27 @@
-//! How much came lately, on the clock of the frames.
+//! Recent amounts, on the clock of the frames.
 //!
-//! Ten steps that slide, so that what is past leaves whether or not a frame comes. It must not know what it counts.
+//! The window slides in ten steps, so that amounts expire even if no frame comes. The meaning of the amounts does not
+//! matter here.
 
-/// Steps of the time that is looked back upon.
+/// Number of steps of the window.
 const STEPS: i64 = 10;
 
 /// Amounts of the last steps.
 #[derive(Clone, Debug)]
 pub(super) struct Recent {
     step_ns: i64,
-    /// The number of the step at hand, counted from the clock's zero.
+    /// The number of the current step, counted from the clock's zero.
     at: i64,
     steps: [u32; STEPS as usize],
 }
 
 impl Recent {
-    /// Looks back as long as this in ns, which is at least ten.
+    /// Creates a window of this length in ns, which is at least ten.
     pub(super) fn new(length_ns: i64) -> Self {
         Self { step_ns: (length_ns / STEPS).max(1), at: i64::MIN, steps: [0; STEPS as usize] }
     }
 
-    /// Takes so much at `now_ns`. What comes a little late belongs to the step at hand.
+    /// Adds an amount at `now_ns`. A slightly late one belongs to the current step.
     pub(super) fn add(&mut self, now_ns: i64, amount: u32) {
         let step = now_ns.div_euclid(self.step_ns);
         if step > self.at || self.at.saturating_sub(step) >= STEPS {
@@ -43,7 +44,7 @@ impl Recent {
         }
     }
 
-    /// Tenths of what came a second, as it is at `now_ns` in a capture that began at `start_ns`.
+    /// Returns the amount a second in tenths at `now_ns`, in a capture that began at `start_ns`.
     pub(super) fn tenths_per_s(&self, now_ns: i64, start_ns: i64) -> u64 {
         let now = now_ns.div_euclid(self.step_ns).max(self.at);
         let oldest = now.saturating_sub(STEPS - 1);

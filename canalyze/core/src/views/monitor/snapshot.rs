@@ -1,7 +1,7 @@
-//! What a view shows at a moment, as one JSON object; all but the lines of the trace.
+//! The content of a view at a moment, without the lines of the trace, as one JSON object.
 //!
-//! Times are integers of ns, null for never and without stamps; rates have one decimal. Keys are only ever added, never
-//! renamed. It must not change anything.
+//! Times are integers of ns, null for never and without timestamps; rates have one decimal. Keys are only ever added,
+//! never renamed. Nothing is changed here.
 //!
 //! | of | keys |
 //! |---|---|
@@ -14,18 +14,17 @@
 //! | `findings` | `code severity frame t_ns bus node text count` |
 //! | `incidents` | `id kind word status provisional impact grade bus node nodes frame t_ns noticed end_frame end_ns depth cause cause_grade delay_ns text checks count` |
 //!
-//! `state` of a bus is null, `error-warning`, `error-passive` or `bus-off`; of a node as in `summary`, what it said last:
-//! `unknown` is true where the bus was away since, so that it may be any;
-//! `silent` is `heartbeat` or `guarding` where it should have been heard since and was not, else null. `emcy` is null or
-//! the last emergency `{"code","text","t_ns","active"}`, where `active` counts the errors that stand: 0 once all are
-//! taken back. `changed` has FF for a byte that changed in the last second, else 00.
-//! `jitter_ns` is by how much one of the last 16 times from frame to frame differs from their mean at most; one time
-//! alone has none. `severity` is
-//! that of the worst finding about frames of the object in the last 10 s. `count` of a finding is above 1 where more
-//! of its kind follow that have no rows of their own. `incidents` are in the order of reading, each cause before what it
-//! has caused, which has one more `depth`; while the capture goes on they are as they would be if it were over now, and
-//! those that may still change are `provisional`. `incident` of a node is null or the first that concerns it and is not
-//! over: `{"id","word","provisional"}`, where `word` says what kind it is.
+//! `state` of a bus is null, `error-warning`, `error-passive` or `bus-off`; of a node as in `summary`, the last one that it
+//! reported: `unknown` is true if the bus was away since, so that it may have changed;
+//! `silent` is `heartbeat` or `guarding` if the node should have been heard since and was not, else null. `emcy` is null or
+//! the last emergency `{"code","text","t_ns","active"}`, where `active` counts the active errors: 0 once all are
+//! cleared. `changed` has FF for a byte that changed in the last second, else 00.
+//! `jitter_ns` is the greatest deviation of the last 16 intervals from their mean; a single interval has none. `severity`
+//! is that of the worst finding about frames of the object in the last 10 s. `count` of a finding is above 1 if it
+//! represents more of its kind that have no rows of their own. `incidents` are in reading order, each cause before its
+//! consequences, which have one more `depth`; while the capture continues they are as if it had ended now, and those
+//! that may still change are `provisional`. `incident` of a node is null or the first one about it that is not over:
+//! `{"id","word","provisional"}`, where `word` is its kind.
 
 use super::incidents::Incidents;
 use super::objects::{Form, Key, Label, Object};
@@ -43,7 +42,7 @@ use crate::words::digits::{Hex, Joined, put};
 use crate::words::{Lang, escape, terms};
 use crate::world::bus::Bus;
 
-/// Transfers that run and are listed.
+/// Maximum number of running transfers that are listed.
 const RUNNING: usize = 256;
 
 /// Writes the object.
@@ -78,7 +77,7 @@ pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>
     out
 }
 
-/// What everything is written from.
+/// The sources of a snapshot.
 struct View<'a> {
     monitor: &'a Monitor,
     setting: Setting<'a>,
@@ -103,7 +102,7 @@ impl View<'_> {
             put!(out; ",\"bit_rate\":");
             jsonl::number_or_null(out, bit_rate.map(u64::from));
             put!(out; ",\"load_percent\":");
-            // Tenths of bits a second over bits a second are tenths, too.
+            // Tenths of bits a second divided by bits a second are tenths, too.
             let percent = bits.zip(bit_rate).map(|(bits, rate)| bits.saturating_mul(100) / u64::from(rate.max(1)));
             tenths_or_null(out, percent);
             put!(out; ",\"error_frames\":", counted.map_or(0, |bus| bus.errors));
@@ -165,8 +164,9 @@ impl View<'_> {
         put!(out; "}");
     }
 
-    /// The state of a drive; of several axes with their numbers. What it reported last holds no more once its node is lost,
-    /// unless it was reported when the next heartbeat was overdue already: the node goes on without them.
+    /// Writes the state of a drive; of several axes with their numbers. The last reported state is dropped once its
+    /// node is lost, unless it was reported when the next heartbeat was already overdue: then the node continues
+    /// without heartbeats.
     fn drive(&self, out: &mut Vec<u8>, known: Option<&Bus>, node: u8, live: &Live, silent: bool) {
         let period = known.and_then(|bus| bus.heartbeat_period(node));
         let holds = |at: FrameRef| {
@@ -240,7 +240,7 @@ impl View<'_> {
         }
     }
 
-    /// Tenths of what came a second lately; `None` without stamps.
+    /// Returns the recent amount a second in tenths; `None` without timestamps.
     fn lately(&self, recent: &super::recent::Recent) -> Option<u64> {
         let clock = &self.monitor.clock;
         Some(recent.tenths_per_s(clock.now_ns?, clock.start_ns?))

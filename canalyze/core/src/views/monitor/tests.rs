@@ -1,4 +1,4 @@
-//! What a view shows of small captures, through a whole session.
+//! The view of small captures, through a whole session.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
@@ -27,7 +27,7 @@ fn feed(session: &mut Session, text: &str) {
     assert!(out.is_empty());
 }
 
-/// Nothing more comes: what waited for a whole line, or for the frames behind it, comes out.
+/// Ends the input: pending lines and frames are processed.
 fn end(session: &mut Session) {
     session.end(false, &mut Vec::new());
     session.rest(&mut Vec::new());
@@ -37,12 +37,12 @@ fn shot(session: &mut Session) -> Value {
     serde_json::from_slice(&session.snapshot()).unwrap()
 }
 
-/// Frames with their time in ms, as `ID#DATA`.
+/// Formats frames with their time in ms, as `ID#DATA`.
 fn log(frames: &[(u64, &str)]) -> String {
     frames.iter().map(|(ms, frame)| format!("({}.{:06}) can0 {frame}\n", 100 + ms / 1000, ms % 1000 * 1000)).collect()
 }
 
-/// What is shown once these frames were read.
+/// Returns the snapshot after these frames.
 fn seen(frames: &[(u64, &str)]) -> Value {
     let mut session = session(Some(500_000));
     feed(&mut session, &log(frames));
@@ -100,7 +100,7 @@ fn time_goes_on_without_frames() {
     assert_eq!(after["nodes"][0]["heartbeat_age_ns"], 4_300_000_000u64);
     assert_eq!((&after["nodes"][0]["frames_per_s"], &after["buses"][0]["load_percent"]), (&json!(0.0), &json!(0.0)));
     assert_eq!(object(&after, "705")["rate"], json!(0.0));
-    // It was missed, but no frame has shown that: nothing is marked.
+    // The heartbeat was missed, but no frame has shown that: nothing is marked.
     assert_eq!((&after["findings"][0]["code"], &after["nodes"][0]["findings"]["error"]), (&json!("HBT005"), &json!(0)));
     assert_eq!(object(&after, "705")["severity"], Value::Null);
     session.advance(1, &mut Vec::new());
@@ -112,16 +112,16 @@ fn a_node_that_is_no_longer_heard_is_silent() {
     let silent = |frames: &[(u64, &str)]| seen(frames)["nodes"][0]["silent"].clone();
     let beats: Vec<_> = (0..8).map(|no| (no * 100, "705#05")).collect();
     let then = |more: &[(u64, &'static str)]| silent(&[&beats[..], more].concat());
-    // 700 ms + three periods and what stamps are off by.
+    // 700 ms + three periods and the tolerance of timestamps.
     assert_eq!(then(&[(1_000, "185#00")]), Value::Null);
     assert_eq!(then(&[(800, "185#00"), (900, "185#00"), (1_000, "185#00"), (1_100, "185#00")]), json!("heartbeat"));
     assert_eq!(then(&[(1_100, "185#00"), (1_110, "705#05")]), Value::Null);
-    // It was told to reset: no heartbeat is due.
+    // It was commanded to reset: no heartbeat is due.
     assert_eq!(then(&[(750, "000#8105"), (1_200, "185#00")]), Value::Null);
-    // Nobody knows how often one heartbeat is to come.
+    // The period is unknown after one heartbeat.
     assert_eq!(silent(&[(0, "705#05"), (5_000, "185#00")]), Value::Null);
 
-    // The whole bus is silent: no verdict, but the node has not been heard all the same.
+    // The whole bus is silent: there is no verdict, but the node is still silent.
     let mut session = session(None);
     feed(&mut session, &log(&beats));
     end(&mut session);
@@ -357,7 +357,7 @@ fn a_filter_leaves_the_state_alone() {
     assert!(numbers(&lines(&session, "", "", None, 9, true)).iter().all(|no| *no == 2));
 }
 
-/// Lines of a capture: mostly sensible ones, so that state builds up.
+/// Lines of a capture, most of them valid, so that state builds up.
 fn line() -> impl Strategy<Value = String> {
     let ids = prop_oneof![
         Just("000".to_owned()),
@@ -415,7 +415,7 @@ proptest! {
     }
 }
 
-/// Node 5 is silent after 2 s, and node 6 goes on until 3 s; it ends as it is at `until_ms` without a frame.
+/// Node 5 is silent after 2 s, and node 6 continues until 3 s; the capture ends at `until_ms` without a frame.
 fn lost(until_ms: Option<i64>) -> Value {
     let beats = (0..30u64).flat_map(|beat| {
         let five = (beat < 20).then_some((beat * 100, "705#05"));
@@ -440,7 +440,7 @@ fn what_goes_wrong_is_shown_while_it_goes_on_and_may_change_until_its_cause_is_k
     assert_eq!((of("frame"), of("end_frame"), of("provisional")), (json!(39), json!(null), json!(true)));
     assert_eq!(shot["nodes"][0]["incident"]["word"], "node silent");
     assert_eq!((&shot["nodes"][1]["incident"], &shot["incidents_more"]), (&json!(null), &json!(0)));
-    // No frame comes any more, and the other one is late by now, too.
+    // No further frame comes, and the other node is late by now, too.
     let later = lost(Some(103_200));
     assert_eq!(later["incidents"].as_array().unwrap().len(), 1);
     let silent = lost(Some(110_000));

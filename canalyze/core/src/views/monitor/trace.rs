@@ -1,7 +1,7 @@
-//! The last lines, in words as they were when they came: what a view scrolls and searches through.
+//! The last lines with their words at the time, for scrolling and searching.
 //!
-//! Lines are put together once; a page of them goes at a time, so nothing is allocated line by line. Must not: decode,
-//! or filter by itself.
+//! Lines are formatted once, and a page of them is dropped at a time, so nothing is allocated line by line. Nothing is
+//! decoded here.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,21 +15,21 @@ use crate::views::filter::{Clock, Filter, Subject};
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::digits::{Hex, put};
 
-/// Lines that are kept at least, once so many have come.
+/// Number of lines that are kept at least, once as many have come.
 const LINES: usize = 50_000;
-/// Most bytes of their words.
+/// Maximum number of bytes of their words.
 const BYTES: usize = 32 << 20;
-/// Lines of a page.
+/// Number of lines of a page.
 const PAGE: usize = 512;
-/// Bytes of a page, after which the next one begins.
+/// Number of bytes of a page after which the next one begins.
 const PAGE_BYTES: usize = 64 << 10;
 
 /// One line as it is shown.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Line {
-    /// Number of the frame; of a line about none, that of the last frame before it.
+    /// Number of the frame; for a line without a frame, that of the last frame before it.
     pub frame: u64,
-    /// The worst finding of the frame, or the finding that the line says; `""` for none.
+    /// The worst finding of the frame, or the finding of the line; `""` for none.
     pub severity: &'static str,
     /// Time in ns.
     pub t_ns: Option<i64>,
@@ -39,26 +39,26 @@ pub struct Line {
     pub id: String,
     /// The data as candump writes them.
     pub data: String,
-    /// What is said.
+    /// The text.
     pub text: String,
 }
 
-/// What of a line is asked for.
+/// A request for lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted<'a> {
-    /// Which frames.
+    /// The filter of frames.
     pub filter: &'a Filter,
-    /// What a line must contain, in any case of ASCII letters.
+    /// Text that a line must contain; the case of ASCII letters does not matter.
     pub search: &'a str,
     /// The frame with whose last line they end, or with whose first line they begin.
     pub frame: Option<u64>,
-    /// How many at most.
+    /// Maximum number of lines.
     pub rows: usize,
     /// They end there, instead of beginning there.
     pub back: bool,
 }
 
-/// What of a frame filters ask for.
+/// The properties of a frame that filters use.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     pub(super) frame: u64,
@@ -72,11 +72,11 @@ pub(super) struct Place {
     pub(super) object: Option<Mux>,
     /// Those that are mapped into it.
     pub(super) mapping: Option<Arc<Mapping>>,
-    /// The rule of the finding that it is.
+    /// The rule of the finding, if the line is one.
     pub(super) code: Option<Code>,
 }
 
-/// A line, as filters ask for it.
+/// A line in the form for filters.
 struct Asked<'a> {
     page: &'a Page,
     row: &'a Row,
@@ -118,7 +118,7 @@ struct Row {
     severity: Option<Severity>,
     /// It is the frame's own line.
     own: bool,
-    /// Where its data and its words begin in the page, and where they end.
+    /// The beginning of its data and its words in the page, and their end.
     text: [u32; 3],
 }
 
@@ -134,7 +134,7 @@ impl Page {
     }
 }
 
-/// The lines that are kept.
+/// The kept lines.
 #[derive(Debug, Default)]
 pub(super) struct Trace {
     pages: VecDeque<Page>,
@@ -173,7 +173,7 @@ impl Trace {
         self.pages.push_back(free);
     }
 
-    /// The lines that are wanted, oldest first.
+    /// Returns the requested lines, oldest first.
     pub(super) fn lines(&self, wanted: Wanted<'_>, buses: &Buses, clock: Clock) -> Vec<Line> {
         let search = wanted.search.to_ascii_lowercase();
         let finder = Finder::new(search.as_bytes());
@@ -246,7 +246,7 @@ fn id(out: &mut Vec<u8>, row: &Row) {
     }
 }
 
-/// An identifier as candump writes it; of an error frame the class with the error flag.
+/// Appends an identifier in candump's form; of an error frame the class with the error flag.
 pub(super) fn identifier(out: &mut Vec<u8>, id: CanId, error: bool) {
     let raw = u64::from(id.raw());
     if error {

@@ -1,6 +1,4 @@
-//! The SDO transfers that have ended lately.
-//!
-//! Must not: follow a transfer that runs; its channel does.
+//! The recent SDO transfers that have ended. Running transfers are followed by their channels.
 
 use std::collections::VecDeque;
 
@@ -9,9 +7,9 @@ use crate::tables::jsonl::{self, Setting};
 use crate::words::digits::put;
 use crate::words::transferred;
 
-/// Transfers that are kept.
+/// Maximum number of transfers that are kept.
 const DONE: usize = 200;
-/// Most bytes of a value that is shown.
+/// Maximum number of bytes of a value that is shown.
 const VALUE: usize = 256;
 
 /// The transfers of a capture.

@@ -1,6 +1,5 @@
-//! What is watched of a bus and its nodes beyond the figures of `summary`: what holds now, not what was.
-//!
-//! Must not: judge, or write words.
+//! The present state of a bus and its nodes, beyond the figures of `summary`. Nothing is judged, and no words are
+//! written here.
 
 use super::recent::Recent;
 use crate::bytes::frame::{Frame, Kind};
@@ -11,9 +10,9 @@ use crate::words::profiles::Profile;
 use crate::world::event::{Event, What};
 use crate::world::node::PerNode;
 
-/// Time in ns that the load looks back.
+/// Length of the time window of the load, in ns.
 const LOAD_NS: i64 = 1_000_000_000;
-/// Time in ns that rates look back.
+/// Length of the time window of rates, in ns.
 const RATE_NS: i64 = 2_000_000_000;
 /// Bits of byte 1 of an error frame: warning level, passive level (received and sent frames), back to active.
 const WARNING: u8 = 0x0C;
@@ -22,10 +21,10 @@ const ACTIVE: u8 = 0x40;
 /// Error counters from which the controller is at the warning level, and error passive (ISO 11898-1).
 const WARNING_FROM: u8 = 96;
 const PASSIVE_FROM: u8 = 128;
-/// Emergency error codes up to here take errors back.
+/// Emergency error codes up to here clear errors.
 const RESET: u16 = 0xFF;
 
-/// How the listening controller stands, by its error frames.
+/// The state of the listening controller, by its error frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ErrorState {
     Warning,
@@ -43,7 +42,7 @@ impl ErrorState {
         }
     }
 
-    /// What a frame says of it; `None` where it says nothing.
+    /// Returns the state that a frame reports; `None` if it reports nothing.
     fn of(frame: &Frame) -> Option<Option<Self>> {
         let class = error_frame::class(frame);
         let has = |bit| class & bit != 0;
@@ -67,13 +66,13 @@ impl ErrorState {
 /// The last emergency.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Emergency {
-    /// The last error code that was reported and not taken back; where all are, the last of them.
+    /// The last error code that was reported and not cleared; if all are, the last of them.
     pub(super) code: u16,
-    /// By which it has its meaning.
+    /// The profile that defines its meaning.
     pub(super) profile: Profile,
-    /// When it was reported, in ns.
+    /// The time of the report, in ns.
     pub(super) t_ns: Option<i64>,
-    /// Errors that stand, it among them; 0: none does.
+    /// The number of active errors, including it.
     pub(super) active: usize,
 }
 
@@ -82,12 +81,12 @@ pub(super) struct Emergency {
 pub(super) struct Live {
     /// Frames of its identifiers.
     pub(super) rate: Recent,
-    /// Its last boot-up, heartbeat or answer to node guarding, in ns.
+    /// Its last boot-up, heartbeat or response to node guarding, in ns.
     pub(super) beat_ns: Option<i64>,
     pub(super) emergency: Option<Emergency>,
     /// By severity.
     pub(super) findings: [u64; 3],
-    /// The bus was away since its state was seen last: what it is now, nobody knows.
+    /// The bus was away since its state was last seen, so that it is unknown.
     pub(super) unknown: bool,
 }
 
@@ -111,7 +110,7 @@ impl Live {
                 let Some(code_now) = latest else { return self.taken_back() };
                 let before = self.emergency.filter(|before| code <= RESET && before.code == code_now);
                 let t_ns = before.map_or(t_ns, |before| before.t_ns);
-                // A list that is full no longer has the latest one.
+                // A full list does not contain the latest one any more.
                 let count = active.iter().count();
                 self.emergency = Some(Emergency { code: code_now, profile, t_ns, active: count.max(1) });
             }
@@ -119,7 +118,7 @@ impl Live {
         }
     }
 
-    /// No error stands any more; what the last one was is still shown.
+    /// Marks all errors as cleared; the last one is still shown.
     fn taken_back(&mut self) {
         if let Some(last) = &mut self.emergency {
             last.active = 0;
@@ -170,13 +169,13 @@ impl Wire {
         }
     }
 
-    /// The bus is away: its nodes may do anything meanwhile, and its controller may be restarted.
+    /// Notes that the bus is away: its nodes may change meanwhile, and its controller may be restarted.
     pub(super) fn leave(&mut self) {
         self.state = None;
         self.nodes.iter_mut().for_each(|(_, live)| live.unknown = true);
     }
 
-    /// A finding about one of its nodes.
+    /// Counts a finding about one of its nodes.
     pub(super) fn find(&mut self, node: u8, severity: Severity) {
         if let Some(count) = self.nodes.entry(node).findings.get_mut(severity as usize) {
             *count += 1;

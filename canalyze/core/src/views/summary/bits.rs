@@ -1,19 +1,19 @@
-//! How many bits a frame takes on the wire.
+//! The number of bits of a frame on the wire.
 //!
-//! Of a classic frame exactly: SOF to CRC with the stuff bits that its identifier, length, data and CRC-15 (computed
-//! here) call for, then delimiters, acknowledgement, EOF and the three bits between frames (ISO 11898-1, 10.4 and
-//! 10.5). Reserved bits are taken as 0. Of a CAN FD frame without bit rate switch likewise, with the fixed stuff bits
-//! of its CRC; with bit rate switch only the part at the nominal rate is counted, since the capture does not tell the
-//! other rate. An error frame in a capture stands for an unknown number of bits: none are counted.
+//! It is exact for a classic frame: SOF to CRC with the stuff bits of its identifier, length, data and CRC-15 (computed
+//! here), then delimiters, acknowledgement, EOF and the three bits between frames (ISO 11898-1, 10.4 and 10.5).
+//! Reserved bits count as 0. A CAN FD frame without bit rate switch is counted likewise, with the fixed stuff bits of
+//! its CRC; of one with bit rate switch only the part at the nominal rate is counted, since the capture does not
+//! contain the other rate. The bits of an error frame are unknown and not counted.
 
 use crate::bytes::frame::{Frame, Kind};
 
 /// Generator polynomial of the CRC-15 of classic frames, without its highest term.
 const POLYNOMIAL: u16 = 0x4599;
-/// Bytes that are taken at once.
+/// Number of bytes that are processed at once.
 const BYTES: usize = 4;
-/// What a byte adds to the CRC, by the number of bytes behind it: the CRC is the sum of what its bytes add, so none of those
-/// that are taken at once has to wait for the one before.
+/// Contribution of a byte to the CRC, by the number of bytes behind it. The CRC is the sum of the contributions of its
+/// bytes, so bytes that are processed at once do not wait for one another.
 static CRC15: [[u16; 256]; BYTES] = crc15();
 
 #[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
@@ -37,7 +37,8 @@ const fn crc15() -> [[u16; 256]; BYTES] {
     table
 }
 
-/// The CRC of a row of bits that ends with the lowest one. Leading zeros change nothing, as it begins with 0.
+/// Returns the CRC of a row of bits that ends with the lowest one. Leading zeros do not change it, since it begins with
+/// 0.
 fn crc(row: u128) -> u16 {
     let bytes = row.to_be_bytes();
     let (words, _) = bytes.as_chunks::<BYTES>();
@@ -54,8 +55,8 @@ const TAIL: u32 = 1 + 2 + 7 + 3;
 /// States of the stuffing: none, then runs of 1..=4 zeros, then runs of 1..=4 ones. A fifth bit is followed by its
 /// complement, which begins a run of its own.
 const STATES: usize = 9;
-/// After a state and eight more bits (its place is both in a row): the stuff bits inserted (high nibble) and the state (low
-/// nibble). There are more places than states, so that no place has to be checked.
+/// The stuff bits inserted (high nibble) and the state (low nibble) after a state and eight more bits; the index is
+/// both in a row. The table has more entries than states, so that no index has to be checked.
 static STEPS: [u8; 0x1000] = steps();
 
 #[allow(clippy::indexing_slicing, reason = "evaluated by the compiler, which refuses what is out of bounds")]
@@ -78,7 +79,7 @@ const fn steps() -> [u8; 0x1000] {
     table
 }
 
-/// The state after one more bit; 0 where it is the fifth of its kind.
+/// Returns the state after one more bit; 0 if it is the fifth of its kind.
 const fn next(state: u8, one: bool) -> u8 {
     match (state, one) {
         (1..=3, false) | (5..=7, true) => state + 1,
@@ -88,11 +89,11 @@ const fn next(state: u8, one: bool) -> u8 {
     }
 }
 
-/// Changing bits. They call for no stuff bit, nor do they alter those of a row that begins with SOF behind them: they fill
-/// its first byte.
+/// Alternating bits. They need no stuff bit and do not change those of a row that begins with SOF behind them, so they
+/// fill its first byte.
 const FILL: u128 = u128::MAX / 3;
 
-/// The stuff bits that a row of so many bits calls for, which ends with the lowest one, and whole bytes behind it.
+/// Counts the stuff bits of a row of `bits` bits, which ends with the lowest one, and of whole bytes behind it.
 fn stuff_bits(row: u128, bits: u32, behind: &[u8]) -> u32 {
     let filled = (FILL << bits | row).to_be_bytes();
     let row = filled.get(16 - bits.div_ceil(8) as usize..).unwrap_or(&filled);
@@ -103,7 +104,7 @@ fn stuff_bits(row: u128, bits: u32, behind: &[u8]) -> u32 {
     row.iter().chain(behind).fold((0, 0), follow).1
 }
 
-/// Bits of a frame on the wire, at the nominal rate, with the intermission after it.
+/// Returns the number of bits of a frame on the wire, at the nominal rate, with the intermission after it.
 pub fn on_the_wire(frame: &Frame) -> u32 {
     match frame.kind {
         Kind::Error => 0,
@@ -112,7 +113,7 @@ pub fn on_the_wire(frame: &Frame) -> u32 {
     }
 }
 
-/// SOF, identifier and the bits up to IDE or, in an extended frame, up to RTR: their value and their number.
+/// Returns SOF, identifier and the bits up to IDE or, in an extended frame, up to RTR: their value and their number.
 fn arbitration(frame: &Frame, remote: bool) -> (u64, u32) {
     let raw = u64::from(frame.id.raw());
     if frame.id.is_extended() {
@@ -154,7 +155,7 @@ fn fd(frame: &Frame, brs: bool, esi: bool) -> u32 {
     count + 8 * data.len() as u32 + stuffed + check + 1 + check / 4 + TAIL
 }
 
-/// The DLC of so many bytes.
+/// Returns the DLC of a number of bytes.
 fn fd_dlc(len: u8) -> u64 {
     match len {
         0..=8 => u64::from(len),
@@ -174,7 +175,7 @@ mod tests {
     use super::*;
     use crate::bytes::frame::CanId;
 
-    /// Bit by bit, as the standard says it.
+    /// Computes it bit by bit, as in the standard.
     fn slowly(frame: &Frame) -> u32 {
         let raw = frame.id.raw();
         let mut bits: Vec<bool> = vec![false];
@@ -225,7 +226,7 @@ mod tests {
         let mut stuffed = 0;
         for turn in 0..20_000 {
             let len = random() as usize % 9;
-            // Bytes of few kinds, so that runs are frequent.
+            // Few different bytes, so that runs are frequent.
             let payload: Vec<u8> =
                 (0..len).map(|_| [0, 0xFF, 0x0F, 0xE0, random() as u8][random() as usize % 5]).collect();
             let id = if turn % 2 == 0 { CanId::standard(random() as u16) } else { CanId::extended(random() as u32) };
@@ -244,7 +245,7 @@ mod tests {
         // No data: 34 bits stuffed, 13 more.
         let least = on_the_wire(&Frame::classic(CanId::standard(0x555), &[]));
         assert!((47..=52).contains(&least), "{least}");
-        // Zeros after each other; the bound is 98 + 24 + 13.
+        // Consecutive zeros; the bound is 98 + 24 + 13.
         let most = on_the_wire(&Frame::classic(CanId::standard(0), &[0; 8]));
         assert!((120..=135).contains(&most), "{most}");
         let mut fd = Frame::classic(CanId::standard(0x555), &[0x55; 8]);

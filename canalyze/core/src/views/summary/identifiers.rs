@@ -1,11 +1,11 @@
-//! Each CAN-ID in figures, for traffic that is not CANopen: all that can be said of it.
+//! Figures for each CAN-ID, for traffic that is not CANopen.
 
 use std::collections::BTreeMap;
 
 use super::spread::Spread;
 use crate::bytes::frame::{CanId, Frame};
 
-/// Identifiers of a bus that are told apart (invariant 6).
+/// Maximum number of identifiers of a bus that are counted apart (invariant 6).
 const TOLD_APART: usize = 1024;
 
 /// The frames of one identifier.
@@ -17,7 +17,7 @@ pub struct Identifier {
     pub interval: Spread,
     /// The least and the greatest length, in bytes.
     pub length: (u8, u8),
-    /// CANopen gives it no service, or its frames are not those of that service.
+    /// CANopen defines no service for it, or its frames are not those of that service.
     pub foreign: bool,
     last_ns: Option<i64>,
 }
@@ -53,7 +53,7 @@ impl Identifiers {
         one.last_ns = frame.t_ns;
     }
 
-    /// The frames of an identifier, or of all, are not CANopen.
+    /// Marks the frames of an identifier, or of all, as not CANopen.
     pub fn foreign(&mut self, id: Option<CanId>) {
         match id {
             Some(id) => {
@@ -65,17 +65,17 @@ impl Identifiers {
         }
     }
 
-    /// Whether nothing on the bus is CANopen.
+    /// Returns true if nothing on the bus is CANopen.
     pub fn are_foreign(&self) -> bool {
         self.foreign
     }
 
-    /// Those that are not CANopen.
+    /// Returns those that are not CANopen.
     pub fn iter(&self) -> impl Iterator<Item = (CanId, &Identifier)> {
         self.all.iter().filter(|(_, one)| self.foreign || one.foreign).map(|(id, one)| (*id, one))
     }
 
-    /// Frames were lost: no time may be measured across the gap.
+    /// Stops the measurement of times at a gap, since frames were lost.
     pub fn lost(&mut self) {
         self.all.values_mut().for_each(|one| one.last_ns = None);
     }

@@ -1,37 +1,38 @@
-//! How busy a bus is: bits and frames in all, in the busiest window, and the longest burst.
+//! The load of a bus: bits and frames in total and in the busiest window, and the longest burst.
 //!
-//! A window slides by a tenth of its length, so that its peak does not depend on where seconds begin. Nothing here
-//! knows what a frame means.
+//! A window slides by a tenth of its length, so that its peak does not depend on the start of seconds. The meaning of
+//! frames does not matter here.
 
 use crate::bytes::frame::FrameRef;
 
-/// Lengths in ns of the windows in which peaks are looked for.
+/// Lengths in ns of the windows whose peaks are measured.
 pub const WINDOWS: [i64; 2] = [1_000_000_000, 100_000_000];
 /// Steps of a window.
 const STEPS: usize = 10;
-/// Bit times between two frames, beyond the three of the intermission, that still count as back to back: stamps err.
+/// Bit times between two frames, beyond the three of the intermission, that still count as back to back, since
+/// timestamps are inexact.
 const SLACK: i64 = 20;
 
-/// How long a bit takes, in ns / 65536: a product costs less a frame than a division.
+/// The duration of a bit, in ns / 65536: a product per frame costs less than a division.
 #[derive(Clone, Copy, Debug)]
 pub struct BitTime(i64);
 
 impl BitTime {
-    /// At so many bit/s.
+    /// Returns the duration of a bit at a bit rate in bit/s.
     pub fn at(bit_rate: u32) -> Self {
         Self((1_000_000_000 << 16) / i64::from(bit_rate.max(1)))
     }
 
-    /// What so many bits take, in ns.
+    /// Returns the duration of a number of bits in ns.
     fn of(self, bits: i64) -> i64 {
         bits.saturating_mul(self.0) >> 16
     }
 }
 
-/// What a window holds at most.
+/// The maximum of a window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Peak {
-    /// How much.
+    /// The amount.
     pub amount: u64,
     /// The frame with which it was reached.
     pub at: FrameRef,
@@ -41,9 +42,9 @@ pub struct Peak {
 #[derive(Clone, Debug)]
 pub struct Window {
     step_ns: i64,
-    /// When the step at hand ends.
+    /// The end of the current step.
     end_ns: i64,
-    /// Bits and frames of the last steps; the one at hand stands at `now`.
+    /// Bits and frames of the last steps; the current one is at `now`.
     steps: [(u64, u64); STEPS],
     now: usize,
     sum: (u64, u64),
@@ -52,7 +53,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// A window of this length, of at least ten ns.
+    /// Creates a window of this length, which is at least ten ns.
     pub fn new(length_ns: i64) -> Self {
         let step_ns = (length_ns / STEPS as i64).max(1);
         Self {
@@ -66,7 +67,7 @@ impl Window {
         }
     }
 
-    /// Takes a frame of so many bits, at so many ns since the first one.
+    /// Takes a frame of `bits` bits, at `at_ns` since the first one.
     pub fn add(&mut self, at_ns: i64, bits: u64, frame: FrameRef) {
         if at_ns >= self.end_ns {
             self.slide(at_ns);
@@ -82,7 +83,7 @@ impl Window {
         }
     }
 
-    /// Bits in it, with the last frame.
+    /// Returns the number of bits in it, with the last frame.
     pub fn bits_now(&self) -> u64 {
         self.sum.0
     }
@@ -103,11 +104,11 @@ impl Window {
 /// Frames back to back.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Burst {
-    /// How many.
+    /// The number of frames.
     pub frames: u64,
     /// From the beginning of the first to the end of the last, in ns.
     pub length_ns: i64,
-    /// The first of them.
+    /// The first one.
     pub first: FrameRef,
 }
 
@@ -116,7 +117,7 @@ pub struct Burst {
 pub struct Load {
     /// Bits on the wire.
     pub bits: u64,
-    /// The same without what came with the capture's first stamp, which was sent before the time that is measured.
+    /// Bits without those of the capture's first timestamp, which were sent before the measured time.
     pub timed_bits: u64,
     /// Frames, likewise.
     pub timed_frames: u64,
@@ -142,7 +143,7 @@ impl Default for Load {
 }
 
 impl Load {
-    /// Takes a frame of so many bits, at so many ns since the capture's first frame; `None` without stamps.
+    /// Takes a frame of `bits` bits, at `at_ns` since the capture's first frame; `None` without timestamps.
     pub fn add(&mut self, bits: u32, at_ns: Option<i64>, bit_time: Option<BitTime>, frame: FrameRef) {
         self.bits += u64::from(bits);
         let Some(at_ns) = at_ns else { return };
@@ -171,14 +172,14 @@ impl Load {
         }
     }
 
-    /// Most bits, and most frames, in each of [`WINDOWS`].
+    /// The maximum number of bits, and of frames, in each of [`WINDOWS`].
     pub fn peaks(&self) -> [(i64, Peak, Peak); WINDOWS.len()] {
         let [second, tenth] = &self.windows;
         let [of_second, of_tenth] = WINDOWS;
         [(of_second, second.bits, second.frames), (of_tenth, tenth.bits, tenth.frames)]
     }
 
-    /// The longest burst of two frames or more, where the bit rate is known and there are stamps.
+    /// The longest burst of two frames or more, if the bit rate is known and there are timestamps.
     pub fn longest_burst(&self) -> Option<Burst> {
         (self.longest.frames > 1).then_some(self.longest)
     }

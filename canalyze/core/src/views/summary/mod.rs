@@ -1,7 +1,7 @@
-//! A capture in figures: each bus, node, PDO, SYNC and rule, and how good the capture itself is.
+//! A capture in figures: each bus, node, PDO, SYNC and rule, and the quality of the capture itself.
 //!
-//! It is told of every frame with its events, of markers and of unreadable lines, and keeps figures only: memory does
-//! not grow with the length of the capture. It judges nothing, and knows of the checks nothing but their findings.
+//! It takes every frame with its events, markers and unreadable lines, and keeps figures only: memory does not grow
+//! with the length of the capture. It does not judge, and uses only the findings of the checks.
 
 pub mod bits;
 pub mod identifiers;
@@ -47,7 +47,7 @@ pub const SERVICES: [&str; 15] = [
     FOREIGN,
     "error",
 ];
-/// The service of what is none.
+/// The service of frames that are not CANopen.
 const FOREIGN: &str = "foreign";
 const PDO: usize = 7;
 const SDO: usize = 8;
@@ -59,13 +59,13 @@ pub struct Capture {
     pub files: u64,
     /// Frames.
     pub frames: u64,
-    /// Frames without a stamp.
+    /// Frames without a timestamp.
     pub unstamped: u64,
     /// The first frame.
     pub first: Option<FrameRef>,
     /// The last frame.
     pub last: FrameRef,
-    /// The stamps.
+    /// The timestamps.
     pub span: Span,
     /// The longest time in ns without a frame, and the frame that ended it.
     pub pause: Option<(i64, FrameRef)>,
@@ -73,9 +73,9 @@ pub struct Capture {
     pub reordered: u64,
     /// Lines that could not be read.
     pub unreadable: u64,
-    /// Where a file itself shows that rows are left out.
+    /// Rows that a file itself shows to be left out.
     pub left_out: LeftOut,
-    /// Where a file is damaged, or ends in the middle of a record.
+    /// Damaged places of files, and ends in the middle of a record.
     pub damages: u64,
 }
 
@@ -102,25 +102,25 @@ impl Capture {
 pub struct Bus {
     /// Frames.
     pub frames: u64,
-    /// Frames sent by the capturing host, where the capture tells directions.
+    /// Frames sent by the capturing host, if the capture has directions.
     pub sent_by_host: Option<u64>,
     /// Remote frames.
     pub remote: u64,
     /// CAN FD frames.
     pub fd: u64,
-    /// CAN FD frames with bit rate switch: of these only a part is in the load.
+    /// CAN FD frames with bit rate switch, which are only partly counted in the load.
     pub fd_switched: u64,
     /// Frames with 29-bit identifiers.
     pub extended: u64,
     /// Error frames, and error markers without content.
     pub errors: u64,
-    /// How often the capturing program says that frames were lost.
+    /// The number of reports of the capturing program that frames were lost.
     pub gaps: u64,
-    /// How many frames, as it says.
+    /// The number of lost frames that it reports.
     pub dropped: u64,
     /// By [`SERVICES`].
     pub services: [u64; SERVICES.len()],
-    /// How busy it is.
+    /// Its load.
     pub load: Load,
     /// SYNC.
     pub sync: Sync,
@@ -129,7 +129,7 @@ pub struct Bus {
     /// CAN-IDs.
     pub identifiers: Identifiers,
     nodes: Vec<Option<Box<Node>>>,
-    /// The last NMT command to all nodes: it holds for those seen only later, too.
+    /// The last NMT command to all nodes, which also applies to nodes that are seen later.
     to_all: Option<(u8, FrameRef)>,
 }
 
@@ -162,7 +162,7 @@ impl Bus {
         self.nodes.iter().enumerate().filter_map(|(id, node)| Some((id as u8, node.as_deref()?)))
     }
 
-    /// Its services, where all frames but error frames are none.
+    /// Returns its services, if all frames except error frames are not CANopen.
     pub fn foreign_only(&self) -> [u64; SERVICES.len()] {
         let mut services = [0; SERVICES.len()];
         for ((name, count), slot) in SERVICES.iter().zip(self.services).zip(&mut services) {
@@ -176,7 +176,7 @@ impl Bus {
         services
     }
 
-    /// A rule was raised: what it says of a node.
+    /// Counts a finding about a node.
     fn found(&mut self, finding: &Finding) {
         let lost = matches!(finding.code, Code::Hbt002 | Code::Grd002);
         if let Some(node) = finding.node.filter(|_| lost)
@@ -219,14 +219,14 @@ impl Bus {
         self.load.add(bits::on_the_wire(frame), at_ns, bit_time, frame.reference());
     }
 
-    /// The capturing program lost so many frames: no time may be measured across the gap.
+    /// Counts lost frames, and stops the measurement of times at the gap.
     fn lost(&mut self, count: u64) {
         self.gaps += 1;
         self.dropped = self.dropped.saturating_add(count);
         self.interrupted();
     }
 
-    /// Frames are missing here: no time may be measured across.
+    /// Stops the measurement of times, since frames are missing here.
     fn interrupted(&mut self) {
         self.sync.lost();
         self.pdos.lost();
@@ -307,7 +307,7 @@ impl Bus {
     }
 }
 
-/// Whether the node that a message is about has sent it.
+/// Returns true if the node that a message is about has sent it.
 fn is_from_node(message: &Message) -> bool {
     match *message {
         Message::Emcy { .. } | Message::BootUp { .. } | Message::Heartbeat { .. } => true,
@@ -321,14 +321,14 @@ fn is_from_node(message: &Message) -> bool {
     }
 }
 
-/// What a rule has raised.
+/// The findings of a rule.
 #[derive(Clone, Copy, Debug)]
 pub struct Raised {
-    /// How often.
+    /// The number of findings.
     pub count: u64,
-    /// The first time.
+    /// The first one.
     pub first: FrameRef,
-    /// The last time.
+    /// The last one.
     pub last: FrameRef,
     /// Node-IDs concerned, as bits.
     pub nodes: u128,
@@ -351,31 +351,31 @@ fn raise(findings: &mut BTreeMap<(Code, Severity), Raised>, finding: &Finding) {
 /// The figures of a capture.
 #[derive(Debug)]
 pub struct Summary {
-    /// What was known beforehand: names, bit rate.
+    /// Data that were known beforehand: names, bit rate.
     pub network: Arc<Network>,
     /// The capture as a whole.
     pub capture: Capture,
-    /// Buses of which something was counted.
+    /// Buses with anything to count.
     pub buses: BTreeMap<BusId, Box<Bus>>,
-    /// Findings by rule; its consequences, which are only worth knowing, are counted apart.
+    /// Findings by rule; those that are only consequences have severity info and are counted apart.
     pub findings: BTreeMap<(Code, Severity), Raised>,
     bit_time: Option<BitTime>,
 }
 
 impl Summary {
-    /// Nothing counted yet.
+    /// Creates an empty summary.
     pub fn new(network: Arc<Network>) -> Self {
         let bit_time = network.bit_rate.map(BitTime::at);
         Self { network, capture: Capture::default(), buses: BTreeMap::new(), findings: BTreeMap::new(), bit_time }
     }
 
-    /// A file with frames in it is over; so many of its lines could not be read.
+    /// Takes the end of a file with frames, and the number of its unreadable lines.
     pub fn file(&mut self, unreadable: u64) {
         self.capture.files += 1;
         self.capture.unreadable += unreadable;
     }
 
-    /// Takes a frame and what it means.
+    /// Takes a frame and its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         self.capture.take(frame);
         let at_ns = frame.t_ns.and(self.capture.span.elapsed_ns);
@@ -395,7 +395,7 @@ impl Summary {
         }
     }
 
-    /// Takes what belongs to no frame at hand: transfers cut by the end of the capture, findings.
+    /// Takes events without a current frame: transfers cut by the end of the capture, findings.
     pub fn asides(&mut self, events: &[Event]) {
         for event in events {
             match &event.what {
@@ -408,7 +408,7 @@ impl Summary {
         }
     }
 
-    /// Takes a line that speaks of the capture itself.
+    /// Takes a line about the capture itself.
     pub fn marker(&mut self, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, .. } => self.bus(bus).lost(count),
@@ -421,12 +421,12 @@ impl Summary {
         }
     }
 
-    /// A bus was away: no time may be measured across the gap.
+    /// Stops the measurement of times, since a bus was away.
     pub fn gap(&mut self, bus: BusId) {
         self.bus(bus).lost(0);
     }
 
-    /// A rule was raised.
+    /// Counts a finding.
     pub fn finding(&mut self, finding: &Finding) {
         if finding.code == Code::Bus009 {
             let id = finding.measured().and_then(|measured| measured.get("id"));
@@ -437,7 +437,7 @@ impl Summary {
         raise(&mut self.findings, finding);
     }
 
-    /// The product's name in the description of a node; what is said of this bus by name counts more.
+    /// Returns the product's name in the description of a node; a description for this bus takes precedence.
     pub fn described(&self, bus: &[u8], node: u8) -> Option<&str> {
         let of_node = self.network.descriptions.iter().filter(|one| one.node == node);
         let holding = of_node.filter(|one| Network::holds(one.bus.as_ref(), bus) && !one.dictionary.device.is_empty());

@@ -1,6 +1,6 @@
-//! One node: its states, error control, SDO, EMCY, and how many frames there were.
+//! One node: its states, error control, SDO, EMCY, and its numbers of frames.
 //!
-//! It counts what events say and judges nothing. Every list is bounded; what does not fit is only counted.
+//! It counts events and does not judge. Every list is bounded; further elements are only counted.
 
 use super::spread::{Ranked, Spread};
 use crate::bytes::frame::{Frame, FrameRef};
@@ -10,21 +10,21 @@ use crate::wire::message::Message;
 use crate::words::profiles::Profile;
 use crate::world::event::{Place, Step};
 
-/// Changes of state that are listed.
+/// Maximum number of listed changes of state.
 pub const CHANGES: usize = 64;
-/// Distinct abort codes, and distinct emergency error codes, that are counted apart.
+/// Maximum number of distinct abort codes, and of emergency error codes, that are counted apart.
 pub const CODES: usize = 32;
-/// SDO requests that await their response at a time: one a channel.
+/// Maximum number of SDO requests that wait for their response at a time: one a channel.
 const PENDING: usize = 8;
-/// Characters of the manufacturer device name (1008h) that are kept.
+/// Maximum number of characters of the manufacturer device name (1008h) that are kept.
 const NAME: usize = 64;
 /// The manufacturer device name.
 const DEVICE_NAME: Mux = Mux { index: 0x1008, sub: 0 };
 
-/// The node has entered a state.
+/// A change of the node's state.
 #[derive(Clone, Copy, Debug)]
 pub struct Change {
-    /// 00 (boot-up), 04, 05, 7F, or what else error control carried.
+    /// 00 (boot-up), 04, 05, 7F, or another value of error control.
     pub state: u8,
     /// The frame that shows it.
     pub at: FrameRef,
@@ -32,20 +32,20 @@ pub struct Change {
     pub commanded: bool,
 }
 
-/// How often something with a code came.
+/// The occurrences of a code.
 #[derive(Clone, Copy, Debug)]
 pub struct Counted<K> {
-    /// The code, with what distinguishes it.
+    /// The code, with distinguishing data.
     pub code: K,
-    /// How often.
+    /// The number of occurrences.
     pub count: u64,
-    /// The first time.
+    /// The first one.
     pub first: FrameRef,
-    /// The last time.
+    /// The last one.
     pub last: FrameRef,
 }
 
-/// Counts one more; beyond [`CODES`] distinct ones nothing is kept.
+/// Counts one occurrence; beyond [`CODES`] distinct codes nothing is kept.
 fn count<K: PartialEq>(list: &mut Vec<Counted<K>>, code: K, at: FrameRef) {
     if let Some(counted) = list.iter_mut().find(|counted| counted.code == code) {
         counted.count += 1;
@@ -58,9 +58,9 @@ fn count<K: PartialEq>(list: &mut Vec<Counted<K>>, code: K, at: FrameRef) {
 /// The states of a node, by one kind of evidence.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
-    /// The last state; `None` where nothing tells.
+    /// The last state; `None` if it is unknown.
     pub state: Option<u8>,
-    /// How often a state was entered.
+    /// The number of changes of state.
     pub changes: u64,
     /// The first [`CHANGES`] of these.
     pub listed: Vec<Change>,
@@ -76,40 +76,40 @@ impl Track {
     }
 }
 
-/// What is counted of one node.
+/// The figures of one node.
 #[derive(Clone, Debug, Default)]
 pub struct Node {
     /// Frames of its identifiers, to it and from it.
     pub frames: u64,
-    /// Frames among them that it sent.
+    /// Those of them that it sent.
     pub sent: u64,
     /// Frames of its TPDOs.
     pub tpdos: u64,
     /// Frames of its RPDOs.
     pub rpdos: u64,
-    /// Its error control is lost: the state is that before.
+    /// Its error control is lost: the state is the one before the loss.
     pub lost: bool,
     /// Boot-ups.
     pub boot_ups: u64,
-    /// Heartbeats, and answers to node guarding.
+    /// Heartbeats, and responses to node guarding.
     pub heartbeats: u64,
     /// Times between them, in ns.
     pub heartbeat: Spread,
     /// Node guarding was seen.
     pub guarded: bool,
-    /// Its device profile, where an EMCY came with it.
+    /// Its device profile, if it is known from an EMCY.
     pub profile: Profile,
     /// EMCYs.
     pub emcys: u64,
-    /// By error code, with the error register of the last.
+    /// By error code, with the error register of the last one.
     pub emcy_codes: Vec<Counted<u16>>,
-    /// SDO transfers by how they ended: ok, aborted, failed, incomplete.
+    /// SDO transfers by their outcome: ok, aborted, failed, incomplete.
     pub transfers: [u64; 4],
     /// Times from a request to its response, in ns.
     pub response: Ranked,
-    /// Aborts by abort code and by who sent them.
+    /// Aborts by abort code and sender.
     pub aborts: Vec<Counted<(u32, Side)>>,
-    /// What an upload of 1008h said, where it is text.
+    /// The value of an upload of 1008h, if it is text.
     pub device_name: Option<String>,
     /// States by boot-ups and heartbeats.
     shown: Track,
@@ -120,12 +120,12 @@ pub struct Node {
 }
 
 impl Node {
-    /// Its states: what it shows itself; what it was commanded only where it sends no state of its own.
+    /// Its states: those that it shows itself; the commanded ones only if it sends no state of its own.
     pub fn states(&self) -> &Track {
         if self.heartbeats > 0 { &self.shown } else { &self.commanded }
     }
 
-    /// Frames of the bus were lost: no time may be measured across the gap.
+    /// Stops the measurement of times, since frames of the bus were lost.
     pub fn lost(&mut self) {
         self.last_heartbeat_ns = None;
         self.pending.clear();
@@ -167,7 +167,7 @@ impl Node {
         }
     }
 
-    /// An NMT command to it.
+    /// Takes an NMT command to it.
     pub fn command(&mut self, command: u8, at: FrameRef) {
         let state = match command {
             0x01 => 0x05,
@@ -180,8 +180,8 @@ impl Node {
         }
     }
 
-    /// Takes a frame of one of its SDO channels. A response is timed only where it is due and was captured after its
-    /// request; block segments that follow one another are not responses.
+    /// Takes a frame of one of its SDO channels. A response is timed only if it is due and was captured after its
+    /// request; consecutive block segments are not responses.
     pub fn sdo(&mut self, step: &Step, transfer: Option<TransferId>, at: FrameRef) {
         let Some(id) = transfer else { return };
         let place = self.pending.iter().position(|(pending, _)| *pending == id);

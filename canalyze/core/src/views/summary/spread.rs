@@ -1,15 +1,15 @@
-//! How times are spread: count, least, mean, most, standard deviation and percentiles, in memory that does not grow
-//! with their number.
+//! Distributions of times: count, least, mean, greatest, standard deviation and percentiles, in memory that does not
+//! grow with their number.
 //!
-//! Percentiles come from logarithmic buckets: each power of two of nanoseconds is cut into [`PARTS`] equal parts, and
-//! a percentile is the upper end of its bucket (never above the greatest time), so it is at most 1/32 = 3.2 % above
-//! the true one, and never below it. Negative times are the caller's to leave out.
+//! Percentiles come from logarithmic buckets: each power of two of nanoseconds is divided into [`PARTS`] equal parts,
+//! and a percentile is the upper end of its bucket (never above the greatest time). It is therefore at most 1/32 = 3.2
+//! % above the true one, and never below it. The caller has to exclude negative times.
 
 /// Parts of a power of two.
 const PARTS: u64 = 32;
 /// log2 of [`PARTS`].
 const PARTS_BITS: u32 = 5;
-/// Times up to 2^40 ns (18 minutes) have buckets of their own; all above share the last one.
+/// Times up to 2^40 ns (18 minutes) have buckets of their own; longer ones share the last one.
 const MOST_BITS: u32 = 40;
 /// log2 of the width in ns of the buckets of small times: up to 1 µs they are 32 ns wide.
 const LEAST_BITS: u32 = 5;
@@ -17,13 +17,13 @@ const LEAST_BITS: u32 = 5;
 /// Times without percentiles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spread {
-    /// How many.
+    /// The number of times.
     pub count: u64,
-    /// The least in ns; 0 where there is none.
+    /// The least in ns; 0 if there is none.
     pub min_ns: i64,
-    /// The greatest in ns; 0 where there is none.
+    /// The greatest in ns; 0 if there is none.
     pub max_ns: i64,
-    /// The first: the others are summed up as differences from it, which keeps their squares exact.
+    /// The first one: the others are summed as differences from it, which keeps their squares exact.
     first_ns: i64,
     sum: f64,
     squares: f64,
@@ -64,11 +64,11 @@ impl Spread {
 /// Times with percentiles.
 #[derive(Clone, Debug, Default)]
 pub struct Ranked {
-    /// Everything but percentiles.
+    /// All figures except percentiles.
     pub spread: Spread,
     /// Number of the first bucket that is kept.
     lowest: usize,
-    /// Buckets from there on: only as many as the times span.
+    /// The buckets from there on, as many as the times span.
     buckets: Vec<u32>,
 }
 
@@ -93,7 +93,7 @@ impl Ranked {
         }
     }
 
-    /// The time in ns that so many percent of all times do not exceed.
+    /// Returns the time in ns that `percent` percent of all times do not exceed.
     pub fn percentile_ns(&self, percent: u64) -> i64 {
         let wanted = (self.spread.count.saturating_mul(percent)).div_ceil(100).max(1);
         let mut seen = 0;
@@ -107,7 +107,7 @@ impl Ranked {
     }
 }
 
-/// The bucket of a time.
+/// Returns the bucket of a time.
 fn bucket(ns: u64) -> usize {
     let unit = ns >> LEAST_BITS;
     if unit < PARTS {
@@ -118,7 +118,7 @@ fn bucket(ns: u64) -> usize {
     (u64::from(power - PARTS_BITS + 1) * PARTS + part) as usize
 }
 
-/// The greatest time of a bucket in ns.
+/// Returns the greatest time of a bucket in ns.
 fn upper(bucket: usize) -> i64 {
     let (octave, part) = (bucket as u64 / PARTS, bucket as u64 % PARTS);
     let end = if octave == 0 { part + 1 } else { (PARTS + part + 1) << (octave - 1) };

@@ -10,7 +10,7 @@ use crate::session::{Format, Options, Session};
 use crate::words::Lang;
 use crate::world::network::Network;
 
-/// The records of a capture in `candump -l` form.
+/// Returns the records of a capture in `candump -l` form.
 fn records(text: &str, bit_rate: Option<u32>) -> Vec<Value> {
     let network = Arc::new(Network { bit_rate, ..Network::default() });
     let mut session = Session::new(Options { lang: Lang::En, format: Format::Summary, network, ..Options::default() });
@@ -25,7 +25,7 @@ fn of<'a>(records: &'a [Value], kind: &str) -> Vec<&'a Value> {
     records.iter().filter(|record| record["kind"] == kind).collect()
 }
 
-/// Frames with their time in ms, as `ID#DATA`.
+/// Formats frames with their time in ms, as `ID#DATA`.
 fn log(frames: &[(u64, &str)]) -> String {
     frames.iter().map(|(ms, frame)| format!("({}.{:06}) can0 {frame}\n", 100 + ms / 1000, ms % 1000 * 1000)).collect()
 }

@@ -1,7 +1,7 @@
-//! What comes in a rhythm: SYNC, and each PDO with its place in the SYNC cycle.
+//! Periodic traffic: SYNC, and each PDO with its position in the SYNC cycle.
 //!
-//! Times are measured between frames as they were captured; where a SYNC's late echo stands after its PDO the delay
-//! is negative, says nothing of the node, and is only counted.
+//! Times are measured between frames as they were captured. If the late echo of a SYNC is captured after its PDO, the
+//! delay is negative and does not describe the node; it is only counted.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::spread::{Ranked, Spread};
 use crate::bytes::frame::{CanId, Frame};
 use crate::world::event::Placement;
 
-/// PDOs of a bus that are told apart; further ones count only for their nodes.
+/// Maximum number of PDOs of a bus that are counted apart; further ones count only for their nodes.
 const PDOS: usize = 1024;
 /// 11-bit identifiers.
 const IDS: usize = 2048;
@@ -21,7 +21,7 @@ pub struct Sync {
     pub frames: u64,
     /// Times from one to the next, in ns.
     pub period: Ranked,
-    /// Those that carry a counter.
+    /// SYNCs with a counter.
     pub counted: u64,
     /// Least and greatest counter.
     pub counters: (u8, u8),
@@ -51,32 +51,32 @@ impl Sync {
         self.last_counter = counter;
     }
 
-    /// Frames were lost: no time may be measured across the gap.
+    /// Stops the measurement of times, since frames were lost.
     pub fn lost(&mut self) {
         self.last_ns = None;
         self.last_counter = None;
     }
 }
 
-/// Which PDO: of a node, transmit or receive seen from there, and its number.
+/// A PDO of a node: the node, true for transmit (seen from the node), and its number.
 pub type PdoKey = (u8, bool, u16);
 
 /// One PDO.
 #[derive(Clone, Debug)]
 pub struct Pdo {
-    /// Which.
+    /// The PDO.
     pub key: PdoKey,
-    /// The identifier it last came with.
+    /// Its last identifier.
     pub id: CanId,
     /// Frames.
     pub frames: u64,
     /// Times from one to the next, in ns.
     pub interval: Spread,
-    /// Those that belong to a SYNC cycle.
+    /// Frames that belong to a SYNC cycle.
     pub synchronous: u64,
     /// Times since the SYNC, in ns.
     pub delay: Ranked,
-    /// Those captured before their SYNC.
+    /// Frames that were captured before their SYNC.
     pub before_sync: u64,
     last_ns: Option<i64>,
 }
@@ -86,7 +86,7 @@ pub struct Pdo {
 pub struct Pdos {
     all: Vec<Pdo>,
     places: BTreeMap<PdoKey, usize>,
-    /// By 11-bit identifier the place of the PDO that it last carried: the way of nearly every frame.
+    /// The index of the PDO that each 11-bit identifier last carried: the fast path of nearly every frame.
     by_id: Vec<u16>,
 }
 
@@ -150,14 +150,14 @@ impl Pdos {
         Some(place)
     }
 
-    /// Frames were lost: no time may be measured across the gap.
+    /// Stops the measurement of times, since frames were lost.
     pub fn lost(&mut self) {
         for pdo in &mut self.all {
             pdo.last_ns = None;
         }
     }
 
-    /// All, by node, receive before transmit, number.
+    /// Returns all of them, by node, receive before transmit, and number.
     pub fn iter(&self) -> impl Iterator<Item = &Pdo> {
         self.places.values().filter_map(|place| self.all.get(*place))
     }

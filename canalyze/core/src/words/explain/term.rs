@@ -6,8 +6,8 @@ use crate::rules::Words;
 use crate::words::Lang;
 use crate::words::digits::{Hex, put};
 
-/// Its names with single spaces, of which the first one, in English, and the second, in Chinese, are shown; the clause; what
-/// it is; what usually goes wrong.
+/// A term: its names with single spaces (the first, in English, and the second, in Chinese, are shown); the clause; the
+/// meaning; the usual mistakes.
 type Term = (&'static [&'static str], &'static str, Words, Words);
 
 static TERMS: &[Term] = words!("glossary");

@@ -18,7 +18,7 @@ type Object = (u16, Shape, &'static str, &'static str, &'static [Part]);
 type Part = (u8, DataType, &'static str, &'static str);
 /// A kind of quantity: the profile, its first and last object.
 type Kind = (u16, u16, u16, &'static str);
-/// An emergency error code. A row whose low byte is 00 stands for the whole high byte, as in CiA 301.
+/// An emergency error code. A row whose low byte is 00 applies to the whole high byte, as in CiA 301.
 type Emergency = (u16, &'static str, &'static str);
 
 static CIA401: &[Object] = words!("cia401");
@@ -32,24 +32,24 @@ static CIA401_EMCY: &[Emergency] = words!("cia401_emcy");
 static CIA402_EMCY: &[Emergency] = words!("cia402_emcy");
 static KINDS: &[Kind] = words!("quantities");
 
-/// What an object consists of.
+/// The structure of an object.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
     /// A variable.
     Var(DataType),
-    /// Sub-index 0 counts alike ones.
+    /// An array: sub-index 0 counts elements of one type.
     Array(DataType),
-    /// Sub-index 0 counts parts of their own.
+    /// A record: sub-index 0 counts parts of different types.
     Record,
-    /// Known by name only: its types are those of the maker.
+    /// Known by name only: the manufacturer defines its types.
     Own,
 }
 
-/// A device profile by its number; 0 where none is known.
+/// A device profile by its number; 0 if it is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Profile(u16);
 
-/// What a drive has where other devices have other objects: named only where the device is known to be a drive.
+/// Objects that a drive uses differently from other devices: named only if the device is known to be a drive.
 const AMBIGUOUS: [std::ops::RangeInclusive<u16>; 3] = [0x6050..=0x6059, 0x6400..=0x64FF, 0x6503..=0x67FF];
 
 impl Profile {
@@ -60,11 +60,11 @@ impl Profile {
     /// CiA 402: drives.
     pub const DRIVE: Self = Self(402);
 
-    /// The profiles of which objects are known here.
+    /// The profiles with tables of objects.
     pub const KNOWN: [Self; 7] = [Self(401), Self(402), Self(404), Self(406), Self(410), Self(418), Self(419)];
 
-    /// By the device type (1000h). 0: it names no profile; FFFFh: it has several logical devices, whose profiles stand
-    /// elsewhere.
+    /// Returns the profile of a device type (1000h); [`Self::UNKNOWN`] if it names none (0) or has several logical
+    /// devices (FFFFh), whose profiles are in other objects.
     pub const fn of(device_type: u32) -> Self {
         match device_type as u16 {
             0 | 0xFFFF => Self::UNKNOWN,
@@ -72,17 +72,17 @@ impl Profile {
         }
     }
 
-    /// Its number, 0 where it is not known.
+    /// Its number, 0 if it is unknown.
     pub const fn number(self) -> u16 {
         self.0
     }
 
-    /// Whether its objects are read as those of a drive: it is one, or nothing says that it is not.
+    /// Returns true if its objects are read as those of a drive: it is a drive, or its profile is unknown.
     pub const fn may_be_drive(self) -> bool {
         matches!(self.0, 0 | 402)
     }
 
-    /// The index as it stands in the profile's table. The eight logical devices of a drive share their objects.
+    /// The index in the profile's table. The eight logical devices of a drive share their objects.
     const fn home(self, index: u16) -> u16 {
         if self.may_be_drive() { od::first_axis(index) } else { index }
     }
@@ -103,7 +103,7 @@ impl Profile {
         table.binary_search_by_key(&index, |row| row.0).ok().and_then(|place| table.get(place))
     }
 
-    /// The data type of an object: 1000h-1FFFh of CiA 301, 302 and 304, and what the profile has in 6000h-9FFFh.
+    /// The data type of an object: in 1000h-1FFFh by CiA 301, 302 and 304, in 6000h-9FFFh by the profile.
     pub fn data_type(self, index: u16, sub: u8) -> Option<DataType> {
         if !(0x6000..=0x9FFF).contains(&index) {
             return od::communication(index, sub);
@@ -116,16 +116,16 @@ impl Profile {
         }
     }
 
-    /// The name of an object of 6000h-9FFFh or of one of its sub-indices, in Chinese and English. Where the sub-index
-    /// has no name of its own, the object's.
+    /// The name of an object of 6000h-9FFFh or of one of its sub-indices, in Chinese and English. A sub-index without a
+    /// name of its own has the object's.
     pub fn name(self, index: u16, sub: u8) -> Option<(&'static str, &'static str)> {
         let (_, _, zh, en, parts) = self.object(index)?;
         let part = parts.iter().find(|part| part.0 == sub);
         Some(part.map_or((zh, en), |part| (part.2, part.3)))
     }
 
-    /// What kind of quantity an object holds, in machine words: signals of one kind share a plot. `None` where it is not
-    /// known.
+    /// The kind of quantity that an object holds, in machine words; signals of one kind share a plot. `None` if it is
+    /// unknown.
     pub fn kind(self, index: u16) -> Option<&'static str> {
         let (_, _, _, name, _) = self.object(index)?;
         let profile = match self.0 {
@@ -137,8 +137,8 @@ impl Profile {
         KINDS.iter().find(|row| row.0 == profile && (row.1..=row.2).contains(&index)).map(|row| row.3)
     }
 
-    /// Whether a number is rather read as bits than as a quantity: control and status words, error codes, the inputs and
-    /// outputs of a module.
+    /// Returns true if a number is read as bits rather than as a quantity: control and status words, error codes, the
+    /// inputs and outputs of a module.
     pub fn is_bit_field(self, index: u16, sub: u8) -> bool {
         if index < 0x6000 {
             return od::is_bit_field(index, sub);
@@ -151,7 +151,8 @@ impl Profile {
         }
     }
 
-    /// What an emergency error code means by the profile: the code itself, else what it is a case of.
+    /// The meaning of an emergency error code by the profile: that of the code itself, else that of the class of codes
+    /// to which it belongs.
     pub fn emergency(self, code: u16) -> Option<(&'static str, &'static str)> {
         let table = self.emergencies();
         let of = |code| table.binary_search_by_key(&code, |row| row.0).ok().and_then(|place| table.get(place));

@@ -31,7 +31,7 @@ fn every_type_has_a_name() {
     }
 }
 
-/// Types and sizes as devices of these profiles have them in their descriptions.
+/// Types and sizes as in the descriptions of devices with these profiles.
 #[test]
 fn types_as_devices_have_them() {
     let rows = [
@@ -104,7 +104,7 @@ fn a_device_type_names_the_profile() {
     assert!(Profile::of(0).may_be_drive() && Profile::DRIVE.may_be_drive() && !Profile::IO.may_be_drive());
 }
 
-/// A node that is no drive has no name of one, and a drive none of an input module.
+/// A node that is not a drive has no names of one, and a drive none of an input module.
 #[test]
 fn profiles_do_not_mix() {
     assert_eq!(Profile::IO.name(0x6041, 0), None);
@@ -132,7 +132,7 @@ fn emergencies() {
     assert_eq!(words(0, 0x3210), None);
 }
 
-/// Signals share a plot by these: a position is not a velocity, an input is not an output.
+/// Kinds separate plots: a position is not a velocity, an input is not an output.
 #[test]
 fn kinds_of_quantities() {
     let rows = [

@@ -19,17 +19,17 @@ pub static STATUSWORD: &[Row<u8>] = words!("statusword");
 /// The bits of the controlword.
 pub static CONTROLWORD: &[Row<u8>] = words!("controlword");
 
-/// The word for a state.
+/// Returns the word for a state.
 pub fn state(lang: Lang, state: State) -> &'static str {
     find(STATES, lang, state).unwrap_or_default()
 }
 
-/// The word for a command.
+/// Returns the word for a command.
 pub fn command(lang: Lang, command: Command) -> &'static str {
     find(COMMANDS, lang, command).unwrap_or_default()
 }
 
-/// The word for a mode of operation (6060h, 6061h). Every value has one.
+/// Returns the word for a mode of operation (6060h, 6061h). Every value has one.
 pub fn mode(lang: Lang, mode: i8) -> &'static str {
     find(MODES, lang, mode).unwrap_or(match mode {
         ..0 => lang.pick("制造商定义的模式", "manufacturer-specific mode"),
@@ -37,7 +37,7 @@ pub fn mode(lang: Lang, mode: i8) -> &'static str {
     })
 }
 
-/// The abbreviation of a mode that the standard defines, the same in every language: `CSP`.
+/// Returns the abbreviation of a mode that the standard defines, the same in every language: `CSP`.
 pub fn abbreviation(mode: i8) -> Option<&'static str> {
     find(MODES, Lang::En, mode)?.split_once('(')?.1.strip_suffix(')')
 }

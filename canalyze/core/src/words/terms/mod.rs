@@ -1,6 +1,6 @@
-//! Terms: what has one name in each language. Rows `(code, zh, en)`, sorted by code, complete in both.
+//! Terms with one name in each language: rows `(code, zh, en)`, sorted by code. Most are tables of `words/`.
 //!
-//! The Chinese words follow the notes' vocabulary, the English ones CiA 301's. No sentence stands here.
+//! The Chinese words follow the notes' vocabulary, the English ones CiA 301's.
 
 pub mod drive;
 pub mod error_frame;

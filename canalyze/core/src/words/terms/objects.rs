@@ -1,5 +1,5 @@
 //! Names of the standard objects: the communication profile area (CiA 301, 302, 304). Those of 6000h-9FFFh are the
-//! device profile's. The caller has to let a name from an EDS win.
+//! device profile's. A name from an EDS takes precedence, which is the caller's part.
 
 use crate::words::Lang;
 use crate::words::profiles::Profile;
@@ -11,7 +11,7 @@ type Sub = (u8, &'static str, &'static str);
 
 static OBJECTS: &[Object] = words!("objects");
 
-/// The name of an object or of one of its sub-indices. Where the sub-index has no name of its own, the object's.
+/// Returns the name of an object or of one of its sub-indices. A sub-index without a name of its own has the object's.
 pub fn object_name(lang: Lang, profile: Profile, index: u16, sub: u8) -> Option<&'static str> {
     if index >= 0x6000 {
         return profile.name(index, sub).map(|(zh, en)| lang.pick(zh, en));
@@ -34,7 +34,7 @@ mod tests {
         for (first, last, .., subs) in OBJECTS {
             sound(subs);
             for (sub, ..) in *subs {
-                // A sub-index that has a name has a type.
+                // A sub-index with a name has a type.
                 for index in [*first, *last] {
                     assert!(crate::world::od::communication(index, *sub).is_some(), "{index:04X}:{sub}");
                 }

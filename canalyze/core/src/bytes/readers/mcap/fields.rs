@@ -1,4 +1,4 @@
-//! From the fields of a message to a frame: what flags, lengths and identifiers mean when they disagree.
+//! The conversion of a message's fields to a frame, including contradictory flags, lengths and identifiers.
 
 use crate::bytes::frame::{BusId, CanId, Frame, Kind, LengthForm};
 use crate::bytes::readers::Unreadable;
@@ -7,31 +7,31 @@ const EXTENDED: u32 = 0x8000_0000;
 const REMOTE: u32 = 0x4000_0000;
 const ERROR: u32 = 0x2000_0000;
 const NUMBER: u32 = 0x1FFF_FFFF;
-/// Bytes of an FD frame by its length code 9 to 15.
+/// Lengths of FD frames for the codes 9 to 15.
 const FD_LENGTHS: [u8; 7] = [12, 16, 20, 24, 32, 48, 64];
 
 /// The fields of one message.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Fields<'a> {
-    /// ns; `None` without a stamp.
+    /// The stamp in ns, if any.
     pub(super) stamp_ns: Option<i64>,
     pub(super) id: u64,
     pub(super) ext: bool,
     pub(super) rtr: bool,
     pub(super) err: bool,
-    /// `None`: by the length.
+    /// True for an FD frame; `None` if the length decides.
     pub(super) fd: Option<bool>,
     pub(super) brs: bool,
     pub(super) esi: bool,
-    /// `None`: all of the data.
+    /// The length; `None` for all of the data.
     pub(super) len: Option<u64>,
-    /// The length may be a code, where the data are longer.
+    /// True if the length may be a code when the data are longer.
     pub(super) len_is_code: bool,
     pub(super) bus: Option<BusField<'a>>,
     pub(super) data: &'a [u8],
 }
 
-/// What a message says of its bus.
+/// The bus in a message.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum BusField<'a> {
     Name(&'a [u8]),
@@ -39,14 +39,14 @@ pub(super) enum BusField<'a> {
 }
 
 impl Fields<'_> {
-    /// The frame, without time, bus and direction.
+    /// Returns the frame without time, bus and direction.
     #[inline(always)]
     pub(super) fn frame(&self) -> Result<Frame, Unreadable> {
         let id = u32::try_from(self.id).map_err(|_| Unreadable::Identifier)?;
         let number = id & NUMBER;
         let err = self.err || id & ERROR != 0;
         let rtr = !err && (self.rtr || id & REMOTE != 0);
-        // No standard frame has such a number, whatever a driver left unset.
+        // No standard frame has such a number, even if a driver left the flag unset.
         let ext = err || self.ext || id & EXTENDED != 0 || number > 0x7FF;
         let said = self.len.unwrap_or(self.data.len() as u64);
         let (len, raw_dlc, fd) = self.length(said, err || rtr)?;
@@ -80,7 +80,7 @@ impl Fields<'_> {
         })
     }
 
-    /// Bytes, the code of a classic frame that is above 8, and whether it is an FD frame.
+    /// Returns the number of bytes, the code above 8 of a classic frame, and true for an FD frame.
     #[inline(always)]
     fn length(&self, said: u64, classic: bool) -> Result<(u8, u8, bool), Unreadable> {
         if let (0..=8, None | Some(false)) = (said, self.fd) {

@@ -1,11 +1,11 @@
-//! Message definitions as ROS has them (`ros2msg`, `ros1msg`): a text of fields, and after lines of `=` those of the
-//! types they use.
+//! Message definitions of ROS (`ros2msg`, `ros1msg`): a text of fields, and after lines of `=` those of the types that
+//! they use.
 //!
-//! Constants, defaults and comments are passed over. Must not: know what a frame is.
+//! Constants, defaults and comments are skipped.
 
 use std::collections::BTreeMap;
 
-/// A definition and those it uses, by the name of the type without `/msg/`.
+/// A definition with those it uses, by type name without `/msg/`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Definitions {
     pub(super) fields: Vec<Field>,
@@ -21,13 +21,13 @@ pub(super) struct Field {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// A number of so many bytes. `integer`: no float, no bool.
+    /// A number of `size` bytes. `integer`: not a float or bool.
     Number { size: u8, integer: bool },
     /// A text in bytes.
     Text,
-    /// A type of its own; its package before it.
+    /// Another type, with its package.
     Message(String),
-    /// What cannot be passed over.
+    /// A type of unknown size.
     Unknown,
 }
 
@@ -35,16 +35,16 @@ pub(super) enum Kind {
 pub(super) enum Many {
     One,
     Fixed(u32),
-    /// A sequence with its length before it, of at most so many.
+    /// A sequence after its length, with an optional maximum.
     Sequence(Option<u32>),
 }
 
-/// Fields of one definition that are read; a longer one is cut off.
+/// Maximum number of fields of a definition; further ones are cut off.
 const MOST_FIELDS: usize = 512;
-/// Definitions that are kept of one text.
+/// Maximum number of definitions of one text.
 const MOST_TYPES: usize = 256;
 
-/// Types that every definition may use without bringing them along.
+/// Types that every definition may use without including them.
 const BUILT_IN: &[(&str, &str)] = &[
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec"),
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec"),
@@ -53,7 +53,7 @@ const BUILT_IN: &[(&str, &str)] = &[
 const BUILT_IN_ROS1: &[(&str, &str)] = &[("std_msgs/Header", "uint32 seq\ntime stamp\nstring frame_id")];
 
 impl Definitions {
-    /// Reads a definition of a type of this name. Lines that are no field are passed over.
+    /// Parses the definition of a type of this name. Lines without a field are skipped.
     pub(super) fn read(name: &str, text: &str, ros1: bool) -> Self {
         let mut others = BTreeMap::new();
         for (name, text) in if ros1 { BUILT_IN_ROS1 } else { BUILT_IN } {
@@ -81,13 +81,13 @@ impl Definitions {
         Self { fields: own, others }
     }
 
-    /// The fields of a type that another uses.
+    /// Returns the fields of a nested type.
     pub(super) fn of(&self, name: &str) -> Option<&[Field]> {
         self.others.get(name).map(Vec::as_slice)
     }
 }
 
-/// A type's name in the form `package/Type`: without `/msg/`, DDS' decorations and blanks.
+/// Returns the name of a type in the form `package/Type`: without `/msg/`, decorations of DDS and blanks.
 pub(super) fn plain(name: &str) -> String {
     let name = name.trim().replace("::", "/").replace("/msg/dds_/", "/").replace("/msg/", "/");
     name.trim_end_matches('_').to_owned()

@@ -1,4 +1,4 @@
-//! Any expectations with any frames: nothing panics, every finding names a frame, and chunks make no difference.
+//! Any expectations with any frames: no input panics, every finding names a frame, and chunks make no difference.
 
 use std::sync::Arc;
 

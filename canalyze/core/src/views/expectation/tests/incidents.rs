@@ -3,7 +3,7 @@
 use super::{capture, check, findings};
 use crate::words::Lang;
 
-/// Heartbeats of node 5 every 100 ms but for a silence, and of node 6 all the time.
+/// Heartbeats of node 5 every 100 ms except for a silence, and of node 6 all the time.
 fn silent(from: u64, until: u64) -> String {
     let beats = (0..60).flat_map(|beat| {
         let five = (!(from..until).contains(&beat)).then(|| format!("{}.{}01 705#05", beat / 10, beat % 10));
@@ -72,7 +72,7 @@ fn where_it_comes_from() {
     check("incident", &[&from("bus-off")], &capture, &[("EXP020", last, at, 1)]);
 }
 
-/// Whether a frame comes later than 2 s.
+/// Returns true if a frame comes later than 2 s.
 fn late(frame: &str) -> bool {
     frame.split(' ').next().and_then(|seconds| seconds.parse::<f64>().ok()).is_some_and(|seconds| seconds > 2.05)
 }

@@ -43,7 +43,7 @@ fn rates() {
     signal(rate, &(pdo(0.0, 1) + &pdo(0.12, 1) + &pdo(0.22, 1)), &[("EXP008", 2, 1, 1)]);
     signal(rate, &(pdo(0.0, 1) + &pdo(0.05, 1)), &[("EXP008", 2, 1, 1)]);
     signal(rate, &(pdo(0.0, 1) + "5 706#05"), &[("EXP008", 2, 1, 1)]);
-    // Stopped by a command, or gone into another state.
+    // Stopped by a command, or in another state.
     signal(rate, &(pdo(0.0, 1) + "0.01 000#8005;5 000#0105;" + &pdo(5.01, 1)), &[]);
     signal(rate, &(pdo(0.0, 1) + "0.01 705#7F;5 706#05"), &[]);
     signal(rate, "- 185#37020000000000;- 185#37020000000000", &[("EXP015", 2, 0, 1)]);
@@ -86,7 +86,7 @@ fn of_nmt() {
     latency(nmt, "0 705#7F;0.1 000#0100;0.5 705#05", &[]);
     latency(nmt, "0 705#7F;0.1 000#0105;0.7 705#05", &[("EXP013", 3, 2, 1)]);
     latency(nmt, "0 705#7F;0.1 000#0105;0.3 705#7F;0.9 705#7F;1 705#05", &[("EXP013", 4, 2, 1)]);
-    // It was there already; it resets instead; a reset takes its time.
+    // It was in the state already; it resets instead; a reset takes its time.
     latency(nmt, "0 705#05;0.1 000#0105;0.9 705#05", &[("EXP015", 3, 0, 1)]);
     latency(nmt, "0 705#05;0.1 000#8105;0.9 705#00", &[("EXP013", 3, 2, 1)]);
     latency(nmt, "0 705#7F;0.1 000#0105;0.9 705#00", &[("EXP015", 3, 0, 1)]);
@@ -101,7 +101,7 @@ fn of_the_bus() {
     // A frame of 8 bytes takes about 1 ms at 125 kbit/s.
     load(tenth, &frames(0.004), &[]);
     load(tenth, &frames(0.0015), &[("EXP014", 52, 0, 1)]);
-    // Half a second of a full bus, with the window that is used where none is given; a tenth of a window is none.
+    // Half a second of a full bus, with the default window; a tenth of a window does not count.
     let full = |count: u32| {
         (0..count).map(|no| format!("{} 185#3702000000000001;", f64::from(no) * 0.000_97)).collect::<String>()
     };

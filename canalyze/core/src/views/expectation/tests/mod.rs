@@ -1,4 +1,4 @@
-//! Expectations of every kind, held against small captures: what is raised, and at which frame.
+//! Expectations of every kind, applied to small captures: the findings and their frames.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 
@@ -24,8 +24,8 @@ use crate::world::network::{Description, Network};
 /// expectation.
 type Raised = (String, u64, u64, u64);
 
-/// A capture in short: `0.1 705#05` or `0.1 705#05 can1`, frames apart by `;` or line ends. Without stamps the first
-/// word is `-`.
+/// Returns a capture in short form: `0.1 705#05` or `0.1 705#05 can1`, frames separated by `;` or line ends. Without
+/// timestamps the first word is `-`.
 fn capture(short: &str) -> String {
     let mut log = String::new();
     for frame in short.split([';', '\n']).map(str::trim).filter(|frame| !frame.is_empty()) {
@@ -76,7 +76,7 @@ fn network() -> Network {
     Network { descriptions: vec![Description { bus: None, node: 5, dictionary }], ..Network::default() }
 }
 
-/// All findings of a capture about expectations, as JSON.
+/// Returns all findings of a capture about expectations, as JSON.
 fn findings(expected: &str, log: &str, lang: Lang, chunk: usize) -> Vec<Value> {
     let expectations = Some(Arc::new(Expectations::read(expected).unwrap()));
     let mut session = Session::new(Options {
@@ -108,7 +108,7 @@ fn raised(rows: &[Value]) -> Vec<Raised> {
     rows.iter().map(one).collect()
 }
 
-/// Holds captures against expectations. `kind`: the list they stand in; their lines are numbered from 1.
+/// Applies expectations to captures. `kind`: their list; their lines are numbered from 1.
 fn check(kind: &str, entries: &[&str], short: &str, expected: &[(&str, u64, u64, u64)]) {
     let numbered = entries.iter().zip(1..).map(|(entry, line)| format!("{{\"line\":{line},{entry}}}"));
     let json = format!("{{\"file\":\"x.toml\",\"{kind}\":[{}]}}", numbered.collect::<Vec<_>>().join(","));

@@ -20,7 +20,7 @@ fn states_that_must_be_reached() {
     state(OPERATIONAL, "- 705#7F;- 705#05", &[]);
     state(OPERATIONAL, "0 705#7F;1 705#7F", &[("EXP005", 2, 0, 1)]);
     state(OPERATIONAL, "0 706#05;1 706#05", &[("EXP005", 2, 0, 1)]);
-    // Guarding answers show it too.
+    // Guarding responses show it too.
     state(OPERATIONAL, "0 705#R1;0.1 705#85", &[]);
     state(r#""state":"boot-up""#, "0 705#00", &[]);
     state(r#""state":"boot-up""#, "0 705#7F", &[("EXP005", 1, 0, 1)]);
@@ -36,7 +36,7 @@ fn in_time() {
     state(by, "0 705#7F;2.5 705#05;3 705#05", &[]);
     state(by, "0 705#7F;2.6 705#05;3 705#05", &[("EXP005", 2, 0, 1)]);
     state(by, "0 705#7F;3 705#7F", &[("EXP005", 2, 0, 1)]);
-    // First heard after the limit: since when, nobody knows.
+    // First seen after the limit: the time of the state is unknown.
     state(by, "0 706#05;3 705#05", &[("EXP015", 2, 0, 1)]);
     state(by, "- 705#7F;- 705#05", &[("EXP015", 2, 0, 1)]);
     state(r#""state":"boot-up","by_ns":1000000000"#, "0 706#05;3 705#00", &[("EXP005", 2, 0, 1)]);
@@ -66,7 +66,7 @@ fn drives() {
     state(enabled, "0 185#40020000000000;1 185#37020000000000", &[]);
     state(enabled, "0 185#40020000000000;1 185#40020000000000", &[("EXP005", 2, 0, 1)]);
     state(enabled, "0 605#4041600000000000;0.1 585#4B41600037020000", &[]);
-    // What is written to another object, or read of another node, is no statusword.
+    // A value written to another object, or read from another node, is not a statusword.
     state(enabled, "0 606#4041600000000000;0.1 586#4B41600037020000", &[("EXP005", 2, 0, 1)]);
     let stays = r#""drive":"operation-enabled","stays":true,"by_ns":1000000000"#;
     state(stays, "0 185#40020000000000;1 185#37020000000000;2 185#18020000000000", &[("EXP006", 3, 0, 1)]);
@@ -84,7 +84,7 @@ fn heartbeats() {
     heartbeat("0 705#05;1 705#05;2.1 705#05;3 705#05", &[]);
     heartbeat("0 705#05;1.2 705#05;2.2 705#05", &[("EXP009", 2, 1, 1)]);
     heartbeat("0 705#05;0.8 705#05;1.8 705#05", &[("EXP009", 2, 1, 1)]);
-    // Of another node in between; without any; without stamps.
+    // Another node in between; none; without timestamps.
     heartbeat("0 705#05;0.5 706#05;1 705#05;1.2 706#05", &[]);
     heartbeat("0 706#05;5 706#05", &[("EXP009", 2, 0, 1)]);
     heartbeat("- 705#05;- 705#05", &[("EXP015", 2, 0, 1)]);
@@ -92,17 +92,17 @@ fn heartbeats() {
     heartbeat("0 705#7F;0.3 705#05;1 705#05;2 705#05", &[]);
     heartbeat("0 705#7F;0.3 705#05;1.3 705#05", &[]);
     heartbeat("0 705#7F;1.3 705#05", &[("EXP009", 2, 1, 1)]);
-    // A boot-up begins anew, a reset too.
+    // A boot-up begins anew, and so does a reset.
     heartbeat("0 705#05;5 705#00;5.1 705#7F;6.1 705#7F", &[]);
     heartbeat("0 705#05;0.5 000#8105;9 706#05", &[]);
     heartbeat("0 705#05;0.5 000#8106;9 706#05", &[("EXP009", 3, 1, 1)]);
-    // Silence to the end counts, once; a capture that is cut before is none.
+    // Silence to the end counts, once; the end of an earlier capture does not.
     heartbeat("0 705#05;1 705#05;2.1 706#05", &[]);
     heartbeat("0 705#05;1 705#05;2.2 706#05;9 706#05", &[("EXP009", 4, 2, 1)]);
     // Each bus by itself.
     heartbeat("0 705#05;0.5 705#05 can1;1 705#05;1.5 705#05 can1;2 705#05", &[]);
     heartbeat("0 705#05;0.5 705#05 can1;1 705#05;2 705#05;2.5 705#05 can1", &[("EXP009", 5, 2, 1)]);
-    // Guarding answers are no heartbeats.
+    // Guarding responses are not heartbeats.
     heartbeat("0 705#R1;0.1 705#85;2 705#R1;2.1 705#05", &[("EXP009", 4, 0, 1)]);
 }
 

@@ -38,18 +38,18 @@ const THOUSAND: &str = r#","direction":"download","value":{"number":1000}"#;
 fn transfers_that_must_occur() {
     held(&[THOUSAND], &write(1.0, 1000), &[]);
     held(&[THOUSAND], "1 705#05", &[("EXP001", 1, 0, 1)]);
-    // A read is no write.
+    // A read is not a write.
     held(&[THOUSAND], &read(1.0, 1000), &[("EXP001", 2, 0, 1)]);
     held(&[r#","direction":"upload""#], &read(1.0, 1000), &[]);
     held(&[""], &write(1.0, 7), &[]);
-    // Another value: the last one, and only where the right one never comes.
+    // Another value: the last one, and only if the expected one never comes.
     held(&[THOUSAND], &(write(1.0, 7) + &write(2.0, 8) + "3 705#05"), &[("EXP003", 4, 0, 1)]);
     held(&[THOUSAND], &(write(1.0, 7) + &write(2.0, 1000)), &[]);
     held(&[THOUSAND], &(write(1.0, 1000) + &write(2.0, 7)), &[]);
-    // What another expectation asks for is not instead of it.
+    // A transfer that another expectation requires is not reported as the one that came instead.
     let zero = r#","direction":"download","value":{"number":0}"#;
     held(&[THOUSAND, zero], &(write(1.0, 0) + "3 705#05"), &[("EXP001", 3, 0, 1)]);
-    // Without stamps.
+    // Without timestamps.
     held(&[THOUSAND], "- 605#2B171000E8030000;- 585#6017100000000000", &[]);
     // Another node, another bus.
     let other = write(1.0, 1000).replace("605#", "606#").replace("585#", "586#");
@@ -104,19 +104,19 @@ fn sequences() {
         |values: &[u16]| values.iter().zip(1..).map(|(value, at)| write(f64::from(at), *value)).collect::<String>();
     held(&all, &run(&[1, 2, 3]), &[]);
     held(&all, &run(&[9, 1, 1, 8, 2, 7, 2, 3, 1]), &[]);
-    // A scan before it does no harm.
+    // A scan before it is harmless.
     held(&all, &run(&[3, 2, 1, 1, 2, 3]), &[]);
     // Out of order, and named once.
     held(&all, &run(&[1, 3, 2]), &[("EXP002", 4, 0, 3)]);
     held(&all, &run(&[2, 1, 3]), &[("EXP002", 2, 0, 2)]);
-    // One step that comes late is one fault, however many were to come after it.
+    // One late step is one fault, however many were to follow it.
     held(&all, &run(&[2, 3, 1]), &[("EXP002", 2, 0, 2)]);
     // Two faults.
     let (four, five) = (step("download", 4), step("download", 5));
     let longer = [one.as_str(), &two, &three, &four, &five];
     held(&longer, &run(&[2, 3, 4, 5, 1]), &[("EXP002", 2, 0, 2)]);
     held(&longer, &run(&[2, 1, 3, 5, 4]), &[("EXP002", 2, 0, 2), ("EXP002", 8, 0, 5)]);
-    // Missing: what comes after it is not held against it.
+    // Missing: later steps are not affected.
     held(&all, &run(&[1, 3]), &[("EXP001", 4, 0, 2)]);
     held(&all, &run(&[2, 3]), &[("EXP001", 4, 0, 1)]);
     held(&all, &run(&[]), &[]);
@@ -127,7 +127,7 @@ fn sequences() {
     held(&again, &run(&[1, 2, 1]), &[]);
     held(&again, &run(&[1, 2]), &[("EXP001", 4, 0, 3)]);
     held(&again, &run(&[2, 1]), &[("EXP002", 2, 0, 2), ("EXP001", 4, 0, 3)]);
-    // Sequences of another name are apart.
+    // Sequences of other names are independent.
     let other = r#","sequence":"t","direction":"upload""#;
     held(&[&one, other, &two], &(write(1.0, 1) + &write(2.0, 2) + &read(3.0, 5)), &[]);
     held(&[&one, other, &two], &(read(1.0, 5) + &write(2.0, 1) + &write(3.0, 2)), &[]);
@@ -135,7 +135,7 @@ fn sequences() {
 
 #[test]
 fn late_echoes_and_buses() {
-    // The client's frames one late, as on its own host.
+    // The client's frames are one late, as on its own host.
     held(&[THOUSAND], "1 585#6017100000000000;1.0001 605#2B171000E8030000;2 705#05", &[]);
     let on_one = format!(r#"{THOUSAND},"bus":"can1""#);
     held(&[&on_one], "1 605#2B171000E8030000;1.1 585#6017100000000000;2 705#05 can1", &[("EXP001", 3, 0, 1)]);

@@ -1,0 +1,74 @@
+//! The budget of each room of `src`: product lines, without comments, blank lines and tests.
+//!
+//! A room over its budget fails. Raise a budget only in a commit that says why, and keep the whole within `WHOLE`.
+
+#![allow(clippy::expect_used, clippy::panic)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// Most lines of the core.
+const WHOLE: usize = 57_000;
+
+/// A room and its most lines.
+const BUDGETS: &[(&str, usize)] = &[
+    ("bytes", 8_600),
+    ("checks", 7_200),
+    ("evidence", 2_300),
+    ("lib", 60),
+    ("python", 1_200),
+    ("rules", 3_100),
+    ("sdo", 4_500),
+    ("session", 2_600),
+    ("settings", 1_300),
+    ("stories", 5_200),
+    ("tables", 6_000),
+    ("views", 7_500),
+    ("wire", 2_800),
+    ("words", 5_000),
+    ("world", 3_000),
+];
+
+/// Adds the product lines below a folder, each under its room.
+fn count(folder: &Path, room: Option<&str>, rooms: &mut BTreeMap<String, usize>) {
+    for entry in fs::read_dir(folder).expect("the source is readable") {
+        let path = entry.expect("the source is readable").path();
+        let name = path.file_stem().expect("an entry has a name").to_string_lossy().into_owned();
+        if name == "tests" {
+            continue;
+        }
+        if path.is_dir() {
+            count(&path, room.or(Some(&name)), rooms);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).expect("the source is UTF-8");
+            *rooms.entry(room.unwrap_or(&name).to_owned()).or_default() += product_lines(&text);
+        }
+    }
+}
+
+/// Returns the number of lines of a file that are neither blank nor a comment, up to its tests.
+fn product_lines(text: &str) -> usize {
+    let product = text.lines().take_while(|line| !line.contains("#[cfg(test)]")).map(str::trim_start);
+    product.filter(|line| !line.is_empty() && !line.starts_with("//")).count()
+}
+
+#[test]
+fn rooms_keep_to_their_budgets() {
+    let mut rooms = BTreeMap::new();
+    count(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), None, &mut rooms);
+    let whole: usize = rooms.values().sum();
+    assert!(whole > 20_000, "the source is where this test looks");
+    let of = |room: &str| BUDGETS.iter().find(|(name, _)| *name == room).map(|(_, most)| *most);
+    for (room, lines) in &rooms {
+        let most = of(room).unwrap_or_else(|| panic!("{room} has no budget"));
+        assert!(*lines <= most, "{room} has {lines} lines, {most} are its budget");
+    }
+    assert!(BUDGETS.iter().all(|(room, _)| rooms.contains_key(*room)), "a budget without a room");
+    assert!(whole <= WHOLE, "the core has {whole} lines, {WHOLE} are its budget: {rooms:?}");
+}
+
+#[test]
+fn comments_blank_lines_and_tests_do_not_count() {
+    assert_eq!(product_lines("//! Head.\n\nfn a() {\n    // why\n}\n#[cfg(test)]\nmod tests {}\n"), 2);
+}
