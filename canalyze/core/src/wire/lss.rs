@@ -464,6 +464,7 @@ fn bit_check(out: &mut Vec<u8>, lang: Lang, read: &FieldValue<'_>) {
 fn node(out: &mut Vec<u8>, lang: Lang, read: &FieldValue<'_>) {
     match read.byte() {
         UNCONFIGURED => say!(out, lang; zh: "  节点ID FFh: 未配置"; en: "  node-ID FFh: unconfigured"),
+        0 => say!(out, lang; zh: "  节点ID 00h (0) 无效"; en: "  node-ID 00h (0) invalid"),
         node => fields::node_id(out, lang, node),
     }
 }
