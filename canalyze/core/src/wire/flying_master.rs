@@ -1,17 +1,37 @@
-//! Flying master (CiA 302-2): which of several NMT masters is the active one is negotiated on 071..076.
+//! Flying master (CiA 302-2): several NMT masters negotiate on 071..076 which of them is the active one.
 //!
-//! | CAN-ID | meaning | bytes |
-//! |---|---|---|
-//! | 071 | the active NMT master answers | 0: priority (0 is the highest), 1: node-ID |
-//! | 072 | NMT flying-master negotiation request | - |
-//! | 073 | request: who is the active NMT master? | - |
-//! | 074 | answer: a device capable of NMT master is present | - |
-//! | 075 | request: are there devices capable of NMT master? | - |
-//! | 076 | force a flying-master negotiation | - |
+//! Only 071, the answer of the active master, carries data: its priority (0 is the highest) and its node-ID.
 
-use super::length;
+use super::fields::{Breakdown, FieldRow, JsonKey, field, line};
+use super::{WireService, fields, length};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
+use crate::words::digits::put;
+use crate::words::lang::{Lang, Term, find, say};
+
+/// Messages by the last digit of the identifier.
+static KINDS: &[Term<u8>] = &[
+    (1, "活动NMT主站的响应", "response of the active NMT master"),
+    (2, "协商请求", "negotiation request"),
+    (3, "查询活动NMT主站", "request for the active NMT master"),
+    (4, "存在可作NMT主站的设备", "a device capable of NMT master is present"),
+    (5, "查询可作NMT主站的设备", "request for devices capable of NMT master"),
+    (6, "强制重新协商", "force negotiation"),
+];
+
+/// The fields of 071.
+static FIELDS: &[FieldRow] = &[
+    field(0, 1, ("优先级 (0最高)", "priority (0 is the highest)"), Breakdown::Decimal, &[JsonKey::Decimal("priority")]),
+    field(
+        1,
+        1,
+        ("", ""),
+        Breakdown::Only(|out, lang, read| fields::node_id(out, lang, read.byte())),
+        &[JsonKey::Decimal("master")],
+    ),
+];
 
 /// Decodes a frame on 070h + `kind`.
 pub fn decode(role: Role, kind: u8, payload: &[u8]) -> Message {
@@ -23,12 +43,44 @@ pub fn decode(role: Role, kind: u8, payload: &[u8]) -> Message {
     }
 }
 
+/// The forms of the flying master's messages.
+pub(super) struct FlyingMasterService;
+
+impl WireService for FlyingMasterService {
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, _: &Frame) {
+        let Message::FlyingMaster { kind, master } = *message else { return };
+        let name = find(KINDS, lang, kind).unwrap_or(lang.pick("未知报文", "unknown message"));
+        put!(out; lang.pick("飞行主站: ", "flying master: "), name);
+        if let (true, Some((priority, node))) = (full, master) {
+            say!(out, lang; zh: ": 节点", node, ", 优先级=", priority; en: ": node ", node, ", priority=", priority);
+        }
+    }
+
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+        match message {
+            Message::FlyingMaster { master: Some(_), .. } => fields::breakdown(out, lang, FIELDS, message, frame),
+            _ => line!(out; |out: &mut Vec<u8>| self.line(out, lang, true, message, frame)),
+        }
+    }
+
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
+        let Message::FlyingMaster { kind, master } = *message else { return };
+        object.number("kind", kind);
+        match master {
+            Some(_) => fields::json(object, FIELDS, message, frame),
+            None => ["priority", "master"].into_iter().for_each(|key| object.maybe(key, None::<u8>)),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::words::lang::tests::sound;
 
     #[test]
     fn frames() {
+        sound(KINDS);
         let decode = |kind, payload: &[u8]| decode(Role::FlyingMaster(kind), kind, payload);
         assert_eq!(decode(1, &[0, 1]), Message::FlyingMaster { kind: 1, master: Some((0, 1)) });
         assert_eq!(decode(3, &[]), Message::FlyingMaster { kind: 3, master: None });

@@ -18,6 +18,7 @@ pub mod role;
 pub mod srdo;
 pub mod sync;
 pub mod time;
+mod undecoded;
 pub mod usdo;
 
 use crate::bytes::frame::{Frame, Kind};
@@ -113,6 +114,9 @@ fn service(message: &Message) -> Option<&'static dyn WireService> {
         }
         Message::Emcy { .. } => &emcy::EmcyService,
         Message::Lss { .. } => &lss::LssService,
+        Message::FlyingMaster { .. } => &flying_master::FlyingMasterService,
+        Message::Srdo { .. } | Message::Gfc => &srdo::SrdoService,
+        Message::Foreign { .. } | Message::Malformed { .. } => &undecoded::UndecodedService,
         _ => return None,
     })
 }

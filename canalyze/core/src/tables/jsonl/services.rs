@@ -7,8 +7,7 @@ use super::{NAMES, marked, quoted};
 use crate::bytes::frame::Frame;
 use crate::tables::number;
 use crate::wire;
-use crate::wire::cob_id::Role;
-use crate::wire::message::{Flaw, Message};
+use crate::wire::message::Message;
 use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
@@ -44,34 +43,12 @@ use crate::world::od::DataType;
 pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
     let mut object = Object::open(out);
     match *message {
-        Message::Gfc => {}
-        Message::FlyingMaster { kind, master } => {
-            object.number("kind", kind);
-            object.maybe("priority", master.map(|(priority, _)| priority));
-            object.maybe("master", master.map(|(_, node)| node));
-        }
         Message::Pdo { transmit, number, .. } => process_data(&mut object, transmit, number, false),
         Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
         Message::Mpdo { transmit, number, content, .. } => {
             process_data(&mut object, transmit, number, false);
             addressed(&mut object, NAMES, &content, &Mapping::default(), frame);
         }
-        Message::Srdo { number, inverted, valid } => {
-            object.number("number", number);
-            object.flag("inverted", inverted);
-            match valid {
-                Some(valid) => object.flag("valid", valid),
-                None => object.maybe("valid", None::<u8>),
-            }
-        }
-        Message::Nmt { .. }
-        | Message::Sync { .. }
-        | Message::Time { .. }
-        | Message::Emcy { .. }
-        | Message::BootUp { .. }
-        | Message::Heartbeat { .. }
-        | Message::GuardingRequest { .. }
-        | Message::Lss { .. } => wire::json(&mut object, message, frame),
         Message::Usdo { request, destination, command, .. } => {
             object.flag("request", request);
             object.number("destination", destination);
@@ -82,22 +59,7 @@ pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
             usdo_object(&mut object, frame.payload());
         }
         Message::ErrorFrame => errors(&mut object, frame),
-        Message::Foreign { role } => object.word(
-            "reason",
-            match role {
-                Role::DynamicSdo => "dynamic_sdo",
-                Role::Reserved => "reserved",
-                Role::Foreign => "extended",
-                _ => "unassigned",
-            },
-        ),
-        Message::Malformed { flaw: Flaw::Length { least, most }, .. } => {
-            object.word("malformed", "length");
-            object.number("least", least);
-            object.number("most", most);
-        }
-        Message::Malformed { flaw: Flaw::Remote, .. } => object.word("malformed", "remote"),
-        Message::Malformed { flaw: Flaw::Fd, .. } => object.word("malformed", "fd"),
+        _ => wire::json(&mut object, message, frame),
     }
     object.close();
 }

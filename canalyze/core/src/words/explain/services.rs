@@ -3,12 +3,12 @@
 use super::{cob_id, data, line};
 use crate::bytes::frame::Frame;
 use crate::wire;
-use crate::wire::fields::{node_id, requested, reserved};
+use crate::wire::fields::{requested, reserved};
 use crate::wire::message::Message;
 use crate::wire::pdo::{Multiplexed, communication_parameter, mapping_parameter};
 use crate::wire::{error_frame, usdo};
 use crate::words::digits::{Hex, Nibbles, Spaced, put};
-use crate::words::{Depth, Lang, say, services as words, terms};
+use crate::words::{Lang, say, terms};
 
 /// Appends the breakdown of a frame, whole lines.
 pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
@@ -36,35 +36,10 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             multiplexed(out, lang, &content);
         }
         Message::PdoRequest { .. } => requested(out, lang, frame.len),
-        Message::Nmt { .. }
-        | Message::Sync { .. }
-        | Message::Time { .. }
-        | Message::Emcy { .. }
-        | Message::BootUp { .. }
-        | Message::Heartbeat { .. }
-        | Message::GuardingRequest { .. }
-        | Message::Lss { .. } => wire::breakdown(out, lang, message, frame),
-        Message::FlyingMaster { master: Some((priority, node)), .. } => {
-            line!(out; Hex::<2>(u64::from(priority)), lang.pick("  优先级 (0最高) = ", "  priority (0 is the highest) = "), priority);
-            node_line(out, lang, node);
-        }
-        Message::FlyingMaster { master: None, .. } => phrase(out, lang, message, frame),
-        Message::Gfc => line!(out; lang.pick("无数据", "no data")),
         Message::Usdo { destination, command, .. } => usdo_header(out, lang, destination, command, payload),
         Message::ErrorFrame => errors(out, lang, frame),
-        Message::Srdo { .. } | Message::Foreign { .. } => data(out, lang, payload),
-        Message::Malformed { .. } => {
-            phrase(out, lang, message, frame);
-            data(out, lang, payload);
-        }
+        _ => wire::breakdown(out, lang, message, frame),
     }
-}
-
-/// The line's own sentence, as a line of the breakdown.
-fn phrase(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
-    put!(out; "#   ");
-    words::message(out, lang, Depth::Default, message, frame);
-    put!(out; "\n");
 }
 
 /// `#   00 20  索引2000h (小端格式)` and the sub-index.
@@ -199,8 +174,4 @@ fn detail(out: &mut Vec<u8>, lang: Lang, name: &'static str, byte: u8, rows: &'s
         put!(out; lang.pick("  未指明", "  unspecified"));
     }
     put!(out; "\n");
-}
-
-fn node_line(out: &mut Vec<u8>, lang: Lang, node: u8) {
-    line!(out; Hex::<2>(u64::from(node)), |out: &mut Vec<u8>| node_id(out, lang, node));
 }
