@@ -2,15 +2,8 @@
 //!
 //! The error code has its meaning by the device's profile, which the bus knows.
 
-use super::fields::{Breakdown, FieldRow, FieldValue, JsonKey, field};
-use super::role::Named;
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::{Errors, Message};
-use crate::words::digits::{Hex, Put, Spaced, put};
-use crate::words::lang::{Lang, Term, find};
+use super::prelude::*;
+use crate::wire::message::Errors;
 use crate::words::profiles::Profile;
 
 /// Codes and classes. A row whose low byte is 00 stands for its whole high byte; one whose low twelve bits are 0
@@ -70,7 +63,7 @@ static FIELDS: &[FieldRow] = &[
         0,
         2,
         ("错误码", "error code"),
-        Breakdown::With(code_line),
+        With(code_line),
         &[
             JsonKey::Hex("code"),
             JsonKey::With(|object, read| {
@@ -82,7 +75,7 @@ static FIELDS: &[FieldRow] = &[
         2,
         1,
         ("错误寄存器(1001h)", "error register (1001h)"),
-        Breakdown::Flags(REGISTER, ("无错误", "no error")),
+        Flags(REGISTER, ("无错误", "no error")),
         &[
             JsonKey::Hex("register"),
             JsonKey::With(|object, read| {
@@ -94,7 +87,7 @@ static FIELDS: &[FieldRow] = &[
         3,
         5,
         ("制造商数据", "manufacturer data"),
-        Breakdown::Name,
+        Name,
         &[JsonKey::With(|object, read| object.bytes("manufacturer", read.payload.get(3..).unwrap_or_default()))],
     ),
 ];
@@ -155,8 +148,8 @@ impl WireService for EmcyService {
         }
     }
 
-    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
-        fields::breakdown(out, lang, FIELDS, message, frame);
+    fn fields(&self) -> &'static [FieldRow] {
+        FIELDS
     }
 
     fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {

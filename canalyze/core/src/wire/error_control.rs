@@ -3,13 +3,7 @@
 //! The one byte has the toggle bit of node guarding in bit 7, 0 in a heartbeat, and the NMT state in bits 6..0, 00 for
 //! boot-up. A value without bit 7 fits both protocols: only the history shows which of them runs.
 
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::{Hex, Nibbles, put};
-use crate::words::lang::{Lang, Size, Term, find, say};
+use super::prelude::*;
 
 /// Initialisation: sent once, as the boot-up message.
 pub const BOOT_UP: u8 = 0x00;

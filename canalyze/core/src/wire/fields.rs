@@ -59,7 +59,7 @@ pub(super) enum Breakdown {
 #[derive(Clone, Copy)]
 pub(super) enum JsonKey {
     /// A number.
-    Decimal(&'static str),
+    Number(&'static str),
     /// A hexadecimal string.
     Hex(&'static str),
     /// The English term of the value, or null.
@@ -110,7 +110,7 @@ pub(super) fn json(object: &mut Object<'_>, fields: &[FieldRow], message: &Messa
         let read = field.read(message, frame.payload());
         for key in field.json {
             match *key {
-                JsonKey::Decimal(key) => object.number(key, read.value),
+                JsonKey::Number(key) => object.number(key, read.value),
                 JsonKey::Hex(key) => {
                     put!(object.key(key); "\"", |out: &mut Vec<u8>| hex(out, u64::from(read.value), 2 * field.width), "\"")
                 }

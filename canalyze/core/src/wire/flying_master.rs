@@ -2,14 +2,8 @@
 //!
 //! Only 071, the answer of the active master, carries data: its priority (0 is the highest) and its node-ID.
 
-use super::fields::{Breakdown, FieldRow, JsonKey, field, line};
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::put;
-use crate::words::lang::{Lang, Term, find, say};
+use super::fields::line;
+use super::prelude::*;
 
 /// Messages by the last digit of the identifier.
 static KINDS: &[Term<u8>] = &[
@@ -23,13 +17,13 @@ static KINDS: &[Term<u8>] = &[
 
 /// The fields of 071.
 static FIELDS: &[FieldRow] = &[
-    field(0, 1, ("优先级 (0最高)", "priority (0 is the highest)"), Breakdown::Decimal, &[JsonKey::Decimal("priority")]),
+    field(0, 1, ("优先级 (0最高)", "priority (0 is the highest)"), Decimal, &[JsonKey::Number("priority")]),
     field(
         1,
         1,
         ("", ""),
-        Breakdown::Only(|out, lang, read| fields::node_id(out, lang, read.byte())),
-        &[JsonKey::Decimal("master")],
+        Only(|out, lang, read| fields::node_id(out, lang, read.byte())),
+        &[JsonKey::Number("master")],
     ),
 ];
 

@@ -8,15 +8,8 @@
 //!
 //! Whether the two frames of a pair fit (inversion, delay) is the bus's question: it needs both.
 
-use super::fields::{data, line};
-use super::role::Named;
-use super::{WireService, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::put;
-use crate::words::lang::{Lang, Size};
+use super::fields::line;
+use super::prelude::*;
 
 /// Decodes one frame of an SRDO pair.
 pub fn decode(role: Role, number: u8, inverted: bool, payload: &[u8]) -> Message {
@@ -47,7 +40,7 @@ impl WireService for SrdoService {
     fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
         match message {
             Message::Gfc => line!(out; lang.pick("无数据", "no data")),
-            _ => data(out, lang, frame.payload()),
+            _ => fields::data(out, lang, frame.payload()),
         }
     }
 

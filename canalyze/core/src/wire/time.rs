@@ -2,20 +2,11 @@
 //!
 //! The frame names no time zone, and none is assumed here.
 
-use super::fields::{Breakdown, FieldRow, FieldValue, field};
-use super::role::Named;
-use super::{WireService, fields, length};
+use super::prelude::*;
 use crate::bytes::calendar::{date_of, days_to};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::{Bin, Hex, Padded, Put, put};
-use crate::words::lang::{Lang, say};
 
 /// Milliseconds since midnight in bits 27..0, then days since 1984-01-01. Bits 31..28 are reserved, 0.
-static FIELDS: &[FieldRow] =
-    &[field(0, 4, ("", ""), Breakdown::Only(milliseconds), &[]), field(4, 2, ("", ""), Breakdown::Only(days), &[])];
+static FIELDS: &[FieldRow] = &[field(0, 4, ("", ""), Only(milliseconds), &[]), field(4, 2, ("", ""), Only(days), &[])];
 
 /// Milliseconds of a day; a time of day has fewer.
 pub const DAY_MS: u32 = 86_400_000;
@@ -86,8 +77,8 @@ impl WireService for TimeService {
         }
     }
 
-    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
-        fields::breakdown(out, lang, FIELDS, message, frame);
+    fn fields(&self) -> &'static [FieldRow] {
+        FIELDS
     }
 
     fn json(&self, object: &mut Object<'_>, message: &Message, _: &Frame) {

@@ -1,14 +1,9 @@
 //! Frames without a message: identifiers without a CANopen meaning, and frames that do not have their service's form.
 
-use super::WireService;
-use super::fields::{data, line};
-use super::role::Named;
-use crate::bytes::frame::{Frame, Kind};
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::{Flaw, Message};
-use crate::words::digits::put;
-use crate::words::lang::{Lang, Size, say};
+use super::fields::line;
+use super::prelude::*;
+use crate::bytes::frame::Kind;
+use crate::wire::message::Flaw;
 
 /// The forms of a frame without a message.
 pub(super) struct UndecodedService;
@@ -25,7 +20,7 @@ impl WireService for UndecodedService {
         if let Message::Malformed { .. } = message {
             line!(out; |out: &mut Vec<u8>| self.line(out, lang, true, message, frame));
         }
-        data(out, lang, frame.payload());
+        fields::data(out, lang, frame.payload());
     }
 
     fn json(&self, object: &mut Object<'_>, message: &Message, _: &Frame) {
