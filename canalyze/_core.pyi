@@ -275,8 +275,6 @@ class Session:
         `offset` on may be wrong). offset: where in the file as it is. bytes: how many of it are lost behind what was
         fed. ValueError for another kind.
         """
-    def foresee(self, end: bytes, input: int = 0) -> None:
-        """The end of an MCAP file from its summary on, before anything of it is fed: used where data are damaged."""
     def covered(self, input: int = 0) -> None:
         """What is fed from here on is under a check sum of its own: damage that is told as `doubtful` begins here."""
     def wants(self) -> int | None:
@@ -540,6 +538,15 @@ def class_of(kind: str, number: int) -> str | None:
     """The class by which lanes of the timeline (table `lanes`) show a state as it is on the wire.
 
     kind: nmt (number: an NMT state) or drive (number: a statusword). None where it has no class.
+    """
+
+def schema() -> bytes:
+    """Returns the schema of all records as a JSON list.
+
+    Each has `table` (its Arrow table) and `kind` (of its JSON lines; `frame.pdo` is an object in another one), null where
+    there is none, its documentation `en` and `zh`, the headings of `csv`, and `columns`. A column has its name `column`
+    and its type `arrow` in the table, its `key` and its type `json` (integer, number, string, boolean, array, object or
+    any) in the object, null where it is not there, `nullable`, `optional` (the key may be absent), `en` and `zh`.
     """
 
 def settings(content: bytes, file: str) -> Settings:

@@ -374,7 +374,7 @@ def answer(part: int, parts: int, chosen: Chosen, kept: bool) -> None:
             if number // 12 % parts != part or not chosen.has(case.name):
                 continue
             began = time.process_time()
-            said = answered(case).replace(str(place).encode(), b"DIR")
+            said = answered(case).replace(place.name.encode(), b"NET")
             spent = round(time.process_time() - began, 3)
             row: dict[str, Any] = {"name": case.name, "sum": hashlib.sha256(said).hexdigest()[:24], "s": spent}
             if kept:

@@ -329,29 +329,39 @@ def own_message(number: int) -> tuple[str, int, bytes]:
     return ("/x", 10**18 + number, b"\0\1\0\0" + body)
 
 
-def test_fields_by_their_names_and_by_the_users_word() -> None:
+def test_fields_by_the_users_word() -> None:
     messages = [own_message(number) for number in range(20)]
-    said, contents = say(raw(messages, schema="my_msgs/msg/Thing", definition=OWN))
-    assert [(row["id"], row["len"]) for row in said.frames] == [(f"{0x180 + n:03X}", n % 9) for n in range(20)]
-    assert contents["topics"][0]["read_as"] == "id=can_id data=payload"
-
-    other = OWN.replace("can_id", "number").replace("payload", "content")
-    file = raw(messages, schema="my_msgs/msg/Thing", definition=other)
+    file = raw(messages, schema="my_msgs/msg/Thing", definition=OWN)
     said, contents = say(file)
     assert said.frames == [] and contents["topics"][0]["read_as"] == ""
-    said, contents = say(file, mcap_maps=["topic=/x,id=number,data=content"])
-    assert len(said.frames) == 20 and contents["topics"][0]["read_as"] == "id=number data=content"
-    assert say(file, mcap_maps=["topic=/y,id=number,data=content"])[0].frames == []
+    said, contents = say(file, mcap_maps=["topic=/x,id=can_id,data=payload"])
+    assert [(row["id"], row["len"]) for row in said.frames] == [(f"{0x180 + n:03X}", n % 9) for n in range(20)]
+    assert contents["topics"][0]["read_as"] == "id=can_id data=payload"
+    for fields in ("topic=/y,id=can_id,data=payload", "id=can_id", "id=payload,data=payload", "id=can_id,data=payload,len=no"):
+        assert say(file, mcap_maps=[fields])[0].frames == [], fields
 
 
-def test_what_is_no_can_frame_is_not_taken_for_one() -> None:
-    for definition in (
-        "uint32 id\nuint8[] data\n",
-        "uint32 id\nuint8 size\nuint8[] data\n",
-        "uint8[64] data\n",
-        "",
-        "junk",
-    ):
+def test_fields_inside_of_fields_by_the_users_word() -> None:
+    frame = CanFrame("x", 0x123, bytes(range(8)), 10**15)
+    one = classic(frame, "/x")
+    definition = "Inner inner\nstd_msgs/Header top\n" + "=" * 80 + "\nMSG: my_msgs/Inner\n" + ros_messages.FRAME
+    nested = replace(
+        one, schema="my_msgs/msg/Outer", definition=definition, fields={"inner": one.fields, "top": header(2 * 10**18)}
+    )
+    fields = "id=inner.id,data=inner.data,len=inner.dlc,stamp="
+    for stamp, t_ns in (("inner.header.stamp", 10**18), ("top.stamp", 2 * 10**18)):
+        said, _ = say(files.ros2([nested]), mcap_maps=[fields + stamp], time_source="stamp")
+        assert taken(said) == [replace(frame, t_us=t_ns // 1000)]
+    # A single field replaces that of a known type.
+    definition = ros_messages.FRAME.replace("dlc", "size")
+    one = replace(one, definition=definition, fields={**one.fields, "size": 3})
+    assert say(files.ros2([one]))[0].frames == []
+    (row,) = say(files.ros2([one]), mcap_maps=["len=size"])[0].frames
+    assert row["len"] == 3
+
+
+def test_a_type_that_is_not_known_is_not_read() -> None:
+    for definition in ("uint32 id\nuint8[] data\n", ros_messages.FRAME, "", "junk"):
         said, contents = say(raw([("/x", 1, bytes(40))], schema="a_msgs/msg/B", definition=definition))
         assert said.frames == said.findings == [] and contents["topics"][0]["read_as"] == "", definition
     for languages in (("protobuf", "protobuf"), ("jsonschema", "json"), ("flatbuffer", "flatbuffer")):
@@ -459,18 +469,13 @@ def test_a_flipped_bit_in_a_chunk_costs_that_chunk_alone(file: bytes) -> None:
         assert damages(said) == [("CAP004", {"offset": at, "bytes": size, "frames": count})]
 
 
-def test_a_flipped_bit_in_the_first_chunk_leaves_the_topics_known() -> None:
-    for file in (ZSTD, PLAIN, LZ4):
+def test_a_flipped_bit_in_the_first_chunk_loses_its_definitions() -> None:
+    for options in ({}, {"repeat_channels": False, "repeat_schemas": False}):
+        file = as_raw(FRAMES, **options)
         at, size, count = chunks(file)[0]
         said, _ = say(flip(file, at + size - 20, 3))
-        assert taken(said) == FRAMES[count:]
-        assert damages(said)[0][0] == "CAP004" and damages(said)[0][1]["offset"] == at
-    # With nothing at the end that repeats them they are lost with a block that they stand in.
-    file = as_raw(FRAMES, repeat_channels=False, repeat_schemas=False)
-    at, size, count = chunks(file)[0]
-    said, _ = say(flip(file, at + size - 20, 3))
-    assert taken(said) == [] and [code for code, _ in damages(said)] == ["CAP004"] * 3
-    assert [facts.get("frames") for _, facts in damages(said)] == [None, len(FRAMES) - count, count]
+        assert taken(said) == [] and damages(said)[0][1]["offset"] == at
+        assert [facts.get("frames") for _, facts in damages(said)] == [None, len(FRAMES) - count, count]
 
 
 def test_frames_of_a_lost_chunk_are_counted_at_the_end_without_its_index() -> None:

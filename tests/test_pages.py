@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import tomllib
 from collections.abc import Iterator
@@ -216,7 +217,14 @@ def test_every_key_of_expectations_is_on_their_page(lang: str) -> None:
 
 
 def test_every_table_of_columns_is_on_their_page() -> None:
-    assert {*page_columns.TABLES, "pdo", "wide"} == set(_core.TABLES)
+    assert {*(record["table"] for record in page_columns.tables()), "wide"} == set(_core.TABLES)
+
+
+def test_every_column_has_a_meaning_in_both_languages() -> None:
+    for record in json.loads(_core.schema()):
+        for column in record["columns"]:
+            assert column["column"] or column["key"] or column["json"] == "object", (record, column)
+            assert all(column[lang] for lang in LANGUAGES), (record["kind"] or record["table"], column)
 
 
 def test_the_readme_is_short_and_begins_with_the_chinese_one() -> None:
@@ -233,13 +241,13 @@ def test_the_readme_shows_both_languages() -> None:
         assert text(page).count("canalyze decode --lang en samples/zephyr-sdo.log") == 1
 
 
-@pytest.mark.parametrize("developers", ["canalyze/core/README.md", "tests/README.md"])
+@pytest.mark.parametrize("developers", ["canalyze/README.md", "canalyze/core/README.md", "tests/README.md"])
 def test_files_that_developers_are_led_to_exist(developers: str) -> None:
     content = (ROOT / developers).read_text(encoding="utf-8")
-    named = set(re.findall(r"`((?:canalyze|tests|samples|checks|render|text)/[\w/.]*)`", content))
+    named = set(re.findall(r"`(\w+/[\w/.]*)`", content))
     if developers.startswith("tests"):
         named |= set(re.findall(r"`((?:\w+)\.py)`", content))
-    places = [ROOT, ROOT / "canalyze/core/src", ROOT / "tests"]
+    places = [ROOT / place for place in ("", "canalyze", "canalyze/core", "canalyze/core/src", "tests")]
     assert not [name for name in named if not any((place / name).exists() for place in places)]
     assert len(named) > 3
 

@@ -14,7 +14,7 @@
 //! | `type` | a data type, an array of it (`[]`), `RECORD`, or `-` if it is not standardized | a `Shape`; of a part a `DataType` |
 //! | `names` | texts with `, ` between them | a slice |
 //! | `codes` | codes of rules, likewise, or empty | a slice of `Code`s |
-//! | capitalized, as `State` | a variant of that type | the variant |
+//! | capitalized, as `DriveState` | a variant of that type | the variant |
 //! | `zh`, `en` | Chinese and English | two texts |
 //! | `cause.zh`, `cause.en` | Chinese and English | one `Words` |
 //! | any other | text | a text |

@@ -1,6 +1,6 @@
 """PDOs -> a DBC file, written by cantools: what other tools decode them by.
 
-What a PDO is, which bits a signal has and how it is read, the core says (`render/jsonl/pdos.rs` documents its records);
+What a PDO is, which bits a signal has and how it is read, the core says (`tables/jsonl/pdos.rs` documents its records);
 here it gets names that a DBC may have. What a DBC cannot hold is listed, each with a key of `words` and its facts.
 cantools is imported only where a file is made.
 """

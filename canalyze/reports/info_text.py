@@ -55,6 +55,8 @@ def _rows(record: Record, words: Words) -> Iterator[tuple[str, str]]:
     for topic in contents["topics"][:_LISTED]:
         yield row("topics", _topic(topic, words))
     yield from (row("topics", more) for more in _more(contents["topics"], len(contents["topics"]), words))
+    if any(topic["messages"] and not topic["read_as"] for topic in contents["topics"]):
+        yield row("topics", words("info.map"))
     for kind in contents["passed_over"][:_LISTED]:
         yield row("passed_over", f"{kind['kind']}: {kind['count']}")
     yield from (

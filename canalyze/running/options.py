@@ -27,7 +27,7 @@ class SessionOptions(NamedTuple):
     objects (JSON lines of what the traffic shows of each object of the devices, from finish()) |
     objects-text (the same with names in the language of the session, for a table) |
     objects-csv (the same as CSV, a line of headings first) |
-    pdos (JSON lines of PDOs with their mappings, from finish(): `render/jsonl/pdos.rs` has the keys) |
+    pdos (JSON lines of PDOs with their mappings, from finish(): `tables/jsonl/pdos.rs` has the keys) |
     history (JSON lines of all that is seen of objects, as it comes) |
     history-text, history-csv (the same) |
     summary (JSON lines, one object a record, all of them from finish()) |

@@ -143,8 +143,6 @@ class Reading:
         for place, one in enumerate(inputs):
             capture = self.last = one.capture
             session.begin(_utf8(capture.name), capture.regular, capture.format, place)
-            if isinstance(capture, Capture) and (end := capture.ahead()):
-                session.foresee(end, place)
             self._name, self._held, self._more = capture.name, [], 0
         joined = len(inputs) > 1
         most = max(_LEAST, _JOINED // len(inputs)) if joined else _BEGINNING
@@ -226,7 +224,7 @@ class Reading:
             topics.sort(key=lambda topic: topic["messages"] == 0)  # what holds nothing is listed last
             listed = ", ".join(f"{topic['name']} ({topic['schema'] or '?'})" for topic in topics[:_LISTED])
             more = ", ..." if len(topics) > _LISTED else ""
-            if topics:
+            if topics and not any(topic["read_as"] for topic in topics):
                 return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
         # Of what could not be unpacked, or is said to be something, there is nothing to guess.
         if capture.format == "candump" and not self._given_format and not capture.damage:

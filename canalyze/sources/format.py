@@ -179,15 +179,6 @@ class Capture:
         self._behind_head = not head
         return head or self._source.read()
 
-    def ahead(self) -> bytes:
-        """Give what the file says at its end of what it holds; b"" where it does not, or where nobody can look."""
-        path = self._source.path if self.format == "mcap" and self.regular else None
-        if path is None:
-            return b""
-        from canalyze.sources.summary import summary_of
-
-        return summary_of(path)
-
     def rests(self) -> bool:
         """Tell whether nothing more comes at the moment, though it is not over."""
         return not self._head and self._source.rests()

@@ -5,7 +5,7 @@
 //! 1. The core does no I/O and reads no clock: same input, same output, whatever the chunking.
 //! 2. Decoding never fails and never panics. Every frame yields at least one event, in frame order. Only
 //!    opening or reading a file can fail.
-//! 3. No word for people outside `text/` and `rules/`; no protocol knowledge in Python.
+//! 3. No word for people outside `words`, `wire`, `rules` and `stories`; no protocol knowledge in Python.
 //! 4. Every finding names a frame. A transfer cut by the edge of the capture is incomplete, never a violation.
 //! 5. Only `python` knows Python. Python objects never cross per frame on the file path.
 //! 6. Memory is bounded whatever the input: at most 64 buses; per transfer a stated part is kept, length and
@@ -14,20 +14,14 @@
 //!    and shown.
 //! 8. Order never comes from a hash map.
 //! 9. Strings from captures are escaped before they reach a terminal, a report or a file name.
+//! 10. A record is declared once, in `tables`; a message is described once, in `wire`: all their forms follow.
 //!
-//! # Modules
+//! # Rooms
 //!
-//! Dependency runs one way: `frame`, `od` <- `profiles` <- `dictionary`, `rules` <- `message` <- `event`, `finding` <- `evidence` (what
-//! the recording did) <- `context` <- `wire`, `services` <- `configuration` <- `node` <- `checks` <- `bus` <- `session` <-
-//! `python`. On the side of files, `readers` sees only
-//! `frame`; `inputs` (files joined by time) and `info` (what a file is) see `readers`; `writers` sees `frame`, `event`
-//! and, like all that writes, `text::digits`. On the side of people, `text` sees `message`, `event`, `finding`, `rules`,
-//! `od`; `summary`, `repeats`, `expectation` (a capture held against what is expected of it), `inventory` (which objects devices have), `diff` (two captures held
-//! against each other) and `finding_context` (the frames beside a finding) see `event`; `render` sees `text`, `info`,
-//! `summary`, `expectation`, `finding_context`, `diff` and the columns of `writers::console`; `monitor` (what holds now)
-//! sees `bus`, `summary` and `render`; `settings` (what users write for the program) sees `expectation` and `diagnosis`;
-//! `preset` (the PDOs of a description) sees `node`. `masks` (candump's filters) sees `frame`. `calendar`, `select` and
-//! `span` see nothing. The whole table stands in `tests/layers.rs`, which keeps it.
+//! `bytes` (frames, readers, writers) -> `wire` (one frame by itself) and `sdo` (transfers) -> `world` (objects,
+//! nodes, the bus) with `evidence` (what the recording did) -> `checks` and `rules` (findings) -> `stories` (problems) ->
+//! `views` and `tables` (output) -> `session` -> `python`. `words` has the languages. README.md of the crate has the way
+//! of a frame and how to add to it; `tests/layers.rs` keeps which module uses which, `tests/rooms.rs` the size of a room.
 
 /// Returns the rows of a table in `words/`, which `build.rs` has checked and turned into Rust.
 macro_rules! words {

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use canalyze_core::bytes::frame::{Buses, CanId, Direction, Frame, Kind};
-use canalyze_core::bytes::readers::{Format, Item, Marker, Place, Reader, Settings};
+use canalyze_core::bytes::readers::{FilePlace, InputFormat, Item, Marker, Reader, Settings};
 use canalyze_core::bytes::writers::pcapng::Pcapng;
-use canalyze_core::bytes::writers::{Loss, Setting};
+use canalyze_core::bytes::writers::{CaptureFacts, Loss};
 
 /// One of every kind, on two buses.
 fn frames(buses: &mut Buses) -> Vec<Frame> {
@@ -44,11 +44,11 @@ fn written(name: &str) -> (PathBuf, Buses, Vec<Frame>) {
     let mut buses = Buses::default();
     let frames = frames(&mut buses);
     let (mut writer, mut out) = (Pcapng::default(), Vec::new());
-    let setting = Setting { buses: &buses, date_ns: None };
+    let setting = CaptureFacts { buses: &buses, date_ns: None };
     for frame in &frames {
         writer.frame(&mut out, setting, frame);
     }
-    let lost = Marker::Dropped { bus: buses_first(), count: 3, total: 3, place: Place::Byte(0) };
+    let lost = Marker::Dropped { bus: buses_first(), count: 3, total: 3, place: FilePlace::Byte(0) };
     writer.marker(&mut out, setting, &lost);
     writer.finish(&mut out);
     assert_eq!(writer.losses.iter().collect::<Vec<(Loss, u64)>>(), []);
@@ -151,7 +151,7 @@ fn capinfos_counts_and_editcap_copies_them() {
 }
 
 fn items(bytes: &[u8]) -> Vec<String> {
-    let mut reader = Reader::new(Format::Pcap, &Settings::default());
+    let mut reader = Reader::new(InputFormat::Pcap, &Settings::default());
     let (mut buses, mut items) = (Buses::default(), Vec::new());
     let mut sink = |item: Item, _: &Buses| {
         let text = format!("{item:?}");

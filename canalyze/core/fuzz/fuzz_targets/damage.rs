@@ -6,16 +6,16 @@
 
 use canalyze_core::bytes::frame::{Buses, CanId, Frame, Stamp, StampForm};
 use canalyze_core::bytes::readers::{self, Item, Reader};
-use canalyze_core::bytes::writers::{Format, Setting, Settings, Writer};
+use canalyze_core::bytes::writers::{Format, CaptureFacts, WriterSettings, Writer};
 use libfuzzer_sys::fuzz_target;
 
 /// Each format, how it is read, and whether a checksum covers every frame.
-const FORMATS: [(Format, readers::Format, bool); 5] = [
-    (Format::Log, readers::Format::Candump, false),
-    (Format::Console, readers::Format::Candump, false),
-    (Format::Asc, readers::Format::Asc, false),
-    (Format::Pcapng, readers::Format::Pcap, false),
-    (Format::Mcap, readers::Format::Mcap, true),
+const FORMATS: [(Format, readers::InputFormat, bool); 5] = [
+    (Format::Log, readers::InputFormat::Candump, false),
+    (Format::Console, readers::InputFormat::Candump, false),
+    (Format::Asc, readers::InputFormat::Asc, false),
+    (Format::Pcapng, readers::InputFormat::Pcap, false),
+    (Format::Mcap, readers::InputFormat::Mcap, true),
 ];
 const ORIGIN_NS: i64 = 1_700_000_000_000_000_000;
 /// Most frames of a file.
@@ -26,7 +26,7 @@ type Record = (Option<i64>, Vec<u8>, CanId, u8, [u8; 64]);
 /// The file, and where its first frame is behind.
 fn written(format: Format, input: &[u8]) -> (Vec<u8>, usize) {
     let mut buses = Buses::default();
-    let mut writer = Writer::new(format, &Settings::default());
+    let mut writer = Writer::new(format, &WriterSettings::default());
     let (mut out, mut begin) = (Vec::new(), 0);
     for (number, bytes) in input.chunks(5).take(MOST).enumerate() {
         let [id, payload @ ..] = bytes else { break };
@@ -37,18 +37,18 @@ fn written(format: Format, input: &[u8]) -> (Vec<u8>, usize) {
         frame.t_ns = Some(t_ns);
         frame.stamp = Some(Stamp { form: StampForm::Seconds, ns: t_ns, width: 10, decimals: 6 });
         frame.bus = buses.intern(if number % 2 == 0 || format == Format::Pcapng { b"can0" } else { b"can1" });
-        let setting = Setting { buses: &buses, date_ns: None };
+        let setting = CaptureFacts { buses: &buses, date_ns: None };
         writer.frame(&mut out, setting, &frame);
         if number == 0 {
             begin = out.len();
         }
     }
-    writer.finish(&mut out, Setting { buses: &buses, date_ns: None });
+    writer.finish(&mut out, CaptureFacts { buses: &buses, date_ns: None });
     (out, begin)
 }
 
 /// The frames of a file, and whether it is said that something is wrong with it.
-fn read(format: readers::Format, bytes: &[u8]) -> (Vec<Record>, bool) {
+fn read(format: readers::InputFormat, bytes: &[u8]) -> (Vec<Record>, bool) {
     let mut reader = Reader::new(format, &readers::Settings { regular: true, ..readers::Settings::default() });
     let (mut buses, mut records, mut said) = (Buses::default(), Vec::new(), false);
     let mut sink = |item: Item, buses: &Buses| match item {

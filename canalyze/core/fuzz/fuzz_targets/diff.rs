@@ -9,19 +9,20 @@ mod traffic;
 use std::sync::Arc;
 
 use canalyze_core::views::diff::digest::Digest;
-use canalyze_core::views::diff::{Comparison, Settings, compare};
+use canalyze_core::views::diff::{Comparison, DiffSettings, compare};
 use canalyze_core::bytes::frame::Frame;
 use canalyze_core::world::network::Network;
-use canalyze_core::tables::diff::{Setting, body, head};
+use canalyze_core::tables::diff::{DiffSetting, body, head};
 use canalyze_core::tables::jsonl;
-use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::session::{Options, Output, Session};
 use canalyze_core::words::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
 
 fn digest(frames: &[Frame], network: &Arc<Network>) -> Digest {
-    let mut session =
-        Session::new(Options { format: Format::Digest, network: Arc::clone(network), ..Options::default() });
+    let mut options = Options::of(Lang::Zh, &[Output::Digest]);
+    options.known.network = Arc::clone(network);
+    let mut session = Session::new(options);
     let mut out = Vec::new();
     for frame in frames {
         session.push(*frame, &mut out);
@@ -32,7 +33,7 @@ fn digest(frames: &[Frame], network: &Arc<Network>) -> Digest {
 }
 
 fn written(lang: Lang, digests: [&Digest; 2], compared: &Comparison) {
-    let setting = || Setting { lang, digests };
+    let setting = || DiffSetting { lang, digests };
     let mut out = Vec::new();
     head(&mut out, setting(), compared);
     body(&mut out, setting(), compared);
@@ -57,7 +58,7 @@ fuzz_target!(|input: &[u8]| {
         let middle = rest.get(..cut / 2).unwrap_or_default();
         traffic::frames(&[middle, other, rest.get(cut / 2..cut).unwrap_or_default()].concat(), choice & 1 == 0)
     };
-    let settings = || Settings { tolerance: f64::from(choice >> 5) / 4.0, buses: Vec::new() };
+    let settings = || DiffSettings { tolerance: f64::from(choice >> 5) / 4.0, buses: Vec::new() };
     let (a, b) = (digest(&one, &network), digest(&other, &network));
     for one in [&a, &b] {
         let compared = compare(one, one, &settings());

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use canalyze_core::views::expectation::Expectations;
 use canalyze_core::bytes::frame::Frame;
-use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::session::{Knowledge, Options, Output, Rows, Session};
 use canalyze_core::words::Lang;
 use libfuzzer_sys::fuzz_target;
 use serde_json::{Map, Value, json};
@@ -107,14 +107,11 @@ fuzz_target!(|input: &[u8]| {
     let expectations = Some(Arc::new(expectations));
     let frames = traffic::frames(frames.get(1..).unwrap_or_default(), choice & 1 == 0);
     let network = Arc::new(if choice & 8 == 0 { traffic::network() } else { Default::default() });
-    let options = |format| Options {
-        lang: if choice & 2 == 0 { Lang::Zh } else { Lang::En },
-        format,
-        network: Arc::clone(&network),
-        expectations: expectations.clone(),
-        ..Options::default()
+    let options = |output| Options {
+        known: Knowledge { network: Arc::clone(&network), expectations: expectations.clone() },
+        ..Options::of(if choice & 2 == 0 { Lang::Zh } else { Lang::En }, &[output])
     };
-    for line in run(&frames, options(Format::Check)).lines() {
+    for line in run(&frames, options(Output::json(Rows::Findings))).lines() {
         let row: Value = serde_json::from_str(line).expect("every line is an object");
         let at = row["frame"].as_u64().expect("a finding names a frame");
         assert!(at >= 1 && at <= frames.len() as u64, "it is one of the capture");
@@ -122,5 +119,5 @@ fuzz_target!(|input: &[u8]| {
             assert!(row["facts"]["expectation"].is_string(), "it names the expectation");
         }
     }
-    run(&frames, options(Format::Text));
+    run(&frames, options(Output::Lines));
 });

@@ -5,13 +5,16 @@
 #![no_main]
 
 use canalyze_core::bytes::masks::Masks;
-use canalyze_core::bytes::readers::Format as Input;
-use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::bytes::readers::InputFormat as Input;
+use canalyze_core::session::{Options, Output, Rows, Session};
+use canalyze_core::words::Lang;
 use libfuzzer_sys::fuzz_target;
 
 fn told(bytes: &[u8], size: usize, count: Option<u64>) -> (Vec<u8>, Vec<u8>, Vec<String>) {
     let masks = Masks::parse(&["can1,100~700,#1F".to_owned()]).unwrap_or_default();
-    let mut session = Session::new(Options { format: Format::Jsonl, masks, count, ..Options::default() });
+    let mut options = Options::of(Lang::Zh, &[Output::json(Rows::Frames)]);
+    (options.shown.masks, options.shown.limit) = (masks, count);
+    let mut session = Session::new(options);
     let mut out = Vec::new();
     session.begin(b"live", Input::Live, false);
     for piece in bytes.chunks(size) {

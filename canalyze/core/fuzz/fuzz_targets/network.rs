@@ -13,7 +13,7 @@ use canalyze_core::views::expectation::Expectations;
 use canalyze_core::views::finding_context::MOST;
 use canalyze_core::bytes::frame::Frame;
 use canalyze_core::tables::columns::Name;
-use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::session::{Format, Knowledge, Options, Output, Session};
 use canalyze_core::words::{Depth, Lang};
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
@@ -45,8 +45,9 @@ fn run(frames: &[Frame], options: Options) -> String {
 
 /// Rows of every table.
 fn rows(frames: &[Frame], options: Options) -> BTreeMap<String, u64> {
-    let tables = Name::NAMES.iter().map(|(_, name)| *name).collect();
-    let mut session = Session::new(Options { format: Format::Columns, tables, ..options });
+    let mut options = options;
+    options.writing.outputs = Name::NAMES.iter().map(|(_, name)| Output::Columns(*name)).collect();
+    let mut session = Session::new(options);
     let mut rows = BTreeMap::new();
     let mut out = Vec::new();
     for (place, frame) in frames.iter().enumerate() {
@@ -87,17 +88,16 @@ fuzz_target!(|input: &[u8]| {
     let frames = traffic::frames(rest, choice & 1 == 0);
     let network = Arc::new(traffic::network());
     let expectations = (choice & 8 != 0).then(|| Arc::new(Expectations::read(EXPECTED).expect("they are well-formed")));
-    let options = |format| Options {
-        lang: if choice & 2 == 0 { Lang::Zh } else { Lang::En },
-        depth: if choice & 4 == 0 { Depth::Default } else { Depth::Explain },
-        format,
-        network: Arc::clone(&network),
-        expectations: expectations.clone(),
-        ..Options::default()
+    let options = |name| {
+        let (_, format) = Format::NAMES.iter().find(|row| row.0 == name).expect("it is a format");
+        let mut options = Options::of(if choice & 2 == 0 { Lang::Zh } else { Lang::En }, format.outputs);
+        options.known = Knowledge { network: Arc::clone(&network), expectations: expectations.clone() };
+        options.writing.depth = if choice & 4 == 0 { Depth::Default } else { Depth::Explain };
+        options
     };
-    let text = run(&frames, options(Format::Text));
+    let text = run(&frames, options("text"));
     assert_eq!(text.lines().filter(|line| !line.starts_with('#')).count(), frames.len(), "a line for every frame");
-    let json = run(&frames, options(Format::Jsonl));
+    let json = run(&frames, options("jsonl"));
     let (mut counted, mut transfers) = (0, 0);
     for line in json.lines() {
         let row: Value = serde_json::from_str(line).expect("every line is an object");
@@ -110,17 +110,19 @@ fuzz_target!(|input: &[u8]| {
         }
     }
     assert_eq!(counted, frames.len(), "an object for every frame");
-    run(&frames, options(Format::SignalsCsv));
-    for format in [Format::Summary, Format::Observed, Format::Records] {
+    run(&frames, options("signals-csv"));
+    for format in ["summary", "observed", "records"] {
         for line in run(&frames, options(format)).lines() {
             serde_json::from_str::<Value>(line).expect("every line is an object");
         }
     }
     let found = findings(&json);
-    assert_eq!(findings(&run(&frames, options(Format::Check))), found, "the same findings");
-    told(&run(&frames, options(Format::Diagnosis)));
-    run(&frames, Options { incidents: true, ..options(Format::Text) });
-    let rows = rows(&frames, options(Format::Columns));
+    assert_eq!(findings(&run(&frames, options("check"))), found, "the same findings");
+    told(&run(&frames, options("diagnosis")));
+    let mut incidents = options("text");
+    incidents.writing.outputs.push(Output::LinesOfChanges);
+    run(&frames, incidents);
+    let rows = rows(&frames, options("columns"));
     let of = |name: &str| rows.get(name).copied().unwrap_or(0);
     assert_eq!(of("frames"), frames.len() as u64, "a row for every frame");
     assert_eq!(of("transfers"), transfers, "a row for every transfer");

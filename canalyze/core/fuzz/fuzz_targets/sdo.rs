@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
 use canalyze_core::sdo::holes::Hole;
 use canalyze_core::sdo::transfer::{KEPT, Status};
-use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::session::{Options, Output, Rows, Session};
 use canalyze_core::words::{Depth, Lang};
 use libfuzzer_sys::fuzz_target;
 use serde_json::Value;
@@ -106,21 +106,25 @@ fn check_transfer(transfer: &Value) {
 }
 
 fn check_text(frames: &[Frame], lang: Lang, depth: Depth) {
-    let (text, _) = run(frames, Options { lang, depth, ..Options::default() });
+    let mut options = Options::of(lang, &[Output::Lines]);
+    options.writing.depth = depth;
+    let (text, _) = run(frames, options);
     assert_eq!(text.lines().filter(|line| !line.starts_with('#')).count(), frames.len(), "a line a frame");
     assert!(!text.chars().any(|c| c.is_control() && c != '\n'), "nothing that controls a terminal");
 }
 
 fn check_json(frames: &[Frame], lang: Lang) {
-    let (json, _) = run(frames, Options { lang, format: Format::Jsonl, ..Options::default() });
-    let all = rows(&json);
+    let (lines, _) = run(frames, Options::of(lang, &[Output::json(Rows::Frames)]));
+    let all = rows(&lines);
     let numbers: Vec<u64> = of_kind(&all, "frame").iter().filter_map(|row| row["frame"].as_u64()).collect();
     assert_eq!(numbers, (1..=frames.len() as u64).collect::<Vec<_>>(), "a line a frame, in order");
     let said = of_kind(&all, "transfer");
     said.iter().for_each(|transfer| check_transfer(transfer));
 
-    let (json, files) = run(frames, Options { lang, format: Format::Transfers, extract: true, ..Options::default() });
-    let transfers = rows(&json);
+    let mut options = Options::of(lang, &[Output::json(Rows::Transfers)]);
+    options.writing.extract = true;
+    let (lines, files) = run(frames, options);
+    let transfers = rows(&lines);
     assert_eq!(said, transfers.iter().collect::<Vec<_>>(), "the same transfers");
     for transfer in &transfers {
         let number = format!("{:05}_", transfer["transfer"].as_u64().expect("a number"));

@@ -4,7 +4,7 @@
 
 use crate::bytes::frame::{Direction, Frame, Kind, MAX_BUSES, StampForm};
 use crate::bytes::readers::listing::LeftOut;
-use crate::bytes::readers::{Damage, Item, Marker, Place, Unreadable};
+use crate::bytes::readers::{Damage, FilePlace, Item, Marker, Unreadable};
 use crate::bytes::span::Span;
 
 /// Maximum number of listed damages; further ones are only counted.
@@ -52,7 +52,7 @@ pub struct Info {
     /// Unreadable ones on buses beyond the maximum number.
     pub of_further_buses: u64,
     /// The first unreadable one.
-    pub first_unreadable: Option<Place>,
+    pub first_unreadable: Option<FilePlace>,
     /// Number of reports by the capturing program of lost frames.
     pub gaps: u64,
     /// Number of lost frames in these reports.

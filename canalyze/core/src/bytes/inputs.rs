@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, StampForm};
-use crate::bytes::readers::{Contents, Damage, DamageKind, Item, Marker, Place, Reader, Unreadable as Reason};
+use crate::bytes::readers::{Contents, Damage, DamageKind, FilePlace, Item, Marker, Reader, Unreadable as Reason};
 
 /// Maximum number of listed ranges of unreadable lines of a file.
 const RANGES: usize = 20;
@@ -47,7 +47,7 @@ pub struct Unreadable {
     /// Number of lines.
     pub count: u64,
     /// The first one.
-    pub first: Option<Place>,
+    pub first: Option<FilePlace>,
     /// The first ranges.
     pub ranges: Vec<(u64, u64)>,
 }
@@ -61,10 +61,10 @@ impl File {
 
 impl Unreadable {
     /// Counts a place.
-    pub fn add(&mut self, place: Place) {
+    pub fn add(&mut self, place: FilePlace) {
         self.first.get_or_insert(place);
         self.count += 1;
-        let (Place::Line(line) | Place::Byte(line)) = place else { return };
+        let (FilePlace::Line(line) | FilePlace::Byte(line)) = place else { return };
         let room = self.ranges.len() < RANGES;
         match self.ranges.last_mut() {
             Some((_, to)) if *to + 1 == line => *to = line,
@@ -85,7 +85,7 @@ pub enum Refusal {
 
 /// The origin of a file's stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Clock {
+enum StampOrigin {
     Absent,
     Start,
     Day,
@@ -109,7 +109,7 @@ pub struct Input {
     queue: VecDeque<Item>,
     /// Number of frames found in it.
     pub frames: u64,
-    clock: Option<Clock>,
+    clock: Option<StampOrigin>,
     date_ns: Option<i64>,
     /// True after its end has been returned.
     closed: bool,
@@ -233,12 +233,12 @@ fn common(bus: BusId, own: &Buses, all: &mut Buses) -> BusId {
     all.intern(own.name(bus))
 }
 
-fn clock(frame: &Frame, date_ns: Option<i64>) -> Clock {
+fn clock(frame: &Frame, date_ns: Option<i64>) -> StampOrigin {
     match (frame.t_ns, frame.stamp.map(|stamp| stamp.form)) {
-        (None, _) => Clock::Absent,
-        (Some(_), Some(StampForm::Calendar)) => Clock::Day,
-        (Some(t_ns), _) if t_ns >= ABSOLUTE_NS || date_ns.is_some() => Clock::Day,
-        _ => Clock::Start,
+        (None, _) => StampOrigin::Absent,
+        (Some(_), Some(StampForm::Calendar)) => StampOrigin::Day,
+        (Some(t_ns), _) if t_ns >= ABSOLUTE_NS || date_ns.is_some() => StampOrigin::Day,
+        _ => StampOrigin::Start,
     }
 }
 
@@ -368,7 +368,7 @@ impl Inputs {
     fn begin(&mut self, date_ns: &mut Option<i64>) {
         self.begun = true;
         let of = |clock| self.all.iter().position(|one| one.clock == Some(clock));
-        self.refusal = match (of(Clock::Absent), of(Clock::Day), of(Clock::Start)) {
+        self.refusal = match (of(StampOrigin::Absent), of(StampOrigin::Day), of(StampOrigin::Start)) {
             (Some(input), _, _) => Some(Refusal::NoStamps(input)),
             (None, Some(day), Some(start)) => Some(Refusal::NoCommonClock(day, start)),
             _ => None,
@@ -387,7 +387,7 @@ mod tests {
 
     use super::*;
     use crate::bytes::frame::{CanId, Stamp};
-    use crate::bytes::readers::{Format, Settings};
+    use crate::bytes::readers::{InputFormat, Settings};
 
     fn frame(t_ns: Option<i64>, bus: u8) -> Item {
         let stamp = t_ns.map(|ns| Stamp { form: StampForm::Seconds, ns, width: 1, decimals: 9 });
@@ -401,7 +401,7 @@ mod tests {
     fn opened(files: &[&[Item]]) -> Inputs {
         let mut inputs = Inputs::default();
         for (no, items) in files.iter().enumerate() {
-            inputs.open(no == 0, b"x", Reader::new(Format::Candump, &Settings::default()));
+            inputs.open(no == 0, b"x", Reader::new(InputFormat::Candump, &Settings::default()));
             let input = inputs.get(no).unwrap();
             input.buses.intern(format!("bus{no}").as_bytes());
             for item in *items {
@@ -496,7 +496,8 @@ mod tests {
 
     #[test]
     fn what_comes_before_any_frame_is_not_kept() {
-        let unreadable = Item::Unreadable { place: Place::Line(1), reason: crate::bytes::readers::Unreadable::NoFrame };
+        let unreadable =
+            Item::Unreadable { place: FilePlace::Line(1), reason: crate::bytes::readers::Unreadable::NoFrame };
         let mut inputs = opened(&[&[], &[unreadable; 100]]);
         assert_eq!(joined(&mut inputs, &mut None), []);
         assert!(inputs.get(1).unwrap().queue.is_empty());

@@ -19,14 +19,14 @@ const ANY: &[u8] = b"any";
 /// The filters of all named channels; other channels are shown whole.
 #[derive(Clone, Debug, Default)]
 pub struct Masks {
-    channels: Vec<Channel>,
+    channels: Vec<MaskChannel>,
 }
 
 /// The filters of one channel.
 #[derive(Clone, Debug)]
-struct Channel {
+struct MaskChannel {
     name: Vec<u8>,
-    pairs: Vec<Pair>,
+    pairs: Vec<MaskPair>,
     /// Classes of error frames.
     errors: u32,
     /// True if all pairs have to match instead of any.
@@ -35,7 +35,7 @@ struct Channel {
 
 /// An identifier and a mask.
 #[derive(Clone, Copy, Debug)]
-struct Pair {
+struct MaskPair {
     id: u32,
     mask: u32,
     inverted: bool,
@@ -43,12 +43,12 @@ struct Pair {
 
 /// An invalid filter, and the whole argument that contains it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mistake(pub String, pub String);
+pub struct MaskMistake(pub String, pub String);
 
 impl Masks {
     /// Parses channels with their filters; a channel without filters is shown whole.
-    pub fn parse(channels: &[String]) -> Result<Self, Mistake> {
-        let channels = channels.iter().map(|text| Channel::parse(text));
+    pub fn parse(channels: &[String]) -> Result<Self, MaskMistake> {
+        let channels = channels.iter().map(|text| MaskChannel::parse(text));
         Ok(Self { channels: channels.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect() })
     }
 
@@ -68,22 +68,22 @@ impl Masks {
     }
 }
 
-impl Channel {
+impl MaskChannel {
     /// Parses one channel; `None` if it has no filters.
-    fn parse(text: &str) -> Result<Option<Self>, Mistake> {
+    fn parse(text: &str) -> Result<Option<Self>, MaskMistake> {
         let mut parts = text.split(',');
         let name = parts.next().unwrap_or_default().as_bytes().to_vec();
         let mut channel = Self { name, pairs: Vec::new(), errors: 0, join: false };
         let mut any = false;
         for part in parts {
             any = true;
-            let wrong = || Mistake(part.to_owned(), text.to_owned());
+            let wrong = || MaskMistake(part.to_owned(), text.to_owned());
             if let Some(classes) = part.strip_prefix('#') {
                 channel.errors = number(classes).ok_or_else(wrong)?;
             } else if matches!(part, "j" | "J") {
                 channel.join = true;
             } else {
-                channel.pairs.push(Pair::parse(part).ok_or_else(wrong)?);
+                channel.pairs.push(MaskPair::parse(part).ok_or_else(wrong)?);
             }
         }
         Ok(any.then_some(channel))
@@ -105,7 +105,7 @@ impl Channel {
     }
 }
 
-impl Pair {
+impl MaskPair {
     fn parse(text: &str) -> Option<Self> {
         let at = text.find([':', '~'])?;
         let (id, mask) = (text.get(..at)?, text.get(at + 1..)?);
@@ -210,7 +210,7 @@ mod tests {
     fn mistakes() {
         for part in ["", "123", "123:", ":7FF", "12G:7FF", "#", "#x", "jj", "123:7FF ", "+1:7FF", "123456789:7FF"] {
             let text = format!("can0,{part}");
-            assert_eq!(Masks::parse(std::slice::from_ref(&text)).unwrap_err(), Mistake(part.to_owned(), text));
+            assert_eq!(Masks::parse(std::slice::from_ref(&text)).unwrap_err(), MaskMistake(part.to_owned(), text));
         }
     }
 }

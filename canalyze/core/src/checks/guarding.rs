@@ -8,7 +8,7 @@
 use super::heartbeat::Heartbeats;
 use super::nmt::Nmt;
 use crate::bytes::frame::FrameRef;
-use crate::evidence::circumstance::Kind;
+use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::evidence::{Obligations, When};
@@ -213,7 +213,7 @@ impl Guarding {
         if guarded.is_asked(cx) && answer {
             guarded.request = None;
             if std::mem::take(&mut guarded.silent) {
-                cx.evidence.circumstances.over(Kind::NodeLost, node);
+                cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
             }
             guarded.expire(node, cx);
             return guarded.answer_at(node, toggle, cx.at, cx);
@@ -341,7 +341,7 @@ impl Guarded {
             None => Grd002::NoResponse,
         };
         cx.raise(what, Some(node), None, Some(request));
-        cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
+        cx.evidence.circumstances.note(CircumstanceKind::NodeLost, Some(node), cx.when);
     }
 
     /// Settles a frame that no request has followed.

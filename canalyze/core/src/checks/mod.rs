@@ -48,7 +48,7 @@ use pdo::configuration::{self as pdo_configuration, PdoConfiguration};
 use pdo::identifier::PdoIdentifiers;
 use pdo::length::{Misfit, PdoLength, misfit};
 use pdo::timing::PdoTiming;
-use srdo::{Seen, Srdos};
+use srdo::{SrdoResult, Srdos};
 use sync::Sync;
 
 /// The identity of a PDO.
@@ -217,13 +217,13 @@ impl Checks {
         frame: &Frame,
         nodes: &PerNode<Node>,
         cx: &Context<'_>,
-    ) -> Seen {
+    ) -> SrdoResult {
         let states = &self.nodes;
         self.srdos.follow(number, inverted, frame, nodes, cx, |node| states.state(node))
     }
 
     /// Judges the same frame after its own event.
-    pub fn shown(&self, seen: &Seen, cx: &mut Context<'_>) {
+    pub fn shown(&self, seen: &SrdoResult, cx: &mut Context<'_>) {
         self.srdos.judge(seen, cx);
     }
 

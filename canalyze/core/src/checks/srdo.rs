@@ -94,7 +94,7 @@ struct Halves {
 
 /// The observations of a pair.
 #[derive(Clone, Debug, Default)]
-struct Pair {
+struct SrdoPair {
     halves: Halves,
     /// Number of pairs in a row that came in the wrong order.
     swaps: u8,
@@ -130,7 +130,7 @@ enum Report {
 
 /// The result for a frame, until its event exists.
 #[derive(Debug, Default)]
-pub struct Seen {
+pub struct SrdoResult {
     /// True if the data are the inverse of the normal data before them; `None` if unknown.
     pub valid: Option<bool>,
     number: u8,
@@ -141,7 +141,7 @@ pub struct Seen {
 #[derive(Debug, Default)]
 pub struct Srdos {
     /// The pairs by number, created with the first frame.
-    pairs: Vec<Pair>,
+    pairs: Vec<SrdoPair>,
     limits: Vec<Limits>,
     records: BTreeMap<(u8, u16), Record>,
     /// Records that have changed.
@@ -192,18 +192,18 @@ impl Srdos {
         nodes: &PerNode<Node>,
         cx: &Context<'_>,
         state: impl Fn(u8) -> Option<u8>,
-    ) -> Seen {
+    ) -> SrdoResult {
         if !self.stale.is_empty() {
             self.compile(nodes);
         }
         if self.pairs.is_empty() {
-            self.pairs = vec![Pair::default(); PAIRS + 1];
+            self.pairs = vec![SrdoPair::default(); PAIRS + 1];
         }
         let limits = self.limits.get(usize::from(number)).copied().unwrap_or_default();
-        let mut seen = Seen { valid: None, number, reports: Vec::new() };
+        let mut seen = SrdoResult { valid: None, number, reports: Vec::new() };
         let Some(pair) = self.pairs.get_mut(usize::from(number)) else { return seen };
         if !(1..=8).contains(&frame.len) {
-            *pair = Pair { proven: pair.proven, ..Pair::default() };
+            *pair = SrdoPair { proven: pair.proven, ..SrdoPair::default() };
             return seen;
         }
         let before = pair.valid;
@@ -239,7 +239,7 @@ impl Srdos {
     }
 
     /// Raises the findings of [`Self::follow`].
-    pub fn judge(&self, seen: &Seen, cx: &mut Context<'_>) {
+    pub fn judge(&self, seen: &SrdoResult, cx: &mut Context<'_>) {
         for report in &seen.reports {
             self.raise(seen.number, *report, cx);
         }
@@ -302,7 +302,7 @@ impl Srdos {
         *if lost { &mut self.lost } else { &mut self.began } = at;
         for pair in &mut self.pairs {
             if lost {
-                *pair = Pair { proven: pair.proven, ..Pair::default() };
+                *pair = SrdoPair { proven: pair.proven, ..SrdoPair::default() };
             }
             pair.began = None;
             (pair.idle, pair.confirmed) = (false, false);
@@ -310,8 +310,8 @@ impl Srdos {
     }
 }
 
-impl Pair {
-    fn normal(&mut self, half: Half, recording: &Recording, seen: &mut Seen) {
+impl SrdoPair {
+    fn normal(&mut self, half: Half, recording: &Recording, seen: &mut SrdoResult) {
         if let Some(missing) = self.halves.missing.take().filter(|_| self.valid > PROOF) {
             self.began = None;
             seen.reports.push(Report::InverseMissing(missing));
@@ -330,7 +330,7 @@ impl Pair {
         }
     }
 
-    fn inverse(&mut self, half: Half, recording: &Recording, seen: &mut Seen) {
+    fn inverse(&mut self, half: Half, recording: &Recording, seen: &mut SrdoResult) {
         match self.halves.open {
             Some(open) if open.is_inverse(&half) => {
                 self.halves.open = None;
@@ -380,7 +380,7 @@ impl Pair {
     }
 
     /// Takes inverted data before their normal data. Once, and close together, it may be a late frame.
-    fn swapped(&mut self, normal: Half, recording: &Recording, seen: &mut Seen) {
+    fn swapped(&mut self, normal: Half, recording: &Recording, seen: &mut SrdoResult) {
         let apart = self.halves.early.and_then(|early| recording.between(early.when, normal.when)).unwrap_or(0);
         self.swaps = self.swaps.saturating_add(1);
         self.halves.lone = None;
@@ -393,7 +393,7 @@ impl Pair {
     }
 
     /// Judges the times of a pair completed by `half`.
-    fn timing(&mut self, half: Half, recording: &Recording, limits: &Limits, seen: &mut Seen) {
+    fn timing(&mut self, half: Half, recording: &Recording, limits: &Limits, seen: &mut SrdoResult) {
         let Some(normal) = self.last.filter(|normal| normal.when.at.t_ns.is_some()) else { return };
         if let Some(limit) = limits.validation {
             let allowance = tolerance(limit.2 * MS);

@@ -13,7 +13,7 @@ use super::when::When;
 
 /// The kinds of circumstances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum CircumstanceKind {
     /// Frames are missing from the recording, or its clock was set.
     Gap,
     /// The recorder stalled.
@@ -30,7 +30,7 @@ pub enum Kind {
     SharedId,
 }
 
-impl Kind {
+impl CircumstanceKind {
     /// Returns true if it excuses everything due since, until it is over.
     fn lasts(self) -> bool {
         matches!(self, Self::TwoSyncProducers | Self::NodeLost | Self::SharedId)
@@ -70,14 +70,14 @@ enum Scope {
 use Rules::{EventPdo, Nmt, SdoAnswer, SdoTime, Srdo, Sync, SynchronousPdo};
 
 /// The excuses: circumstance, scope, rules. A kind or group is listed once it is noted or asked for.
-const EXCUSES: &[(Kind, Scope, &[Rules])] = &[
-    (Kind::Gap, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
-    (Kind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
-    (Kind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime]),
-    (Kind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
-    (Kind::TwoSyncProducers, Scope::Bus, &[Sync, SynchronousPdo]),
-    (Kind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer]),
-    (Kind::SharedId, Scope::Node, &[Nmt]),
+const EXCUSES: &[(CircumstanceKind, Scope, &[Rules])] = &[
+    (CircumstanceKind::Gap, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
+    (CircumstanceKind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
+    (CircumstanceKind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime]),
+    (CircumstanceKind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
+    (CircumstanceKind::TwoSyncProducers, Scope::Bus, &[Sync, SynchronousPdo]),
+    (CircumstanceKind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer]),
+    (CircumstanceKind::SharedId, Scope::Node, &[Nmt]),
 ];
 
 /// Maximum number of remembered circumstances.
@@ -86,7 +86,7 @@ const KEPT: usize = 64;
 /// One circumstance.
 #[derive(Clone, Copy, Debug)]
 struct Circumstance {
-    kind: Kind,
+    kind: CircumstanceKind,
     /// The node; `None` for all.
     node: Option<u8>,
     when: When,
@@ -100,7 +100,7 @@ pub struct Circumstances {
 
 impl Circumstances {
     /// Notes a circumstance of a node or (`None`) of all.
-    pub fn note(&mut self, kind: Kind, node: Option<u8>, when: When) {
+    pub fn note(&mut self, kind: CircumstanceKind, node: Option<u8>, when: When) {
         if self.past.len() == KEPT {
             self.past.pop_front();
         }
@@ -108,13 +108,13 @@ impl Circumstances {
     }
 
     /// Ends a circumstance; it excuses nothing from here on.
-    pub fn over(&mut self, kind: Kind, node: impl Into<Option<u8>>) {
+    pub fn over(&mut self, kind: CircumstanceKind, node: impl Into<Option<u8>>) {
         let node = node.into();
         self.past.retain(|one| one.kind != kind || one.node != node);
     }
 
     /// Returns true if a circumstance is recent or lasts.
-    pub fn holds(&self, kind: Kind) -> bool {
+    pub fn holds(&self, kind: CircumstanceKind) -> bool {
         self.past.iter().any(|one| one.kind == kind)
     }
 
@@ -131,7 +131,12 @@ impl Circumstances {
 }
 
 impl Circumstance {
-    fn fits(&self, (kind, scope, families): &(Kind, Scope, &[Rules]), rules: Rules, node: Option<u8>) -> bool {
+    fn fits(
+        &self,
+        (kind, scope, families): &(CircumstanceKind, Scope, &[Rules]),
+        rules: Rules,
+        node: Option<u8>,
+    ) -> bool {
         let concerned = match scope {
             Scope::Bus => true,
             Scope::Node => self.node == node,

@@ -56,7 +56,7 @@ pub enum Sighting {
 
 /// A frame that may be seen again.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct SeenFrame {
     key: u64,
     id: CanId,
     number: u64,
@@ -68,8 +68,8 @@ struct Seen {
     again: bool,
 }
 
-impl Seen {
-    fn age_ns(&self, now: &Seen) -> Option<i64> {
+impl SeenFrame {
+    fn age_ns(&self, now: &SeenFrame) -> Option<i64> {
         Some(now.t_ns?.saturating_sub(self.t_ns?))
     }
 }
@@ -86,7 +86,7 @@ struct Last {
 #[derive(Debug, Default)]
 pub struct Duplicates {
     /// The last frames, oldest first; after the proof, only those not seen again.
-    recent: VecDeque<Seen>,
+    recent: VecDeque<SeenFrame>,
     /// Last sightings by a part of their key; empty until the first frame.
     last: Vec<Last>,
     count: u64,
@@ -103,7 +103,7 @@ pub struct Duplicates {
     twice: u32,
     once: u32,
     /// The first possible duplicate that is not decided.
-    suspect: Option<Seen>,
+    suspect: Option<SeenFrame>,
     proven: bool,
     /// True if the decision is no longer awaited.
     given_up: bool,
@@ -166,8 +166,15 @@ impl Duplicates {
         self.count += 1;
         let key = key(frame);
         let isolated = self.is_isolated(key, frame) && !squeezed;
-        let now =
-            Seen { key, id: frame.id, number: frame.no, t_ns: frame.t_ns, count: self.count, isolated, again: false };
+        let now = SeenFrame {
+            key,
+            id: frame.id,
+            number: frame.no,
+            t_ns: frame.t_ns,
+            count: self.count,
+            isolated,
+            again: false,
+        };
         self.forget_old(&now);
         if self.proven {
             let sighting = if self.pair(&now) { Sighting::Duplicate } else { Sighting::Original };
@@ -180,7 +187,7 @@ impl Duplicates {
         if !again {
             self.unlearn(&now);
         }
-        self.recent.push_back(Seen { isolated: isolated && !again, again, ..now });
+        self.recent.push_back(SeenFrame { isolated: isolated && !again, again, ..now });
         if again && !self.are_refuted() && !self.given_up {
             self.suspect.get_or_insert(now);
         }
@@ -189,13 +196,13 @@ impl Duplicates {
     }
 
     /// Returns true if an equal frame came shortly before and has no duplicate yet.
-    fn resembles(&mut self, now: &Seen) -> bool {
+    fn resembles(&mut self, now: &SeenFrame) -> bool {
         // Without stamps there is only the order: an equal frame must follow immediately.
-        let near = |seen: &Seen| match seen.age_ns(now) {
+        let near = |seen: &SeenFrame| match seen.age_ns(now) {
             Some(age) => (0..=APART_NS).contains(&age),
             None => seen.count + 1 == now.count,
         };
-        let equal = |seen: &&mut Seen| seen.key == now.key && !seen.again && near(seen);
+        let equal = |seen: &&mut SeenFrame| seen.key == now.key && !seen.again && near(seen);
         let Some(original) = self.recent.iter_mut().find(equal) else { return false };
         original.again = true;
         let original = *original;
@@ -206,7 +213,7 @@ impl Duplicates {
     }
 
     /// Learns the distance of a duplicate to its original.
-    fn learn(&mut self, original: &Seen, now: &Seen) {
+    fn learn(&mut self, original: &SeenFrame, now: &SeenFrame) {
         if !original.isolated {
             return;
         }
@@ -223,12 +230,12 @@ impl Duplicates {
     }
 
     /// Withdraws the evidence of a frame that is listed a third time: it is sent repeatedly.
-    fn unlearn(&mut self, now: &Seen) {
-        let near = |seen: &Seen| match seen.age_ns(now) {
+    fn unlearn(&mut self, now: &SeenFrame) {
+        let near = |seen: &SeenFrame| match seen.age_ns(now) {
             Some(age) => (0..=2 * APART_NS).contains(&age),
             None => now.count - seen.count <= APART_FRAMES,
         };
-        let paired = |seen: &&mut Seen| seen.key == now.key && seen.isolated && seen.again && near(seen);
+        let paired = |seen: &&mut SeenFrame| seen.key == now.key && seen.isolated && seen.again && near(seen);
         let Some(original) = self.recent.iter_mut().find(paired) else { return };
         original.isolated = false;
         self.twice = self.twice.saturating_sub(1);
@@ -259,14 +266,15 @@ impl Duplicates {
 
     /// Returns true if a frame is the duplicate of an earlier one at the known distance. Both sightings have the same
     /// order: frames before the original have been seen again, or are overdue.
-    fn pair(&mut self, now: &Seen) -> bool {
+    fn pair(&mut self, now: &SeenFrame) -> bool {
         let (usual, _) = self.usual_ns();
-        let in_time = |seen: &Seen| match seen.age_ns(now) {
+        let in_time = |seen: &SeenFrame| match seen.age_ns(now) {
             Some(age) => usual.contains(&age),
             None => now.count - seen.count <= APART_FRAMES,
         };
         let middle = usual.start().midpoint(*usual.end());
-        let overdue = |seen: &Seen| seen.age_ns(now).is_none_or(|age| age.saturating_add(self.resolution_ns) >= middle);
+        let overdue =
+            |seen: &SeenFrame| seen.age_ns(now).is_none_or(|age| age.saturating_add(self.resolution_ns) >= middle);
         let Some(place) = self.recent.iter().position(|seen| seen.key == now.key && in_time(seen)) else {
             return false;
         };
@@ -281,10 +289,11 @@ impl Duplicates {
     }
 
     /// Decides if there is a proof by now, or will be none.
-    fn judge(&mut self, now: &Seen) {
+    fn judge(&mut self, now: &SeenFrame) {
         // Overdue ones count as seen once.
         let (usual, alike) = self.usual_ns();
-        let late = |seen: &&Seen| seen.isolated && !seen.again && seen.age_ns(now).is_none_or(|age| age > *usual.end());
+        let late =
+            |seen: &&SeenFrame| seen.isolated && !seen.again && seen.age_ns(now).is_none_or(|age| age > *usual.end());
         // A frame that comes a third time, like sub-blocks of equal data, is no evidence; that takes as long again.
         let over = |at: i64| now.t_ns.is_none_or(|now| now.saturating_sub(at) > *usual.end());
         let settled = self.apart_ns.iter().filter(|(age, _, at)| usual.contains(age) && over(*at)).count();
@@ -320,8 +329,8 @@ impl Duplicates {
 
     /// Removes frames too old to be seen again and counts those seen once. They are kept while frames wait for the
     /// decision.
-    fn forget_old(&mut self, now: &Seen) {
-        let old = |seen: &Seen| match seen.age_ns(now) {
+    fn forget_old(&mut self, now: &SeenFrame) {
+        let old = |seen: &SeenFrame| match seen.age_ns(now) {
             Some(age) => !(0..=APART_NS).contains(&age),
             None => now.count - seen.count > APART_FRAMES,
         };
@@ -332,7 +341,8 @@ impl Duplicates {
             }
         }
         // A third one may follow the second at the same distance.
-        let gone = |seen: &Seen| old(seen) && seen.age_ns(now).is_none_or(|age| !(0..=2 * APART_NS).contains(&age));
+        let gone =
+            |seen: &SeenFrame| old(seen) && seen.age_ns(now).is_none_or(|age| !(0..=2 * APART_NS).contains(&age));
         while self.recent.len() > MOST || self.recent.front().is_some_and(|seen| self.suspect.is_none() && gone(seen)) {
             let seen = self.recent.pop_front();
             self.once = self.once.saturating_add(u32::from(seen.is_some_and(|seen| seen.isolated && !seen.again)));

@@ -68,7 +68,7 @@ impl Guess {
 
 /// A silence that may be a hole.
 #[derive(Clone, Debug)]
-struct Doubt {
+struct HoleDoubt {
     /// The number of the first frame after it.
     first: u64,
     from_ns: i64,
@@ -80,7 +80,7 @@ struct Doubt {
     by_ns: (i64, i64),
 }
 
-impl Doubt {
+impl HoleDoubt {
     /// Follows a frame of a sender at `now`. `in_row`: no pause has come since the silence.
     fn heard(&mut self, place: usize, now: i64, in_row: bool) {
         let Some(slot) = self.senders.get_mut(place).filter(|sender| !sender.over) else { return };
@@ -167,7 +167,7 @@ impl Doubt {
 /// The holes of a bus.
 #[derive(Debug, Default)]
 pub(super) struct Holes {
-    doubt: Option<Doubt>,
+    doubt: Option<HoleDoubt>,
     /// The numbers of the first frames after the last ones.
     found: Vec<u64>,
     /// Time since which the recording is known to be continuous, in ns; a frame before it does not show when the next
@@ -237,7 +237,7 @@ impl Holes {
         if missed > 0 && independent(&|_| true) >= SENDERS {
             let (missing, later) = (Guess { refuted: missed < SENDERS, ..Guess::default() }, Guess::default());
             let by_ns = (1, to_ns.saturating_sub(from_ns));
-            self.doubt = Some(Doubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
+            self.doubt = Some(HoleDoubt { first: frame.no, from_ns, to_ns, senders, missing, later, by_ns });
         }
     }
 

@@ -21,7 +21,7 @@ pub mod when;
 #[cfg(test)]
 mod tests;
 
-pub use circumstance::{Circumstances, Kind, Rules};
+pub use circumstance::{CircumstanceKind, Circumstances, Rules};
 pub use obligation::Obligations;
 pub use pending::Pending;
 pub use period::Period;

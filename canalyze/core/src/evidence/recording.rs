@@ -87,7 +87,7 @@ pub struct Happened {
 /// The knowledge about the recording of one bus.
 #[derive(Debug, Default)]
 pub struct Recording {
-    clock: Clock,
+    clock: StampClock,
     /// Incremented at each loss of frames.
     losses: u32,
     resolution: Resolution,
@@ -111,7 +111,7 @@ pub struct Recording {
 
 /// The clock of the stamps.
 #[derive(Clone, Copy, Debug, Default)]
-struct Clock {
+struct StampClock {
     /// Incremented at each step.
     steps: u32,
     /// The latest time since, in ns.

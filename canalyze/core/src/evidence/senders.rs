@@ -91,7 +91,7 @@ impl Late {
 
 /// The evidence of a frame's time about its sender.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Seen {
+pub(super) struct SenderEvidence {
     /// Its lateness, if it was due since the silence began.
     pub(super) late: Option<Late>,
     /// True if its CAN-ID, sent on its own with even gaps, repeated after a small part of its usual gap.
@@ -184,13 +184,13 @@ impl Usual {
 
     /// Examines a frame at `now` in detail. Out of line, since few frames need it.
     #[inline(never)]
-    fn see(&mut self, id: usize, now: i64, run: Option<Run>, drain_ns: i64) -> Seen {
+    fn see(&mut self, id: usize, now: i64, run: Option<Run>, drain_ns: i64) -> SenderEvidence {
         let gap = now.saturating_sub(self.last_ns);
         let again = run.filter(|run| gap <= now.saturating_sub(run.to_ns));
         let even = self.gap_ns > 4 * drain_ns;
         let timed = run.filter(|_| even && again.is_none() && is_timed(id));
         let late = timed.and_then(|run| self.late(run.from_ns, now));
-        let mut seen = Seen { late, ..Seen::default() };
+        let mut seen = SenderEvidence { late, ..SenderEvidence::default() };
         let known = std::mem::replace(&mut self.last_ns, now) != 0;
         if !known || gap < 0 {
             return seen;
@@ -273,17 +273,17 @@ pub(super) struct Senders {
 
 impl Senders {
     /// Follows a frame at `now`, perhaps in a run after a silence. Buffered frames follow each other within `drain_ns`.
-    pub(super) fn see(&mut self, frame: &Frame, now: i64, run: Option<Run>, drain_ns: i64) -> Seen {
+    pub(super) fn see(&mut self, frame: &Frame, now: i64, run: Option<Run>, drain_ns: i64) -> SenderEvidence {
         if self.usual.is_empty() {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
-        let Some(id) = identifier(frame) else { return Seen::default() };
-        let Some(usual) = self.usual.get_mut(id) else { return Seen::default() };
+        let Some(id) = identifier(frame) else { return SenderEvidence::default() };
+        let Some(usual) = self.usual.get_mut(id) else { return SenderEvidence::default() };
         if usual.last_ns == 0 {
             self.active.push(id);
         } else if run.is_none() && now.saturating_sub(usual.last_ns) > usual.gap_ns / 4 {
             // It only adds to the usual gap.
-            return Seen { tells_of: usual.take(now, drain_ns), ..Seen::default() };
+            return SenderEvidence { tells_of: usual.take(now, drain_ns), ..SenderEvidence::default() };
         }
         usual.see(id, now, run, drain_ns)
     }

@@ -13,7 +13,7 @@
 use crate::bytes::frame::{Frame, Kind};
 
 use super::duplicates::{Duplicates, PATIENCE_NS};
-use super::senders::{Even, Late, Run, Seen, Senders};
+use super::senders::{Even, Late, Run, SenderEvidence, Senders};
 
 /// Minimum length of a stall, in ns; shorter silences change no verdict.
 pub(super) const SHORTEST_STALL_NS: i64 = 10_000_000;
@@ -66,7 +66,7 @@ struct Signs {
 }
 
 impl Signs {
-    fn take(&mut self, seen: Seen, too_close: bool) {
+    fn take(&mut self, seen: SenderEvidence, too_close: bool) {
         self.frames += 1;
         self.close += u32::from(too_close);
         if let Some(late) = seen.late.filter(|late| late.ns > late.room_ns) {
@@ -196,7 +196,7 @@ impl Stalls {
     }
 
     /// Adds a frame to the running burst.
-    fn take(&mut self, seen: Seen, now: i64, too_close: bool, original: bool) {
+    fn take(&mut self, seen: SenderEvidence, now: i64, too_close: bool, original: bool) {
         let mean_ns = self.mean_gap_64 / 64;
         let Some(burst) = self.bursts.last_mut() else { return };
         burst.until_ns = now;

@@ -20,9 +20,9 @@ pub(super) struct Comparison {
 }
 
 impl Comparison {
-    fn setting(&self) -> tables::diff::Setting<'_> {
+    fn setting(&self) -> tables::diff::DiffSetting<'_> {
         let [a, b] = &self.digests;
-        tables::diff::Setting { lang: self.lang, digests: [a, b] }
+        tables::diff::DiffSetting { lang: self.lang, digests: [a, b] }
     }
 
     fn bytes<'py>(py: Python<'py>, write: impl FnOnce(&mut Vec<u8>) + Send) -> Bound<'py, PyBytes> {
@@ -53,7 +53,7 @@ impl Comparison {
         let digests = [take(a), take(b)].map(|digest| digest.ok_or_else(|| PyValueError::new_err("format: digest")));
         let [a, b] = digests;
         let (a, b) = (a?, b?);
-        let compared = py.detach(|| diff::compare(&a, &b, &diff::Settings { tolerance, buses }));
+        let compared = py.detach(|| diff::compare(&a, &b, &diff::DiffSettings { tolerance, buses }));
         Ok(Self { lang, digests: [a, b], names: names.into(), compared })
     }
 

@@ -14,16 +14,16 @@ use crate::words::profiles::Profile;
 use crate::words::{terms, value};
 use crate::world::dictionary::{Access, Described, Dictionary as Table, Form, Object, Preset};
 use crate::world::od::DataType;
-use crate::world::preset::{self, Doubt, What};
+use crate::world::preset::{self, Doubt, Doubted};
 
 /// A row of a description: index, sub-index, name, type, access, value, relative to the node-ID, configured by a DCF,
 /// mappable, unit, factor.
-type Row = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
+type ObjectRow = (u16, u8, String, u16, String, Option<i128>, bool, bool, bool, String, f64);
 /// Code of a defect, index, optional sub-index, and the facts of its sentence.
-type Defect = (&'static str, u16, Option<u8>, Vec<(&'static str, Fact)>);
+type Defect = (&'static str, u16, Option<u8>, Vec<(&'static str, ObjectFact)>);
 
 #[derive(IntoPyObject)]
-enum Fact {
+enum ObjectFact {
     Number(u64),
     Text(String),
 }
@@ -37,7 +37,7 @@ pub(super) struct Dictionary {
 impl Dictionary {
     #[new]
     #[pyo3(signature = (*, file, form, device, rows))]
-    fn new(file: String, form: &str, device: String, rows: Vec<Row>) -> PyResult<Self> {
+    fn new(file: String, form: &str, device: String, rows: Vec<ObjectRow>) -> PyResult<Self> {
         let form = choose(
             "form",
             form,
@@ -58,7 +58,7 @@ impl Dictionary {
     }
 }
 
-fn object(row: Row) -> PyResult<Object> {
+fn object(row: ObjectRow) -> PyResult<Object> {
     let (index, sub, name, data_type, access, value, relative, configured, mappable, unit, factor) = row;
     let access = Access::from_name(&access).ok_or_else(|| PyValueError::new_err(format!("access={access:?}")))?;
     // Two's complement of the type's width, at most 64 bits.
@@ -151,25 +151,25 @@ impl Pdo {
 
 /// Returns a doubt about a PDO in the form for Python.
 fn defect(pdo: &Pdo, doubt: &Doubt) -> Defect {
-    let number = |number| Fact::Number(number);
-    let object = |index: u16| ("object", Fact::Text(format!("{index:04X}h")));
-    let part = |index: u16, sub: u8| ("object", Fact::Text(format!("{index:04X}h:{sub:02X}")));
+    let number = |number| ObjectFact::Number(number);
+    let object = |index: u16| ("object", ObjectFact::Text(format!("{index:04X}h")));
+    let part = |index: u16, sub: u8| ("object", ObjectFact::Text(format!("{index:04X}h:{sub:02X}")));
     let (code, facts) = match doubt.what {
-        What::CobId { value } => ("cob-id", vec![("value", Fact::Text(format!("{value:08X}h")))]),
-        What::NoMapping => ("mapping-missing", vec![object(mapping_parameter(pdo.direction == "tpdo", pdo.number))]),
-        What::Count { said, found } => {
+        Doubted::CobId { value } => ("cob-id", vec![("value", ObjectFact::Text(format!("{value:08X}h")))]),
+        Doubted::NoMapping => ("mapping-missing", vec![object(mapping_parameter(pdo.direction == "tpdo", pdo.number))]),
+        Doubted::Count { said, found } => {
             ("mapping-count", vec![object(doubt.index), ("said", number(said)), ("found", number(found as u64))])
         }
-        What::Length { bits } => {
+        Doubted::Length { bits } => {
             ("mapping-length", vec![("bits", number(u64::from(bits))), ("most", number(u64::from(preset::MOST_BITS)))])
         }
-        What::Unknown { index, sub } => ("mapped-unknown", vec![part(index, sub)]),
-        What::Size { index, sub, bits, width } => (
+        Doubted::Unknown { index, sub } => ("mapped-unknown", vec![part(index, sub)]),
+        Doubted::Size { index, sub, bits, width } => (
             "mapped-size",
             vec![part(index, sub), ("bits", number(u64::from(bits))), ("width", number(u64::from(width)))],
         ),
     };
-    let name = Fact::Text(format!("{}{}", pdo.direction.to_uppercase(), pdo.number));
+    let name = ObjectFact::Text(format!("{}{}", pdo.direction.to_uppercase(), pdo.number));
     (code, doubt.index, doubt.sub, std::iter::once(("pdo", name)).chain(facts).collect())
 }
 

@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use self::columns::{Batch, Table};
 use self::comparison::Comparison;
@@ -22,10 +23,10 @@ use self::network::Network;
 use self::session::Session;
 use crate::bytes::frame::Buses;
 use crate::bytes::readers::candump;
-use crate::bytes::readers::{Format as Input, listing, sniff};
+use crate::bytes::readers::{InputFormat as Input, listing, sniff};
 use crate::bytes::writers::Format as Written;
 use crate::rules::{RULES, SEVERITIES};
-use crate::session::{Options, Session as Core};
+use crate::session::{Options, Output, Session as Core};
 use crate::stories::kinds::KINDS;
 use crate::tables;
 use crate::tables::columns::Name;
@@ -42,7 +43,7 @@ fn choose<T: Copy>(name: &str, value: &str, choices: &[(&str, T)]) -> PyResult<T
 }
 
 fn language(lang: &str) -> PyResult<Lang> {
-    choose("lang", lang, &[("zh", Lang::Zh), ("en", Lang::En)])
+    choose("lang", lang, Lang::NAMES)
 }
 
 #[pyclass(module = "canalyze._core", frozen, get_all)]
@@ -110,7 +111,8 @@ fn within(out: &mut Vec<u8>, lang: Lang, line: &str, known: &Known) {
     let mut known = known.clone();
     // Node 0 holds descriptions whose node is unknown.
     known.descriptions.retain(|one| one.node > 0);
-    let options = Options { lang, depth: Depth::Explain, network: Arc::new(known), ..Options::default() };
+    let mut options = Options::of(lang, &[Output::Lines]);
+    (options.known.network, options.writing.depth) = (Arc::new(known), Depth::Explain);
     let mut session = Core::new(options);
     session.begin_one(0, b"", Input::Candump, true);
     session.feed_one(0, line.as_bytes(), out);
@@ -141,6 +143,11 @@ fn class_of(kind: &str, number: u16) -> Option<&'static str> {
     tables::columns::class_of(kind, number)
 }
 
+#[pyfunction]
+fn schema(py: Python<'_>) -> Bound<'_, PyBytes> {
+    PyBytes::new(py, &tables::columns::schema())
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -158,6 +165,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(omission, module)?)?;
     module.add_function(wrap_pyfunction!(class_of, module)?)?;
     module.add_function(wrap_pyfunction!(may_hold_command, module)?)?;
+    module.add_function(wrap_pyfunction!(schema, module)?)?;
     module.add("SERVICES", SERVICES)?;
     module.add("SEVERITIES", SEVERITIES.iter().map(|one| one.name()).collect::<Vec<_>>())?;
     module.add("COLOURS", COLOURS.iter().copied().collect::<BTreeMap<_, _>>())?;

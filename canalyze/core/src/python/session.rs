@@ -7,19 +7,19 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use super::choose;
 use super::columns::Batch;
 use super::network::Network;
 use super::settings::Expectations;
-use super::{choose, language};
 use crate::bytes::inputs::Refusal;
 use crate::bytes::masks::Masks;
 use crate::bytes::readers::candump::Stamps;
 use crate::bytes::readers::mcap::{Choice, Clock, Map};
-use crate::bytes::readers::{Damage, Format as Input, Place};
+use crate::bytes::readers::{Damage, FilePlace, InputFormat as Input, Settings as Reading};
 use crate::bytes::select::Select;
 use crate::bytes::writers::mcap::{self, FdSchema};
 use crate::bytes::writers::{self, Format as Written, Loss};
-use crate::session::{Format, Options, Session as Core};
+use crate::session::{Format, Knowledge, Options, Output, Rows, Scope, Session as Core, Writing};
 use crate::tables;
 use crate::tables::columns::Name;
 use crate::views::filter::Filter;
@@ -33,34 +33,103 @@ pub(super) struct Session {
     lang: Lang,
 }
 
-/// The options of a session, by the names and words of `canalyze/running/options.py`.
-#[derive(FromPyObject)]
-struct SessionOptions {
-    lang: String,
-    format: String,
-    depth: String,
-    stamps: String,
-    time: Option<String>,
-    filter: Option<String>,
-    extract: bool,
-    network: Option<Py<Network>>,
-    select: Option<String>,
-    topics: Vec<String>,
-    time_source: Option<String>,
-    mcap_maps: Vec<String>,
-    to: String,
-    decoded: bool,
-    mcap_fd_schema: String,
-    mcap_archive: bool,
-    tables: Vec<String>,
-    expectations: Option<Py<Expectations>>,
-    incidents: bool,
-    masks: Vec<String>,
-    limit: Option<u64>,
-    until_ns: Option<i64>,
-    threads: Option<usize>,
-    coloured: bool,
-    numbered: bool,
+/// The options of `canalyze/running/options.py`, read by their names.
+struct Given<'a, 'py> {
+    options: Borrowed<'a, 'py, PyAny>,
+    lang: Lang,
+}
+
+impl<'py> Given<'_, 'py> {
+    fn get<T: FromPyObjectOwned<'py>>(&self, name: &str) -> PyResult<T> {
+        self.options.getattr(name)?.extract().map_err(Into::into)
+    }
+
+    /// Returns the choice that has the name given.
+    fn one<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
+        choose(name, &self.get::<String>(name)?, choices)
+    }
+
+    /// Returns the choices that have the names given.
+    fn some<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> PyResult<Vec<T>> {
+        self.get::<Vec<String>>(name)?.iter().map(|word| choose(name, word, choices)).collect()
+    }
+
+    /// Returns the choice that has the name given, if there is one.
+    fn maybe<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> PyResult<Option<T>> {
+        self.get::<Option<String>>(name)?.map(|word| choose(name, &word, choices)).transpose()
+    }
+
+    /// Returns an expression; without one it is the empty one.
+    fn text(&self, name: &str) -> PyResult<String> {
+        Ok(self.get::<Option<String>>(name)?.unwrap_or_default())
+    }
+
+    /// Returns a value as it was read, or the error with the mistake in words.
+    fn read<T, M>(&self, read: Result<T, M>, words: fn(Lang, &M) -> String) -> PyResult<T> {
+        read.map_err(|mistake| PyValueError::new_err(words(self.lang, &mistake)))
+    }
+
+    /// Returns the outputs of a format, and the tables beside it.
+    fn outputs(&self) -> PyResult<Vec<Output>> {
+        let format = self.one("format", Format::NAMES)?;
+        let incidents = if self.get("incidents")? { format.incidents } else { &[] };
+        let tables = self.some("tables", Name::NAMES)?.into_iter().map(Output::Columns);
+        // Nothing is decoded for files.
+        let tables = tables.filter(|_| !format.outputs.contains(&Output::json(Rows::Files)));
+        Ok(format.outputs.iter().chain(incidents).copied().chain(tables).collect())
+    }
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Options {
+    type Error = PyErr;
+
+    fn extract(options: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let lang = choose("lang", &options.getattr("lang")?.extract::<String>()?, Lang::NAMES)?;
+        let given = Given { options, lang };
+        let maps: Vec<String> = given.get("mcap_maps")?;
+        let mcap = Choice {
+            topics: Select::parse(&given.get::<Vec<String>>("topics")?.join(",")),
+            clock: given.maybe("time_source", Clock::NAMES)?,
+            maps: given.read(maps.iter().map(|map| Map::parse(map)).collect(), complaints::mcap_map)?,
+        };
+        let known = Knowledge {
+            network: given
+                .get::<Option<Py<Network>>>("network")?
+                .map(|one| Arc::clone(&one.get().known))
+                .unwrap_or_default(),
+            expectations: given
+                .get::<Option<Py<Expectations>>>("expectations")?
+                .map(|one| Arc::clone(&one.get().expected)),
+        };
+        let shown = Scope {
+            filter: given.read(Filter::parse(&given.text("filter")?), complaints::filter)?,
+            masks: given.read(Masks::parse(&given.get::<Vec<String>>("masks")?), complaints::masks)?,
+            select: Select::parse(&given.text("select")?),
+            limit: given.get("limit")?,
+            until_ns: given.get("until_ns")?,
+        };
+        let settings = mcap::McapSettings {
+            fd_schema: given.one("mcap_fd_schema", FdSchema::NAMES)?,
+            archive: given.get("mcap_archive")?,
+            decoded: given.get::<bool>("decoded")?.then_some(lang),
+        };
+        // Records for another program's writer have no name among the formats of files.
+        let to = match given.get::<String>("to")?.as_str() {
+            "packed" => Written::Packed,
+            to => choose("to", to, Written::NAMES)?,
+        };
+        let writing = Writing {
+            outputs: given.outputs()?,
+            depth: given.one("depth", Depth::NAMES)?,
+            time: given.maybe("time", Time::NAMES)?,
+            look: Look { coloured: given.get("coloured")?, numbered: given.get("numbered")? },
+            to,
+            settings: writers::WriterSettings { mcap: settings },
+            extract: given.get("extract")?,
+        };
+        let reading = Reading { stamps: given.one("stamps", Stamps::NAMES)?, regular: false, mcap };
+        Ok(Self { lang, reading, known, shown, writing, threads: given.get("threads")? })
+    }
 }
 
 /// File name, further bytes, status after the end of the transfer, then its holes (offset and length) and its JSON
@@ -97,81 +166,9 @@ impl Session {
 #[pymethods]
 impl Session {
     #[new]
-    fn new(given: SessionOptions) -> PyResult<Self> {
-        let SessionOptions { network, expectations, extract, limit, incidents, coloured, numbered, .. } = given;
-        let lang = language(&given.lang)?;
-        // Not available to users: records for another program's writer.
-        let to = match given.to.as_str() {
-            "packed" => Written::Packed,
-            to => choose("to", to, Written::NAMES)?,
-        };
-        let formats = [
-            ("text", Format::Text),
-            ("jsonl", Format::Jsonl),
-            ("events", Format::Events),
-            ("transfers", Format::Transfers),
-            ("transfers-text", Format::TransfersText),
-            ("transfers-csv", Format::TransfersCsv),
-            ("signals", Format::Signals),
-            ("signals-csv", Format::SignalsCsv),
-            ("objects", Format::Objects),
-            ("objects-text", Format::ObjectsText),
-            ("objects-csv", Format::ObjectsCsv),
-            ("pdos", Format::Pdos),
-            ("history", Format::History),
-            ("history-text", Format::HistoryText),
-            ("history-csv", Format::HistoryCsv),
-            ("summary", Format::Summary),
-            ("observed", Format::Observed),
-            ("records", Format::Records),
-            ("lines", Format::Lines),
-            ("convert", Format::Convert(to)),
-            ("info", Format::Info),
-            ("check", Format::Check),
-            ("diagnosis", Format::Diagnosis),
-            ("columns", Format::Columns),
-            ("digest", Format::Digest),
-            ("monitor", Format::Monitor),
-        ];
-        let depths = [("brief", Depth::Brief), ("default", Depth::Default), ("explain", Depth::Explain)];
-        let kinds =
-            [("auto", Stamps::Auto), ("absolute", Stamps::Absolute), ("zero", Stamps::Zero), ("delta", Stamps::Delta)];
-        let times =
-            [("a", Time::Absolute), ("d", Time::Delta), ("z", Time::Zero), ("A", Time::Date), ("n", Time::None)];
-        let map = |text: &String| {
-            Map::parse(text).map_err(|mistake| PyValueError::new_err(complaints::mcap_map(lang, &mistake)))
-        };
-        let mcap = Choice {
-            topics: Select::parse(&given.topics.join(",")),
-            clock: given.time_source.map(|source| choose("time_source", &source, Clock::NAMES)).transpose()?,
-            maps: given.mcap_maps.iter().map(map).collect::<PyResult<_>>()?,
-        };
-        let fd_schema = choose("mcap_fd_schema", &given.mcap_fd_schema, FdSchema::NAMES)?;
-        let written = mcap::Settings { fd_schema, archive: given.mcap_archive, decoded: given.decoded.then_some(lang) };
-        let options = Options {
-            lang,
-            format: choose("format", &given.format, &formats)?,
-            depth: choose("depth", &given.depth, &depths)?,
-            stamps: choose("stamps", &given.stamps, &kinds)?,
-            time: given.time.map(|time| choose("time", &time, &times)).transpose()?,
-            look: Look { coloured, numbered },
-            filter: Filter::parse(given.filter.as_deref().unwrap_or(""))
-                .map_err(|mistake| PyValueError::new_err(complaints::filter(lang, &mistake)))?,
-            masks: Masks::parse(&given.masks)
-                .map_err(|mistake| PyValueError::new_err(complaints::masks(lang, &mistake)))?,
-            count: limit,
-            until_ns: given.until_ns,
-            extract,
-            network: network.map(|network| Arc::clone(&network.get().known)).unwrap_or_default(),
-            select: Select::parse(given.select.as_deref().unwrap_or("")),
-            mcap,
-            tables: given.tables.iter().map(|table| choose("tables", table, Name::NAMES)).collect::<PyResult<_>>()?,
-            writing: writers::Settings { mcap: written },
-            incidents,
-            threads: given.threads,
-            expectations: expectations.map(|given| Arc::clone(&given.get().expected)),
-        };
-        Ok(Self { core: Mutex::new((Core::new(options), Vec::new())), lang })
+    fn new(options: Options) -> Self {
+        let lang = options.lang;
+        Self { core: Mutex::new((Core::new(options), Vec::new())), lang }
     }
 
     #[pyo3(signature = (name, regular, format = "candump", input = 0))]
@@ -198,13 +195,8 @@ impl Session {
     #[pyo3(signature = (kind, offset, bytes = None, input = 0))]
     fn damaged(&self, py: Python<'_>, kind: &str, offset: u64, bytes: Option<u64>, input: usize) -> PyResult<()> {
         let kind = choose("kind", kind, tables::jsonl::DAMAGES)?;
-        self.run(py, |core| core.damaged(input, Damage { place: Place::Byte(offset), kind, bytes, frames: None }));
+        self.run(py, |core| core.damaged(input, Damage { place: FilePlace::Byte(offset), kind, bytes, frames: None }));
         Ok(())
-    }
-
-    #[pyo3(signature = (end, input = 0))]
-    fn foresee(&self, py: Python<'_>, end: &[u8], input: usize) {
-        self.run(py, |core| core.foresee(input, end));
     }
 
     #[pyo3(signature = (input = 0))]

@@ -20,7 +20,7 @@ type Id = (u32, bool);
 /// Bus, identifier, node-ID, direction and number of a PDO.
 type Cob = (Option<String>, Id, u8, &'static str, u16);
 /// Bus, identifiers (client to server, server to client), and node-ID of an SDO server.
-type Channel = (Option<String>, Id, Id, u8);
+type SdoServer = (Option<String>, Id, Id, u8);
 /// The sentence and the allowed values of each key, by table.
 type Keys = BTreeMap<&'static str, BTreeMap<&'static str, (&'static str, String)>>;
 /// Codes, severity, reason, globs of files, nodes, bus, FILE:LINE.
@@ -67,7 +67,7 @@ struct Settings {
     lang: Option<String>,
     descriptions: Vec<(Option<String>, Vec<u16>, String)>,
     cobs: Vec<Cob>,
-    sdos: Vec<Channel>,
+    sdos: Vec<SdoServer>,
     sync_period_ns: Option<i64>,
     sync_window_ns: Option<i64>,
     jitter_ns: Option<i64>,
@@ -89,7 +89,7 @@ fn read(py: Python<'_>, content: &[u8], file: &str) -> PyResult<Settings> {
     let read = settings::settings(content, file).map_err(raised)?;
     let overridden =
         |one: settings::Override| (one.codes, one.severity, one.reason, one.files, numbers(one.nodes), one.bus, one.at);
-    let check = |check: settings::Check| Check {
+    let check = |check: settings::CheckSettings| Check {
         fail_on: check.fail_on,
         incidents: check.incidents,
         select: check.select,

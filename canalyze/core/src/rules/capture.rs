@@ -83,8 +83,8 @@ rules! {
             "压缩数据损坏: 此后解压的{frames}帧都可能有误; 其后跳过{bytes}字节"
             "compressed data damaged: everything decompressed from here on ({frames|frame|frames}) may be wrong; the following {bytes|byte|bytes} skipped";
         Definition { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
-            "此处的topic和类型定义已损坏, 但仍按其读取; 读取的{frames}帧可能有误"
-            "damaged topic and type definitions, used anyway: {frames|frame|frames} read with them may be wrong";
+            "topic或类型的定义前后矛盾; 按第一个定义读取的{frames}帧可能有误"
+            "definitions of a topic or type contradict each other: {frames|frame|frames} read by the first may be wrong";
         Missing { offset: JsonOnly<Option<Count>>, bytes: JsonOnly<Option<Count>>, frames: Option<Count> }
             "按文件自身的统计, 还缺少{frames}条消息"
             "{frames|message|messages} missing according to the file's own statistics";

@@ -29,7 +29,7 @@ pub mod sync;
 pub mod time;
 
 pub use facts::{Deviation, Fact, Facts, Measured, Unmet, Variant, Verdict, Words};
-pub use quantity::{CrcMatch, JsonOnly, Kind, Problem, Quantity, Said};
+pub use quantity::{CrcMatch, FactKind, JsonOnly, Problem, Quantity, Said};
 
 pub(crate) use facts::plain;
 
@@ -142,7 +142,7 @@ macro_rules! rules {
         pub enum $code {
             $(
                 #[doc = $en]
-                $variant $({ $(#[doc = stringify!($kind)] $fact: <$kind as $crate::rules::Kind>::Value),+ })?,
+                $variant $({ $(#[doc = stringify!($kind)] $fact: <$kind as $crate::rules::FactKind>::Value),+ })?,
             )*
         }
 
@@ -176,7 +176,7 @@ macro_rules! rules {
                         const VARIANT: &$crate::rules::Variant = &$crate::rules::rules!(
                             @variant $zh, $en, [$($($word = $constant),+)?], [$($($fact: $kind),+)?]
                         );
-                        let facts = [$($(<$kind as $crate::rules::Kind>::of($fact).into()),+)?];
+                        let facts = [$($(<$kind as $crate::rules::FactKind>::of($fact).into()),+)?];
                         Self::of($crate::rules::Code::$code, VARIANT, facts)
                     }
                 )*}
@@ -194,7 +194,7 @@ macro_rules! rules {
             constants: &[$((stringify!($word), stringify!($constant))),*],
             facts: &[$($crate::rules::Fact {
                 name: $crate::rules::plain(stringify!($fact)),
-                spoken: <$kind as $crate::rules::Kind>::SPOKEN,
+                spoken: <$kind as $crate::rules::FactKind>::SPOKEN,
             }),*],
             words: $crate::rules::Words { zh: $zh, en: $en },
         }

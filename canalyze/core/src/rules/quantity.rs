@@ -115,7 +115,7 @@ impl From<Quantity> for Said {
 }
 
 /// A kind of fact.
-pub trait Kind {
+pub trait FactKind {
     /// The type that a check hands over.
     type Value;
     /// The type that the finding holds: a [`Quantity`], or [`Said`] for facts of expectations only.
@@ -134,7 +134,7 @@ macro_rules! kinds {
         #[derive(Debug)]
         pub enum $kind {}
 
-        impl Kind for $kind {
+        impl FactKind for $kind {
             type Value = kinds!(@value $($value),+);
             type Held = $held;
 
@@ -163,7 +163,7 @@ kinds! {
 #[derive(Debug)]
 pub enum Bit {}
 
-impl Kind for Bit {
+impl FactKind for Bit {
     type Value = bool;
     type Held = Quantity;
 
@@ -173,7 +173,7 @@ impl Kind for Bit {
 }
 
 /// A quantity whose kind is known only to the check.
-impl Kind for Quantity {
+impl FactKind for Quantity {
     type Value = Self;
     type Held = Self;
 
@@ -183,7 +183,7 @@ impl Kind for Quantity {
 }
 
 /// A value whose kind is known only to the expectation.
-impl Kind for Said {
+impl FactKind for Said {
     type Value = Self;
     type Held = Self;
 
@@ -193,7 +193,7 @@ impl Kind for Said {
 }
 
 /// A fact that may be unknown.
-impl<K: Kind<Held = Quantity>> Kind for Option<K> {
+impl<K: FactKind<Held = Quantity>> FactKind for Option<K> {
     type Value = Option<K::Value>;
     type Held = Quantity;
     const SPOKEN: bool = K::SPOKEN;
@@ -207,7 +207,7 @@ impl<K: Kind<Held = Quantity>> Kind for Option<K> {
 #[derive(Debug)]
 pub struct JsonOnly<K>(std::marker::PhantomData<K>);
 
-impl<K: Kind> Kind for JsonOnly<K> {
+impl<K: FactKind> FactKind for JsonOnly<K> {
     type Value = K::Value;
     type Held = K::Held;
     const SPOKEN: bool = false;

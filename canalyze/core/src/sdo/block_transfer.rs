@@ -5,7 +5,7 @@
 //! then late. `block` decides which segments count, `machine` which frames come here.
 
 use super::block::{Block, End, Resume};
-use super::channel::{Channel, strict_initiate};
+use super::channel::{SdoChannel, strict_initiate};
 use super::exchange::wrong_size;
 use super::phase::{Half, Phase};
 use super::sequence::{FRAMES, is_strict_answer};
@@ -21,7 +21,7 @@ use crate::world::event::Place;
 /// Minimum time of a segment on the bus, in ns: eight bytes at 1 Mbit/s.
 const SEGMENT_NS: i64 = 100_000;
 
-impl Channel {
+impl SdoChannel {
     /// Decodes a frame of the data's sender.
     pub(super) fn decode_in_block(&self, block: &Block, side: Side, bytes: [u8; 8]) -> Command {
         let plain = wire::decode(side, bytes);

@@ -82,7 +82,7 @@ pub(super) struct GivenUpWrite {
 
 /// One SDO channel.
 #[derive(Debug)]
-pub struct Channel {
+pub struct SdoChannel {
     pub(super) server: Server,
     pub(super) phase: Phase,
     pub(super) transfer: Option<Box<Transfer>>,
@@ -122,7 +122,7 @@ fn empty_step() -> Step {
     }
 }
 
-impl Channel {
+impl SdoChannel {
     /// Creates a channel of the server `node` on `bus`.
     pub fn new(bus: BusId, node: u8, id: Option<CanId>) -> Self {
         Self {

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use super::block::Block;
-use super::channel::{Channel, strict_initiate};
+use super::channel::{SdoChannel, strict_initiate};
 use super::judgement::Refused;
 use super::machine::GIVEN_UP_NS;
 use super::phase::{Half, Phase, Segments};
@@ -30,7 +30,7 @@ const PAIR: u64 = 14;
 /// Maximum number of refused writes that are remembered.
 const REFUSED: usize = 64;
 
-impl Channel {
+impl SdoChannel {
     /// Takes a request and its response, in causal order.
     pub(super) fn answer(&mut self, request: Half, response: Half, cx: &mut Context<'_>) {
         self.end_unasked(cx);

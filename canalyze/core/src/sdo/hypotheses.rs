@@ -5,8 +5,8 @@
 //! command. A transfer without its beginning in the capture is incomplete.
 
 use super::block::{Block, MOST};
-use super::channel::{Channel, strict_initiate};
-use super::machine::{Action, State, transition};
+use super::channel::{SdoChannel, strict_initiate};
+use super::machine::{Action, ChannelState, transition};
 use super::phase::{Half, Phase, Segments};
 use super::sequence::is_strict_answer;
 use super::transfer::{Direction, Mode, Status, Transfer};
@@ -84,7 +84,7 @@ impl Hypotheses {
     }
 }
 
-impl Channel {
+impl SdoChannel {
     /// Returns true if only the following frame may show the meaning of the next one: a transfer may run that began
     /// before the capture or is recorded one-sided, or the frame does not fit the channel's state.
     pub fn is_ambiguous(&self, side: Side, frame: &Frame) -> bool {
@@ -113,7 +113,7 @@ impl Channel {
         if let (Command::BlockSegment { seqno, .. }, Some(block)) = (command, self.block()) {
             return block.is_off(seqno);
         }
-        let odd = state == State::Idle && command.has_reserved_bits(bytes);
+        let odd = state == ChannelState::Idle && command.has_reserved_bits(bytes);
         let action = transition(state, side, &command).action;
         odd || matches!(action, Action::Stray | Action::Outside | Action::Misfit | Action::Unasked)
     }

@@ -3,7 +3,7 @@
 //! Findings are withheld until the channel has proved to be SDO (`proof`). Consequences are linked to their cause
 //! (`because_of`), not dropped.
 
-use super::channel::{Channel, UNANSWERED_NS};
+use super::channel::{SdoChannel, UNANSWERED_NS};
 use super::phase::{Half, Phase};
 use super::transfer::Transfer;
 use super::unasked::Unasked;
@@ -83,7 +83,7 @@ impl Verdicts {
     }
 }
 
-impl Channel {
+impl SdoChannel {
     /// Reports flaws of the frame itself, regardless of its place.
     pub(super) fn judge_frame(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.len != 8 {

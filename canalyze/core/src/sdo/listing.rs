@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::channel::Channel;
+use super::channel::SdoChannel;
 use super::transfer::Transfer;
 use crate::bytes::frame::FrameRef;
 use crate::world::context::Context;
@@ -14,7 +14,7 @@ use crate::world::event::{Event, What};
 /// Maximum number of waiting transfers (invariant 6).
 const UNLISTED: usize = 64;
 
-impl Channel {
+impl SdoChannel {
     /// Lists a finished transfer, or makes it wait.
     pub(super) fn list(&mut self, transfer: Arc<Transfer>, cx: &mut Context<'_>) {
         if self.is_certain() {

@@ -4,7 +4,7 @@
 //! aborts) and `block_transfer`. Frames come here in their order on the bus (`sequence`). The exchange is
 //! stop-and-wait: at most one request is pending.
 
-use super::channel::{Channel, strict_initiate};
+use super::channel::{SdoChannel, strict_initiate};
 use super::judgement::SHORTEST_TIMEOUT_NS;
 use super::phase::{Half, Phase, Segments};
 use super::sequence::within;
@@ -45,7 +45,7 @@ pub(super) enum Stage {
 
 /// The state of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum ChannelState {
     /// Unknown: the capture does not show yet if a transfer runs.
     Unknown,
     /// No transfer.
@@ -106,11 +106,11 @@ pub(super) enum Action {
 
 /// A row of the table.
 #[derive(Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct TransitionRow {
     pub(super) action: Action,
     /// The next states in a conformant exchange; if empty, the state does not change.
     #[cfg_attr(not(test), expect(dead_code, reason = "documents the table, and is tested against the machine"))]
-    pub(super) to: &'static [State],
+    pub(super) to: &'static [ChannelState],
     /// The clause of CiA 301 that defines the row, or that a violation breaks.
     #[cfg_attr(not(test), expect(dead_code, reason = "documents the table"))]
     pub(super) clause: &'static str,
@@ -118,12 +118,12 @@ pub(super) struct Row {
 
 /// Returns the first row of the table that applies.
 #[rustfmt::skip]
-pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
+pub(super) fn transition(state: ChannelState, side: Side, command: &Command) -> TransitionRow {
     use Action as A;
     use Command as C;
     use Side::{Client, Server};
     use Stage::{Acknowledge, Confirm, End, Initiated, SubBlock};
-    use State as S;
+    use ChannelState as S;
     let pending = matches!(state, S::Requested(_) | S::Upload(Server) | S::Download(Server) | S::BlockDownload(Confirm));
     let begin = match state {
         S::Unknown | S::Idle => A::Begin,
@@ -195,17 +195,17 @@ pub(super) fn transition(state: State, side: Side, command: &Command) -> Row {
         (_, Server, _) if pending => (A::Misfit, &[], "7.2.4.1"),
         (_, Server, _) => (A::Unasked, &[], "7.2.4.1"),
     };
-    Row { action, to, clause }
+    TransitionRow { action, to, clause }
 }
 
-impl Channel {
+impl SdoChannel {
     /// Returns the state of the channel for the table.
-    pub(super) fn state(&self) -> State {
+    pub(super) fn state(&self) -> ChannelState {
         let upload = self.is_upload();
         match &self.phase {
-            Phase::Idle if self.hypotheses.are_open() => State::Unknown,
-            Phase::Idle => State::Idle,
-            Phase::Initiated(request) => State::Requested(match request.command {
+            Phase::Idle if self.hypotheses.are_open() => ChannelState::Unknown,
+            Phase::Idle => ChannelState::Idle,
+            Phase::Initiated(request) => ChannelState::Requested(match request.command {
                 Command::InitiateDownload(..) => Service::Download,
                 Command::InitiateBlockDownload { .. } => Service::BlockDownload,
                 Command::InitiateBlockUpload { .. } => Service::BlockUpload,
@@ -213,7 +213,7 @@ impl Channel {
             }),
             Phase::Segments(segments) => {
                 let due = if segments.asked.is_some() { Side::Server } else { Side::Client };
-                if upload { State::Upload(due) } else { State::Download(due) }
+                if upload { ChannelState::Upload(due) } else { ChannelState::Download(due) }
             }
             Phase::Block(block, asked) => {
                 let stage = if block.end.is_some() || asked.is_some() {
@@ -227,7 +227,7 @@ impl Channel {
                 } else {
                     Stage::SubBlock
                 };
-                if upload { State::BlockUpload(stage) } else { State::BlockDownload(stage) }
+                if upload { ChannelState::BlockUpload(stage) } else { ChannelState::BlockDownload(stage) }
             }
         }
     }

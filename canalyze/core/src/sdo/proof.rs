@@ -3,7 +3,7 @@
 //! Nothing is judged before the first plausible request; findings are withheld until the channel has shown a valid
 //! request with its response.
 
-use super::channel::{Channel, UNANSWERED_NS, strict_initiate};
+use super::channel::{SdoChannel, UNANSWERED_NS, strict_initiate};
 use super::judgement::SHORTEST_TIMEOUT_NS;
 use super::phase::Half;
 use super::unasked::APART_NS;
@@ -118,7 +118,7 @@ impl Proof {
     }
 }
 
-impl Channel {
+impl SdoChannel {
     pub(super) fn trust(&mut self, cx: &mut Context<'_>) {
         (self.proof.trusted, self.proof.proven, self.proof.begun) = (true, true, true);
         cx.evidence.services.prove(self.server.node);

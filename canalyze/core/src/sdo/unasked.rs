@@ -4,7 +4,7 @@
 //! with its count. A lasting flood is reported while it runs, and its total at the end. Frames that lost requests
 //! explain are no flood: responses to one object after another, and segments that continue a transfer.
 
-use super::channel::{Channel, UNANSWERED_NS};
+use super::channel::{SdoChannel, UNANSWERED_NS};
 use super::phase::{Half, Phase};
 use super::sequence::is_strict_answer;
 use super::wire::{Command, Mux, Segment};
@@ -60,7 +60,7 @@ impl Unasked {
     }
 }
 
-impl Channel {
+impl SdoChannel {
     /// Reports a frame of the server without a request.
     pub(super) fn find_unasked(&mut self, what: Sdo002, half: &Half, cx: &mut Context<'_>) {
         let Some(finding) = self.finding(what.into(), half.at, cx) else { return };

@@ -57,13 +57,13 @@ impl Ahead {
         self.held.pop_front()
     }
 
-    /// Whether the first frame has waited long enough by `now_ns` for the next one of its channel.
+    /// Returns true if the first frame has waited long enough by `now_ns` for the next one of its channel.
     pub(super) fn is_over(&self, now_ns: i64) -> bool {
         let first = self.held.front().and_then(|(placed, _)| placed.frame.t_ns);
         first.is_some_and(|first| now_ns.saturating_sub(first) > AHEAD_NS)
     }
 
-    /// What is behind the first frame: the next one that belongs to the same as it, and is no copy of it.
+    /// Returns the next frame that belongs to the channel of the first one and is no copy of it.
     pub(super) fn next(&mut self, belongs: impl Fn(&Frame, &Frame) -> bool) -> Behind {
         let (Some((first, _)), Some((newest, _))) = (self.held.front(), self.held.back()) else { return Behind::None };
         let first = first.frame;
@@ -78,7 +78,7 @@ impl Ahead {
     }
 }
 
-/// What comes behind a frame.
+/// The next frame of a channel.
 pub(super) enum Behind {
     /// This one.
     Frame(Box<Frame>),

@@ -1,4 +1,4 @@
-//! What is known of the capture as a whole, and what is reported of it: numbers and times of frames, findings about
+//! The capture as a whole and the reports about it: numbers and times of frames, findings about
 //! files.
 //!
 //! A finding about the capture belongs to no frame. Must not: write output, or know what a frame means.
@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef, Stamp};
 use crate::bytes::inputs::{ABSOLUTE_NS, File, Unreadable};
-use crate::bytes::readers::{Damage, DamageKind, Marker, Place, Unreadable as Reason};
+use crate::bytes::readers::{Damage, DamageKind, FilePlace, Marker, Unreadable as Reason};
 use crate::bytes::writers;
 use crate::rules::capture::{Cap001, Cap002, Cap004, Cap005, Cap008};
 use crate::rules::finding::{Code, Finding, Verdict};
 use crate::tables::jsonl;
-use crate::views::filter::Clock;
+use crate::views::filter::FilterClock;
 use crate::views::lines::{Clocked, Time};
 use crate::words::{Lang, complaints};
 
@@ -29,7 +29,7 @@ const APART_NS: i64 = 3_600_000_000_000;
 #[derive(Debug)]
 pub(super) struct Capture {
     lang: Lang,
-    /// How time is shown.
+    /// The form of times.
     time: Option<Time>,
     /// The file at hand.
     pub(super) file: File,
@@ -46,7 +46,7 @@ pub(super) struct Capture {
     pub(super) date_ns: Option<i64>,
     /// Digits after the point of the last stamp.
     decimals: u8,
-    /// What it has reported of itself.
+    /// Number of reports of the capturing program about itself.
     gaps: u64,
     /// The last frame.
     pub(super) last: FrameRef,
@@ -63,16 +63,16 @@ pub(super) struct Origin {
     dated: bool,
 }
 
-/// What output needs to know of the capture beside events.
+/// The state of the capture that outputs need beside events.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
     pub(super) buses: &'a Buses,
     /// For filters.
-    pub(super) clock: Clock,
+    pub(super) clock: FilterClock,
     /// For JSON lines and signals.
     pub(super) jsonl: jsonl::Setting<'a>,
     /// For writers.
-    pub(super) writing: writers::Setting<'a>,
+    pub(super) writing: writers::CaptureFacts<'a>,
 }
 
 impl Capture {
@@ -109,7 +109,7 @@ impl Capture {
         let date_ns = self.date_ns.filter(|_| dated);
         View {
             buses,
-            clock: Clock { start_ns: self.start_ns.unwrap_or(0), date_ns: date_ns.unwrap_or(0) },
+            clock: FilterClock { start_ns: self.start_ns.unwrap_or(0), date_ns: date_ns.unwrap_or(0) },
             jsonl: jsonl::Setting {
                 lang: self.lang,
                 file,
@@ -117,7 +117,7 @@ impl Capture {
                 decimals: self.decimals,
                 clock: Clocked { time: self.time, start_ns: self.start_ns, date_ns },
             },
-            writing: writers::Setting { buses, date_ns },
+            writing: writers::CaptureFacts { buses, date_ns },
         }
     }
 
@@ -161,7 +161,7 @@ impl Capture {
         self.before.take().is_some_and(|before| self.boundary(&before, frame))
     }
 
-    /// Whether the frame that was placed last begins a file that follows another.
+    /// Returns true if the frame placed last begins a file that follows another.
     pub(super) fn begins_file(&self) -> bool {
         self.file.frames == 1 && self.numbered > 1
     }
@@ -243,7 +243,7 @@ impl Capture {
         self.file.last.clear();
     }
 
-    /// What the capturing program reports of itself is a complaint, and may be a finding.
+    /// Reports a message of the capturing program about itself as a complaint; returns the finding, if it is one.
     pub(super) fn marker(&mut self, marker: &Marker, buses: &Buses) -> Option<Finding> {
         let (what, place, bus) = match *marker {
             Marker::Start { .. } => return None,
@@ -262,10 +262,10 @@ impl Capture {
             Marker::Error { bus, place, .. } => (None, place, bus),
         };
         let finding = what.map(|what: Verdict| self.finding(what, place, bus));
-        let of = if place == Place::Live { buses.name(bus) } else { &self.file.name };
+        let of = if place == FilePlace::Live { buses.name(bus) } else { &self.file.name };
         self.gaps += 1;
         // A live bus may lose frames with every piece that it gives: it is reported less and less often.
-        if place == Place::Live && self.gaps > NAMED && !self.gaps.is_power_of_two() {
+        if place == FilePlace::Live && self.gaps > NAMED && !self.gaps.is_power_of_two() {
             return finding;
         }
         self.complaints.push(complaints::marker(self.lang, of, place, finding.as_ref()));
@@ -276,8 +276,8 @@ impl Capture {
     pub(super) fn damaged(&mut self, damage: Damage) -> Finding {
         let Damage { place, kind, bytes, frames } = damage;
         let offset = match place {
-            Place::Line(at) | Place::Byte(at) => Some(at),
-            Place::Live => None,
+            FilePlace::Line(at) | FilePlace::Byte(at) => Some(at),
+            FilePlace::Live => None,
         };
         let what: Verdict = match (kind, bytes, frames) {
             (DamageKind::Cut, ..) => Cap005::Cut { offset, bytes, frames }.into(),
@@ -310,7 +310,7 @@ impl Capture {
     }
 
     /// A line of the file, or a record, cannot be read.
-    pub(super) fn unreadable(&mut self, place: Place, reason: Reason) {
+    pub(super) fn unreadable(&mut self, place: FilePlace, reason: Reason) {
         self.file.unreadable.add(place);
         self.file.of_further_buses += u64::from(reason == Reason::Bus);
         if self.file.unreadable.count <= NAMED {
@@ -336,7 +336,7 @@ impl Capture {
         if *count == 0 || self.file.found() == 0 {
             return (unreadable, None);
         }
-        let first = first.unwrap_or(Place::Line(0));
+        let first = first.unwrap_or(FilePlace::Line(0));
         let what = match self.file.of_further_buses {
             0 => Cap001::Lines { lines: *count }.into(),
             further_buses => Cap001::OfFurtherBuses { lines: *count, further_buses }.into(),
@@ -374,12 +374,12 @@ impl Capture {
         }
     }
 
-    /// Where the file has no lines a finding names the last frame before it.
-    fn finding(&self, what: Verdict, place: Place, bus: BusId) -> Finding {
+    /// Returns a finding; in a file without lines it names the last frame before it.
+    fn finding(&self, what: Verdict, place: FilePlace, bus: BusId) -> Finding {
         let Verdict { code, facts } = what;
         let at = match place {
-            Place::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
-            Place::Byte(_) | Place::Live => self.last,
+            FilePlace::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
+            FilePlace::Byte(_) | FilePlace::Live => self.last,
         };
         Finding { code, at, cause: None, bus, node: None, object: None, facts, because_of: None }
     }

@@ -32,9 +32,9 @@ pub struct Extracted {
     pub name: String,
     /// The next bytes.
     pub bytes: Vec<u8>,
-    /// How the transfer ended; `None` while it runs.
+    /// The status of the transfer at its end; `None` while it runs.
     pub status: Option<Status>,
-    /// What is missing between the bytes, or behind them, where the transfer has ended.
+    /// The bytes missing within the data or behind them, at the end of the transfer.
     pub holes: Vec<Hole>,
     /// The JSON line of the transfer, where it has ended.
     pub about: Vec<u8>,
@@ -46,29 +46,29 @@ const STAMPS: usize = 4096;
 /// Digits of the times of a transfer that is handed out.
 const DECIMALS: u8 = 6;
 
-/// What is known of all buses.
+/// The state of all buses.
 #[derive(Debug)]
 pub(super) struct Decoding {
     network: Arc<Network>,
-    /// Whether the bytes of SDO transfers are handed out.
+    /// True if the bytes of SDO transfers are returned.
     pub(super) extract: bool,
     /// Nobody asks what frames mean, so no state is kept.
     blind: bool,
     /// Repeats of findings are counted instead of shown.
     folds: bool,
     state: Vec<Bus>,
-    /// What the recording of each bus did.
+    /// The evidence about the recording of each bus.
     evidence: Vec<Evidence>,
-    /// What follows from the frame at hand.
+    /// The events of the frame at hand.
     pub(super) events: Vec<Event>,
     chunks: Vec<Chunk>,
     next_transfer: u64,
     repeats: Repeats,
-    /// What is expected of the capture.
+    /// The check of expectations.
     verification: Option<Box<Verification>>,
-    /// What went wrong.
+    /// The diagnosis.
     diagnosis: Option<Box<Diagnosis>>,
-    /// Which nodes had a frame, a bit each, by bus.
+    /// The nodes that had a frame, a bit each, by bus.
     seen: Vec<u128>,
     /// The stamps of the last frames that verdicts saw without, by their numbers.
     stamps: VecDeque<(u64, Option<i64>)>,
@@ -104,7 +104,7 @@ impl Decoding {
         }
     }
 
-    /// What goes wrong is followed.
+    /// Turns on the diagnosis.
     pub(super) fn diagnose(&mut self) {
         self.diagnosis = Some(Box::new(Diagnosis::new(self.network.bit_rate)));
     }
@@ -133,13 +133,13 @@ impl Decoding {
         }
     }
 
-    /// What has become of incidents by the frame at hand.
+    /// Returns the changes of incidents since the last call.
     #[inline]
     pub(super) fn changes(&mut self) -> Vec<(Phase, IncidentId)> {
         self.diagnosis.as_mut().map_or_else(Vec::new, |diagnosis| diagnosis.changes())
     }
 
-    /// What went wrong so far.
+    /// Returns the diagnosis so far.
     pub(super) fn diagnosis(&self) -> Option<&Diagnosis> {
         self.diagnosis.as_deref()
     }
@@ -152,7 +152,7 @@ impl Decoding {
     }
 
     /// The capture is over at its frame `last`: what went wrong in it, which is held against what is expected of that.
-    /// Whether there is a diagnosis, and was not over before.
+    /// Returns true if there is a diagnosis that was not over before.
     pub(super) fn finish_diagnosis(&mut self, last: FrameRef, buses: &Buses) -> bool {
         let Some(diagnosis) = self.diagnosis.as_deref_mut().filter(|diagnosis| !diagnosis.is_over()) else {
             return false;
@@ -164,7 +164,7 @@ impl Decoding {
         true
     }
 
-    /// Whether it is held against anything.
+    /// Returns true if the capture is checked against expectations.
     pub(super) fn expects(&self) -> bool {
         self.verification.is_some()
     }
@@ -178,13 +178,13 @@ impl Decoding {
         Some(self.evidence.get_mut(usize::from(frame.bus.0))?.recording.observe(frame))
     }
 
-    /// Whether a frame that was not observed yet ends a silence of its bus that is longer than those of late.
+    /// Returns true if a frame not yet observed ends a silence of its bus that is longer than the recent ones.
     pub(super) fn is_unusual_silence(&self, frame: &Frame) -> bool {
         let evidence = self.evidence.get(usize::from(frame.bus.0));
         evidence.is_some_and(|evidence| evidence.recording.is_unusual_silence(frame.t_ns))
     }
 
-    /// Whether it is known of every frame so far what the recordings did with it.
+    /// Returns true if the effect of the recordings on every frame so far is known.
     #[inline]
     pub(super) fn is_decided(&self) -> bool {
         self.evidence.iter().all(|evidence| evidence.recording.is_decided())
@@ -205,13 +205,13 @@ impl Decoding {
         self.evidence.iter_mut().for_each(|evidence| evidence.recording.advance(now_ns));
     }
 
-    /// Whether what an SDO frame is may show only by the next one of its channel.
+    /// Returns true if the meaning of an SDO frame may depend on the next one of its channel.
     #[inline]
     pub(super) fn is_ambiguous(&self, frame: &Frame) -> bool {
         !self.blind && self.state.get(usize::from(frame.bus.0)).is_some_and(|bus| bus.is_ambiguous(frame))
     }
 
-    /// Whether a frame belongs to the same SDO channel as another one.
+    /// Returns true if both frames belong to one SDO channel.
     pub(super) fn is_of_channel(&self, one: &Frame, other: &Frame) -> bool {
         one.bus == other.bus && self.state.get(usize::from(one.bus.0)).is_some_and(|bus| bus.is_of_channel(one, other))
     }
@@ -231,7 +231,7 @@ impl Decoding {
         Some(Frame { t_ns: when.at.t_ns, ..*frame })
     }
 
-    /// What follows was judged without times: whoever prints it gets the stamps.
+    /// Restores the stamps of events that were judged without times, for printing.
     pub(super) fn restore_times(&mut self) {
         if self.stamps.is_empty() {
             return;
@@ -280,7 +280,7 @@ impl Decoding {
         }
     }
 
-    /// Whether a frame is the first behind a hole of the recording.
+    /// Returns true if a frame is the first behind a hole of the recording.
     pub(super) fn is_behind_hole(&self, frame: &Frame) -> bool {
         let evidence = self.evidence.get(usize::from(frame.bus.0));
         evidence.is_some_and(|evidence| evidence.recording.is_behind_hole(frame.no))
@@ -340,12 +340,12 @@ impl Decoding {
         }
     }
 
-    /// What the capture, which is over, has shown of its buses: that one of them is CANopen, where one is.
+    /// Returns the nature of the buses at the end of the capture: CANopen if one of them is.
     pub(super) fn nature(&self) -> Nature {
         self.evidence.iter().map(|evidence| evidence.services.nature()).max().unwrap_or(Nature::Silent)
     }
 
-    /// What was only counted, at the end of the capture.
+    /// Appends the findings that were only counted, at the end of the capture.
     pub(super) fn counted(&mut self, last: FrameRef) {
         self.repeats.finish(last, &mut self.events);
     }
@@ -359,7 +359,7 @@ impl Decoding {
         self.events.clear();
     }
 
-    /// What is known of each bus.
+    /// Returns the state of each bus.
     pub(super) fn buses(&self) -> &[Bus] {
         &self.state
     }

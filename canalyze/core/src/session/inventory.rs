@@ -1,39 +1,38 @@
-//! Objects of devices by what the traffic shows of them: at the end what is known of each, or all that is seen as it
-//! comes. Must not: judge.
+//! Outputs about objects of devices and PDOs: as they are seen, or at the end.
 
 use std::sync::Arc;
 
 use super::capture::View;
-use super::options::Format;
-use super::sink::{Passing, Sink};
+use super::options::Encoding;
+use super::sink::{Notice, Passing, Sink};
 use crate::bytes::frame::{BusId, Buses};
 use crate::bytes::readers::Marker;
-use crate::sdo::transfer::Transfer;
-use crate::tables::{inventory, jsonl};
+use crate::tables::columns::{od, od_nodes, od_values};
+use crate::tables::jsonl;
 use crate::views::filter::Filter;
 use crate::views::inventory::Inventory;
-use crate::views::inventory::pdos::Pdos as Kept;
-use crate::views::inventory::sighting::{self, Sighting};
+use crate::views::inventory::pdos::PdoInventory;
+use crate::views::inventory::sighting::{self, ObjectSighting};
 use crate::words::Lang;
 use crate::world::bus::Bus;
 use crate::world::event::Event;
 use crate::world::network::Network;
 
-/// What is known of each object, at the end.
+/// The objects, at the end.
 #[derive(Debug)]
-pub(super) struct Objects {
+pub(super) struct ObjectRows {
     /// The language of names; `None`: CSV.
     names: Option<Lang>,
     inventory: Inventory,
 }
 
-impl Objects {
-    pub(super) fn new(format: Format, lang: Lang, inventory: Inventory) -> Self {
-        Self { names: names(format, lang), inventory }
+impl ObjectRows {
+    pub(super) fn new(encoding: Encoding, lang: Lang, inventory: Inventory) -> Self {
+        Self { names: encoding.names(lang), inventory }
     }
 }
 
-impl Sink for Objects {
+impl Sink for ObjectRows {
     fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         self.inventory.boot_ups(events);
         if passing.shown {
@@ -41,133 +40,109 @@ impl Sink for Objects {
         }
     }
 
-    fn transfer(&mut self, _out: &mut Vec<u8>, _view: View<'_>, transfer: &Transfer) -> bool {
-        self.inventory.transfer(transfer);
-        true
-    }
-
-    fn marker(&mut self, _out: &mut Vec<u8>, _view: View<'_>, marker: &Marker) {
-        match *marker {
-            Marker::Dropped { bus, .. } => self.inventory.lost(Some(bus)),
-            Marker::LeftOut { .. } => self.inventory.lost(None),
+    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+        match (notice, self.names) {
+            (Notice::Transfer(transfer), _) => self.inventory.transfer(transfer),
+            (Notice::Marker(Marker::Dropped { bus, .. }), _) => self.inventory.lost(Some(*bus)),
+            (Notice::Marker(Marker::LeftOut { .. }), _) => self.inventory.lost(None),
+            (Notice::Gap(bus, _), _) => self.inventory.lost(Some(bus)),
+            (Notice::Settle(state), _) => self.inventory.settle(state),
+            (Notice::Finish(_), Some(names)) => od_nodes::lines(out, view.jsonl, &self.inventory, names),
+            (Notice::Finish(_), None) if !self.inventory.nodes.is_empty() => {
+                od::csv(out, view.jsonl, &self.inventory);
+            }
             _ => {}
         }
     }
-
-    fn gap(&mut self, bus: BusId, _away: bool) {
-        self.inventory.lost(Some(bus));
-    }
-
-    fn settle(&mut self, state: &[Bus]) {
-        self.inventory.settle(state);
-    }
-
-    fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
-        match self.names {
-            Some(names) => jsonl::inventory::write(out, view.jsonl, &self.inventory, names),
-            None if self.inventory.nodes.is_empty() => {}
-            None => {
-                inventory::head(out);
-                inventory::write(out, view.jsonl, &self.inventory);
-            }
-        }
-    }
 }
 
-/// All that is seen of objects, as it comes.
+/// Values of objects as they are seen.
 #[derive(Debug)]
-pub(super) struct History {
+pub(super) struct HistoryRows {
     /// The language of names; `None`: CSV.
     names: Option<Lang>,
     filter: Filter,
-    /// The headings of CSV are written.
+    /// True once the headings of CSV are written.
     headed: bool,
 }
 
-impl History {
-    pub(super) fn new(format: Format, lang: Lang, filter: Filter) -> Self {
-        Self { names: names(format, lang), filter, headed: false }
+impl HistoryRows {
+    pub(super) fn new(encoding: Encoding, lang: Lang, filter: Filter) -> Self {
+        Self { names: encoding.names(lang), filter, headed: false }
     }
 
-    fn write(&mut self, out: &mut Vec<u8>, view: View<'_>, sighting: &Sighting<'_>) {
+    fn write(&mut self, out: &mut Vec<u8>, view: View<'_>, sighting: &ObjectSighting<'_>) {
         if !self.filter.takes_object(sighting.node, sighting.object) {
             return;
         }
-        match self.names {
-            Some(names) => jsonl::inventory::sighting(out, view.jsonl, sighting, names),
-            None => {
-                if !std::mem::replace(&mut self.headed, true) {
-                    inventory::history_head(out);
-                }
-                inventory::sighting(out, view.jsonl, sighting);
-            }
+        if let Some(names) = self.names {
+            return od_values::line(out, view.jsonl, sighting, names);
         }
+        if !std::mem::replace(&mut self.headed, true) {
+            od_values::head(out);
+        }
+        od_values::row(out, view.jsonl, sighting);
     }
 }
 
-impl Sink for History {
+impl Sink for HistoryRows {
     fn frame(&mut self, out: &mut Vec<u8>, view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             sighting::each(passing.frame, events, &mut |sighting| self.write(out, view, &sighting));
         }
     }
 
-    fn transfer(&mut self, out: &mut Vec<u8>, view: View<'_>, transfer: &Transfer) -> bool {
-        if let Some(sighting) = Sighting::of(transfer) {
+    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+        if let Notice::Transfer(transfer) = notice
+            && let Some(sighting) = ObjectSighting::of(transfer)
+        {
             self.write(out, view, &sighting);
         }
-        true
     }
 }
 
 /// The PDOs, at the end.
 #[derive(Debug)]
-pub(super) struct Pdos {
+pub(super) struct PdoRows {
     filter: Filter,
-    kept: Kept,
+    kept: PdoInventory,
 }
 
-impl Pdos {
+impl PdoRows {
     pub(super) fn new(filter: Filter) -> Self {
-        Self { filter, kept: Kept::default() }
+        Self { filter, kept: PdoInventory::default() }
     }
 }
 
-impl Sink for Pdos {
+impl Sink for PdoRows {
     fn frame(&mut self, _out: &mut Vec<u8>, _view: View<'_>, passing: Passing<'_>, events: &mut Vec<Event>) {
         if passing.shown {
             self.kept.frame(passing.frame, events);
         }
     }
 
-    fn settle(&mut self, state: &[Bus]) {
-        for (index, bus) in state.iter().enumerate() {
-            self.kept.settle(BusId(index as u8), bus);
+    fn take(&mut self, out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+        let Self { filter, kept } = self;
+        match notice {
+            Notice::Settle(state) => {
+                let buses = state.iter().enumerate();
+                buses.for_each(|(index, bus)| kept.settle(BusId(index as u8), bus));
+            }
+            Notice::Finish(_) => {
+                let buses = view.buses;
+                kept.pdos.retain(|whose, _| filter.takes_identifier(whose.node, whose.id, buses.name(whose.bus)));
+                jsonl::pdos::write(out, view.buses, kept);
+            }
+            _ => {}
         }
-    }
-
-    fn finish(&mut self, out: &mut Vec<u8>, view: View<'_>, _shown: u64) {
-        self.kept
-            .pdos
-            .retain(|whose, _| self.filter.takes_identifier(whose.node, whose.id, view.buses.name(whose.bus)));
-        jsonl::pdos::write(out, view.buses, &self.kept);
     }
 }
 
-/// The lines of [`Format::Pdos`] without a capture: what is known before it of a bus without a name.
+/// Returns the records of [`Rows::Pdos`](super::Rows::Pdos) that are known before a capture, of a bus without a name.
 pub fn known_pdos(network: &Arc<Network>) -> Vec<u8> {
-    let mut kept = Kept::default();
+    let mut kept = PdoInventory::default();
     kept.settle(BusId(0), &Bus::new(Arc::clone(network), b""));
     let mut out = Vec::new();
     jsonl::pdos::write(&mut out, &Buses::default(), &kept);
     out
-}
-
-/// The language of names in a format; `None`: it is CSV, which has its own.
-fn names(format: Format, lang: Lang) -> Option<Lang> {
-    match format {
-        Format::ObjectsCsv | Format::HistoryCsv => None,
-        Format::ObjectsText | Format::HistoryText => Some(lang),
-        _ => Some(jsonl::NAMES),
-    }
 }

@@ -9,10 +9,10 @@ mod capture;
 mod decoding;
 mod inventory;
 mod options;
-mod output;
 mod pipeline;
-mod records;
+mod rows;
 mod sink;
+mod sinks;
 mod stream;
 mod subject;
 mod tally;
@@ -23,30 +23,31 @@ use std::thread;
 use self::ahead::Ahead;
 use self::capture::Capture;
 use self::decoding::Decoding;
-use self::output::Output;
 use self::pipeline::Piece;
+use self::sink::{CHANGES, DIAGNOSIS, Digested, ITEMS, Notice};
+use self::sinks::Sinks;
 use self::stream::Stream;
 use self::tally::Tally;
 use crate::bytes::frame::{BusId, Buses, Frame};
 use crate::bytes::inputs::{Inputs, Next, Refusal};
-use crate::bytes::readers::{Damage, Format as Input, Item, Reader, Settings};
-use crate::bytes::writers::Loss;
+use crate::bytes::readers::{Damage, InputFormat as Input, Item, Reader, Settings};
+use crate::bytes::writers::{Loss, Writer};
 use crate::evidence::services::Nature;
-use crate::tables::columns::Batch;
+use crate::tables::columns::{Batch, Columns};
 use crate::tables::jsonl;
 use crate::views::diff::digest::Digest;
-use crate::views::monitor::{Known, Line, Wanted};
+use crate::views::monitor::{Known, Line, Monitor, Wanted};
 use crate::words::{Lang, complaints};
 
 pub use self::decoding::Extracted;
 pub use self::inventory::known_pdos;
-pub use self::options::{Format, Options};
+pub use self::options::{Encoding, Format, Knowledge, Options, Output, Rows, Scope, Writing};
 
 /// A capture being read.
 #[derive(Debug)]
 pub struct Session {
     lang: Lang,
-    /// How files are read.
+    /// Settings of the readers.
     reading: Settings,
     inputs: Inputs,
     /// The file that has its turn: what is kept of it is with the stream.
@@ -62,20 +63,20 @@ pub struct Session {
 impl Session {
     /// A session at the beginning of a capture.
     pub fn new(options: Options) -> Self {
-        let output = Output::new(&options);
+        let sinks = Sinks::new(&options);
+        let Options { lang, reading, known, writing, threads, .. } = options;
         // Of frames in JSON lines the time is that of the capture.
-        let time = options.time.filter(|_| options.format != Format::Jsonl);
-        let Options { lang, stamps, mcap, extract, network, expectations, threads, .. } = options;
-        let mut decoding = Decoding::new(network, extract, output.is_blind(), output.folds());
-        if let Some(expected) = expectations {
+        let time = writing.time.filter(|_| !writing.outputs.contains(&Output::json(Rows::Frames)));
+        let mut decoding = Decoding::new(known.network, writing.extract, sinks.is_blind(), sinks.folds());
+        if let Some(expected) = known.expectations {
             decoding.expect(&expected);
         }
-        if output.diagnoses() {
+        if sinks.want(DIAGNOSIS | CHANGES) {
             decoding.diagnose();
         }
         Self {
             lang,
-            reading: Settings { stamps, mcap, regular: false },
+            reading,
             inputs: Inputs::default(),
             turn: 0,
             fed: 0,
@@ -87,7 +88,7 @@ impl Session {
                 capture: Capture::new(lang, time),
                 ahead: Ahead::default(),
                 decoding,
-                output,
+                sinks,
                 tally: Tally::default(),
             },
         }
@@ -104,11 +105,13 @@ impl Session {
         let reader = Reader::new(format, &Settings { regular, ..self.reading.clone() });
         self.inputs.open(input == 0, name, reader);
         let format = Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0);
-        self.stream.output.begin(name, format, input == 0);
+        let Stream { capture, sinks, .. } = &mut self.stream;
+        let begin = Notice::Begin { file: name, format, first: input == 0 };
+        sinks.take(&mut Vec::new(), capture.view(&self.buses), begin);
         if input == 0 {
-            self.stream.capture.begin(name);
+            capture.begin(name);
             (self.turn, self.fed) = (0, 0);
-            if self.stream.output.info().is_some() {
+            if sinks.want(ITEMS) {
                 self.buses = Buses::default();
             }
         }
@@ -125,7 +128,7 @@ impl Session {
         if let Some(alone) = inputs.alone() {
             let Some(mut reader) = alone.reader.take() else { return };
             alone.feeds(bytes);
-            let threads = if stream.output.info().is_some() || reader.is_live() { 1 } else { self.threads };
+            let threads = if stream.sinks.want(ITEMS) || reader.is_live() { 1 } else { self.threads };
             let piece = Piece { reader: &mut reader, bytes, buses };
             if !pipeline::feed(piece, threads, stream, &mut |item| alone.counts(item), out) {
                 reader.feed(bytes, buses, &mut |mut item, buses| {
@@ -148,14 +151,7 @@ impl Session {
         }
     }
 
-    /// What stands at the end of a file, from its summary on, before anything of it is fed. Only MCAP has such.
-    pub fn foresee(&mut self, input: usize, end: &[u8]) {
-        if let Some(reader) = self.inputs.get(input).and_then(|one| one.reader.as_mut()) {
-            reader.foresee(end);
-        }
-    }
-
-    /// What is fed of a file from here on is under a check sum of its own: where that fails, what came before is sound.
+    /// Marks the beginning of bytes under a check sum of their own: if it fails, earlier bytes are sound.
     pub fn covered(&mut self, input: usize) {
         if let Some(one) = self.inputs.get(input) {
             one.covers();
@@ -242,7 +238,7 @@ impl Session {
         self.stream.item(&mut Item::Frame(frame), &self.buses, out);
     }
 
-    /// Whether frames are held back until the next ones have shown what the recording did with them.
+    /// Returns true if frames are held back until later ones show the effect of the recording on them.
     pub fn holds(&self) -> bool {
         !self.stream.ahead.is_empty()
     }
@@ -259,7 +255,7 @@ impl Session {
         self.stream.advance(now_ns, &self.buses, out);
     }
 
-    /// What is known so far of the current file (the last one, between files; of several the one fed last) beyond its
+    /// Returns the contents so far of the current file (the last one, between files; of several the one fed last) beyond its
     /// frames, as a JSON object: see [`jsonl::contents`].
     pub fn contents(&mut self) -> Vec<u8> {
         let mut out = Vec::new();
@@ -280,7 +276,7 @@ impl Session {
     /// Batches of the tables since the last call: those that are complete, after [`Session::finish`] all. `flush`:
     /// those that run end now.
     pub fn take_batches(&mut self, flush: bool) -> Vec<Batch> {
-        self.stream.output.take_batches(flush)
+        self.stream.sinks.find_mut::<Columns>().map_or_else(Vec::new, |columns| columns.take(flush))
     }
 
     /// Bytes of transfers since the last call.
@@ -288,10 +284,10 @@ impl Session {
         std::mem::take(&mut self.stream.decoding.extracted)
     }
 
-    /// What the format that is written cannot hold, a line each that begins with the name of the file. `further`: what
-    /// a writer outside of this crate has lost of what it was handed.
+    /// Returns a line, beginning with the name of the file, for each kind of loss in the written format. `further`:
+    /// losses of a writer outside this crate.
     pub fn losses(&self, file: &[u8], further: &[(Loss, u64)]) -> Vec<String> {
-        let mut losses = self.stream.output.losses().cloned().unwrap_or_default();
+        let mut losses = self.stream.sinks.find::<Writer>().map(|writer| writer.losses().clone()).unwrap_or_default();
         for (loss, count) in further {
             losses.add(*loss, *count);
         }
@@ -301,25 +297,25 @@ impl Session {
 
     /// Hands out what is kept of the capture to be compared, after [`Self::finish`]; `None` in other formats.
     pub fn take_digest(&mut self) -> Option<Digest> {
-        self.stream.output.take_digest()
+        self.stream.sinks.find_mut::<Digested>().map(|one| std::mem::take(&mut one.digest))
     }
 
-    /// As many frames were shown as [`Options::count`] allows: nothing further is taken.
+    /// As many frames were shown as [`Scope::limit`] allows: nothing further is taken.
     pub fn is_done(&self) -> bool {
-        self.stream.output.is_done()
+        self.stream.sinks.is_done()
     }
 
-    /// What was seen so far, as a JSON object: `frames` and `shown`; `findings` by severity, reported ones (of repeats
+    /// Returns the counts so far, as a JSON object: `frames` and `shown`; `findings` by severity, reported ones (of repeats
     /// that are not, the number is added by [`Self::finish`]); `transfers` of SDO by how they ended; `expectations`,
     /// null where there are none, with those `missed`; `buses`, each with `name`, `frames`, `error_frames` among them,
     /// and `dropped` ones.
     pub fn tally(&self) -> Vec<u8> {
-        let (mut out, Stream { capture, output, tally, decoding, .. }) = (Vec::new(), &self.stream);
-        tally.write(&mut out, (capture.frames, output.shown), decoding.expects(), &self.buses);
+        let (mut out, Stream { capture, sinks, tally, decoding, .. }) = (Vec::new(), &self.stream);
+        tally.write(&mut out, (capture.frames, sinks.shown), decoding.expects(), &self.buses);
         out
     }
 
-    /// What each node was seen to do so far, as a JSON list: see `tally.rs`.
+    /// Returns the counts of each node so far, as a JSON list: see `tally.rs`.
     pub fn nodes(&self) -> Vec<u8> {
         let (mut out, Stream { capture, tally, decoding, .. }) = (Vec::new(), &self.stream);
         tally.nodes(&mut out, self.lang, decoding.buses(), (&self.buses, capture.last.t_ns));
@@ -330,7 +326,7 @@ impl Session {
     /// formats.
     pub fn snapshot(&mut self) -> Vec<u8> {
         let by_now = self.stream.decoding.diagnosis_by_now();
-        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        let Some(monitor) = self.stream.sinks.find::<Monitor>() else { return Vec::new() };
         let (tally, decoding) = (self.tally(), &self.stream.decoding);
         let known = Known {
             tally: &tally,
@@ -341,10 +337,10 @@ impl Session {
         monitor.snapshot(self.stream.capture.view(&self.buses).jsonl, known)
     }
 
-    /// What a view shows of one node beyond its row, as a JSON object (see `monitor/page.rs`); empty in other formats, and
+    /// Returns the page of one node in a view, as a JSON object (see `monitor/page.rs`); empty in other formats, and
     /// of a bus that there is not.
     pub fn page(&self, bus: &[u8], node: u8) -> Vec<u8> {
-        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        let Some(monitor) = self.stream.sinks.find::<Monitor>() else { return Vec::new() };
         let Some(place) = self.buses.names().position(|name| name == bus) else { return Vec::new() };
         monitor.page(
             self.stream.capture.view(&self.buses).jsonl,
@@ -355,11 +351,11 @@ impl Session {
 
     /// Lines of the trace, oldest first; none in other formats.
     pub fn trace(&self, wanted: Wanted<'_>) -> Vec<Line> {
-        let Some(monitor) = self.stream.output.monitor() else { return Vec::new() };
+        let Some(monitor) = self.stream.sinks.find::<Monitor>() else { return Vec::new() };
         monitor.trace(wanted, &self.buses, self.stream.capture.view(&self.buses).clock)
     }
 
-    /// What the capture, which is over, has shown of its buses: that one of them is CANopen, where one is.
+    /// Returns the nature of the buses at the end of the capture: CANopen if one of them is.
     pub fn nature(&self) -> Nature {
         self.stream.decoding.nature()
     }

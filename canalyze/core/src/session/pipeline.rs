@@ -11,7 +11,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, Builder, Scope};
 
 use super::capture::View;
-use super::sink::{Nothing, Passing, Sink};
+use super::rows::FrameRows;
+use super::sink::{Notice, Passing, Sink};
 use super::stream::Stream;
 use super::subject::service;
 use crate::bytes::frame::{Buses, Frame};
@@ -19,7 +20,7 @@ use crate::bytes::readers::{Item, Marker, Reader};
 use crate::bytes::writers;
 use crate::rules::finding::Finding;
 use crate::tables::jsonl;
-use crate::views::filter::{Clock, Filter};
+use crate::views::filter::FilterClock;
 use crate::views::lines::Clocked;
 use crate::words::Lang;
 use crate::world::event::Event;
@@ -72,20 +73,19 @@ pub(super) fn feed(
     let (to, calls) = sync_channel(UNDERSTOOD);
     let (calls, ordered) = (Mutex::new(calls), Mutex::new(Ordered { next: 0, out, waiting: BTreeMap::new() }));
     let deferred = Deferred::new(to, stream.capture.numbered());
-    let mut sink = std::mem::replace(&mut stream.output.sink, Box::new(deferred));
-    let filter = stream.output.filter.clone();
+    let Some(mut sink) = stream.sinks.replace(Box::new(deferred)) else { return false };
     let mut others: Vec<_> = (1..threads).map_while(|_| sink.another()).collect();
     let done = thread::scope(|scope| {
         let mut sinks = std::iter::once(&mut sink).chain(&mut others);
-        let started = sinks.all(|sink| write_beside(scope, &mut **sink, &filter, &calls, &ordered));
+        let started = sinks.all(|sink| write_beside(scope, &mut **sink, &calls, &ordered));
         let blocks = started.then(|| read_beside(scope, piece)).flatten();
         let done = blocks.is_some();
         understand(blocks.into_iter().flatten(), stream, counts, &mut Vec::new());
-        // What was deferred last is handed over, and the writing ends.
-        stream.output.sink = Box::new(Nothing);
+        // The last calls are handed over, and the writing ends.
+        stream.sinks.replace(Box::new(FrameRows));
         done
     });
-    stream.output.sink = sink;
+    stream.sinks.replace(sink);
     done
 }
 
@@ -101,7 +101,9 @@ fn understand(
             counts(item);
             stream.item(item, &buses, out);
         }
-        stream.output.sink.understood(&mut items);
+        if let Some(deferred) = stream.sinks.find_mut::<Deferred>() {
+            deferred.understood(items);
+        }
     }
 }
 
@@ -133,7 +135,6 @@ fn read_beside<'scope>(scope: &'scope Scope<'scope, '_>, piece: Piece<'scope>) -
 fn write_beside<'scope>(
     scope: &'scope Scope<'scope, '_>,
     sink: &'scope mut dyn Sink,
-    filter: &'scope Filter,
     calls: &'scope Mutex<Receiver<(usize, Calls)>>,
     ordered: &'scope Mutex<Ordered<'_>>,
 ) -> bool {
@@ -142,14 +143,14 @@ fn write_beside<'scope>(
         loop {
             let next = lock(calls).recv();
             let Ok((place, calls)) = next else { return };
-            calls.to(sink, filter, &mut bytes, &mut events);
+            calls.to(sink, &mut bytes, &mut events);
             lock(ordered).take(place, &mut bytes);
         }
     };
     Builder::new().spawn_scoped(scope, write).is_ok()
 }
 
-/// What several write, in the order in which it was called for.
+/// The output of several threads, in the order of the calls.
 struct Ordered<'a> {
     next: usize,
     out: &'a mut Vec<u8>,
@@ -172,13 +173,13 @@ impl Ordered<'_> {
     }
 }
 
-/// What a format would have been called with.
+/// A call that is made later.
 #[derive(Debug)]
 enum Call {
     /// The frame of this number, which is among the items of the block, and how many events it has.
     Frame(u64, u32),
     /// A frame of an earlier block, which was held back, and how many events it has.
-    Held(Box<Frame>, u32),
+    HeldFrame(Box<Frame>, u32),
     /// So many events that belong to no frame at hand.
     Asides(u32),
     Finding(Box<Finding>),
@@ -203,7 +204,7 @@ struct Setting {
     file: Arc<[u8]>,
     decimals: u8,
     moments: Clocked,
-    clock: Clock,
+    clock: FilterClock,
     date_ns: Option<i64>,
 }
 
@@ -229,13 +230,13 @@ impl Setting {
     fn view(&self) -> View<'_> {
         let Self { lang, buses, file, decimals, moments, clock, date_ns } = self;
         let jsonl = jsonl::Setting { lang: *lang, file, buses, decimals: *decimals, clock: *moments };
-        View { buses, clock: *clock, jsonl, writing: writers::Setting { buses, date_ns: *date_ns } }
+        View { buses, clock: *clock, jsonl, writing: writers::CaptureFacts { buses, date_ns: *date_ns } }
     }
 }
 
 impl Calls {
     /// Makes the calls. `out` and `scratch` are cleared.
-    fn to(self, sink: &mut dyn Sink, filter: &Filter, out: &mut Vec<u8>, scratch: &mut Vec<Event>) {
+    fn to(self, sink: &mut dyn Sink, out: &mut Vec<u8>, scratch: &mut Vec<Event>) {
         out.clear();
         let mut events = self.events.into_iter();
         let mut frames = self.items.iter().filter_map(|item| match item {
@@ -246,14 +247,14 @@ impl Calls {
             let Some(view) = self.settings.get(*setting as usize).map(Setting::view) else { continue };
             let (frame, count) = match call {
                 Call::Frame(no, count) => (frames.find(|frame| frame.no == *no), *count),
-                Call::Held(frame, count) => (Some(&**frame), *count),
+                Call::HeldFrame(frame, count) => (Some(&**frame), *count),
                 Call::Asides(count) => (None, *count),
                 Call::Finding(finding) => {
-                    sink.finding(out, view, finding);
+                    sink.take(out, view, Notice::Finding(finding));
                     continue;
                 }
                 Call::Marker(marker) => {
-                    sink.marker(out, view, marker);
+                    sink.take(out, view, Notice::Marker(marker));
                     continue;
                 }
             };
@@ -261,10 +262,10 @@ impl Calls {
             scratch.extend(events.by_ref().take(count as usize));
             match frame {
                 Some(frame) => {
-                    let passing = Passing { frame, service: service(scratch), filter, shown: true, sync: (0, None) };
+                    let passing = Passing { frame, service: service(scratch), shown: true, sync: (0, None) };
                     sink.frame(out, view, passing, scratch);
                 }
-                None => sink.asides(out, view, scratch, filter),
+                None => sink.take(out, view, Notice::Asides(scratch)),
             }
         }
     }
@@ -294,6 +295,14 @@ impl Deferred {
         self.calls.calls.push((self.calls.settings.len() as u32 - 1, call));
     }
 
+    /// Takes the items of a block that was understood, and hands over its calls.
+    fn understood(&mut self, items: Vec<Item>) {
+        let number = |item: &Item| if let Item::Frame(frame) = item { Some(frame.no) } else { None };
+        self.before = items.iter().rev().find_map(number).unwrap_or(0).max(self.before);
+        self.calls.items = items;
+        self.hand_over();
+    }
+
     fn hand_over(&mut self) {
         let room = Calls { calls: Vec::with_capacity(BLOCK), events: Vec::with_capacity(BLOCK), ..Calls::default() };
         // Only a panic ends the writing before.
@@ -318,32 +327,22 @@ impl Sink for Deferred {
                 view,
                 match frame.no > self.before {
                     true => Call::Frame(frame.no, count),
-                    false => Call::Held(Box::new(*frame), count),
+                    false => Call::HeldFrame(Box::new(*frame), count),
                 },
             );
         }
     }
 
-    fn asides(&mut self, _out: &mut Vec<u8>, view: View<'_>, events: &[Event], _filter: &Filter) {
-        if !events.is_empty() {
-            self.calls.events.extend_from_slice(events);
-            self.call(view, Call::Asides(events.len() as u32));
+    fn take(&mut self, _out: &mut Vec<u8>, view: View<'_>, notice: Notice<'_>) {
+        match notice {
+            Notice::Asides(events) if !events.is_empty() => {
+                self.calls.events.extend_from_slice(events);
+                self.call(view, Call::Asides(events.len() as u32));
+            }
+            Notice::Finding(finding) => self.call(view, Call::Finding(Box::new(finding.clone()))),
+            Notice::Marker(marker) => self.call(view, Call::Marker(Box::new(*marker))),
+            _ => {}
         }
-    }
-
-    fn finding(&mut self, _out: &mut Vec<u8>, view: View<'_>, finding: &Finding) {
-        self.call(view, Call::Finding(Box::new(finding.clone())));
-    }
-
-    fn marker(&mut self, _out: &mut Vec<u8>, view: View<'_>, marker: &Marker) {
-        self.call(view, Call::Marker(Box::new(*marker)));
-    }
-
-    fn understood(&mut self, items: &mut Vec<Item>) {
-        let number = |item: &Item| if let Item::Frame(frame) = item { Some(frame.no) } else { None };
-        self.before = items.iter().rev().find_map(number).unwrap_or(0).max(self.before);
-        self.calls.items = std::mem::take(items);
-        self.hand_over();
     }
 }
 
@@ -354,14 +353,14 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, Session};
+    use super::super::{Options, Output, Session};
     use super::*;
     use crate::bytes::readers::{Format, Settings};
 
-    /// Whether a piece with this number of lines was shared, and what came out of it.
+    /// Returns true if a piece with this number of lines was shared, and its output.
     fn fed(lines: usize, threads: usize) -> (bool, Vec<u8>) {
         let line = b"(1700000000.000000) can0 185#0102030405060708\n";
-        let (mut session, bytes) = (Session::new(Options::default()), line.repeat(lines));
+        let (mut session, bytes) = (Session::new(Options::of(Lang::Zh, &[Output::Lines])), line.repeat(lines));
         let mut reader = Reader::new(Format::Candump, &Settings::default());
         let Session { buses, stream, .. } = &mut session;
         let (mut out, mut counted) = (Vec::new(), 0);

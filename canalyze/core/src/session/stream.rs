@@ -5,9 +5,11 @@
 use super::ahead::{Ahead, Behind, Placed};
 use super::capture::Capture;
 use super::decoding::Decoding;
-use super::output::Output;
+use super::sink::{CHANGES, ITEMS, Notice};
+use super::sinks::Sinks;
 use super::tally::Tally;
 use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
+use crate::bytes::info::Info;
 use crate::bytes::readers::{Contents, Damage, Item, Marker};
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
@@ -22,24 +24,24 @@ pub(super) struct Stream {
     /// Frames that wait until it is known what the recording did with them.
     pub(super) ahead: Ahead,
     pub(super) decoding: Decoding,
-    pub(super) output: Output,
+    pub(super) sinks: Sinks,
     pub(super) tally: Tally,
 }
 
 impl Stream {
     pub(super) fn item(&mut self, item: &mut Item, buses: &Buses, out: &mut Vec<u8>) {
-        if self.output.is_done() {
+        if self.sinks.is_done() {
             return;
         }
-        if let Some(info) = self.output.info() {
+        if self.sinks.want(ITEMS) {
             if let Item::Frame(frame) = item {
                 self.capture.count(frame);
             }
-            return info.take(item);
+            return self.sinks.find_mut::<Info>().into_iter().for_each(|info| info.take(item));
         }
         if !matches!(item, Item::Frame(_) | Item::Unreadable { .. } | Item::Until { .. }) {
             self.settle(buses, out);
-            if self.output.is_done() {
+            if self.sinks.is_done() {
                 return;
             }
         }
@@ -53,9 +55,9 @@ impl Stream {
         }
     }
 
-    /// Whether what is written may be written later, by another thread: what is understood needs nothing of it.
+    /// Returns true if the output may be written later, by another thread.
     pub(super) fn defers(&self) -> bool {
-        self.output.sink.defers() && !self.output.tells() && !self.decoding.extract
+        self.sinks.defers() && !self.decoding.extract
     }
 
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
@@ -67,7 +69,7 @@ impl Stream {
         let seen = self.decoding.observe(frame, buses);
         let before = self.capture.before(frame);
         if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
-            if self.output.ends_before(frame.t_ns, self.capture.start_ns()) {
+            if self.sinks.ends_before(frame.t_ns, self.capture.start_ns()) {
                 return;
             }
             self.capture.take(frame, None);
@@ -82,7 +84,7 @@ impl Stream {
     fn part(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.settle(buses, out);
         for index in 0..buses.names().count() {
-            self.output.gap(BusId(index as u8), false);
+            self.sinks.take(out, self.capture.view(buses), Notice::Gap(BusId(index as u8), false));
         }
         self.decoding.all_lost(self.capture.last, buses);
         self.aside(buses, out);
@@ -103,7 +105,7 @@ impl Stream {
                 Behind::Open | Behind::None => None,
             };
             let Some((Placed { frame, before, seen }, origin)) = self.ahead.take() else { break };
-            if !self.output.is_done() && !self.output.ends_before(frame.t_ns, self.capture.start_ns()) {
+            if !self.sinks.is_done() && !self.sinks.ends_before(frame.t_ns, self.capture.start_ns()) {
                 self.capture.take(&frame, Some(origin));
                 self.frame(&frame, (before.as_ref(), next.as_deref()), seen.as_ref(), buses, out);
             }
@@ -128,7 +130,7 @@ impl Stream {
         let holed = self.decoding.is_behind_hole(frame);
         let stepped = seen.is_some_and(|(_, happened)| happened.step_ns.is_some());
         if holed && let Some(before) = before {
-            self.output.gap(frame.bus, false);
+            self.sinks.take(out, self.capture.view(buses), Notice::Gap(frame.bus, false));
             self.decoding.lost(frame.bus, *before, buses);
             self.aside(buses, out);
         }
@@ -150,13 +152,13 @@ impl Stream {
         if untimed {
             self.decoding.restore_times();
         }
-        if self.output.has_tables() {
+        if self.sinks.has_beside() {
             let sync = self.decoding.sync(frame.bus);
-            self.output.rows(self.capture.view(buses), frame, &mut self.decoding.events, sync);
+            self.sinks.frame_beside(self.capture.view(buses), frame, &mut self.decoding.events, sync);
         }
         self.decoding.fold();
         self.tally.frame(frame, &self.decoding.events);
-        self.output.frame(out, self.capture.view(buses), frame, &mut self.decoding.events);
+        self.sinks.frame(out, self.capture.view(buses), frame, &mut self.decoding.events);
         self.tell(buses, out);
         self.decoding.clear(buses);
     }
@@ -164,18 +166,18 @@ impl Stream {
     /// Tells of incidents that begin to show, and of those that are over.
     #[inline]
     pub(super) fn tell(&mut self, buses: &Buses, out: &mut Vec<u8>) {
-        if !self.output.tells() {
+        if !self.sinks.want(CHANGES) {
             return;
         }
         for (phase, id) in self.decoding.changes() {
             if let Some(diagnosis) = self.decoding.diagnosis() {
-                self.output.incident(out, self.capture.view(buses), diagnosis, (phase, id));
+                self.sinks.take(out, self.capture.view(buses), Notice::Changed(diagnosis, (phase, id)));
             }
         }
     }
 
     pub(super) fn marker(&mut self, marker: Marker, buses: &Buses, out: &mut Vec<u8>) {
-        self.output.marker(out, self.capture.view(buses), &marker);
+        self.sinks.take(out, self.capture.view(buses), Notice::Marker(&marker));
         if let Marker::Start { date_ns } = marker {
             return self.capture.dated(date_ns);
         }
@@ -197,7 +199,7 @@ impl Stream {
 
     /// A live bus is away: across the gap nothing is judged, and nothing is wrong.
     pub(super) fn gap(&mut self, (bus, away): (BusId, bool), buses: &Buses, out: &mut Vec<u8>) {
-        self.output.gap(bus, away);
+        self.sinks.take(out, self.capture.view(buses), Notice::Gap(bus, away));
         self.capture.gap();
         self.decoding.lost(bus, self.capture.last, buses);
         self.aside(buses, out);
@@ -206,7 +208,7 @@ impl Stream {
     /// Live buses have given all until `now_ns`.
     pub(super) fn until(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
         self.advance(now_ns, buses, out);
-        self.output.until(out, now_ns);
+        self.sinks.take(out, self.capture.view(buses), Notice::Until(now_ns));
     }
 
     /// A part of the file is lost: across it nothing is judged on any bus.
@@ -221,7 +223,7 @@ impl Stream {
 
     pub(super) fn end_of_file(&mut self, contents: &Contents, buses: &Buses, out: &mut Vec<u8>) {
         self.capture.end_of_complaints();
-        if let Some(info) = self.output.info() {
+        if let Some(info) = self.sinks.find::<Info>() {
             return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
         }
         if self.capture.file.unreadable.count > 0 {
@@ -229,22 +231,22 @@ impl Stream {
         }
         let (unreadable, finding) = self.capture.end();
         if self.capture.file.frames > 0 {
-            self.output.end_of_file(unreadable.count);
+            self.sinks.take(out, self.capture.view(buses), Notice::EndOfFile(unreadable.count));
         }
         self.report(finding.as_ref(), buses, out);
     }
 
     pub(super) fn advance(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
-        if self.output.is_done() {
+        if self.sinks.is_done() {
             return;
         }
         self.decoding.pass(now_ns);
         self.release(self.ahead.is_over(now_ns), buses, out);
         // What frames that wait have to say comes first.
-        if self.ahead.is_empty() && !self.output.is_done() {
+        if self.ahead.is_empty() && !self.sinks.is_done() {
             self.decoding.advance(now_ns, self.capture.last, buses);
         }
-        self.output.advance(self.capture.view(buses), now_ns);
+        self.sinks.take(out, self.capture.view(buses), Notice::Advance(now_ns));
         self.aside(buses, out);
     }
 
@@ -257,31 +259,31 @@ impl Stream {
         self.decoding.counted(self.capture.last);
         self.write_aside(buses, out);
         if let Some(diagnosis) = self.decoding.diagnosis().filter(|_| diagnosed) {
-            self.output.diagnosis(out, self.capture.view(buses), diagnosis);
+            self.sinks.take(out, self.capture.view(buses), Notice::Diagnosis(diagnosis));
         }
         if self.capture.frames > 0 {
-            let (idle, timeless) = (self.output.is_idle(), self.output.is_timeless());
-            let beyond = self.output.beyond(self.capture.frames);
+            let (idle, timeless) = (self.sinks.is_idle(), self.sinks.is_timeless());
+            let beyond = self.sinks.beyond(self.capture.frames);
             self.capture.finish(self.decoding.absent(buses), idle, beyond, timeless);
-            self.output.settle(self.decoding.buses());
-            self.output.finish(out, self.capture.view(buses));
+            self.sinks.take(out, self.capture.view(buses), Notice::Settle(self.decoding.buses()));
+            self.sinks.take(out, self.capture.view(buses), Notice::Finish(self.sinks.shown));
         }
-        self.output.close(self.capture.view(buses));
+        self.sinks.take(out, self.capture.view(buses), Notice::Close);
     }
 
     pub(super) fn report(&mut self, finding: Option<&Finding>, buses: &Buses, out: &mut Vec<u8>) {
         if let Some(finding) = finding {
             self.tally.finding(finding);
             self.decoding.diagnosed_finding(finding);
-            self.output.finding(out, self.capture.view(buses), finding);
+            self.sinks.finding(out, self.capture.view(buses), finding);
         }
     }
 
-    /// What belongs to no frame at hand.
+    /// Writes the events that belong to no frame at hand.
     pub(super) fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.diagnosed_aside();
         self.decoding.restore_times();
-        self.output.aside_rows(self.capture.view(buses), &self.decoding.events);
+        self.sinks.asides_beside(self.capture.view(buses), &self.decoding.events);
         self.decoding.fold();
         self.write_aside(buses, out);
     }
@@ -289,7 +291,7 @@ impl Stream {
     /// The same of what is not only counted, but for tables.
     pub(super) fn write_aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.tally.events(&self.decoding.events);
-        self.output.aside(out, self.capture.view(buses), &self.decoding.events);
+        self.sinks.asides(out, self.capture.view(buses), &self.decoding.events);
         self.tell(buses, out);
         self.decoding.clear(buses);
     }

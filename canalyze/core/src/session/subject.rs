@@ -1,6 +1,6 @@
-//! What filters ask of a frame that it does not say by itself, from the events that follow from it.
+//! The properties of a frame that filters take from its events.
 //!
-//! What is said of it is put together only where a filter asks for that. Must not: compare; that does the filter.
+//! Words are put together only if a filter asks for them. The comparison is the filter's.
 
 use super::capture::View;
 use crate::bytes::frame::Frame;
@@ -10,6 +10,7 @@ use crate::sdo::wire::Mux;
 use crate::views::filter::Subject;
 use crate::views::lines::Lines;
 use crate::words::{Depth, Lang, lane};
+pub(super) use crate::world::event::service;
 use crate::world::event::{Event, Signals, What};
 
 /// A frame with its events.
@@ -53,16 +54,7 @@ impl Subject for Seen<'_> {
     }
 }
 
-/// The service that a frame belongs to and the node that it is about, by the first of its events.
-pub(super) fn service(events: &[Event]) -> (&'static str, Option<u8>) {
-    events.first().map_or(("foreign", None), |event| match &event.what {
-        What::Message(message) => (message.service(), event.node),
-        What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
-        _ => ("sdo", event.node),
-    })
-}
-
-/// Whether an event is about an object that is wanted.
+/// Returns true if an event is about an object that is wanted.
 fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
     let mapped = |one: &crate::wire::pdo::mapping::Mapped| !one.dummy && wanted(Mux { index: one.index, sub: one.sub });
     match what {
@@ -78,12 +70,12 @@ fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
     }
 }
 
-/// What is said of something that belongs to no frame at hand.
+/// Returns the words about an event that belongs to no frame at hand.
 pub(super) fn aside(lang: Lang, event: &Event) -> impl Fn(&mut Vec<u8>) {
     move |out| Lines::new(lang, Depth::Default, None).aside(out, event, 0)
 }
 
-/// What is said of a transfer.
+/// Returns the words about a transfer.
 pub(super) fn said_of<'a>(view: View<'a>, transfer: &'a Transfer) -> impl Fn(&mut Vec<u8>) + 'a {
     move |out| lane::transfer(out, view.jsonl.lang, transfer, true)
 }

@@ -1,13 +1,15 @@
-//! What a live capture has shown so far, in a few numbers that can be asked for at any time.
+//! Counts of a live capture so far, available at any time.
 //!
 //! It counts what it is given, and nothing twice. Must not: judge, or keep a frame.
+
+use std::iter;
 
 use crate::bytes::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Status;
+use crate::tables::jsonl::obj::{WriteJson, array, obj};
 use crate::wire::error_control;
-use crate::words::digits::put;
-use crate::words::{Lang, escape};
+use crate::words::Lang;
 use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
 use crate::world::node::PerNode;
@@ -114,49 +116,41 @@ impl Tally {
         self.buses.get_mut(index)
     }
 
-    /// A JSON object. `shown`: the frames that passed the filters, of `frames` in all. `expects`: expectations are held
-    /// against the capture.
+    /// Appends a JSON object. `shown`: the frames that passed the filters, of `frames` in all. `expects`: expectations are
+    /// held against the capture.
     pub(super) fn write(&self, out: &mut Vec<u8>, (frames, shown): (u64, u64), expects: bool, buses: &Buses) {
-        put!(out; "{\"frames\":", frames, ",\"shown\":", shown);
-        put!(out; ",\"findings\":{\"error\":", self.errors, ",\"warning\":", self.warnings, ",\"info\":", self.infos);
-        put!(out; "},\"transfers\":{\"ok\":", self.ok, ",\"aborted\":", self.aborted);
-        put!(out; ",\"incomplete\":", self.incomplete, ",\"failed\":", self.failed, "},\"expectations\":");
-        if expects {
-            put!(out; "{\"missed\":", self.missed, "}");
-        } else {
-            put!(out; "null");
+        let none = OnBus::default();
+        let all = buses.names().zip(self.buses.iter().chain(iter::repeat(&none)));
+        obj! {
+            "frames": frames, "shown": shown,
+            "findings": obj! { "error": self.errors, "warning": self.warnings, "info": self.infos },
+            "transfers": obj! {
+                "ok": self.ok, "aborted": self.aborted, "incomplete": self.incomplete, "failed": self.failed,
+            },
+            "expectations": expects.then_some(obj! { "missed": self.missed }),
+            "buses": array(all.map(|(name, bus)| obj! {
+                "name": name, "frames": bus.frames, "error_frames": bus.error_frames, "dropped": bus.dropped,
+            })),
         }
-        put!(out; ",\"buses\":[");
-        for (index, name) in buses.names().enumerate() {
-            let none = OnBus::default();
-            let OnBus { frames, error_frames, dropped, .. } = self.buses.get(index).unwrap_or(&none);
-            put!(out; if index > 0 { "," } else { "" }, "{\"name\":");
-            escape::json(out, name);
-            put!(out; ",\"frames\":", *frames, ",\"error_frames\":", *error_frames, ",\"dropped\":", *dropped, "}");
-        }
-        put!(out; "]}");
+        .write_json(out);
     }
 
-    /// A JSON list of nodes that were heard or of which something was found, each with `bus`, `node`, `state_text` of what
-    /// it said last, `silent` as in `monitor/snapshot.rs` at `now_ns`, `frames`, `errors` and `warnings`.
+    /// Appends a JSON list of nodes that were heard or that have findings.
     pub(super) fn nodes(&self, out: &mut Vec<u8>, lang: Lang, known: &[Bus], (buses, now_ns): (&Buses, Option<i64>)) {
-        put!(out; "[");
-        let mut first = true;
-        for ((index, name), counted) in buses.names().enumerate().zip(&self.buses) {
-            for (id, node) in counted.nodes.iter() {
-                let bus = known.get(index);
-                put!(out; if std::mem::take(&mut first) { "{\"bus\":" } else { ",{\"bus\":" });
-                escape::json(out, name);
-                let state = bus.and_then(|bus| bus.state(id)).and_then(|state| error_control::state(lang, state));
-                put!(out; ",\"node\":", id, ",\"state_text\":");
-                escape::json(out, state.unwrap_or("").as_bytes());
-                let silent = bus.and_then(|bus| bus.silent(id, now_ns)).map_or("", |control| control.name());
-                put!(out; ",\"silent\":");
-                escape::json(out, silent.as_bytes());
-                put!(out; ",\"frames\":", node.frames, ",\"errors\":", node.errors);
-                put!(out; ",\"warnings\":", node.warnings, "}");
-            }
-        }
-        put!(out; "]");
+        let all = buses.names().enumerate().zip(&self.buses);
+        array(all.flat_map(|((index, name), counted)| {
+            let bus = known.get(index);
+            counted.nodes.iter().map(move |(id, node)| {
+                obj! {
+                    "bus": name, "node": id,
+                    /// The last one that it sent.
+                    "state_text": bus.and_then(|bus| error_control::state(lang, bus.state(id)?)).unwrap_or(""),
+                    /// As in `views/monitor/snapshot.rs`.
+                    "silent": bus.and_then(|bus| bus.silent(id, now_ns)).map_or("", |control| control.name()),
+                    "frames": node.frames, "errors": node.errors, "warnings": node.warnings,
+                }
+            })
+        }))
+        .write_json(out);
     }
 }

@@ -6,39 +6,49 @@ use serde::Deserialize;
 use serde_json::Value as Json;
 
 use super::Mistake;
-use super::schema::{Form, Found, Key, Schema, at, key, needed, no_table, row, tables, unknown};
+use super::schema::{FoundKeys, Schema, SchemaKey, ValueForm, at, key, needed, no_table, row, tables, unknown};
 use super::toml::parse;
-use super::value::{Table, Value};
+use super::value::{TomlTable, Value};
 use crate::rules::SEVERITIES;
 
-const TOP: [Key; 3] = [
-    key("lang", Form::Choice(|| vec!["zh", "en"], "choice")),
-    key("jitter_us", Form::Microseconds(false)),
-    key("bitrate", Form::BitRate),
+const TOP: [SchemaKey; 3] = [
+    key("lang", ValueForm::Choice(|| vec!["zh", "en"], "choice")),
+    key("jitter_us", ValueForm::Microseconds(false)),
+    key("bitrate", ValueForm::BitRate),
 ];
-const SYNC: [Key; 2] = [key("period_us", Form::Microseconds(true)), key("window_us", Form::Microseconds(true))];
-const CHECK: [Key; 5] = [
-    key("fail_on", Form::Choice(|| severities().rev().chain(["never"]).collect(), "threshold")),
-    key("incidents", Form::Choice(|| vec!["stands", "over", "never"], "choice")),
-    key("select", Form::Codes),
-    key("ignore", Form::Codes),
-    key("baseline", Form::Text),
+const SYNC: [SchemaKey; 2] =
+    [key("period_us", ValueForm::Microseconds(true)), key("window_us", ValueForm::Microseconds(true))];
+const CHECK: [SchemaKey; 5] = [
+    key("fail_on", ValueForm::Choice(|| severities().rev().chain(["never"]).collect(), "threshold")),
+    key("incidents", ValueForm::Choice(|| vec!["stands", "over", "never"], "choice")),
+    key("select", ValueForm::Codes),
+    key("ignore", ValueForm::Codes),
+    key("baseline", ValueForm::Text),
 ];
-const OVERRIDE: [Key; 6] = [
-    needed("codes", Form::Codes),
-    needed("severity", Form::Choice(|| std::iter::once("ignore").chain(severities()).collect(), "ruling")),
-    needed("reason", Form::Text),
-    key("files", Form::Globs),
-    key("nodes", Form::SeveralNodes),
-    key("bus", Form::Text),
+const OVERRIDE: [SchemaKey; 6] = [
+    needed("codes", ValueForm::Codes),
+    needed("severity", ValueForm::Choice(|| std::iter::once("ignore").chain(severities()).collect(), "ruling")),
+    needed("reason", ValueForm::Text),
+    key("files", ValueForm::Globs),
+    key("nodes", ValueForm::SeveralNodes),
+    key("bus", ValueForm::Text),
 ];
 /// Tables that may occur several times.
-const ENTRIES: [(&str, &[Key]); 3] = [("eds", &EDS), ("cob", &COB), ("sdo", &SDO)];
-const EDS: [Key; 3] = [needed("file", Form::Text), key("node", Form::Nodes), key("bus", Form::Text)];
-const COB: [Key; 4] =
-    [needed("id", Form::CanId), needed("node", Form::Node), needed("pdo", Form::Pdo), key("bus", Form::Text)];
-const SDO: [Key; 4] =
-    [needed("client", Form::CanId), needed("server", Form::CanId), needed("node", Form::Node), key("bus", Form::Text)];
+const ENTRIES: [(&str, &[SchemaKey]); 3] = [("eds", &EDS), ("cob", &COB), ("sdo", &SDO)];
+const EDS: [SchemaKey; 3] =
+    [needed("file", ValueForm::Text), key("node", ValueForm::Nodes), key("bus", ValueForm::Text)];
+const COB: [SchemaKey; 4] = [
+    needed("id", ValueForm::CanId),
+    needed("node", ValueForm::Node),
+    needed("pdo", ValueForm::Pdo),
+    key("bus", ValueForm::Text),
+];
+const SDO: [SchemaKey; 4] = [
+    needed("client", ValueForm::CanId),
+    needed("server", ValueForm::CanId),
+    needed("node", ValueForm::Node),
+    key("bus", ValueForm::Text),
+];
 
 fn severities() -> impl DoubleEndedIterator<Item = &'static str> {
     SEVERITIES.iter().map(|one| one.name())
@@ -46,21 +56,22 @@ fn severities() -> impl DoubleEndedIterator<Item = &'static str> {
 
 /// All of them.
 pub(super) fn schema() -> Schema {
-    let once: [(&str, &[Key]); 4] = [("", &TOP), ("sync", &SYNC), ("check", &CHECK), ("check.override", &OVERRIDE)];
+    let once: [(&str, &[SchemaKey]); 4] =
+        [("", &TOP), ("sync", &SYNC), ("check", &CHECK), ("check.override", &OVERRIDE)];
     once.into_iter().chain(ENTRIES).map(|(name, keys)| row(name, keys)).collect()
 }
 
 /// The content of `canalyze.toml`; what it does not set is `None` or empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Settings {
+pub struct Config {
     /// zh or en.
     pub lang: Option<String>,
     /// Files that describe devices.
     pub descriptions: Vec<Description>,
     /// COB-IDs of PDOs.
-    pub cobs: Vec<Cob>,
+    pub cobs: Vec<CobSetting>,
     /// SDO channels.
-    pub sdos: Vec<Channel>,
+    pub sdos: Vec<SdoIds>,
     /// 1006h and 1007h, above zero.
     pub sync_period_ns: Option<i64>,
     /// 1007h.
@@ -70,7 +81,7 @@ pub struct Settings {
     /// In bit/s.
     pub bit_rate: Option<u32>,
     /// The table `[check]`, if there is one.
-    pub check: Option<Check>,
+    pub check: Option<CheckSettings>,
 }
 
 /// A file that describes devices.
@@ -87,7 +98,7 @@ pub struct Description {
 
 /// The PDO that an identifier carries.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-pub struct Cob {
+pub struct CobSetting {
     /// `None`: every bus.
     pub bus: Option<String>,
     /// The identifier; true if it has 29 bits.
@@ -100,7 +111,7 @@ pub struct Cob {
 
 /// The two identifiers of an SDO channel.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-pub struct Channel {
+pub struct SdoIds {
     /// `None`: every bus.
     pub bus: Option<String>,
     /// Client to server; true if it has 29 bits.
@@ -113,7 +124,7 @@ pub struct Channel {
 
 /// The findings of a capture that count.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-pub struct Check {
+pub struct CheckSettings {
     /// The least severity that fails, or never.
     pub fail_on: Option<String>,
     /// The problems that fail: stands, over or never.
@@ -157,23 +168,23 @@ pub struct Override {
 }
 
 /// Reads the content of a `canalyze.toml` of this name, and checks every key.
-pub fn settings(content: &[u8], file: &str) -> Result<Settings, Mistake> {
+pub fn settings(content: &[u8], file: &str) -> Result<Config, Mistake> {
     let root = parse(content, file)?;
     names(&root, file)?;
     let others: Vec<&str> = ENTRIES.iter().map(|entry| entry.0).chain(["sync", "check"]).collect();
-    let top = Found::read(file, "", &root, &TOP, &others)?;
+    let top = FoundKeys::read(file, "", &root, &TOP, &others)?;
     let sync = match one(&root, "sync", file)? {
-        Some(table) => Found::read(file, "sync", table, &SYNC, &[])?.keys,
+        Some(table) => FoundKeys::read(file, "sync", table, &SYNC, &[])?.keys,
         None => Vec::new(),
     };
     let sync = |key: &str| sync.iter().find(|(name, _)| *name == key).and_then(|(_, ns)| ns.as_i64());
     let entries = |name, keys| -> Result<Vec<Json>, Mistake> {
         let given = tables(file, &root, name, name)?;
-        given.into_iter().map(|table| Ok(Found::read(file, name, table, keys, &[])?.into_json())).collect()
+        given.into_iter().map(|table| Ok(FoundKeys::read(file, name, table, keys, &[])?.into_json())).collect()
     };
     let descriptions = typed(entries("eds", &EDS)?);
     let cobs = typed(entries("cob", &COB)?);
-    let sdos: Vec<Channel> = typed(entries("sdo", &SDO)?);
+    let sdos: Vec<SdoIds> = typed(entries("sdo", &SDO)?);
     for (channel, table) in sdos.iter().zip(tables(file, &root, "sdo", "sdo")?) {
         if channel.client == channel.server {
             let value = table.get("server").map(Value::shown).unwrap_or_default();
@@ -182,7 +193,7 @@ pub fn settings(content: &[u8], file: &str) -> Result<Settings, Mistake> {
             return Err(Mistake::new("config.one_id", facts));
         }
     }
-    Ok(Settings {
+    Ok(Config {
         lang: top.get("lang").and_then(Json::as_str).map(str::to_owned),
         descriptions,
         cobs,
@@ -196,7 +207,7 @@ pub fn settings(content: &[u8], file: &str) -> Result<Settings, Mistake> {
 }
 
 /// Checks the names at the top.
-fn names(root: &Table, file: &str) -> Result<(), Mistake> {
+fn names(root: &TomlTable, file: &str) -> Result<(), Mistake> {
     let keys = TOP.iter().map(|key| (key.name, key.name.to_owned()));
     let once = ["sync", "check"].map(|name| (name, format!("[{name}]")));
     let several = ENTRIES.iter().map(|(name, _)| (*name, format!("[[{name}]]")));
@@ -208,7 +219,7 @@ fn names(root: &Table, file: &str) -> Result<(), Mistake> {
 }
 
 /// Returns a table that may occur once.
-fn one<'a>(root: &'a Table, name: &str, file: &str) -> Result<Option<&'a Table>, Mistake> {
+fn one<'a>(root: &'a TomlTable, name: &str, file: &str) -> Result<Option<&'a TomlTable>, Mistake> {
     match root.get(name) {
         Some(Value::Table(table)) => Ok(Some(table)),
         Some(_) => Err(no_table(at(file, root.line_of(name)), name, format!("[{name}]"))),
@@ -216,15 +227,15 @@ fn one<'a>(root: &'a Table, name: &str, file: &str) -> Result<Option<&'a Table>,
     }
 }
 
-fn check(root: &Table, file: &str) -> Result<Option<Check>, Mistake> {
+fn check(root: &TomlTable, file: &str) -> Result<Option<CheckSettings>, Mistake> {
     let Some(table) = one(root, "check", file)? else { return Ok(None) };
-    let own = Found::read(file, "check", table, &CHECK, &["override"])?.into_json();
-    let place = |table: &Table, key: &str| at(file, table.line_of(key));
+    let own = FoundKeys::read(file, "check", table, &CHECK, &["override"])?.into_json();
+    let place = |table: &TomlTable, key: &str| at(file, table.line_of(key));
     let given = tables(file, table, "override", "check.override")?;
-    let read = |table: &&Table| Ok(Found::read(file, "check.override", table, &OVERRIDE, &[])?.into_json());
+    let read = |table: &&TomlTable| Ok(FoundKeys::read(file, "check.override", table, &OVERRIDE, &[])?.into_json());
     let overrides: Vec<Override> = typed(given.iter().map(read).collect::<Result<_, Mistake>>()?);
-    let placed = |(one, table): (Override, &&Table)| Override { at: place(table, "codes"), ..one };
-    Ok(typed(vec![own]).pop().map(|own| Check {
+    let placed = |(one, table): (Override, &&TomlTable)| Override { at: place(table, "codes"), ..one };
+    Ok(typed(vec![own]).pop().map(|own| CheckSettings {
         at: (place(table, "select"), place(table, "ignore")),
         overrides: overrides.into_iter().zip(&given).map(placed).collect(),
         ..own

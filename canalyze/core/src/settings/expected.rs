@@ -7,134 +7,134 @@ use serde_json::{Map, Value as Json, json};
 
 use super::Mistake;
 use super::near::near;
-use super::schema::{Form, Found, Key, Schema, at, key, needed, row, tables, unknown};
+use super::schema::{FoundKeys, Schema, SchemaKey, ValueForm, at, key, needed, row, tables, unknown};
 use super::toml::parse;
-use super::value::{Table, Value};
+use super::value::{TomlTable, Value};
 use crate::bytes::select::Select;
 use crate::stories::kinds::KINDS;
 use crate::views::expectation::state_names;
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 
 const NS: i64 = 1_000_000_000;
 const MS: i64 = 1_000_000;
 const US: i64 = 1_000;
-const SECONDS: Form = Form::AboveZero(1_000_000_000, NS);
+const SECONDS: ValueForm = ValueForm::AboveZero(1_000_000_000, NS);
 /// The default tolerance of a period.
 const TOLERANCE_PERCENT: f64 = 10.0;
 /// The default window of the load in ms.
 const WINDOW_MS: i64 = 100;
 
 /// The last key of every table.
-const BUS: Key = key("bus", Form::Text);
+const BUS: SchemaKey = key("bus", ValueForm::Text);
 /// Keys of tables with a period.
-const PERIOD: &[Key] = &[
-    key("period_ms", Form::AboveZero(4_000_000, MS)),
-    key("period_us", Form::AboveZero(4_000_000_000, US)),
-    key("tolerance_ms", Form::FromZero(4_000_000, MS)),
-    key("tolerance_us", Form::FromZero(4_000_000_000, US)),
-    key("tolerance_percent", Form::Percent(1_000, false)),
+const PERIOD: &[SchemaKey] = &[
+    key("period_ms", ValueForm::AboveZero(4_000_000, MS)),
+    key("period_us", ValueForm::AboveZero(4_000_000_000, US)),
+    key("tolerance_ms", ValueForm::FromZero(4_000_000, MS)),
+    key("tolerance_us", ValueForm::FromZero(4_000_000_000, US)),
+    key("tolerance_percent", ValueForm::Percent(1_000, false)),
 ];
 
 /// A table of the file, which may occur several times.
-struct Kind {
+struct TableKind {
     name: &'static str,
-    own: &'static [Key],
+    own: &'static [SchemaKey],
     /// Keys that other tables share.
-    shared: &'static [Key],
+    shared: &'static [SchemaKey],
     /// Makes the form for the core.
-    normal: fn(&Found<'_>) -> Result<Json, Mistake>,
+    normal: fn(&FoundKeys<'_>) -> Result<Json, Mistake>,
 }
 
-impl Kind {
-    fn keys(&self) -> Vec<Key> {
+impl TableKind {
+    fn keys(&self) -> Vec<SchemaKey> {
         [self.own, self.shared, &[BUS]].concat()
     }
 }
 
-const KINDS_OF: [Kind; 9] = [
-    Kind {
+const KINDS_OF: [TableKind; 9] = [
+    TableKind {
         name: "sdo",
         own: &[
-            needed("node", Form::Node),
-            needed("object", Form::Object),
-            key("direction", Form::Choice(|| vec!["upload", "download"], "choice")),
-            key("value", Form::Any),
-            key("data", Form::Data),
-            key("outcome", Form::Choice(|| vec!["ok", "aborted", "any"], "choice")),
-            key("abort", Form::Abort),
-            key("sequence", Form::Text),
-            key("count", Form::Whole(1, 1_000_000)),
-            key("never", Form::Truth),
+            needed("node", ValueForm::Node),
+            needed("object", ValueForm::Object),
+            key("direction", ValueForm::Choice(|| vec!["upload", "download"], "choice")),
+            key("value", ValueForm::Any),
+            key("data", ValueForm::Data),
+            key("outcome", ValueForm::Choice(|| vec!["ok", "aborted", "any"], "choice")),
+            key("abort", ValueForm::Abort),
+            key("sequence", ValueForm::Text),
+            key("count", ValueForm::Whole(1, 1_000_000)),
+            key("never", ValueForm::Truth),
             key("within_s", SECONDS),
         ],
         shared: &[],
         normal: sdo,
     },
-    Kind {
+    TableKind {
         name: "state",
         own: &[
-            needed("node", Form::Node),
-            key("state", Form::Choice(|| state_names().collect(), "choice")),
-            key("drive", Form::Choice(|| State::ALL.map(State::name).to_vec(), "choice")),
-            key("axis", Form::Whole(1, 8)),
+            needed("node", ValueForm::Node),
+            key("state", ValueForm::Choice(|| state_names().collect(), "choice")),
+            key("drive", ValueForm::Choice(|| DriveState::ALL.map(DriveState::name).to_vec(), "choice")),
+            key("axis", ValueForm::Whole(1, 8)),
             key("by_s", SECONDS),
-            key("since", Form::Choice(|| vec!["start", "boot-up"], "choice")),
-            key("stays", Form::Truth),
+            key("since", ValueForm::Choice(|| vec!["start", "boot-up"], "choice")),
+            key("stays", ValueForm::Truth),
         ],
         shared: &[],
         normal: state,
     },
-    Kind {
+    TableKind {
         name: "signal",
-        own: &[needed("select", Form::Selection), key("min", Form::Number), key("max", Form::Number)],
+        own: &[needed("select", ValueForm::Selection), key("min", ValueForm::Number), key("max", ValueForm::Number)],
         shared: PERIOD,
         normal: signal,
     },
-    Kind { name: "heartbeat", own: &[needed("node", Form::Node)], shared: PERIOD, normal: heartbeat },
-    Kind { name: "sync", own: &[], shared: PERIOD, normal: |found| Ok(Json::Object(period(found, true)?)) },
-    Kind {
+    TableKind { name: "heartbeat", own: &[needed("node", ValueForm::Node)], shared: PERIOD, normal: heartbeat },
+    TableKind { name: "sync", own: &[], shared: PERIOD, normal: |found| Ok(Json::Object(period(found, true)?)) },
+    TableKind {
         name: "emcy",
         own: &[
-            key("node", Form::Node),
-            key("code", Form::EmcyCode),
-            needed("occurs", Form::Choice(|| vec!["must", "may", "never"], "choice")),
+            key("node", ValueForm::Node),
+            key("code", ValueForm::EmcyCode),
+            needed("occurs", ValueForm::Choice(|| vec!["must", "may", "never"], "choice")),
         ],
         shared: &[],
         normal: |found| {
             Ok(json!({"node": found.json("node"), "code": found.json("code"), "occurs": found.json("occurs")}))
         },
     },
-    Kind {
+    TableKind {
         name: "incident",
         own: &[
-            key("kind", Form::Kinds),
-            key("node", Form::Node),
-            key("occurs", Form::Often),
+            key("kind", ValueForm::Kinds),
+            key("node", ValueForm::Node),
+            key("occurs", ValueForm::Often),
             key("ends_within_s", SECONDS),
-            key("cause", Form::Kinds),
+            key("cause", ValueForm::Kinds),
         ],
         shared: &[],
         normal: incident,
     },
-    Kind {
+    TableKind {
         name: "latency",
         own: &[
-            needed("of", Form::Choice(|| vec!["sdo", "sync", "nmt"], "choice")),
-            key("node", Form::Node),
-            key("object", Form::Object),
-            key("pdo", Form::Tpdo),
-            key("max_ms", Form::AboveZero(4_000_000, MS)),
-            key("max_us", Form::AboveZero(4_000_000_000, US)),
+            needed("of", ValueForm::Choice(|| vec!["sdo", "sync", "nmt"], "choice")),
+            key("node", ValueForm::Node),
+            key("object", ValueForm::Object),
+            key("pdo", ValueForm::Tpdo),
+            key("max_ms", ValueForm::AboveZero(4_000_000, MS)),
+            key("max_us", ValueForm::AboveZero(4_000_000_000, US)),
         ],
         shared: &[],
         normal: latency,
     },
-    Kind {
+    TableKind {
         name: "load",
         own: &[
-            needed("max_percent", Form::Percent(100, true)),
-            key("bitrate", Form::BitRate),
-            key("window_ms", Form::AboveZero(3_600_000, MS)),
+            needed("max_percent", ValueForm::Percent(100, true)),
+            key("bitrate", ValueForm::BitRate),
+            key("window_ms", ValueForm::AboveZero(3_600_000, MS)),
         ],
         shared: &[],
         normal: load,
@@ -155,9 +155,9 @@ pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
     for kind in &KINDS_OF {
         let keys = kind.keys();
         let given = tables(file, &root, kind.name, kind.name)?;
-        let read = |table| Found::read(file, kind.name, table, &keys, &[]);
-        let entries: Vec<Found<'_>> = given.into_iter().map(read).collect::<Result<_, _>>()?;
-        let normal = |found: &Found<'_>| {
+        let read = |table| FoundKeys::read(file, kind.name, table, &keys, &[]);
+        let entries: Vec<FoundKeys<'_>> = given.into_iter().map(read).collect::<Result<_, _>>()?;
+        let normal = |found: &FoundKeys<'_>| {
             let mut entry = (kind.normal)(found)?;
             if let Some(entry) = entry.as_object_mut() {
                 entry.insert("line".to_owned(), Json::from(found.given.line));
@@ -171,7 +171,7 @@ pub fn expectations(content: &[u8], file: &str) -> Result<Json, Mistake> {
 }
 
 /// Checks the names at the top.
-fn names(root: &Table, file: &str) -> Result<(), Mistake> {
+fn names(root: &TomlTable, file: &str) -> Result<(), Mistake> {
     let allowed: Vec<_> = KINDS_OF.iter().map(|kind| (kind.name, format!("[[{}]]", kind.name))).collect();
     match root.keys.iter().find(|(name, _)| !allowed.iter().any(|one| one.0 == name.text)) {
         Some((name, _)) => Err(unknown(&at(file, name.line), "", &name.text, &allowed)),
@@ -180,7 +180,7 @@ fn names(root: &Table, file: &str) -> Result<(), Mistake> {
 }
 
 /// The mistake about a key of the file, with the sentence `expect.WHY`.
-fn refuse(found: &Found<'_>, key: &str, why: &str, other: String) -> Mistake {
+fn refuse(found: &FoundKeys<'_>, key: &str, why: &str, other: String) -> Mistake {
     let facts = [
         ("file", at(found.file, found.given.line_of(key))),
         ("key", found.full(key)),
@@ -191,14 +191,14 @@ fn refuse(found: &Found<'_>, key: &str, why: &str, other: String) -> Mistake {
 }
 
 /// The mistake that one of these keys is needed and none is there.
-fn lacks(found: &Found<'_>, keys: &[&str]) -> Mistake {
+fn lacks(found: &FoundKeys<'_>, keys: &[&str]) -> Mistake {
     let facts =
         [("file", at(found.file, found.given.line)), ("table", found.name.to_owned()), ("keys", keys.join(", "))];
     Mistake::new("expect.lacks_one", facts)
 }
 
 /// Returns the one of these keys that is there; two are refused.
-fn only(found: &Found<'_>, keys: &[&str]) -> Result<Option<&'static str>, Mistake> {
+fn only(found: &FoundKeys<'_>, keys: &[&str]) -> Result<Option<&'static str>, Mistake> {
     let mut there = found.keys.iter().map(|(name, _)| *name).filter(|name| keys.contains(name));
     match (there.next(), there.next()) {
         (Some(one), Some(other)) => Err(refuse(found, other, "exclusive", one.to_owned())),
@@ -207,7 +207,7 @@ fn only(found: &Found<'_>, keys: &[&str]) -> Result<Option<&'static str>, Mistak
 }
 
 /// Refuses a key together with any of the others.
-fn apart(found: &Found<'_>, key: &str, others: &[&str]) -> Result<(), Mistake> {
+fn apart(found: &FoundKeys<'_>, key: &str, others: &[&str]) -> Result<(), Mistake> {
     if found.get(key).is_some() {
         for other in others {
             only(found, &[key, other])?;
@@ -217,12 +217,12 @@ fn apart(found: &Found<'_>, key: &str, others: &[&str]) -> Result<(), Mistake> {
 }
 
 /// Refuses a key without another one that it needs, which is shown in the form in which it would be written.
-fn goes(found: &Found<'_>, key: &str, allowed: bool, other: &str) -> Result<(), Mistake> {
+fn goes(found: &FoundKeys<'_>, key: &str, allowed: bool, other: &str) -> Result<(), Mistake> {
     if allowed || found.get(key).is_none() { Ok(()) } else { Err(refuse(found, key, "goes_with", other.to_owned())) }
 }
 
 /// Returns a period and its tolerance; null for both if there is none.
-fn period(found: &Found<'_>, needed: bool) -> Result<Map<String, Json>, Mistake> {
+fn period(found: &FoundKeys<'_>, needed: bool) -> Result<Map<String, Json>, Mistake> {
     let names = ["period_ms", "period_us"];
     let period = only(found, &names)?;
     if needed && period.is_none() {
@@ -250,12 +250,12 @@ fn periodic(period_ns: Json, tolerance_ns: Json) -> Map<String, Json> {
 }
 
 /// Returns index and sub-index of the key `object`.
-fn object(found: &Found<'_>) -> (Json, Json) {
+fn object(found: &FoundKeys<'_>) -> (Json, Json) {
     let part = |place| found.get("object").and_then(|object| object.get(place)).cloned().unwrap_or_default();
     (part(0), part(1))
 }
 
-fn sdo(found: &Found<'_>) -> Result<Json, Mistake> {
+fn sdo(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     only(found, &["value", "data"])?;
     let never = found.get("never").is_some();
     if found.get("never") == Some(&Json::Bool(false)) {
@@ -289,7 +289,7 @@ fn sdo(found: &Found<'_>) -> Result<Json, Mistake> {
     }))
 }
 
-fn state(found: &Found<'_>) -> Result<Json, Mistake> {
+fn state(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     let names = ["state", "drive"];
     if only(found, &names)?.is_none() {
         return Err(lacks(found, &names));
@@ -311,7 +311,7 @@ fn state(found: &Found<'_>) -> Result<Json, Mistake> {
     }))
 }
 
-fn signal(found: &Found<'_>) -> Result<Json, Mistake> {
+fn signal(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     let limit = |key: &str| found.get(key).and_then(Json::as_f64);
     if limit("min").zip(limit("max")).is_some_and(|(min, max)| min > max) {
         let min = found.given.get("min").map(Value::shown).unwrap_or_default();
@@ -322,13 +322,13 @@ fn signal(found: &Found<'_>) -> Result<Json, Mistake> {
     Ok(Json::Object(entry))
 }
 
-fn heartbeat(found: &Found<'_>) -> Result<Json, Mistake> {
+fn heartbeat(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     let mut entry = period(found, true)?;
     entry.insert("node".to_owned(), found.json("node"));
     Ok(Json::Object(entry))
 }
 
-fn incident(found: &Found<'_>) -> Result<Json, Mistake> {
+fn incident(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     let names = ["occurs", "ends_within_s", "cause"];
     if names.iter().all(|key| found.get(key).is_none()) {
         return Err(lacks(found, &names));
@@ -349,7 +349,7 @@ fn incident(found: &Found<'_>) -> Result<Json, Mistake> {
 }
 
 /// Refuses a glob that matches no kind of incident, since it could never be found.
-fn kinds(found: &Found<'_>, key: &str) -> Result<(), Mistake> {
+fn kinds(found: &FoundKeys<'_>, key: &str) -> Result<(), Mistake> {
     let Some(glob) = found.get(key).and_then(Json::as_str) else { return Ok(()) };
     let fits = Select::parse(glob);
     if KINDS.iter().any(|kind| fits.takes([kind.name])) {
@@ -360,7 +360,7 @@ fn kinds(found: &Found<'_>, key: &str) -> Result<(), Mistake> {
     Err(refuse(found, key, why, likest.join(", ")))
 }
 
-fn latency(found: &Found<'_>) -> Result<Json, Mistake> {
+fn latency(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     let of = found.json("of");
     goes(found, "object", of == "sdo", "of = \"sdo\"")?;
     goes(found, "pdo", of == "sync", "of = \"sync\"")?;
@@ -377,7 +377,7 @@ fn latency(found: &Found<'_>) -> Result<Json, Mistake> {
     }))
 }
 
-fn load(found: &Found<'_>) -> Result<Json, Mistake> {
+fn load(found: &FoundKeys<'_>) -> Result<Json, Mistake> {
     Ok(json!({
         "max_percent": found.json("max_percent"),
         "bit_rate": found.json("bitrate"),

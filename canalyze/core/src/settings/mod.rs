@@ -15,7 +15,7 @@ mod value;
 #[cfg(test)]
 mod tests;
 
-pub use config::{Channel, Check, Cob, Description, Override, Settings, settings};
+pub use config::{CheckSettings, CobSetting, Config, Description, Override, SdoIds, settings};
 pub use expected::expectations;
 pub use schema::Schema;
 pub use spelled::{address, bit_rate, can_id, codes, node, nodes, pdo, tolerance};

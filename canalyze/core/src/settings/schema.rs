@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 use super::Mistake;
 use super::near::near;
 use super::spelled::{self, once};
-use super::value::{Table, Value, short};
+use super::value::{TomlTable, Value, short};
 use crate::bytes::select::Select;
 
 /// Maximum length of a glob of file names in characters; file names are hardly longer.
@@ -19,16 +19,16 @@ const COMPARED: usize = 128;
 const OFTEN: u32 = 1_000_000;
 
 /// Words to choose from.
-pub(super) type Words = fn() -> Vec<&'static str>;
+pub(super) type Choices = fn() -> Vec<&'static str>;
 
 /// The syntax of a value.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Form {
+pub(super) enum ValueForm {
     Text,
     /// A selection of signals.
     Selection,
     /// One of some words, and the sentence about it.
-    Choice(Words, &'static str),
+    Choice(Choices, &'static str),
     Truth,
     Number,
     /// A whole number between two limits.
@@ -61,20 +61,20 @@ pub(super) enum Form {
 
 /// A key.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Key {
+pub(super) struct SchemaKey {
     pub(super) name: &'static str,
-    pub(super) form: Form,
+    pub(super) form: ValueForm,
     pub(super) needed: bool,
 }
 
 /// A key that may be left out.
-pub(super) const fn key(name: &'static str, form: Form) -> Key {
-    Key { name, form, needed: false }
+pub(super) const fn key(name: &'static str, form: ValueForm) -> SchemaKey {
+    SchemaKey { name, form, needed: false }
 }
 
 /// A key that is required.
-pub(super) const fn needed(name: &'static str, form: Form) -> Key {
-    Key { name, form, needed: true }
+pub(super) const fn needed(name: &'static str, form: ValueForm) -> SchemaKey {
+    SchemaKey { name, form, needed: true }
 }
 
 /// Every table of a kind of file by its name, with its keys; each key with its sentence and its permitted values. Keys
@@ -82,28 +82,28 @@ pub(super) const fn needed(name: &'static str, form: Form) -> Key {
 pub type Schema = Vec<(&'static str, Vec<(&'static str, &'static str, String)>)>;
 
 /// A table and its keys as a row of [`Schema`].
-pub(super) fn row(name: &'static str, keys: &[Key]) -> (&'static str, Vec<(&'static str, &'static str, String)>) {
+pub(super) fn row(name: &'static str, keys: &[SchemaKey]) -> (&'static str, Vec<(&'static str, &'static str, String)>) {
     (name, keys.iter().map(|key| (key.name, key.form.name(), key.form.allowed())).collect())
 }
 
 /// The values of a table, in the order of the file.
 #[derive(Debug)]
-pub(super) struct Found<'a> {
+pub(super) struct FoundKeys<'a> {
     /// The name of the file, and of the table.
     pub(super) file: &'a str,
     pub(super) name: &'static str,
     /// The table as written.
-    pub(super) given: &'a Table,
+    pub(super) given: &'a TomlTable,
     pub(super) keys: Vec<(&'static str, Json)>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> FoundKeys<'a> {
     /// Reads the keys of a table, except `but`, which the caller reads.
     pub(super) fn read(
         file: &'a str,
         name: &'static str,
-        given: &'a Table,
-        keys: &[Key],
+        given: &'a TomlTable,
+        keys: &[SchemaKey],
         but: &[&str],
     ) -> Result<Self, Mistake> {
         let mut found = Self { file, name, given, keys: Vec::new() };
@@ -185,10 +185,10 @@ pub(super) fn no_table(at: String, key: &str, table: String) -> Mistake {
 /// Returns all tables of one name, `[[NAME]]`, of a table that has them under `key`.
 pub(super) fn tables<'a>(
     file: &str,
-    within: &'a Table,
+    within: &'a TomlTable,
     key: &str,
     name: &'static str,
-) -> Result<Vec<&'a Table>, Mistake> {
+) -> Result<Vec<&'a TomlTable>, Mistake> {
     let given = within.get(key);
     let list = match given {
         Some(Value::List(list)) => list.as_slice(),
@@ -202,7 +202,7 @@ pub(super) fn tables<'a>(
     list.iter().map(table).collect()
 }
 
-impl Form {
+impl ValueForm {
     /// The key of the sentence about a value that does not have this form, `config.NAME`.
     fn name(self) -> &'static str {
         match self {

@@ -9,7 +9,7 @@ use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
 
 use super::Mistake;
-use super::value::{Name, Table, Value, short};
+use super::value::{KeyName, TomlTable, Value, short};
 
 /// Maximum depth of brackets, and number of parts of a dotted key; our files need three.
 const DEEPEST: usize = 32;
@@ -18,7 +18,7 @@ const LONGEST: usize = 128;
 const BYTE_ORDER_MARK: char = '\u{FEFF}';
 
 /// Returns the values of a file of this content.
-pub(super) fn parse(content: &[u8], file: &str) -> Result<Table, Mistake> {
+pub(super) fn parse(content: &[u8], file: &str) -> Result<TomlTable, Mistake> {
     let text = std::str::from_utf8(content).map_err(|error| {
         let before = content.get(..error.valid_up_to()).unwrap_or(content);
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
@@ -107,14 +107,14 @@ impl<'a> Lines<'a> {
     }
 }
 
-fn table(from: &DeTable<'_>, line: usize, lines: &Lines<'_>) -> Table {
+fn table(from: &DeTable<'_>, line: usize, lines: &Lines<'_>) -> TomlTable {
     let mut keys: Vec<_> = from.iter().collect();
     keys.sort_by_key(|(name, _)| name.span().start);
     let named = keys.into_iter().map(|(name, held)| {
         let line = lines.line(&name.span());
-        (Name { text: name.get_ref().to_string(), line }, value(held.get_ref(), lines.line(&held.span()), lines))
+        (KeyName { text: name.get_ref().to_string(), line }, value(held.get_ref(), lines.line(&held.span()), lines))
     });
-    Table { line, keys: named.collect() }
+    TomlTable { line, keys: named.collect() }
 }
 
 fn value(from: &DeValue<'_>, line: usize, lines: &Lines<'_>) -> Value {
@@ -149,7 +149,7 @@ mod tests {
 
     use super::*;
 
-    fn list(of: &Table, key: &str) -> Vec<Table> {
+    fn list(of: &TomlTable, key: &str) -> Vec<TomlTable> {
         let Some(Value::List(list)) = of.get(key) else { return Vec::new() };
         let tables =
             list.iter().filter_map(|one| if let Value::Table(table) = one { Some(table.clone()) } else { None });

@@ -20,26 +20,26 @@ pub(super) enum Value {
     /// A date, a time or both.
     When(String),
     List(Vec<Value>),
-    Table(Table),
+    Table(TomlTable),
 }
 
 /// A table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Table {
+pub(super) struct TomlTable {
     /// The line of its heading, or of its start.
     pub(super) line: usize,
     /// In the order of the file.
-    pub(super) keys: Vec<(Name, Value)>,
+    pub(super) keys: Vec<(KeyName, Value)>,
 }
 
 /// A key of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Name {
+pub(super) struct KeyName {
     pub(super) text: String,
     pub(super) line: usize,
 }
 
-impl Table {
+impl TomlTable {
     /// The value of a key.
     pub(super) fn get(&self, key: &str) -> Option<&Value> {
         self.keys.iter().find(|(name, _)| name.text == key).map(|(_, value)| value)

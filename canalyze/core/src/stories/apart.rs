@@ -2,10 +2,10 @@
 //!
 //! Each line is a fact of this capture, or a question that it leaves open, with the way to answer it.
 
-use super::advice::Shown;
+use super::advice::AdviceFacts;
 use super::causes::within;
 use super::incident::{Grade, Incident};
-use super::kinds::Kind;
+use super::kinds::IncidentKind;
 use super::ledger::Ledger;
 use crate::rules::Words;
 
@@ -87,8 +87,8 @@ tells! {
 }
 
 /// Returns the facts for an incident; none for other kinds.
-pub fn of(one: &Incident, ledger: &Ledger, shown: Shown) -> Vec<Tell> {
-    use Kind::{
+pub fn of(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
+    use IncidentKind::{
         AxisFault, DeviceError, GuardingUnanswered, HeartbeatConsumerError, HeartbeatStopped, LateAnswer, NoBootUp,
         NodeAbsent, NodeRestarted, NodeSilent, QuickStop, RequestUnanswered, RestartLoop, SegmentLost, StateLeft,
         SupplyVoltage, Temperature,
@@ -126,7 +126,7 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: Shown) -> Vec<Tell> {
 }
 
 fn back(one: &Incident) -> Tell {
-    match (one.has("boot_up") || matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop), one.end) {
+    match (one.has("boot_up") || matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop), one.end) {
         (true, _) => BOOTED,
         (false, Some(_)) => RETURNED,
         (false, None) => AWAY,
@@ -146,7 +146,8 @@ fn limit(one: &Incident, cause: &Incident) -> Tell {
 /// Returns the line on other nodes lost with it.
 fn others(one: &Incident, ledger: &Ledger) -> Tell {
     let with = |other: &Incident| {
-        let silent = matches!(other.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted);
+        let silent =
+            matches!(other.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost | IncidentKind::NodeRestarted);
         silent
             && other.id != one.id
             && other.subject.nodes & !one.subject.nodes != 0
@@ -164,11 +165,15 @@ fn warned(one: &Incident, ledger: &Ledger) -> Tell {
     if ledger.told().any(reported) { WARNED } else { NO_WARNING }
 }
 
-fn noise(one: &Incident, ledger: &Ledger, shown: Shown) -> Tell {
+fn noise(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Tell {
     let around = |other: &Incident| {
         let errors = matches!(
             other.kind,
-            Kind::BusOff | Kind::ErrorPassive | Kind::BusErrors | Kind::NotAcknowledged | Kind::TransceiverFault
+            IncidentKind::BusOff
+                | IncidentKind::ErrorPassive
+                | IncidentKind::BusErrors
+                | IncidentKind::NotAcknowledged
+                | IncidentKind::TransceiverFault
         );
         errors && is_near(one, other, AROUND_NS)
     };
@@ -210,8 +215,8 @@ fn cause<'a>(one: &Incident, ledger: &'a Ledger) -> Option<&'a Incident> {
 }
 
 /// Returns true if a kind means a loss of communication.
-fn is_loss(kind: Kind) -> bool {
-    use Kind::{
+fn is_loss(kind: IncidentKind) -> bool {
+    use IncidentKind::{
         CommandedReset, CommandedStop, CommunicationError, GuardingStopped, HeartbeatConsumerError, HeartbeatStopped,
         NodeAbsent, NodeRestarted, NodeSilent, PdoMissing, RestartLoop, RpdoTimeout, SegmentLost, SyncStopped,
     };

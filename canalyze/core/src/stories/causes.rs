@@ -6,7 +6,7 @@
 use std::ops::RangeInclusive;
 
 use super::incident::{Grade, Incident};
-use super::kinds::Kind::{self, *};
+use super::kinds::IncidentKind::{self, *};
 use super::trackers::emcy::{LIFE_GUARD, RPDO_TIMEOUT};
 use crate::rules::finding::{Code, Quantity};
 
@@ -38,10 +38,10 @@ struct Pair<'a> {
 }
 
 /// A rule: its number, and a function that returns the certainty and the deviation from the expected delay in ns.
-type Rule = (u8, fn(&Pair<'_>) -> Option<(Grade, i64)>);
+type CauseRule = (u8, fn(&Pair<'_>) -> Option<(Grade, i64)>);
 
 /// The rules.
-const RULES: &[Rule] = &[
+const RULES: &[CauseRule] = &[
     (0, said_by_the_finding),
     (1, loss_reported),
     (2, guarding_stopped),
@@ -114,20 +114,20 @@ impl Pair<'_> {
     }
 }
 
-fn is_gone(kind: Kind) -> bool {
+fn is_gone(kind: IncidentKind) -> bool {
     matches!(kind, NodeSilent | SegmentLost | NodeRestarted | RestartLoop | NoBootUp | GuardingUnanswered | NodeAbsent)
 }
 
-fn is_commanded(kind: Kind) -> bool {
+fn is_commanded(kind: IncidentKind) -> bool {
     matches!(kind, CommandedReset | CommandedStop)
 }
 
-fn is_bus(kind: Kind) -> bool {
+fn is_bus(kind: IncidentKind) -> bool {
     matches!(kind, BusOff | ErrorPassive | BusErrors | TransceiverFault)
 }
 
 /// Returns true for kinds that a busy node or a full bus causes.
-fn is_late(kind: Kind) -> bool {
+fn is_late(kind: IncidentKind) -> bool {
     matches!(
         kind,
         NodeSilent

@@ -2,7 +2,7 @@
 //!
 //! It consists of facts at frames and holds no words of a language.
 
-use super::kinds::{Impact, Kind};
+use super::kinds::{Impact, IncidentKind};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Quantity};
@@ -69,7 +69,7 @@ impl Grade {
 
 /// The role of a step in its incident.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub enum StepRole {
     /// A sign that something is wrong.
     Sign,
     /// A reaction of the subject.
@@ -80,7 +80,7 @@ pub enum Role {
     Recovery,
 }
 
-impl Role {
+impl StepRole {
     /// Returns the word used in machine output.
     pub fn name(self) -> &'static str {
         match self {
@@ -141,11 +141,11 @@ pub fn members(nodes: u128) -> impl Iterator<Item = u8> {
 
 /// A fact of an incident at a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct IncidentStep {
     /// The frame.
     pub at: FrameRef,
     /// Its role in the incident.
-    pub role: Role,
+    pub role: StepRole,
     /// Its content.
     pub said: Measured,
     /// The rule that found it, if any.
@@ -208,7 +208,7 @@ pub struct Incident {
     /// read, in the order of reports. 0 until it has one.
     pub number: u32,
     /// Its kind.
-    pub kind: Kind,
+    pub kind: IncidentKind,
     /// The bus.
     pub bus: BusId,
     /// Its subject.
@@ -224,7 +224,7 @@ pub struct Incident {
     /// The certainty of the statement.
     pub grade: Grade,
     /// Its facts in order, at most [`STEPS`].
-    pub steps: Vec<Step>,
+    pub steps: Vec<IncidentStep>,
     /// Further steps that are not kept.
     pub left_out: u32,
     /// Its measured facts by name.
@@ -276,14 +276,14 @@ pub(super) struct Clue {
 
 impl Incident {
     /// Adds a step.
-    pub fn step(&mut self, at: FrameRef, role: Role, said: impl Into<Measured>, from: Option<&Finding>) {
-        self.add(Step { at, role, said: said.into(), from: from.map(|finding| finding.code) });
+    pub fn step(&mut self, at: FrameRef, role: StepRole, said: impl Into<Measured>, from: Option<&Finding>) {
+        self.add(IncidentStep { at, role, said: said.into(), from: from.map(|finding| finding.code) });
         if let Some(finding) = from {
             self.found(finding);
         }
     }
 
-    pub(super) fn add(&mut self, step: Step) {
+    pub(super) fn add(&mut self, step: IncidentStep) {
         if self.steps.len() < STEPS {
             self.steps.push(step);
         } else {
@@ -377,7 +377,7 @@ impl Incident {
     /// Returns its effect on the machine.
     pub fn impact(&self) -> Impact {
         match (self.kind, self.status) {
-            (Kind::CommandedStop, Status::Stands) => Impact::A,
+            (IncidentKind::CommandedStop, Status::Stands) => Impact::A,
             (kind, _) => kind.row().impact,
         }
     }
@@ -427,7 +427,7 @@ mod tests {
     fn what_could_not_be_measured_is_no_fact() {
         let mut ledger = Ledger::default();
         let at = FrameRef::default();
-        let place = ledger.open(Kind::CaptureGap, BusId::default(), Subject::default(), at, at);
+        let place = ledger.open(IncidentKind::CaptureGap, BusId::default(), Subject::default(), at, at);
         let one = place.and_then(|place| ledger.get_mut(place)).map(|one| {
             one.fact("bytes", Quantity::Nothing);
             one.fact("frames", Quantity::Count(3));

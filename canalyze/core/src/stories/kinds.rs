@@ -34,9 +34,9 @@ impl Impact {
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
+pub struct KindRow {
     /// The kind.
-    pub kind: Kind,
+    pub kind: IncidentKind,
     /// The name in machine output, in kebab-case.
     pub name: &'static str,
     /// The effect on the machine.
@@ -49,21 +49,21 @@ macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident $name:literal $impact:ident $zh:literal $en:literal;)*) => {
         /// The kind of an incident.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-        pub enum Kind {
+        pub enum IncidentKind {
             $(#[doc = $en] $kind,)*
         }
 
         /// All kinds.
-        pub const KINDS: &[Row] = &[
-            $(Row { kind: Kind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } },)*
+        pub const KINDS: &[KindRow] = &[
+            $(KindRow { kind: IncidentKind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } },)*
         ];
 
-        impl Kind {
+        impl IncidentKind {
             /// Returns the row of the kind.
-            pub fn row(self) -> &'static Row {
+            pub fn row(self) -> &'static KindRow {
                 match self {
                     $(Self::$kind => &const {
-                        Row { kind: Kind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } }
+                        KindRow { kind: IncidentKind::$kind, name: $name, impact: Impact::$impact, words: Words { zh: $zh, en: $en } }
                     },)*
                 }
             }

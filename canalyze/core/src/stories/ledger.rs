@@ -4,7 +4,7 @@
 
 use super::incident::Grade;
 use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
-use super::kinds::Kind;
+use super::kinds::IncidentKind;
 use crate::bytes::frame::{BusId, FrameRef};
 
 /// Maximum number of kept incidents (invariant 6).
@@ -13,7 +13,7 @@ const KEPT: usize = 1024;
 const RECENT: usize = 128;
 
 /// The place of an incident in the ledger.
-pub(super) type Place = usize;
+pub(super) type LedgerPlace = usize;
 
 /// All incidents so far.
 #[derive(Clone, Debug, Default)]
@@ -24,19 +24,19 @@ pub struct Ledger {
     /// Number of numbers assigned for people.
     numbered: u32,
     /// Incidents with new facts since their causes were last looked up.
-    pub(super) grown: Vec<Place>,
+    pub(super) grown: Vec<LedgerPlace>,
 }
 
 impl Ledger {
     /// Opens an incident; `None` if there are too many.
     pub(super) fn open(
         &mut self,
-        kind: Kind,
+        kind: IncidentKind,
         bus: BusId,
         subject: Subject,
         begin: FrameRef,
         noticed: FrameRef,
-    ) -> Option<Place> {
+    ) -> Option<LedgerPlace> {
         if self.all.len() >= KEPT {
             self.beyond += 1;
             return None;
@@ -66,11 +66,11 @@ impl Ledger {
         Some(self.all.len() - 1)
     }
 
-    pub(super) fn get(&self, place: Place) -> Option<&Incident> {
+    pub(super) fn get(&self, place: LedgerPlace) -> Option<&Incident> {
         self.all.get(place)
     }
 
-    pub(super) fn get_mut(&mut self, place: Place) -> Option<&mut Incident> {
+    pub(super) fn get_mut(&mut self, place: LedgerPlace) -> Option<&mut Incident> {
         self.all.get_mut(place)
     }
 
@@ -104,13 +104,13 @@ impl Ledger {
     }
 
     /// Returns the latest incident of a bus that `fits`, among the recent ones.
-    pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Incident) -> bool) -> Option<Place> {
+    pub(super) fn last(&self, bus: BusId, fits: impl Fn(&Incident) -> bool) -> Option<LedgerPlace> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
         recent.filter(|(_, one)| one.bus == bus).find(|(_, one)| fits(one)).map(|(place, _)| place)
     }
 
     /// Returns the places of the recent incidents of a bus, the latest first.
-    pub(super) fn recent(&self, bus: BusId) -> Vec<Place> {
+    pub(super) fn recent(&self, bus: BusId) -> Vec<LedgerPlace> {
         let recent = self.all.iter().enumerate().rev().take(RECENT);
         recent.filter(|(_, one)| one.bus == bus).map(|(place, _)| place).collect()
     }
@@ -129,7 +129,7 @@ impl Ledger {
     }
 
     /// Merges an incident into another one.
-    pub(super) fn merge(&mut self, place: Place, into: Place) {
+    pub(super) fn merge(&mut self, place: LedgerPlace, into: LedgerPlace) {
         let Some(one) = self.all.get_mut(place).filter(|_| place != into) else { return };
         one.merged = true;
         let (gone, one) = (one.id, one.clone());
@@ -146,7 +146,7 @@ impl Ledger {
         if other.kind == one.kind {
             other.end = other.end.zip(one.end).map(|(end, last)| if last.no > end.no { last } else { end });
         }
-        if one.end.is_some() && other.end.is_none() && other.kind == Kind::Storing {
+        if one.end.is_some() && other.end.is_none() && other.kind == IncidentKind::Storing {
             other.end = one.end;
         }
         one.steps.into_iter().for_each(|step| other.add(step));

@@ -5,12 +5,12 @@
 
 use super::causes::{Found, LATE_NS, WINDOW_NS, relate};
 use super::incident::{Grade, Incident, Link, Status, bit};
-use super::kinds::Kind;
-use super::ledger::{Ledger, Place};
+use super::kinds::IncidentKind;
+use super::ledger::{Ledger, LedgerPlace};
 use crate::bytes::frame::BusId;
 
 /// Links a new incident with earlier ones, and incidents of the last seconds with it.
-pub(super) fn link(ledger: &mut Ledger, place: Place, bus: BusId) {
+pub(super) fn link(ledger: &mut Ledger, place: LedgerPlace, bus: BusId) {
     let recent = ledger.recent(bus);
     if let Some(link) = best(ledger, place, &recent) {
         set(ledger, place, link);
@@ -28,14 +28,14 @@ pub(super) fn link(ledger: &mut Ledger, place: Place, bus: BusId) {
     }
 }
 
-fn set(ledger: &mut Ledger, place: Place, link: Link) {
+fn set(ledger: &mut Ledger, place: LedgerPlace, link: Link) {
     if let Some(one) = ledger.get_mut(place) {
         one.link(link);
     }
 }
 
 /// Returns the best cause of an incident among others.
-fn best(ledger: &Ledger, place: Place, others: &[Place]) -> Option<Link> {
+fn best(ledger: &Ledger, place: LedgerPlace, others: &[LedgerPlace]) -> Option<Link> {
     // An incident that began before its first evidence has no cause in the capture.
     let effect = ledger.get(place).filter(|effect| !effect.has("seen_in_fault"))?;
     let mut found: Option<(Found, &Incident)> = None;
@@ -78,12 +78,14 @@ const TOGETHER_NS: i64 = 100_000_000;
 /// Concludes scans at the end of the capture: a scan requests many nodes that do not exist, and none of them is
 /// missing.
 pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
-    let absent: Vec<Place> = (0..ledger.all.len())
+    let absent: Vec<LedgerPlace> = (0..ledger.all.len())
         .filter(|place| {
-            ledger.get(*place).is_some_and(|one| one.bus == bus && one.kind == Kind::NodeAbsent && one.end.is_none())
+            ledger
+                .get(*place)
+                .is_some_and(|one| one.bus == bus && one.kind == IncidentKind::NodeAbsent && one.end.is_none())
         })
         .collect();
-    let mut run: Vec<Place> = Vec::new();
+    let mut run: Vec<LedgerPlace> = Vec::new();
     for place in absent.iter().copied().map(Some).chain([None]) {
         let follows = place.zip(run.last().copied()).is_some_and(|(place, last)| {
             let (one, last) = (ledger.get(place), ledger.get(last));
@@ -96,7 +98,7 @@ pub(super) fn scanned(ledger: &mut Ledger, bus: BusId) {
             if let Some((first, others)) = run.split_first().filter(|_| run.len() >= SCANNED) {
                 others.iter().for_each(|other| ledger.merge(*other, *first));
                 if let Some(one) = ledger.get_mut(*first) {
-                    (one.kind, one.subject.node) = (Kind::Scan, None);
+                    (one.kind, one.subject.node) = (IncidentKind::Scan, None);
                     one.repeats.count = run.len() as u64;
                 }
             }
@@ -113,14 +115,16 @@ pub(super) fn join(ledger: &mut Ledger) {
         let Some(one) = ledger.get(place) else { continue };
         let Some(link) = one.cause.filter(|link| link.grade >= Grade::Likely) else { continue };
         let into = match one.kind {
-            Kind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
+            IncidentKind::SyncStopped if link.rule == 6 && link.grade == Grade::Certain => Some(place_of(link)),
             // A node's report with the reaction of its axis; a PDO with the failed writes to configure it.
-            kind if link.rule == 17 && kind != Kind::NodeRestarted && one.status == Status::Harmless => {
+            kind if link.rule == 17 && kind != IncidentKind::NodeRestarted && one.status == Status::Harmless => {
                 Some(place_of(link))
             }
-            Kind::QuickStop | Kind::StateLeft if link.rule == 7 && link.grade == Grade::Certain => Some(place_of(link)),
-            Kind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
-            Kind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
+            IncidentKind::QuickStop | IncidentKind::StateLeft if link.rule == 7 && link.grade == Grade::Certain => {
+                Some(place_of(link))
+            }
+            IncidentKind::PdoLength if link.rule == 13 && is_same_pdo(ledger, one, link) => Some(place_of(link)),
+            IncidentKind::DamagedTransfer if link.rule == 11 && link.grade == Grade::Likely => Some(place_of(link)),
             _ => (0..place).find(|other| ledger.get(*other).is_some_and(|other| is_alike(other, one, link))),
         };
         if let Some(into) = into {
@@ -134,7 +138,7 @@ fn is_same_pdo(ledger: &Ledger, one: &Incident, link: Link) -> bool {
     cause.is_some_and(|cause| cause.subject.node == one.subject.node && cause.subject.pdo == one.subject.pdo)
 }
 
-fn place_of(link: Link) -> Place {
+fn place_of(link: Link) -> LedgerPlace {
     (link.cause.0 as usize).saturating_sub(1)
 }
 
@@ -153,10 +157,11 @@ fn is_alike(other: &Incident, one: &Incident, link: Link) -> bool {
 pub(super) fn settle(ledger: &mut Ledger) {
     // The stop of a single node is not intended if other nodes are waiting for it.
     for place in 0..ledger.all.len() {
-        let Some(one) = ledger.get(place).filter(|one| one.kind == Kind::CommandedStop && !one.clue.everyone) else {
+        let Some(one) = ledger.get(place).filter(|one| one.kind == IncidentKind::CommandedStop && !one.clue.everyone)
+        else {
             continue;
         };
-        let reported = |other: &&Incident| !other.clue.reported.is_empty() || other.kind == Kind::AxisFault;
+        let reported = |other: &&Incident| !other.clue.reported.is_empty() || other.kind == IncidentKind::AxisFault;
         let follows = ledger.told().filter(reported).any(|other| other.cause.is_some_and(|link| link.cause == one.id));
         let over = follows && one.status == Status::Harmless && one.end.is_some();
         if let Some(one) = ledger.get_mut(place).filter(|_| over) {

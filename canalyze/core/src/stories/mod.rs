@@ -32,8 +32,8 @@ pub use ledger::Ledger;
 use std::collections::VecDeque;
 
 use self::incident::{IncidentId, Status};
-use self::kinds::Kind;
-use self::ledger::Place;
+use self::kinds::IncidentKind;
+use self::ledger::LedgerPlace;
 use self::on_bus::OfBus;
 use self::status::{is_harmless, is_over};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
@@ -57,14 +57,14 @@ pub struct Diagnosis {
     last: FrameRef,
     frames: u64,
     /// Reported incidents that have not ended.
-    open: Vec<Place>,
+    open: Vec<LedgerPlace>,
     /// Recently ended incidents; if one recurs, it is reported again.
-    closed: VecDeque<Place>,
+    closed: VecDeque<LedgerPlace>,
     /// Incidents before this place have been examined; those that did not count yet are examined again.
-    looked: Place,
-    unripe: Vec<Place>,
+    looked: LedgerPlace,
+    unripe: Vec<LedgerPlace>,
     /// Reported incidents whose cause may still be found, with the reported cause, and true if that is final.
-    linking: VecDeque<(Place, Option<(IncidentId, bool)>)>,
+    linking: VecDeque<(LedgerPlace, Option<(IncidentId, bool)>)>,
     /// True after the end of the capture, when everything is final.
     over: bool,
 }
@@ -81,7 +81,7 @@ pub enum Phase {
 }
 
 /// Iterates over the rules whose findings are incidents of this kind by themselves.
-pub fn shown_by(kind: Kind) -> impl Iterator<Item = Code> {
+pub fn shown_by(kind: IncidentKind) -> impl Iterator<Item = Code> {
     signs::SIGNS.iter().filter(move |row| row.1 == kind).map(|row| row.0)
 }
 
@@ -223,8 +223,8 @@ impl Diagnosis {
     }
 
     /// Returns the facts of the whole capture that advice depends on.
-    pub fn shown(&self) -> advice::Shown {
-        advice::Shown { error_frames: self.buses.iter().any(|one| one.heard.errors.0 > 0) }
+    pub fn shown(&self) -> advice::AdviceFacts {
+        advice::AdviceFacts { error_frames: self.buses.iter().any(|one| one.heard.errors.0 > 0) }
     }
 
     /// Returns the nodes seen, and those that incidents concern.

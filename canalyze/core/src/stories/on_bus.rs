@@ -3,8 +3,8 @@
 //! The order matters: nodes that are heard again are recorded before the incidents that this ends. Only trackers open
 //! incidents.
 
-use super::incident::{self, Role, Status, bit};
-use super::kinds::Kind;
+use super::incident::{self, Status, StepRole, bit};
+use super::kinds::IncidentKind;
 use super::ledger::Ledger;
 use super::links;
 use super::sayings::Saying;
@@ -15,11 +15,11 @@ use super::trackers::boots::Boots;
 use super::trackers::configuration::Configurations;
 use super::trackers::drive::Drives;
 use super::trackers::emcy::{Emergencies, Emergency, LIFE_GUARD};
-use super::trackers::load::Load;
+use super::trackers::load::LoadIncident;
 use super::trackers::masters::Masters;
 use super::trackers::motion::Motions;
-use super::trackers::nodes::Nodes;
-use super::trackers::rules::{Found, Sign};
+use super::trackers::nodes::NodeIncidents;
+use super::trackers::rules::{RuleIncidents, Sign};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
 use crate::checks::pdo::length::fits;
 use crate::rules::finding::{Code, Finding, Quantity};
@@ -29,7 +29,7 @@ use crate::wire::error_control::OPERATIONAL;
 use crate::wire::lss::command as lss;
 use crate::wire::message::Message;
 use crate::world::bus::Bus;
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 use crate::world::event::{Event, Note, ProcessData, Step, What};
 
 /// Minimum time for which a node stopped by command is left alone while others run, in ns.
@@ -52,15 +52,15 @@ fn is_time(fact: Quantity) -> bool {
 #[derive(Clone, Debug, Default)]
 pub(super) struct OfBus {
     pub(super) heard: Heard,
-    nodes: Nodes,
+    nodes: NodeIncidents,
     emergencies: Emergencies,
     drives: Drives,
     configurations: Configurations,
     boots: Boots,
     masters: Masters,
-    load: Load,
+    load: LoadIncident,
     motions: Motions,
-    found: Found,
+    found: RuleIncidents,
     /// Number of frames of the bus.
     frames: u64,
     /// True if the last node that booted was Operational before.
@@ -87,17 +87,19 @@ impl OfBus {
         let Some(one) = ledger.get_mut(place) else { return };
         let unheard = one.clue.watched.iter().find(|(node, _)| self.heard.known & bit(*node) == 0);
         match (one.kind, unheard) {
-            (Kind::HeartbeatConsumerError, Some((node, _))) => {
-                one.kind = Kind::WatchedAbsent;
+            (IncidentKind::HeartbeatConsumerError, Some((node, _))) => {
+                one.kind = IncidentKind::WatchedAbsent;
                 one.fact("watched", Quantity::Count((*node).into()));
             }
-            (kind, _) if one.has("started") && kind != Kind::ProgramFailed => one.kind = Kind::HalfConfigured,
+            (kind, _) if one.has("started") && kind != IncidentKind::ProgramFailed => {
+                one.kind = IncidentKind::HalfConfigured
+            }
             _ => {}
         }
         // The node is back and was not started again.
         if let Some(since) = back.and_then(|back| end.since(back)) {
             one.fact("waits_to_be_started", Quantity::Ns(since));
-            one.step(end, Role::Reaction, Saying::NotStartedSince { since }, None);
+            one.step(end, StepRole::Reaction, Saying::NotStartedSince { since }, None);
         }
     }
 
@@ -145,7 +147,7 @@ impl OfBus {
                 }
                 What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
                 What::Note(Note::BitTimingActivated { .. }) => {
-                    ledger.open(Kind::BitTiming, id, incident::Subject::default(), event.at, at);
+                    ledger.open(IncidentKind::BitTiming, id, incident::Subject::default(), event.at, at);
                     false
                 }
                 What::Mpdo(_) | What::Note(_) => false,
@@ -190,7 +192,7 @@ impl OfBus {
     /// Adds an order to store something, or to change the program, as the explanation if a node then is silent, late or
     /// boots: it may be busy for a while.
     fn stored(&self, place: usize, id: BusId, ledger: &mut Ledger) {
-        use Kind::{
+        use IncidentKind::{
             HeartbeatIrregular, HeartbeatStopped, LateAnswer, NodeRestarted, NodeSilent, PdoMissing, RequestUnanswered,
         };
         let Some(one) = ledger.get(place) else { return };
@@ -207,9 +209,9 @@ impl OfBus {
         let Some((node, begin)) = one.subject.node.filter(|_| busy).map(|node| (node, one.noticed)) else { return };
         let Some(stored) = self.heard.stored(node) else { return };
         let near = begin.since(stored).is_some_and(|since| (0..=STORING_NS).contains(&since));
-        let known = ledger.last(id, |one| one.kind == Kind::Storing && one.begin.no == stored.no).is_some();
+        let known = ledger.last(id, |one| one.kind == IncidentKind::Storing && one.begin.no == stored.no).is_some();
         if near && !known {
-            ledger.open(Kind::Storing, id, incident::Subject::node(node), stored, stored);
+            ledger.open(IncidentKind::Storing, id, incident::Subject::node(node), stored, stored);
         }
     }
 
@@ -220,9 +222,9 @@ impl OfBus {
             let Some(one) = ledger.get_mut(place) else { continue };
             let enabled = || {
                 let mut states = one.subject.node.into_iter().flat_map(|node| bus.drive_states(node));
-                states.any(|(_, state)| state == State::OperationEnabled)
+                states.any(|(_, state)| state == DriveState::OperationEnabled)
             };
-            let fault = one.kind == Kind::AxisFault;
+            let fault = one.kind == IncidentKind::AxisFault;
             let of_errors = !one.clue.reported.is_empty() || fault;
             let gone = one.clue.codes.is_empty() || fault && enabled();
             if one.end.is_none() && of_errors && !waits && !in_fault && gone {
@@ -464,8 +466,8 @@ impl OfBus {
         let mine = ledger.all.iter().any(|one| one.bus == id);
         if self.heard.errors.0 >= ERRORS_ONLY && self.heard.errors.0 == self.frames {
             let first = self.heard.errors.1;
-            let wrong = ledger.open(Kind::WrongBitRate, id, incident::Subject::default(), first, first);
-            let errors = ledger.last(id, |one| one.kind == Kind::BusErrors);
+            let wrong = ledger.open(IncidentKind::WrongBitRate, id, incident::Subject::default(), first, first);
+            let errors = ledger.last(id, |one| one.kind == IncidentKind::BusErrors);
             if let (Some(wrong), Some(errors)) = (wrong, errors) {
                 ledger.merge(errors, wrong);
             }
@@ -476,7 +478,7 @@ impl OfBus {
         self.masters.finish(scene!(self, ledger, bus, id, end));
         self.found.finish(end, scene!(self, ledger, bus, id, end));
         // A finding that counts error frames refers to the first of them.
-        let errors = ledger.last(id, |one| one.kind == Kind::BusErrors && one.end.is_some());
+        let errors = ledger.last(id, |one| one.kind == IncidentKind::BusErrors && one.end.is_some());
         if let Some(one) = errors.and_then(|place| ledger.get_mut(place)) {
             one.end = one.end.map(|end| if end.no < self.heard.last_error.no { self.heard.last_error } else { end });
         }
@@ -495,7 +497,8 @@ impl OfBus {
             one.status = status(one, end, (back, gone, others && long, idle));
             // The node was stopped in order to be written to.
             let written = |node: u8| self.heard.written(node).is_some_and(|written| written.no > one.begin.no);
-            let on_purpose = one.kind == Kind::CommandedStop && incident::members(one.subject.nodes).all(written);
+            let on_purpose =
+                one.kind == IncidentKind::CommandedStop && incident::members(one.subject.nodes).all(written);
             if on_purpose && one.status == Status::Harmless {
                 one.clue.least = u64::MAX;
             }

@@ -14,7 +14,7 @@ macro_rules! sayings {
         pub enum Saying {
             $(
                 #[doc = $en]
-                $saying $({ $(#[doc = stringify!($kind)] $fact: <$kind as crate::rules::Kind>::Value),+ })?,
+                $saying $({ $(#[doc = stringify!($kind)] $fact: <$kind as crate::rules::FactKind>::Value),+ })?,
             )*
         }
 
@@ -25,7 +25,7 @@ macro_rules! sayings {
                 match what {$(
                     Saying::$saying $({ $($fact),+ })? => {
                         const VARIANT: &crate::rules::Variant = &rules!(@variant $zh, $en, [], [$($($fact: $kind),+)?]);
-                        Self::new(VARIANT, [$($(<$kind as crate::rules::Kind>::of($fact)),+)?])
+                        Self::new(VARIANT, [$($(<$kind as crate::rules::FactKind>::of($fact)),+)?])
                     }
                 )*}
             }

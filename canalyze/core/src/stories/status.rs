@@ -1,7 +1,7 @@
 //! The status of an incident at the end of the capture.
 
 use super::incident::{Incident, Status};
-use super::kinds::Kind;
+use super::kinds::IncidentKind;
 use super::trackers::rules::GOES_ON;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Code;
@@ -12,19 +12,19 @@ const START_NS: i64 = 2_500_000_000;
 const SETTLED_NS: i64 = 500_000_000;
 
 /// Returns true if a kind is explained by a command or by the recording.
-pub(super) fn is_harmless(kind: Kind) -> bool {
-    use Kind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Scan, Storing};
+pub(super) fn is_harmless(kind: IncidentKind) -> bool {
+    use IncidentKind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Scan, Storing};
     matches!(kind, Scan | BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
 }
 
 /// Returns true if an incident has ended and will probably not recur at once.
 pub(super) fn is_over(one: &Incident, last: FrameRef) -> bool {
-    one.end.is_some() && one.kind != Kind::ConsumerTimeTooShort && !goes_on(one, last)
+    one.end.is_some() && one.kind != IncidentKind::ConsumerTimeTooShort && !goes_on(one, last)
 }
 
 /// Returns true if an incident that keeps recurring is still going on, since its next time is not due yet.
 fn goes_on(one: &Incident, end: FrameRef) -> bool {
-    use Kind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
+    use IncidentKind::{NodeRestarted, NodeSilent, RequestUnanswered, RestartLoop, SegmentLost};
     let mean = one.repeats.since.since(one.begin).map(|all| all / one.repeats.count.saturating_sub(1).max(1) as i64);
     let comes_again = !one.clue.reported.is_empty()
         || matches!(one.kind, NodeRestarted | RestartLoop | NodeSilent | SegmentLost | RequestUnanswered);
@@ -41,7 +41,7 @@ pub(super) fn status(
     end: FrameRef,
     (back, gone, left_alone, idle): (Option<FrameRef>, bool, bool, bool),
 ) -> Status {
-    use Kind::{
+    use IncidentKind::{
         CommandedStop, ConsumerTimeTooShort, DuplicateNodeId, HeartbeatStopped, NodeAbsent, NodeSilent, QuickStop,
         RequestUnanswered, RestartLoop, SegmentLost,
     };
@@ -71,7 +71,7 @@ pub(super) fn status(
         return Status::Unknown;
     }
     // Not every controller reports that it is active again.
-    if one.kind == Kind::ErrorPassive {
+    if one.kind == IncidentKind::ErrorPassive {
         return Status::Unknown;
     }
     // A refused write may still be made up for if the capture ends too soon for the rule.

@@ -1,7 +1,7 @@
 //! The title line of an incident, from its kind and its facts.
 
-use super::incident::{Incident, Role, Status};
-use super::kinds::Kind;
+use super::incident::{Incident, Status, StepRole};
+use super::kinds::IncidentKind;
 use super::sayings::Saying;
 use crate::rules::Measured;
 use crate::rules::finding::Quantity;
@@ -19,41 +19,45 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         return untimed(one);
     }
     Some(match one.kind {
-        Kind::NodeSilent if count > 1 => Saying::SilentOften { at, count }.into(),
-        Kind::NodeSilent => match (ns("silence"), get("boot_up"), one.end, ns("period")) {
+        IncidentKind::NodeSilent if count > 1 => Saying::SilentOften { at, count }.into(),
+        IncidentKind::NodeSilent => match (ns("silence"), get("boot_up"), one.end, ns("period")) {
             (Some(silence), Some(_), ..) => Saying::SilentAndBooted { at, silence }.into(),
-            (Some(silence), None, None, _) if one.steps.iter().any(|step| step.role == Role::Recovery) => {
+            (Some(silence), None, None, _) if one.steps.iter().any(|step| step.role == StepRole::Recovery) => {
                 Saying::SilentAndWaits { at, silence }.into()
             }
             (_, _, Some(end), _) => Saying::SilentAndBack { at, silence: end.since(one.begin).unwrap_or(0) }.into(),
             (.., Some(period)) => Saying::Silent { at, period }.into(),
             _ => Saying::SilentSince { at }.into(),
         },
-        Kind::HeartbeatStopped => Saying::HeartbeatStopped { at }.into(),
-        Kind::SegmentLost => Saying::Segment { at, count: one.subject.nodes.count_ones().into() }.into(),
-        Kind::NodeRestarted if count == 1 => Saying::Restarted { at }.into(),
-        Kind::NodeRestarted | Kind::RestartLoop => Saying::RestartedOften { at, count }.into(),
-        Kind::NodeAbsent => Saying::Absent { at }.into(),
-        Kind::NoBootUp => Saying::NoBootUp { at }.into(),
-        Kind::LeftOperational => match get("state") {
+        IncidentKind::HeartbeatStopped => Saying::HeartbeatStopped { at }.into(),
+        IncidentKind::SegmentLost => Saying::Segment { at, count: one.subject.nodes.count_ones().into() }.into(),
+        IncidentKind::NodeRestarted if count == 1 => Saying::Restarted { at }.into(),
+        IncidentKind::NodeRestarted | IncidentKind::RestartLoop => Saying::RestartedOften { at, count }.into(),
+        IncidentKind::NodeAbsent => Saying::Absent { at }.into(),
+        IncidentKind::NoBootUp => Saying::NoBootUp { at }.into(),
+        IncidentKind::LeftOperational => match get("state") {
             Some(Quantity::State(state)) => Saying::LeftOperational { at, state }.into(),
             _ => return None,
         },
-        Kind::StartWithoutEffect | Kind::CommandedReset | Kind::CommandedStop => match (one.kind, get("command")) {
-            (Kind::StartWithoutEffect, Some(Quantity::Command(command))) => {
-                Saying::WithoutEffect { at, command }.into()
+        IncidentKind::StartWithoutEffect | IncidentKind::CommandedReset | IncidentKind::CommandedStop => {
+            match (one.kind, get("command")) {
+                (IncidentKind::StartWithoutEffect, Some(Quantity::Command(command))) => {
+                    Saying::WithoutEffect { at, command }.into()
+                }
+                (IncidentKind::CommandedReset, Some(Quantity::Command(command))) => {
+                    Saying::ResetByCommand { at, command }.into()
+                }
+                (_, Some(Quantity::Command(command))) => Saying::StoppedByCommand { at, command }.into(),
+                _ => return None,
             }
-            (Kind::CommandedReset, Some(Quantity::Command(command))) => Saying::ResetByCommand { at, command }.into(),
-            (_, Some(Quantity::Command(command))) => Saying::StoppedByCommand { at, command }.into(),
-            _ => return None,
-        },
-        Kind::ConsumerTimeTooShort => match (ns("limit"), get("watched"), ns("period")) {
+        }
+        IncidentKind::ConsumerTimeTooShort => match (ns("limit"), get("watched"), ns("period")) {
             (Some(limit), Some(Quantity::Count(watched)), Some(period)) => {
                 Saying::TooShort { limit, watched, period }.into()
             }
             _ => return None,
         },
-        Kind::AxisFault => match get("code") {
+        IncidentKind::AxisFault => match get("code") {
             Some(Quantity::Emcy(code, profile)) => Saying::FaultWith { at, code: (code, profile) }.into(),
             _ if one.has("seen_in_fault") => Saying::FaultSeen { at }.into(),
             _ => Saying::Fault { at }.into(),
@@ -76,20 +80,22 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             }
             _ => return None,
         },
-        Kind::RequestUnanswered if count == 1 => match get("object") {
+        IncidentKind::RequestUnanswered if count == 1 => match get("object") {
             Some(Quantity::Object(object)) => Saying::Unanswered { object, at }.into(),
             _ => Saying::UnansweredAt { at }.into(),
         },
-        Kind::CaptureGap | Kind::BusSilent => match ns("silence") {
+        IncidentKind::CaptureGap | IncidentKind::BusSilent => match ns("silence") {
             Some(silence) => Saying::GapOf { at, silence }.into(),
             None => Saying::Gap { at }.into(),
         },
-        Kind::SyncStopped => Saying::SyncStopped { at }.into(),
-        Kind::PdoMissing | Kind::PdoLength | Kind::PdoNotAllowed => match (one.kind, one.subject.pdo) {
-            (Kind::PdoMissing, Some(pdo)) => Saying::PdoMissing { pdo, at }.into(),
-            (_, Some(pdo)) => Saying::PdoOf { pdo, at }.into(),
-            _ => Saying::Since { at }.into(),
-        },
+        IncidentKind::SyncStopped => Saying::SyncStopped { at }.into(),
+        IncidentKind::PdoMissing | IncidentKind::PdoLength | IncidentKind::PdoNotAllowed => {
+            match (one.kind, one.subject.pdo) {
+                (IncidentKind::PdoMissing, Some(pdo)) => Saying::PdoMissing { pdo, at }.into(),
+                (_, Some(pdo)) => Saying::PdoOf { pdo, at }.into(),
+                _ => Saying::Since { at }.into(),
+            }
+        }
         _ if count > 1 => Saying::Times { at, count }.into(),
         _ => Saying::Since { at }.into(),
     })
@@ -99,16 +105,20 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
 fn untimed(one: &Incident) -> Option<Measured> {
     let get = |name: &str| one.get(name);
     Some(match (one.kind, get("code"), get("object")) {
-        (Kind::AxisFault, Some(Quantity::Emcy(code, profile)), _) => Saying::FaultOnce { code: (code, profile) }.into(),
+        (IncidentKind::AxisFault, Some(Quantity::Emcy(code, profile)), _) => {
+            Saying::FaultOnce { code: (code, profile) }.into()
+        }
         (_, Some(Quantity::Emcy(code, profile)), _) => Saying::ReportedOnce { code: (code, profile) }.into(),
-        (Kind::RequestUnanswered, _, Some(Quantity::Object(object))) => Saying::UnansweredOnce { object }.into(),
+        (IncidentKind::RequestUnanswered, _, Some(Quantity::Object(object))) => {
+            Saying::UnansweredOnce { object }.into()
+        }
         (_, _, Some(Quantity::Object(object))) if get("refused").is_some() => match (get("refused"), get("abort")) {
             (Some(Quantity::Count(count)), Some(Quantity::Abort(abort))) => {
                 Saying::Refused { count, object, abort }.into()
             }
             _ => return None,
         },
-        (Kind::PdoLength | Kind::PdoNotAllowed, ..) => Saying::OfPdo { pdo: one.subject.pdo? }.into(),
+        (IncidentKind::PdoLength | IncidentKind::PdoNotAllowed, ..) => Saying::OfPdo { pdo: one.subject.pdo? }.into(),
         _ => return None,
     })
 }
@@ -116,29 +126,29 @@ fn untimed(one: &Incident) -> Option<Measured> {
 /// Returns true if the line names the kind by itself; otherwise the words of the kind precede it.
 pub fn is_whole(one: &Incident) -> bool {
     if one.begin.t_ns.is_none() {
-        return !matches!(one.kind, Kind::PdoLength | Kind::PdoNotAllowed);
+        return !matches!(one.kind, IncidentKind::PdoLength | IncidentKind::PdoNotAllowed);
     }
     match one.kind {
-        Kind::PdoLength | Kind::PdoNotAllowed | Kind::CaptureGap => {
-            one.kind == Kind::CaptureGap || !one.clue.reported.is_empty()
+        IncidentKind::PdoLength | IncidentKind::PdoNotAllowed | IncidentKind::CaptureGap => {
+            one.kind == IncidentKind::CaptureGap || !one.clue.reported.is_empty()
         }
-        Kind::NodeSilent
-        | Kind::HeartbeatStopped
-        | Kind::SegmentLost
-        | Kind::NodeRestarted
-        | Kind::RestartLoop
-        | Kind::NodeAbsent
-        | Kind::NoBootUp
-        | Kind::LeftOperational
-        | Kind::StartWithoutEffect
-        | Kind::CommandedReset
-        | Kind::CommandedStop
-        | Kind::ConsumerTimeTooShort
-        | Kind::AxisFault
-        | Kind::RequestUnanswered
-        | Kind::BusSilent
-        | Kind::SyncStopped
-        | Kind::PdoMissing => one.repeats.count == 1 || one.kind != Kind::RequestUnanswered,
+        IncidentKind::NodeSilent
+        | IncidentKind::HeartbeatStopped
+        | IncidentKind::SegmentLost
+        | IncidentKind::NodeRestarted
+        | IncidentKind::RestartLoop
+        | IncidentKind::NodeAbsent
+        | IncidentKind::NoBootUp
+        | IncidentKind::LeftOperational
+        | IncidentKind::StartWithoutEffect
+        | IncidentKind::CommandedReset
+        | IncidentKind::CommandedStop
+        | IncidentKind::ConsumerTimeTooShort
+        | IncidentKind::AxisFault
+        | IncidentKind::RequestUnanswered
+        | IncidentKind::BusSilent
+        | IncidentKind::SyncStopped
+        | IncidentKind::PdoMissing => one.repeats.count == 1 || one.kind != IncidentKind::RequestUnanswered,
         _ => !one.clue.reported.is_empty() || one.has("refused"),
     }
 }

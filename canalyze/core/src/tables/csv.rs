@@ -1,5 +1,6 @@
 //! Cells of CSV (RFC 4180). Must not: know what is in them.
 
+use crate::words::digits::put;
 use crate::words::escape;
 
 /// A cell of CSV (RFC 4180): in quotes where it holds a comma, a quote or a line end. Control characters are escaped,
@@ -24,7 +25,7 @@ pub(super) fn cell(out: &mut Vec<u8>, text: &[u8]) {
     }
 }
 
-/// What `write` appends as JSON without its quotes; nothing for null.
+/// Appends the JSON that `write` appends, without its quotes; nothing for null.
 pub(super) fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     write(out);
@@ -35,4 +36,12 @@ pub(super) fn bare(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
         out.pop();
         out.remove(start);
     }
+}
+
+/// Appends the line of headings.
+pub(super) fn headings(out: &mut Vec<u8>, headings: &[&str]) {
+    for (place, heading) in headings.iter().enumerate() {
+        put!(out; if place > 0 { "," } else { "" }, *heading);
+    }
+    out.push(b'\n');
 }

@@ -15,14 +15,14 @@ use crate::words::incidents;
 
 /// What a report is about.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting<'a> {
+pub struct DiffSetting<'a> {
     /// The language.
     pub lang: Lang,
     /// Both captures, A and B.
     pub digests: [&'a Digest; 2],
 }
 
-impl<'a> Setting<'a> {
+impl<'a> DiffSetting<'a> {
     /// The incidents of a difference, each with the capture that it is of.
     pub fn incidents(self, one: &StoryDifference) -> [Option<(&'a Digest, &'a Incident)>; 2] {
         let [a, b] = self.digests;
@@ -46,7 +46,7 @@ impl<'a> Setting<'a> {
 const SIDES: [&str; 2] = ["A", "B"];
 
 /// What is said above the lines of the first difference.
-pub fn head(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
+pub fn head(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison) {
     let lang = setting.lang;
     problems(out, setting, comparison);
     let Some(first) = comparison.differences.first() else {
@@ -66,7 +66,7 @@ pub fn head(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
 }
 
 /// What went wrong in one capture only, or otherwise; nothing where there is no such.
-fn problems(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
+fn problems(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison) {
     if comparison.stories.is_empty() {
         return;
     }
@@ -92,7 +92,7 @@ fn problems(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
     put!(out; "\n");
 }
 
-fn problem(out: &mut Vec<u8>, setting: Setting<'_>, one: &StoryDifference) {
+fn problem(out: &mut Vec<u8>, setting: DiffSetting<'_>, one: &StoryDifference) {
     let lang = setting.lang;
     if setting.digests.iter().any(|digest| digest.lines.len() > 1) {
         words::bus(out, lang, setting.bus(one.bus));
@@ -121,7 +121,7 @@ fn problem(out: &mut Vec<u8>, setting: Setting<'_>, one: &StoryDifference) {
 }
 
 /// What is said below the lines of the first difference.
-pub fn body(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
+pub fn body(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison) {
     let lang = setting.lang;
     if !comparison.differences.is_empty() {
         put!(out; "\n");
@@ -151,7 +151,7 @@ pub fn body(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
     closing(out, setting, comparison);
 }
 
-fn closing(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
+fn closing(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison) {
     let lang = setting.lang;
     let count = comparison.differences.len() as u64 + comparison.more;
     if count > 0 {
@@ -192,7 +192,7 @@ fn closing(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison) {
 }
 
 /// First and last frame of each capture of what was compared, as near as is known.
-pub fn extents(setting: Setting<'_>, comparison: &Comparison) -> [(u64, u64); 2] {
+pub fn extents(setting: DiffSetting<'_>, comparison: &Comparison) -> [(u64, u64); 2] {
     let mut found = [(0, 0); 2];
     for (side, (slot, digest)) in found.iter_mut().zip(setting.digests).enumerate() {
         let by_time = comparison.alignment.by_time;
@@ -201,7 +201,7 @@ pub fn extents(setting: Setting<'_>, comparison: &Comparison) -> [(u64, u64); 2]
         let known = digest.places().filter(|place| (from..=to).contains(&place.on(by_time)));
         let numbers = known.map(|place| place.frame().no);
         let (least, most) = numbers.fold((u64::MAX, 0), |(least, most), no| (least.min(no), most.max(no)));
-        let inside = |place: crate::views::diff::digest::Place| (from..=to).contains(&place.on(by_time));
+        let inside = |place: crate::views::diff::digest::CapturePlace| (from..=to).contains(&place.on(by_time));
         let least = if inside(first) { first.frame().no } else { least };
         let most = if inside(last) { last.frame().no } else { most };
         *slot = if least <= most { (least, most) } else { (0, 0) };
@@ -210,7 +210,7 @@ pub fn extents(setting: Setting<'_>, comparison: &Comparison) -> [(u64, u64); 2]
 }
 
 /// Whose a difference is: `can0, node 5`.
-fn home(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference) {
+fn home(out: &mut Vec<u8>, setting: DiffSetting<'_>, difference: &Difference) {
     let name = setting.bus(difference.bus);
     words::bus(out, setting.lang, name);
     if let Some(node) = difference.node.filter(|node| *node > 0) {

@@ -5,9 +5,8 @@
 pub mod columns;
 mod csv;
 pub mod diff;
-pub mod inventory;
 pub mod jsonl;
 mod number;
 mod selection;
-pub mod signals;
-pub mod transfers;
+mod setting;
+mod table;

@@ -14,7 +14,7 @@ const DIGITS_15: u64 = 1_000_000_000_000_000;
 /// Numbers beyond this are strings in JSON, since a double holds no more.
 const EXACT: u64 = 1 << 53;
 
-/// What a value is, so that each format can mark it.
+/// The shape of a value, by which each format marks it.
 pub(super) enum Shape {
     /// A decimal number that a double holds exactly, or a real.
     Number,
@@ -49,6 +49,19 @@ pub(super) fn value(out: &mut Vec<u8>, mapping: &Mapping, mapped: &Mapped, paylo
         Number::Real32(read) => real(out, f64::from(read) * mapped.factor),
         Number::Real64(read) => real(out, read * mapped.factor),
         Number::Bytes => bytes(out, mapping, mapped, payload),
+    }
+}
+
+/// Appends a value as JSON: bare where a double holds it, else in quotes.
+pub(super) fn marked(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>) -> Shape) {
+    let start = out.len();
+    match write(out) {
+        Shape::Number => {}
+        Shape::Missing => put!(out; "null"),
+        Shape::Long | Shape::Bytes => {
+            out.insert(start, b'"');
+            out.push(b'"');
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Which signals of a PDO are listed, and under which names.
+//! The signals of a PDO that are listed, and their names.
 //!
 //! Found once a mapping, PDO and node, and remembered: nine tenths of a capture's frames ask the same again. Must not:
 //! write anything.
@@ -68,7 +68,7 @@ impl Selection {
         Self { lang, select, known: BTreeMap::new() }
     }
 
-    /// Whether all signals are listed.
+    /// Returns true if all signals are listed.
     pub(super) fn is_everything(&self) -> bool {
         self.select.is_everything()
     }

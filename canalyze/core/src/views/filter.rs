@@ -45,7 +45,7 @@ pub struct Filter {
 
 /// The origins of frame times, in ns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Clock {
+pub struct FilterClock {
     /// Time of the first frame of the capture.
     pub start_ns: i64,
     /// The date from which stamps count; 0 if they are absolute or no date is known.
@@ -85,7 +85,7 @@ enum Clause {
 
 /// The reason that an expression is invalid.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Mistake {
+pub enum FilterMistake {
     /// A word without `=`, or with an unknown key; the word.
     Key(String),
     /// A value that is invalid for its key: key and value.
@@ -96,10 +96,10 @@ pub enum Mistake {
 
 impl Filter {
     /// Parses an expression.
-    pub fn parse(expression: &str) -> Result<Self, Mistake> {
+    pub fn parse(expression: &str) -> Result<Self, FilterMistake> {
         let mut clauses = Vec::new();
         for word in parts(expression, char::is_whitespace).into_iter().filter(|word| !word.is_empty()) {
-            let Some((key, values)) = word.split_once('=') else { return Err(Mistake::Key(word.into())) };
+            let Some((key, values)) = word.split_once('=') else { return Err(FilterMistake::Key(word.into())) };
             let values = parts(values, |c| c == ',');
             clauses.push(match key {
                 "service" => {
@@ -109,7 +109,7 @@ impl Filter {
                     let ranges = each(key, &values, |value| range(value, number(10)))?;
                     let beyond = ranges.iter().position(|(from, to)| *from < 1 || *to > 127);
                     if let Some(value) = beyond.and_then(|place| values.get(place)) {
-                        return Err(Mistake::Node((*value).into()));
+                        return Err(FilterMistake::Node((*value).into()));
                     }
                     Clause::Node(ranges)
                 }
@@ -125,7 +125,7 @@ impl Filter {
                     SEVERITIES.iter().copied().find(|severity| severity.name() == value)
                 })?),
                 "text" => Clause::Text(each(key, &values, |value| Some(words(value)?.to_ascii_lowercase()))?),
-                _ => return Err(Mistake::Key(word.into())),
+                _ => return Err(FilterMistake::Key(word.into())),
             });
         }
         Ok(Self { clauses })
@@ -163,7 +163,7 @@ impl Filter {
         transfer: &Transfer,
         annotation: &dyn Fn(&mut Vec<u8>),
         buses: &Buses,
-        clock: Clock,
+        clock: FilterClock,
     ) -> bool {
         let node = u32::from(transfer.node);
         self.clauses.iter().all(|clause| match clause {
@@ -191,7 +191,7 @@ impl Filter {
     }
 
     /// Returns true if a frame is shown.
-    pub fn shows(&self, frame: &Frame, subject: &impl Subject, buses: &Buses, clock: Clock) -> bool {
+    pub fn shows(&self, frame: &Frame, subject: &impl Subject, buses: &Buses, clock: FilterClock) -> bool {
         self.clauses.iter().all(|clause| match clause {
             Clause::Service(services) => services.iter().any(|known| known == subject.service().0),
             Clause::Node(ranges) => subject.service().1.is_some_and(|node| within(ranges, u32::from(node))),
@@ -234,7 +234,13 @@ impl Filter {
 
     /// Returns true if an event without a frame at hand is shown, as far as it has the facts. `annotation` appends its
     /// text.
-    pub fn shows_aside(&self, event: &Event, annotation: &dyn Fn(&mut Vec<u8>), buses: &Buses, clock: Clock) -> bool {
+    pub fn shows_aside(
+        &self,
+        event: &Event,
+        annotation: &dyn Fn(&mut Vec<u8>),
+        buses: &Buses,
+        clock: FilterClock,
+    ) -> bool {
         let at = event.about.as_deref().copied().unwrap_or(event.at);
         self.clauses.iter().all(|clause| match (clause, &event.what) {
             (_, What::Transfer(transfer)) => {
@@ -277,8 +283,8 @@ fn parts(text: &str, ends: impl Fn(char) -> bool) -> Vec<&str> {
 }
 
 /// Parses all values of a key.
-fn each<T>(key: &str, values: &[&str], read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Mistake> {
-    let read = |value: &&str| read(value).ok_or_else(|| Mistake::Value(key.into(), (*value).into()));
+fn each<T>(key: &str, values: &[&str], read: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, FilterMistake> {
+    let read = |value: &&str| read(value).ok_or_else(|| FilterMistake::Value(key.into(), (*value).into()));
     values.iter().map(read).collect()
 }
 
@@ -304,7 +310,7 @@ fn holds(texts: &[String], annotation: &dyn Fn(&mut Vec<u8>)) -> bool {
 
 /// Returns true if a span overlaps the time from `first` to `last`. Small numbers count from the first frame of the
 /// capture.
-fn overlaps((from, to): (i64, i64), first: i64, last: i64, clock: Clock) -> bool {
+fn overlaps((from, to): (i64, i64), first: i64, last: i64, clock: FilterClock) -> bool {
     let counts_from_start = |end: i64| end == i64::MIN || end == i64::MAX || end < EPOCH_NS;
     let origin = match counts_from_start(from) && counts_from_start(to) {
         true => clock.start_ns,
@@ -412,7 +418,7 @@ mod tests {
         frame.bus = buses.intern(b"can1");
         frame.t_ns = Some(2_500_000_000);
         frame.no = 12;
-        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, &SUBJECT, &buses, Clock::default());
+        let shows = |text: &str| Filter::parse(text).unwrap().shows(&frame, &SUBJECT, &buses, FilterClock::default());
         for yes in [
             "",
             "frame=12",
@@ -474,7 +480,7 @@ mod tests {
         let mut frame = Frame::classic(CanId::standard(0x185), &[0; 8]);
         frame.t_ns = Some(2_500_000_000);
         let shows = |text: &str, date_ns| {
-            let clock = Clock { start_ns: 1_000_000_000, date_ns };
+            let clock = FilterClock { start_ns: 1_000_000_000, date_ns };
             Filter::parse(text).unwrap().shows(&frame, &SUBJECT, &buses, clock)
         };
         for yes in ["t=1700000002..1700000003", "t=1700000002.5..", "t=1.5..1.5"] {
@@ -486,25 +492,25 @@ mod tests {
     #[test]
     fn mistakes() {
         for (text, mistake) in [
-            ("sdo", Mistake::Key("sdo".into())),
-            ("color=red", Mistake::Key("color=red".into())),
-            ("service=foo", Mistake::Value("service".into(), "foo".into())),
-            ("node=x", Mistake::Value("node".into(), "x".into())),
-            ("node=200", Mistake::Node("200".into())),
-            ("node=5,0", Mistake::Node("0".into())),
-            ("node=100-0x80", Mistake::Node("100-0x80".into())),
-            ("id=20000000", Mistake::Value("id".into(), "20000000".into())),
-            ("object=10000", Mistake::Value("object".into(), "10000".into())),
-            ("object=6040:100", Mistake::Value("object".into(), "6040:100".into())),
-            ("object=6041-6040", Mistake::Value("object".into(), "6041-6040".into())),
-            ("code=XYZ", Mistake::Value("code".into(), "XYZ".into())),
-            ("code=", Mistake::Value("code".into(), String::new())),
-            ("severity=fatal", Mistake::Value("severity".into(), "fatal".into())),
-            ("text=\"\"", Mistake::Value("text".into(), "\"\"".into())),
-            ("id=1FF-180", Mistake::Value("id".into(), "1FF-180".into())),
-            ("t=1", Mistake::Value("t".into(), "1".into())),
-            ("frame=20-10", Mistake::Value("frame".into(), "20-10".into())),
-            ("bus=", Mistake::Value("bus".into(), String::new())),
+            ("sdo", FilterMistake::Key("sdo".into())),
+            ("color=red", FilterMistake::Key("color=red".into())),
+            ("service=foo", FilterMistake::Value("service".into(), "foo".into())),
+            ("node=x", FilterMistake::Value("node".into(), "x".into())),
+            ("node=200", FilterMistake::Node("200".into())),
+            ("node=5,0", FilterMistake::Node("0".into())),
+            ("node=100-0x80", FilterMistake::Node("100-0x80".into())),
+            ("id=20000000", FilterMistake::Value("id".into(), "20000000".into())),
+            ("object=10000", FilterMistake::Value("object".into(), "10000".into())),
+            ("object=6040:100", FilterMistake::Value("object".into(), "6040:100".into())),
+            ("object=6041-6040", FilterMistake::Value("object".into(), "6041-6040".into())),
+            ("code=XYZ", FilterMistake::Value("code".into(), "XYZ".into())),
+            ("code=", FilterMistake::Value("code".into(), String::new())),
+            ("severity=fatal", FilterMistake::Value("severity".into(), "fatal".into())),
+            ("text=\"\"", FilterMistake::Value("text".into(), "\"\"".into())),
+            ("id=1FF-180", FilterMistake::Value("id".into(), "1FF-180".into())),
+            ("t=1", FilterMistake::Value("t".into(), "1".into())),
+            ("frame=20-10", FilterMistake::Value("frame".into(), "20-10".into())),
+            ("bus=", FilterMistake::Value("bus".into(), String::new())),
         ] {
             assert_eq!(Filter::parse(text).unwrap_err(), mistake, "{text}");
         }

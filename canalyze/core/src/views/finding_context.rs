@@ -36,14 +36,14 @@ use Family::{Emcy, Error, ErrorControl, Lss, Nmt, Other, Pdo, Sdo, Srdo, Sync, T
 
 /// A frame and its event.
 #[derive(Debug)]
-pub struct Held {
+pub struct HeldFrame {
     /// The frame.
     pub frame: Frame,
     /// Its own event; `None` if there is none.
     pub event: Option<Event>,
 }
 
-impl Held {
+impl HeldFrame {
     fn family(&self) -> Family {
         self.event.as_ref().map_or(Other, |event| family(&event.what))
     }
@@ -91,16 +91,16 @@ impl Held {
 /// The last frames of one place.
 #[derive(Debug, Default)]
 struct Ring {
-    held: Vec<Held>,
+    held: Vec<HeldFrame>,
     /// The index of the next frame once the ring is full.
     next: usize,
     /// Request and response at the beginning of the last transfer whose beginning has left the ring.
-    opening: Vec<Held>,
+    opening: Vec<HeldFrame>,
 }
 
 impl Ring {
     /// Keeps a frame. Returns a transfer that has left the ring: its kept frames, the last frame last.
-    fn push(&mut self, held: Held) -> Option<(Mux, Vec<Held>)> {
+    fn push(&mut self, held: HeldFrame) -> Option<(Mux, Vec<HeldFrame>)> {
         if self.held.len() < DEPTH {
             self.held.push(held);
             return None;
@@ -133,7 +133,7 @@ pub struct FindingContext {
     places: Vec<[u16; PLACES]>,
     rings: Vec<Ring>,
     /// The last transfer of each object, by bus and node-ID, that has left its ring.
-    past: BTreeMap<(BusId, Option<u8>, Mux), Vec<Held>>,
+    past: BTreeMap<(BusId, Option<u8>, Mux), Vec<HeldFrame>>,
     /// The ring of the last frame.
     last: usize,
 }
@@ -147,7 +147,7 @@ impl Default for FindingContext {
 impl FindingContext {
     /// Keeps a frame with its own event.
     pub fn push(&mut self, frame: &Frame, event: Option<Event>) {
-        let held = Held { frame: *frame, event };
+        let held = HeldFrame { frame: *frame, event };
         let index = self.ring_for(frame.bus, place(held.family(), held.node()));
         self.last = index;
         let Some((object, whole)) = self.rings.get_mut(index).and_then(|ring| ring.push(held)) else { return };
@@ -162,7 +162,7 @@ impl FindingContext {
     /// the write that configured its object, the last one of each family before, and the frames around the one that it
     /// is about; as far as they are still held. Empty for a finding about a file, and for one that only counts further
     /// ones.
-    pub fn frames(&self, finding: &Finding) -> Vec<&Held> {
+    pub fn frames(&self, finding: &Finding) -> Vec<&HeldFrame> {
         let Rule { context: families, one_pdo, .. } = finding.code.rule();
         let counts = match &finding.facts {
             Facts::Repeated { .. } => true,
@@ -176,23 +176,25 @@ impl FindingContext {
         let cause = finding.cause.and_then(|cause| self.find(cause.no, finding));
         let about = cause.map_or(finding.at.no, |held| held.frame.no);
         // A cause is more reliable: a missing PDO may show at any frame.
-        let pdo = |held: &&Held| held.family() == Pdo && held.node() == finding.node;
+        let pdo = |held: &&HeldFrame| held.family() == Pdo && held.node() == finding.node;
         let pdo = [cause, at].into_iter().flatten().find(pdo).map(|held| held.frame.id);
-        let mut found: Vec<&Held> = Vec::new();
+        let mut found: Vec<&HeldFrame> = Vec::new();
         // A rule about both is about values, which come in PDOs or by SDO.
         let both = families.contains(&Pdo) && families.contains(&Sdo);
         for family in families.iter().filter(|family| !both || pdo.is_none() || **family != Sdo) {
             found.extend(self.of(*family, finding, pdo.filter(|_| *one_pdo)));
         }
         found.sort_unstable_by_key(|held| held.frame.no);
-        let before = |held: &&&Held| held.frame.no <= about;
+        let before = |held: &&&HeldFrame| held.frame.no <= about;
         let transfer = found.iter().rev().filter(before).find_map(|held| held.transfer());
         let past = self.past(finding).iter().filter(|_| at.is_none() || cause.is_none());
         let written = self.written(finding).filter(|_| !families.contains(&Sdo));
         let opening = self.opening(finding, transfer);
-        let mut named: Vec<&Held> = [at, cause, written].into_iter().flatten().chain(opening).chain(past).collect();
+        let mut named: Vec<&HeldFrame> =
+            [at, cause, written].into_iter().flatten().chain(opening).chain(past).collect();
         let last = |family: &Family| found.iter().rev().filter(before).find(|held| held.family() == *family).copied();
-        let mut witnesses: Vec<&Held> = families.iter().filter_map(last).filter(|held| !holds(&named, held)).collect();
+        let mut witnesses: Vec<&HeldFrame> =
+            families.iter().filter_map(last).filter(|held| !holds(&named, held)).collect();
         witnesses.sort_unstable_by_key(|held| std::cmp::Reverse(held.frame.no));
         witnesses.truncate(MOST.saturating_sub(named.len()) / 2);
         named.extend(witnesses);
@@ -205,11 +207,11 @@ impl FindingContext {
     }
 
     /// Returns the last write of the finding's object, which configured it.
-    fn written(&self, finding: &Finding) -> Option<&Held> {
+    fn written(&self, finding: &Finding) -> Option<&HeldFrame> {
         let object = finding.object?;
         let ring = self.ring(finding.bus, place(Sdo, finding.node)).map_or(&[][..], |ring| &ring.held);
         let past = self.past.get(&(finding.bus, finding.node, object)).map_or(&[][..], |whole| whole);
-        let fits = |held: &&Held| {
+        let fits = |held: &&HeldFrame| {
             held.frame.bus == finding.bus && held.node() == finding.node && held.frame.no <= finding.at.no
         };
         let written = ring.iter().chain(past).filter(fits).filter(|held| held.writes() == Some(object));
@@ -217,7 +219,12 @@ impl FindingContext {
     }
 
     /// Returns the held frames of a family: of the finding's node, and of one PDO if the finding names one.
-    fn of(&self, family: Family, finding: &Finding, one_pdo: Option<CanId>) -> impl Iterator<Item = &Held> + use<'_> {
+    fn of(
+        &self,
+        family: Family,
+        finding: &Finding,
+        one_pdo: Option<CanId>,
+    ) -> impl Iterator<Item = &HeldFrame> + use<'_> {
         let (bus, node, until) = (finding.bus, finding.node, finding.at.no);
         let by_node = (family as usize) < BY_NODE;
         let ring = self.ring(bus, place(family, node)).filter(|_| !by_node || node.is_some());
@@ -232,23 +239,24 @@ impl FindingContext {
     }
 
     /// Returns the beginning of this SDO transfer, if it has left the ring.
-    fn opening(&self, finding: &Finding, transfer: Option<u64>) -> impl Iterator<Item = &Held> {
+    fn opening(&self, finding: &Finding, transfer: Option<u64>) -> impl Iterator<Item = &HeldFrame> {
         let ring = self.ring(finding.bus, place(Sdo, finding.node));
         let opening = ring.map_or(&[][..], |ring| &ring.opening);
         opening.iter().filter(move |held| transfer.is_some() && held.transfer() == transfer)
     }
 
     /// Returns the transfer that the finding is about, if it has left the ring.
-    fn past(&self, finding: &Finding) -> &[Held] {
-        let about =
-            |held: &Held| held.frame.no == finding.at.no || finding.cause.is_some_and(|one| one.no == held.frame.no);
+    fn past(&self, finding: &Finding) -> &[HeldFrame] {
+        let about = |held: &HeldFrame| {
+            held.frame.no == finding.at.no || finding.cause.is_some_and(|one| one.no == held.frame.no)
+        };
         let whole = finding.object.and_then(|object| self.past.get(&(finding.bus, finding.node, object)));
         whole.filter(|whole| whole.iter().any(about)).map_or(&[], |whole| whole)
     }
 
     /// Returns the frame of this number, if it is held in the rings of the finding's families or is the last one of
     /// all.
-    fn find(&self, no: u64, finding: &Finding) -> Option<&Held> {
+    fn find(&self, no: u64, finding: &Finding) -> Option<&HeldFrame> {
         let of_node = (0..BY_NODE).map(|family| family * NODES + usize::from(finding.node.unwrap_or(0)) % NODES);
         let places = of_node.chain(BY_NODE * NODES..PLACES);
         let rings = places.filter_map(|place| self.ring(finding.bus, place)).chain(self.rings.get(self.last));
@@ -273,13 +281,17 @@ impl FindingContext {
     }
 }
 
-fn holds(found: &[&Held], held: &Held) -> bool {
+fn holds(found: &[&HeldFrame], held: &HeldFrame) -> bool {
     found.iter().any(|one| one.frame.no == held.frame.no)
 }
 
 /// Returns the frames around the one of this number: at most a third of the room is for later ones, unless there are
 /// fewer before it.
-fn around<'f, 'a>(found: &'f [&'a Held], about: u64, room: usize) -> impl Iterator<Item = &'a Held> + use<'f, 'a> {
+fn around<'f, 'a>(
+    found: &'f [&'a HeldFrame],
+    about: u64,
+    room: usize,
+) -> impl Iterator<Item = &'a HeldFrame> + use<'f, 'a> {
     let before = found.partition_point(|held| held.frame.no <= about);
     let after = (found.len() - before).min((room / 3).max(room.saturating_sub(before)));
     let from = before.saturating_sub(room - after);
@@ -393,7 +405,7 @@ mod tests {
 
     #[test]
     fn memory_is_what_is_said() {
-        assert!(size_of::<Held>() * (DEPTH + 2) * RINGS <= 13 << 20, "{}", size_of::<Held>());
+        assert!(size_of::<HeldFrame>() * (DEPTH + 2) * RINGS <= 13 << 20, "{}", size_of::<HeldFrame>());
     }
 
     #[test]

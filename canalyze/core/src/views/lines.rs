@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::colour;
 use crate::bytes::frame::{Buses, Frame, Kind, Stamp, StampForm};
 use crate::bytes::readers::Marker;
-use crate::bytes::writers::console::{Columns, dropped, left_out, length};
+use crate::bytes::writers::console::{ConsoleColumns, dropped, left_out, length};
 use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Side;
 use crate::wire;
@@ -31,6 +31,12 @@ pub enum Time {
     Date,
     /// n: none.
     None,
+}
+
+impl Time {
+    /// All forms, with their names.
+    pub const NAMES: &[(&str, Self)] =
+        &[("a", Self::Absolute), ("d", Self::Delta), ("z", Self::Zero), ("A", Self::Date), ("n", Self::None)];
 }
 
 /// How time is shown, and what it counts from.
@@ -72,7 +78,7 @@ pub struct Lines {
     lang: Lang,
     depth: Depth,
     look: Look,
-    columns: Columns,
+    columns: ConsoleColumns,
     /// How the stamps of the next frames are shown.
     pub clock: Clocked,
     last_ns: Option<i64>,
@@ -95,7 +101,7 @@ impl Lines {
             lang,
             depth,
             look: Look::default(),
-            columns: Columns::default(),
+            columns: ConsoleColumns::default(),
             clock: Clocked { time, ..Clocked::default() },
             last_ns: None,
             folded: None,

@@ -18,12 +18,12 @@ const COUNTED: usize = 4096;
 const BY_CAUSE: usize = COUNTED / 2;
 
 /// Findings of one kind: same rule, bus, node and object, of the same expectation, and because of the same frame.
-type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, Option<u64>);
+type RepeatKey = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, Option<u64>);
 
 /// The number of findings of each kind.
 #[derive(Debug, Default)]
 pub struct Repeats {
-    counted: BTreeMap<Kind, (u64, Finding)>,
+    counted: BTreeMap<RepeatKey, (u64, Finding)>,
 }
 
 impl Repeats {

@@ -6,7 +6,7 @@
 
 pub mod command;
 
-pub use self::command::{Bound, Command, Part, Setting};
+pub use self::command::{Bound, Command, LssSetting, Part};
 use super::prelude::*;
 
 /// BitCheck of a Fastscan that asks for any unconfigured slave.
@@ -140,14 +140,14 @@ static COMMANDS: &[CommandRow] = &[
         node,
     }),
     slave(0x11, ("配置节点ID响应", "configure node-ID response"), &[ERROR, SPECIFIC], |f| {
-        confirms(Setting::NodeId, f)
+        confirms(LssSetting::NodeId, f)
     })
     .selects("confirms", "node_id"),
     master(0x13, ("配置位定时", "configure bit timing"), &[SELECTOR, INDEX], |[_, selector, index, ..]| {
         Command::ConfigureBitTiming { selector, index }
     }),
     slave(0x13, ("配置位定时响应", "configure bit timing response"), &[ERROR, SPECIFIC], |f| {
-        confirms(Setting::BitTiming, f)
+        confirms(LssSetting::BitTiming, f)
     })
     .selects("confirms", "bit_timing"),
     master(0x15, ("激活位定时", "activate bit timing"), &[DELAY], |[_, low, high, ..]| {
@@ -155,7 +155,7 @@ static COMMANDS: &[CommandRow] = &[
     }),
     master(0x17, STORE, &[], |_| Command::Store),
     slave(0x17, ("存储配置响应", "store configuration response"), &[ERROR, SPECIFIC], |f| {
-        confirms(Setting::Store, f)
+        confirms(LssSetting::Store, f)
     })
     .selects("confirms", "store"),
     master(0x40, SELECTIVE, &[number(VENDOR)], |f| selects(Part::Vendor, f)).of_field().selects("part", "vendor"),
@@ -226,7 +226,7 @@ fn value([_, a, b, c, d, ..]: [u8; 8]) -> u32 {
     u32::from_le_bytes([a, b, c, d])
 }
 
-fn confirms(of: Setting, [_, error, specific, ..]: [u8; 8]) -> Command {
+fn confirms(of: LssSetting, [_, error, specific, ..]: [u8; 8]) -> Command {
     Command::Confirmation { of, error, specific }
 }
 
@@ -518,7 +518,7 @@ mod tests {
         );
         assert_eq!(
             command(false, [0x11, 1, 0, 0, 0, 0, 0, 0]),
-            Command::Confirmation { of: Setting::NodeId, error: 1, specific: 0 }
+            Command::Confirmation { of: LssSetting::NodeId, error: 1, specific: 0 }
         );
     }
 

@@ -7,7 +7,7 @@ use crate::words::lang::{Lang, say};
 
 /// A PDO of a node: `节点5的TPDO1`, `TPDO1 of node 5`.
 #[derive(Clone, Copy, Debug)]
-pub struct Pdo {
+pub struct PdoLabel {
     /// The language.
     pub lang: Lang,
     /// Whether it is a TPDO.
@@ -18,7 +18,7 @@ pub struct Pdo {
     pub node: u8,
 }
 
-impl Put for Pdo {
+impl Put for PdoLabel {
     fn put(&self, out: &mut Vec<u8>) {
         let kind = if self.transmit { "TPDO" } else { "RPDO" };
         say!(out, self.lang; zh: "节点", self.node, "的", kind, self.number; en: kind, self.number, " of node ", self.node);
@@ -58,8 +58,8 @@ impl Put for Named {
             Role::Srdo { number, inverted: true } => {
                 say!(out, lang; zh: "SRDO", number, "的取反数据"; en: "inverted data of SRDO", number);
             }
-            Role::Tpdo { number, node } => put!(out; Pdo { lang, transmit: true, number, node }),
-            Role::Rpdo { number, node } => put!(out; Pdo { lang, transmit: false, number, node }),
+            Role::Tpdo { number, node } => put!(out; PdoLabel { lang, transmit: true, number, node }),
+            Role::Rpdo { number, node } => put!(out; PdoLabel { lang, transmit: false, number, node }),
             Role::SdoResponse(node) => {
                 say!(out, lang; zh: "节点", node, "的SDO响应"; en: "SDO response of node ", node)
             }

@@ -23,7 +23,7 @@ pub const ABORT: u8 = 0x7F;
 
 /// What a command that names an object carries after the common bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Object<'a> {
+pub struct UsdoObject<'a> {
     /// Index.
     pub index: u16,
     /// Sub-index.
@@ -47,11 +47,11 @@ pub fn decode(role: Role, request: bool, source: u8, payload: &[u8]) -> Message 
 }
 
 /// The object that a command names; `None` for those that name none or where the frame is too short.
-pub fn object(payload: &[u8]) -> Option<Object<'_>> {
+pub fn object(payload: &[u8]) -> Option<UsdoObject<'_>> {
     let [_, command, _, sub, low, high, rest @ ..] = payload else {
         return None;
     };
-    let mut object = Object {
+    let mut object = UsdoObject {
         index: u16::from_le_bytes([*low, *high]),
         sub: *sub,
         data_type: None,

@@ -6,25 +6,25 @@
 use super::digits::put;
 use super::{Lang, escape, findings, losses, say};
 use crate::bytes::frame::MAX_BUSES;
-use crate::bytes::readers::{Place, Unreadable};
+use crate::bytes::readers::{FilePlace, Unreadable};
 use crate::bytes::writers::loss::Loss;
 use crate::rules::finding::Finding;
 
-fn line(lang: Lang, file: &[u8], place: Place, words: impl FnOnce(&mut Vec<u8>)) -> String {
+fn line(lang: Lang, file: &[u8], place: FilePlace, words: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
     match place {
-        Place::Line(number) => put!(&mut out; ":", number, ": "),
-        Place::Byte(offset) => say!(&mut out, lang; zh: ": 偏移", offset, ": "; en: ": byte ", offset, ": "),
-        Place::Live => put!(&mut out; ": "),
+        FilePlace::Line(number) => put!(&mut out; ":", number, ": "),
+        FilePlace::Byte(offset) => say!(&mut out, lang; zh: ": 偏移", offset, ": "; en: ": byte ", offset, ": "),
+        FilePlace::Live => put!(&mut out; ": "),
     }
     words(&mut out);
     String::from_utf8_lossy(&out).into_owned()
 }
 
 /// An unreadable line or record.
-pub fn unreadable(lang: Lang, file: &[u8], place: Place, reason: Unreadable) -> String {
-    let of_text = matches!(place, Place::Line(_));
+pub fn unreadable(lang: Lang, file: &[u8], place: FilePlace, reason: Unreadable) -> String {
+    let of_text = matches!(place, FilePlace::Line(_));
     line(lang, file, place, |out| {
         say!(out, lang; zh: "无法读取: "; en: "cannot be read: ");
         why(out, lang, reason, of_text);
@@ -82,11 +82,11 @@ fn why(out: &mut Vec<u8>, lang: Lang, reason: Unreadable, of_text: bool) {
 
 /// All unreadable lines of a file, or records by their offsets, as ranges; the list may be cut. `first` is the place of
 /// the first one.
-pub fn unreadable_lines(lang: Lang, file: &[u8], first: Place, count: u64, ranges: &[(u64, u64)]) -> String {
+pub fn unreadable_lines(lang: Lang, file: &[u8], first: FilePlace, count: u64, ranges: &[(u64, u64)]) -> String {
     let mut out = Vec::new();
     escape::terminal(&mut out, file);
-    let of_text = matches!(first, Place::Line(_));
-    if first == Place::Live {
+    let of_text = matches!(first, FilePlace::Line(_));
+    if first == FilePlace::Live {
         say!(&mut out, lang; zh: ": 共", count, "帧无法读取"; en: ": ", count, " frames cannot be read");
         return String::from_utf8_lossy(&out).into_owned();
     }
@@ -127,9 +127,9 @@ pub fn further_buses(lang: Lang, file: &[u8], count: u64) -> String {
 
 /// A report of a capture about itself, at this place; `finding` is its finding. The cause of lost frames of a live bus
 /// is known better to its receiver than to the rule.
-pub fn marker(lang: Lang, file: &[u8], place: Place, finding: Option<&Finding>) -> String {
+pub fn marker(lang: Lang, file: &[u8], place: FilePlace, finding: Option<&Finding>) -> String {
     let cause = |finding: &Finding| match place {
-        Place::Live => "",
+        FilePlace::Live => "",
         _ => lang.of(finding.code.rule().cause),
     };
     line(lang, file, place, |out| match finding {
@@ -283,8 +283,8 @@ pub fn mcap_map(lang: Lang, mistake: &crate::bytes::readers::mcap::Mistake) -> S
 }
 
 /// The reason why the filter behind a channel's name is invalid.
-pub fn masks(lang: Lang, mistake: &crate::bytes::masks::Mistake) -> String {
-    let crate::bytes::masks::Mistake(part, whole) = mistake;
+pub fn masks(lang: Lang, mistake: &crate::bytes::masks::MaskMistake) -> String {
+    let crate::bytes::masks::MaskMistake(part, whole) = mistake;
     match lang {
         Lang::Zh => format!(
             "“{whole}”中的过滤条件“{part}”无法识别: 应为 标识符:掩码, 标识符~掩码 (取反), #错误掩码 或 j (全部满足), 均为十六进制, 例如 can0,123:7FF,#1F"
@@ -296,10 +296,10 @@ pub fn masks(lang: Lang, mistake: &crate::bytes::masks::Mistake) -> String {
 }
 
 /// The reason why a filter is invalid.
-pub fn filter(lang: Lang, mistake: &crate::views::filter::Mistake) -> String {
-    use crate::views::filter::{Mistake, SERVICES};
+pub fn filter(lang: Lang, mistake: &crate::views::filter::FilterMistake) -> String {
+    use crate::views::filter::{FilterMistake, SERVICES};
     let (key, value) = match mistake {
-        Mistake::Key(word) => {
+        FilterMistake::Key(word) => {
             let example = "'service=sdo,emcy node=5'";
             let keys = "service= node= id= bus= t= frame= object= code= severity= text=";
             return match lang {
@@ -311,13 +311,13 @@ pub fn filter(lang: Lang, mistake: &crate::views::filter::Mistake) -> String {
                 }
             };
         }
-        Mistake::Node(value) => {
+        FilterMistake::Node(value) => {
             return match lang {
                 Lang::Zh => format!("过滤条件 node={value}: 节点ID应为1到127"),
                 Lang::En => format!("filter node={value}: a node-ID is 1 to 127"),
             };
         }
-        Mistake::Value(key, value) => (key, value),
+        FilterMistake::Value(key, value) => (key, value),
     };
     let services = SERVICES.join(" ");
     let allowed = match key.as_str() {
@@ -369,7 +369,7 @@ mod tests {
 
     #[test]
     fn binary_files_have_records() {
-        let (line, byte) = (Place::Line(7), Place::Byte(7));
+        let (line, byte) = (FilePlace::Line(7), FilePlace::Byte(7));
         let said = |lang, place| unreadable(lang, b"a", place, Unreadable::Cut);
         assert_eq!(said(Lang::En, line), "a:7: cannot be read: line is truncated");
         assert_eq!(said(Lang::En, byte), "a: byte 7: cannot be read: record is truncated");

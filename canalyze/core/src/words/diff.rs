@@ -11,8 +11,8 @@ use crate::bytes::frame::{CanId, FrameRef};
 use crate::sdo::transfer::{Direction, Mode, Status};
 use crate::sdo::wire::{Mux, Side as Sender};
 use crate::stories::incident::{Incident, Status as Standing};
-use crate::views::diff::difference::{Aspect, Difference, Shows, Side, What};
-use crate::views::diff::digest::{Action, Kind, Service, TransferDigest};
+use crate::views::diff::difference::{Aspect, CaptureSide, Difference, DifferenceKind, Shows};
+use crate::views::diff::digest::{Action, ItemKind, Service, TransferDigest};
 use crate::views::diff::stories::{Differs, lasted_ns};
 use crate::wire::error_control;
 use crate::wire::{emcy, lss, nmt};
@@ -127,7 +127,7 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
         _ => None,
     });
     match (difference.what, action) {
-        (What::Item(Kind::Sdo(_), aspect), Some(Action::Transfer(moved))) => {
+        (DifferenceKind::Item(ItemKind::Sdo(_), aspect), Some(Action::Transfer(moved))) => {
             transfer(out, lang, moved);
             put!(out; match aspect {
                 Aspect::Presence => "",
@@ -136,41 +136,41 @@ pub fn subject(out: &mut Vec<u8>, lang: Lang, difference: &Difference) {
                 Aspect::Value => lang.pick(", 值", ", value"),
             });
         }
-        (What::Poll, Some(Action::Transfer(moved))) => {
+        (DifferenceKind::Poll, Some(Action::Transfer(moved))) => {
             transfer(out, lang, moved);
             put!(out; lang.pick(", 周期", ", period"));
         }
-        (What::Item(kind, _), _) => put!(out; item(lang, kind, action)),
-        (What::Bus, _) => put!(out; lang.pick("总线", "bus")),
-        (What::Node, _) => put!(out; lang.pick("节点", "node")),
-        (What::Finding, _) => put!(out; lang.pick("检查结果", "finding")),
+        (DifferenceKind::Item(kind, _), _) => put!(out; item(lang, kind, action)),
+        (DifferenceKind::Bus, _) => put!(out; lang.pick("总线", "bus")),
+        (DifferenceKind::Node, _) => put!(out; lang.pick("节点", "node")),
+        (DifferenceKind::Finding, _) => put!(out; lang.pick("检查结果", "finding")),
         (what, _) => {
             if let Some(of) = what.service() {
                 service(out, lang, of);
             }
             put!(out; match what {
-                What::Frames(_) => lang.pick(", 帧数", ", frames"),
-                What::Period(_) => lang.pick(", 周期", ", period"),
-                What::Jitter(_) => lang.pick(", 抖动", ", jitter"),
-                What::CobId(_) => ", COB-ID",
-                What::Mapping(_) => lang.pick(", 映射", ", mapping"),
-                What::Length(_) => lang.pick(", 长度", ", length"),
+                DifferenceKind::Frames(_) => lang.pick(", 帧数", ", frames"),
+                DifferenceKind::Period(_) => lang.pick(", 周期", ", period"),
+                DifferenceKind::Jitter(_) => lang.pick(", 抖动", ", jitter"),
+                DifferenceKind::CobId(_) => ", COB-ID",
+                DifferenceKind::Mapping(_) => lang.pick(", 映射", ", mapping"),
+                DifferenceKind::Length(_) => lang.pick(", 长度", ", length"),
                 _ => "",
             });
         }
     }
 }
 
-fn item(lang: Lang, kind: Kind, action: Option<&Action>) -> &'static str {
+fn item(lang: Lang, kind: ItemKind, action: Option<&Action>) -> &'static str {
     match kind {
-        Kind::Nmt => lang.pick("NMT命令", "NMT command"),
-        Kind::State if matches!(action, Some(Action::BootUp)) => lang.pick("启动报文", "boot-up"),
-        Kind::State => lang.pick("NMT状态", "NMT state"),
-        Kind::Sdo(_) => "SDO",
-        Kind::Emcy => "EMCY",
-        Kind::Drive(_) => lang.pick("驱动器状态", "drive state"),
-        Kind::LssMaster => lang.pick("LSS主站命令", "LSS command"),
-        Kind::LssSlave => lang.pick("LSS从站响应", "LSS response"),
+        ItemKind::Nmt => lang.pick("NMT命令", "NMT command"),
+        ItemKind::State if matches!(action, Some(Action::BootUp)) => lang.pick("启动报文", "boot-up"),
+        ItemKind::State => lang.pick("NMT状态", "NMT state"),
+        ItemKind::Sdo(_) => "SDO",
+        ItemKind::Emcy => "EMCY",
+        ItemKind::Drive(_) => lang.pick("驱动器状态", "drive state"),
+        ItemKind::LssMaster => lang.pick("LSS主站命令", "LSS command"),
+        ItemKind::LssSlave => lang.pick("LSS从站响应", "LSS response"),
     }
 }
 
@@ -205,7 +205,7 @@ pub fn service(out: &mut Vec<u8>, lang: Lang, service: Service) {
 }
 
 /// Appends the content of one capture.
-pub fn side(out: &mut Vec<u8>, lang: Lang, what: What, side: Option<&Side>) {
+pub fn side(out: &mut Vec<u8>, lang: Lang, what: DifferenceKind, side: Option<&CaptureSide>) {
     let Some(side) = side else { return put!(out; lang.pick("无", "none")) };
     if let Some(ns) = side.pace_ns {
         return time(out, ns);
@@ -255,7 +255,7 @@ fn time(out: &mut Vec<u8>, ns: i64) {
     put!(out; " ms");
 }
 
-fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
+fn done(out: &mut Vec<u8>, lang: Lang, what: DifferenceKind, action: &Action) {
     match action {
         Action::Transfer(moved) => moved_words(out, lang, what, moved),
         Action::Nmt(command) => match nmt::command(lang, *command) {
@@ -288,8 +288,8 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: What, action: &Action) {
     }
 }
 
-fn moved_words(out: &mut Vec<u8>, lang: Lang, what: What, moved: &TransferDigest) {
-    if matches!(what, What::Item(Kind::Sdo(_), Aspect::Mode)) {
+fn moved_words(out: &mut Vec<u8>, lang: Lang, what: DifferenceKind, moved: &TransferDigest) {
+    if matches!(what, DifferenceKind::Item(ItemKind::Sdo(_), Aspect::Mode)) {
         return put!(out; match moved.mode {
             Mode::Expedited => lang.pick("加速", "expedited"),
             Mode::Segmented => lang.pick("分段", "segmented"),

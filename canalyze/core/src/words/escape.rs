@@ -5,10 +5,31 @@
 
 use super::digits::{hex, hex_byte};
 
+/// Ends the JSON string whose text begins at `start`, behind its opening quote.
+pub fn close(out: &mut Vec<u8>, start: usize) {
+    let is_plain = |text: &[u8]| text.iter().all(|byte| is_plain(*byte)) && std::str::from_utf8(text).is_ok();
+    if out.get(start..).is_some_and(|text| is_bare(text) || is_plain(text)) {
+        return out.push(b'"');
+    }
+    let text = out.split_off(start);
+    out.pop();
+    json(out, &text);
+}
+
+/// Returns true if all of `bytes` are ASCII that JSON writes as it is. Looks at whole blocks: most text is such.
+#[inline]
+fn is_bare(bytes: &[u8]) -> bool {
+    let (blocks, rest) = bytes.as_chunks::<16>();
+    let bare = |all: bool, byte: &u8| all & matches!(byte, b' '..=b'~') & !matches!(byte, b'"' | b'[' | b'\\');
+    blocks.iter().all(|block| block.iter().fold(true, bare)) && rest.iter().fold(true, bare)
+}
+
 /// Appends `bytes` as a JSON string, with its quotes. Invalid UTF-8 becomes U+FFFD.
 pub fn json(out: &mut Vec<u8>, bytes: &[u8]) {
     out.push(b'"');
-    if let Ok(text) = std::str::from_utf8(bytes) {
+    if is_bare(bytes) {
+        out.extend_from_slice(bytes);
+    } else if let Ok(text) = std::str::from_utf8(bytes) {
         valid(out, text);
     } else {
         for chunk in bytes.utf8_chunks() {

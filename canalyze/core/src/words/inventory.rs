@@ -3,16 +3,16 @@
 use super::value::{as_mapped, of_object, undescribed, value};
 use super::{Lang, signal, transferred};
 use crate::sdo::wire::Mux;
-use crate::views::inventory::sighting::{Shown, Sighting};
-use crate::views::inventory::{Object, TypeFrom, Value};
+use crate::views::inventory::sighting::{ObjectSighting, Shown};
+use crate::views::inventory::{ObservedObject, SeenValue, TypeFrom};
 use crate::wire::pdo::mapping::Mapped;
 use crate::world::dictionary::Described;
 
 /// Appends a value of an object, with its unit and its meaning if they are known.
-pub fn held(out: &mut Vec<u8>, lang: Lang, mux: Mux, object: &Object, held: &Value) {
+pub fn held(out: &mut Vec<u8>, lang: Lang, mux: Mux, object: &ObservedObject, held: &SeenValue) {
     match held {
-        Value::Bits(raw, bits) => signal::value(out, lang, &Mapped { bits: *bits, ..mapped(mux, object) }, *raw),
-        Value::Bytes(bytes, size) => {
+        SeenValue::Bits(raw, bits) => signal::value(out, lang, &Mapped { bits: *bits, ..mapped(mux, object) }, *raw),
+        SeenValue::Bytes(bytes, size) => {
             let known = object.data_type(mux);
             let typed = object.described.data_type(mux.index, mux.sub).is_some();
             // Without a description or a standard, the values determine the type.
@@ -26,7 +26,7 @@ pub fn held(out: &mut Vec<u8>, lang: Lang, mux: Mux, object: &Object, held: &Val
 }
 
 /// Returns an object as if a PDO carried it, by all that is known of it.
-pub(crate) fn mapped(mux: Mux, object: &Object) -> Mapped {
+pub(crate) fn mapped(mux: Mux, object: &ObservedObject) -> Mapped {
     let profile = object.described.profile;
     match &object.described.object {
         Some(one) => as_mapped(one, profile),
@@ -42,7 +42,7 @@ pub fn number(out: &mut Vec<u8>, lang: Lang, mux: Mux, described: &Described, nu
 }
 
 /// Appends the value that a frame or a transfer shows.
-pub fn seen(out: &mut Vec<u8>, lang: Lang, sighting: &Sighting<'_>) {
+pub fn seen(out: &mut Vec<u8>, lang: Lang, sighting: &ObjectSighting<'_>) {
     match sighting.shown {
         Shown::Transfer(transfer) => transferred::transferred(out, lang, transfer),
         Shown::Bits(mapped, raw) => signal::value(out, lang, mapped, raw),

@@ -41,6 +41,9 @@ pub use lang::Lang;
 pub(crate) use lang::say;
 
 impl Lang {
+    /// All languages, with their names.
+    pub const NAMES: &[(&str, Self)] = &[("zh", Self::Zh), ("en", Self::En)];
+
     /// Returns the words in this language.
     pub fn of(self, words: Words) -> &'static str {
         self.pick(words.zh, words.en)
@@ -57,6 +60,12 @@ pub enum Depth {
     Default,
     /// The same, followed by a breakdown bit by bit.
     Explain,
+}
+
+impl Depth {
+    /// All depths, with their names.
+    pub const NAMES: &[(&str, Self)] =
+        &[("brief", Self::Brief), ("default", Self::Default), ("explain", Self::Explain)];
 }
 
 #[cfg(test)]

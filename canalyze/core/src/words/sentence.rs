@@ -114,7 +114,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Statusword(word) => drive_word(out, lang, 0x6041, word),
         Quantity::Controlword(word) => drive_word(out, lang, 0x6040, word),
         Quantity::Drive(word) => {
-            put!(out; crate::world::drive::State::of(word).map_or("", |state| terms::drive::state(lang, state)));
+            put!(out; crate::world::drive::DriveState::of(word).map_or("", |state| terms::drive::state(lang, state)));
         }
         Quantity::Abort(code) => sdo::abort(out, lang, code),
         Quantity::Mode(mode) => put!(out; i64::from(mode), " ", terms::drive::mode(lang, mode)),

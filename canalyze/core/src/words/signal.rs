@@ -18,7 +18,7 @@ use crate::wire::pdo::mapping::{Mapped, Mapping, Number, Written, number};
 use crate::words::digits::{Hex, hex, put};
 use crate::words::profiles::Profile;
 use crate::words::{Lang, escape, say, terms, value as bytes};
-use crate::world::drive::{self, Object, State};
+use crate::world::drive::{self, DriveObject, DriveState};
 use crate::world::od::{self, DataType};
 
 /// Appends a signal, `速度实际值=120 rpm`. `raw` is the entry's bits, the first lowest.
@@ -60,6 +60,11 @@ pub fn written(mapping: &Mapping, lang: Lang) -> &[Written] {
     })
 }
 
+/// Returns the name of the entry at a place in its mapping, as [`name`] writes it.
+pub fn own_name(mapping: &Mapping, lang: Lang, place: usize) -> &[u8] {
+    written(mapping, lang).get(place).and_then(|how| how.name.get(..how.own)).unwrap_or(&[])
+}
+
 /// Adds its object to each name that occurs more than once (descriptions may repeat names), and its position if the
 /// object is mapped more than once.
 fn tell_apart(mapping: &Mapping, lang: Lang, found: &mut [Written]) {
@@ -83,8 +88,9 @@ fn tell_apart(mapping: &Mapping, lang: Lang, found: &mut [Written]) {
 fn write(mapped: &Mapped, lang: Lang) -> Written {
     let mut found = Written::default();
     name(&mut found.name, lang, mapped);
+    found.own = found.name.len();
     escape::terminal(&mut found.unit, mapped.unit.as_deref().unwrap_or("").as_bytes());
-    if is_drives(mapped) && Object::at(mapped.index).is_some() {
+    if is_drives(mapped) && DriveObject::at(mapped.index).is_some() {
         found.words = od::first_axis(mapped.index);
     }
     found.bit_field = is_bit_field(mapped);
@@ -150,7 +156,7 @@ pub fn is_quantity(mapped: &Mapped) -> bool {
     if mapped.bits > 64 || number(mapped.data_type, 0, mapped.bits) == Number::Bytes {
         return false;
     }
-    let choice = is_drives(mapped) && Object::at(mapped.index).is_some();
+    let choice = is_drives(mapped) && DriveObject::at(mapped.index).is_some();
     !choice && !is_bit_field(mapped) && mapped.bits > 1 && mapped.data_type != Some(DataType::Boolean)
 }
 
@@ -231,26 +237,26 @@ fn worded(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, how: &Written, raw: u6
 /// caller has to know that the device is a drive.
 pub fn annotation(out: &mut Vec<u8>, lang: Lang, index: u16, raw: u64) {
     let word = raw as u16;
-    match Object::at(index) {
+    match DriveObject::at(index) {
         None => {}
-        Some(Object::Statusword) => {
+        Some(DriveObject::Statusword) => {
             let undefined = lang.pick("未定义的状态", "undefined state");
-            put!(out; State::of(word).map_or(undefined, |state| terms::drive::state(lang, state)));
+            put!(out; DriveState::of(word).map_or(undefined, |state| terms::drive::state(lang, state)));
             if drive::warning(word) {
                 say!(out, lang; zh: " (警告)"; en: " (warning)");
             }
         }
-        Some(Object::Controlword) => {
+        Some(DriveObject::Controlword) => {
             // Without a previous word, bit 7 counts as an edge, so that there always is a command.
             put!(out; drive::command(word, None).map_or("", |command| terms::drive::command(lang, command)));
             if drive::halt(word) {
                 say!(out, lang; zh: " (暂停)"; en: " (halt)");
             }
         }
-        Some(Object::ModesOfOperation | Object::ModesOfOperationDisplay) => {
+        Some(DriveObject::ModesOfOperation | DriveObject::ModesOfOperationDisplay) => {
             put!(out; terms::drive::mode(lang, (raw as u8).cast_signed()));
         }
-        Some(Object::SupportedModes) => {
+        Some(DriveObject::SupportedModes) => {
             let start = out.len();
             for mode in drive::supported_modes(raw as u32).filter_map(terms::drive::abbreviation) {
                 if out.len() > start {

@@ -14,13 +14,13 @@ use self::learning::{known, renewed};
 use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
 use crate::checks;
 use crate::checks::nodes::ErrorControl;
-use crate::checks::srdo::Seen;
+use crate::checks::srdo::SrdoResult;
 use crate::checks::{Checks, PdoName};
 use crate::evidence::When;
 use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::Happened;
-use crate::sdo::channel::{Channel, is_whole};
+use crate::sdo::channel::{SdoChannel, is_whole};
 use crate::sdo::exchange::expedited;
 use crate::sdo::transfer::Transfer;
 use crate::sdo::wire::{Command, Mux, Side};
@@ -52,7 +52,7 @@ pub struct Bus {
     roles: Roles,
     nodes: PerNode<Node>,
     /// Default SDO channels by the server's node-ID (with identifier `None`), then further ones by theirs.
-    channels: BTreeMap<(u8, Option<CanId>), Box<Channel>>,
+    channels: BTreeMap<(u8, Option<CanId>), Box<SdoChannel>>,
     checks: Checks,
     /// The earliest time at which a channel decides something without a frame, in ns.
     due_ns: Option<i64>,
@@ -141,7 +141,7 @@ impl Bus {
     }
 
     /// Returns the last reported state of each axis of a drive, with the axis number from 0.
-    pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::State)> {
+    pub fn drive_states(&self, node: u8) -> impl Iterator<Item = (usize, drive::DriveState)> {
         self.checks.drives.states(node)
     }
 
@@ -152,7 +152,7 @@ impl Bus {
     }
 
     /// Returns the last reported state of each axis with its frame.
-    pub fn drive_reports(&self, node: u8) -> impl Iterator<Item = (usize, drive::State, FrameRef)> {
+    pub fn drive_reports(&self, node: u8) -> impl Iterator<Item = (usize, drive::DriveState, FrameRef)> {
         self.checks.drives.reports(node)
     }
 
@@ -192,14 +192,14 @@ impl Bus {
         cx.sighting = cx.evidence.recording.sighting(cx.at, happened.sighting);
         self.again = cx.sighting == Sighting::Duplicate;
         if cx.evidence.recording.is_first_of_stall(cx.when) {
-            cx.evidence.circumstances.note(circumstance::Kind::Stall, None, cx.when);
+            cx.evidence.circumstances.note(circumstance::CircumstanceKind::Stall, None, cx.when);
         }
         if let Some(paused) = happened.silence.as_ref().map(|silence| silence.paused).filter(|paused| *paused != 0) {
             let only = (paused.count_ones() == 1).then(|| paused.trailing_zeros() as u8);
-            cx.evidence.circumstances.note(circumstance::Kind::Pause, only, cx.when);
+            cx.evidence.circumstances.note(circumstance::CircumstanceKind::Pause, only, cx.when);
         }
         if happened.step_ns.is_some() {
-            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
+            cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
         }
         if cx.sighting != Sighting::Duplicate && self.roles.unconfirmed(frame.id).is_none() {
             cx.evidence.services.take(role, frame);
@@ -274,7 +274,7 @@ impl Bus {
         let heard_ns = frame.t_ns.zip(self.began_ns).map_or(0, |(now, began)| now.saturating_sub(began));
         let booted = self.booted.contains(&node);
         let channel = self.channels.entry(key).or_insert_with(|| {
-            let mut channel = Box::new(Channel::new(frame.bus, node, key.1));
+            let mut channel = Box::new(SdoChannel::new(frame.bus, node, key.1));
             channel.idle_for(heard_ns, booted);
             channel.describe(nodes.get(node).and_then(|node| node.configuration.description()).map(Arc::clone));
             channel
@@ -428,8 +428,11 @@ impl Bus {
 
     fn srdo(&mut self, number: u8, inverted: bool, frame: &Frame, cx: &mut Context<'_>) {
         let duplicate = cx.sighting == Sighting::Duplicate;
-        let seen =
-            if duplicate { Seen::default() } else { self.checks.safety(number, inverted, frame, &self.nodes, cx) };
+        let seen = if duplicate {
+            SrdoResult::default()
+        } else {
+            self.checks.safety(number, inverted, frame, &self.nodes, cx)
+        };
         let mut message = wire::decode(Role::Srdo { number, inverted }, frame);
         if let Message::Srdo { valid, .. } = &mut message {
             *valid = seen.valid;
@@ -538,7 +541,7 @@ impl Bus {
             self.booted.clear();
             cx.release_all();
             cx.evidence.recording.lost();
-            cx.evidence.circumstances.note(circumstance::Kind::Gap, None, cx.when);
+            cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
             self.checks.lost(cx);
             self.doubt(cx.at.no);
         }

@@ -33,7 +33,7 @@ pub const PROFILE: u16 = 402;
 
 /// An object of the power drive system whose value has words of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Object {
+pub enum DriveObject {
     /// 6040h.
     Controlword,
     /// 6041h.
@@ -46,7 +46,7 @@ pub enum Object {
     SupportedModes,
 }
 
-impl Object {
+impl DriveObject {
     /// Returns the object at an index of any axis.
     pub const fn at(index: u16) -> Option<Self> {
         if axis(index).is_none() {
@@ -73,7 +73,7 @@ pub const fn axis(index: u16) -> Option<u8> {
 
 /// A state of the power drive system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum State {
+pub enum DriveState {
     /// Not ready to switch on: the drive starts.
     NotReadyToSwitchOn,
     /// Switch on disabled.
@@ -92,13 +92,13 @@ pub enum State {
     Fault,
 }
 
-use State::{
+use DriveState::{
     Fault, FaultReactionActive, NotReadyToSwitchOn, OperationEnabled, QuickStopActive, ReadyToSwitchOn,
     SwitchOnDisabled, SwitchedOn,
 };
 
 /// The mask of a statusword, the masked value, and the state. No statusword matches two rows.
-const STATES: [(u16, u16, State); 8] = [
+const STATES: [(u16, u16, DriveState); 8] = [
     (0x004F, 0x0000, NotReadyToSwitchOn),
     (0x004F, 0x0040, SwitchOnDisabled),
     (0x006F, 0x0021, ReadyToSwitchOn),
@@ -109,7 +109,7 @@ const STATES: [(u16, u16, State); 8] = [
     (0x004F, 0x0008, Fault),
 ];
 
-impl State {
+impl DriveState {
     /// Every state, in the order of the standard's table.
     pub const ALL: [Self; 8] = [
         NotReadyToSwitchOn,
@@ -153,7 +153,7 @@ impl State {
 
 /// A command of the controlword.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Command {
+pub enum DriveCommand {
     /// Bit 7 rises.
     FaultReset,
     /// `0xxx xx0x`.
@@ -173,31 +173,31 @@ pub enum Command {
 }
 
 /// Returns the command of bits 7 and 3-0 of a controlword as a level: `None` with bit 7 set.
-const fn level(controlword: u16) -> Option<Command> {
+const fn level(controlword: u16) -> Option<DriveCommand> {
     Some(match controlword & 0x8F {
         0x80.. => return None,
-        low if low & 0b0010 == 0 => Command::DisableVoltage,
-        low if low & 0b0100 == 0 => Command::QuickStop,
-        low if low & 0b0001 == 0 => Command::Shutdown,
-        0b0111 => Command::SwitchOnOrDisableOperation,
-        _ => Command::EnableOperation,
+        low if low & 0b0010 == 0 => DriveCommand::DisableVoltage,
+        low if low & 0b0100 == 0 => DriveCommand::QuickStop,
+        low if low & 0b0001 == 0 => DriveCommand::Shutdown,
+        0b0111 => DriveCommand::SwitchOnOrDisableOperation,
+        _ => DriveCommand::EnableOperation,
     })
 }
 
 /// Returns the command of a controlword. `previous` is the last one that differs from it, `None` if it is unknown.
 ///
 /// `None` if bit 7 stays set: the edge resets a fault, and no other command has the bit.
-pub fn command(controlword: u16, previous: Option<u16>) -> Option<Command> {
+pub fn command(controlword: u16, previous: Option<u16>) -> Option<DriveCommand> {
     let Some(asked) = level(controlword) else {
-        return previous.is_none_or(|word| word & 0x80 == 0).then_some(Command::FaultReset);
+        return previous.is_none_or(|word| word & 0x80 == 0).then_some(DriveCommand::FaultReset);
     };
-    if asked != Command::SwitchOnOrDisableOperation {
+    if asked != DriveCommand::SwitchOnOrDisableOperation {
         return Some(asked);
     }
     Some(match previous.map(level) {
-        None | Some(Some(Command::SwitchOnOrDisableOperation)) => asked,
-        Some(Some(Command::EnableOperation)) => Command::DisableOperation,
-        Some(_) => Command::SwitchOn,
+        None | Some(Some(DriveCommand::SwitchOnOrDisableOperation)) => asked,
+        Some(Some(DriveCommand::EnableOperation)) => DriveCommand::DisableOperation,
+        Some(_) => DriveCommand::SwitchOn,
     })
 }
 
@@ -225,21 +225,21 @@ pub fn supported_modes(modes: u32) -> impl Iterator<Item = i8> {
 ///
 /// More of them occur without a command than the standard lists, since drives leave their states when power is lost, a
 /// limit switch is hit, the bus is lost or a local input resets a fault. Upward, toward operation enabled, none does.
-type Transition = (u8, State, State, &'static [Command], bool);
+type Transition = (u8, DriveState, DriveState, &'static [DriveCommand], bool);
 
 const TRANSITIONS: &[Transition] = &[
     (1, NotReadyToSwitchOn, SwitchOnDisabled, &[], true),
-    (2, SwitchOnDisabled, ReadyToSwitchOn, &[Command::Shutdown], false),
-    (3, ReadyToSwitchOn, SwitchedOn, &[Command::SwitchOnOrDisableOperation, Command::EnableOperation], false),
-    (4, SwitchedOn, OperationEnabled, &[Command::EnableOperation], false),
-    (5, OperationEnabled, SwitchedOn, &[Command::SwitchOnOrDisableOperation], true),
-    (6, SwitchedOn, ReadyToSwitchOn, &[Command::Shutdown], true),
-    (7, ReadyToSwitchOn, SwitchOnDisabled, &[Command::DisableVoltage, Command::QuickStop], true),
-    (8, OperationEnabled, ReadyToSwitchOn, &[Command::Shutdown], true),
-    (9, OperationEnabled, SwitchOnDisabled, &[Command::DisableVoltage], true),
-    (10, SwitchedOn, SwitchOnDisabled, &[Command::DisableVoltage, Command::QuickStop], true),
-    (11, OperationEnabled, QuickStopActive, &[Command::QuickStop], true),
-    (12, QuickStopActive, SwitchOnDisabled, &[Command::DisableVoltage], true),
+    (2, SwitchOnDisabled, ReadyToSwitchOn, &[DriveCommand::Shutdown], false),
+    (3, ReadyToSwitchOn, SwitchedOn, &[DriveCommand::SwitchOnOrDisableOperation, DriveCommand::EnableOperation], false),
+    (4, SwitchedOn, OperationEnabled, &[DriveCommand::EnableOperation], false),
+    (5, OperationEnabled, SwitchedOn, &[DriveCommand::SwitchOnOrDisableOperation], true),
+    (6, SwitchedOn, ReadyToSwitchOn, &[DriveCommand::Shutdown], true),
+    (7, ReadyToSwitchOn, SwitchOnDisabled, &[DriveCommand::DisableVoltage, DriveCommand::QuickStop], true),
+    (8, OperationEnabled, ReadyToSwitchOn, &[DriveCommand::Shutdown], true),
+    (9, OperationEnabled, SwitchOnDisabled, &[DriveCommand::DisableVoltage], true),
+    (10, SwitchedOn, SwitchOnDisabled, &[DriveCommand::DisableVoltage, DriveCommand::QuickStop], true),
+    (11, OperationEnabled, QuickStopActive, &[DriveCommand::QuickStop], true),
+    (12, QuickStopActive, SwitchOnDisabled, &[DriveCommand::DisableVoltage], true),
     (13, NotReadyToSwitchOn, FaultReactionActive, &[], true),
     (13, SwitchOnDisabled, FaultReactionActive, &[], true),
     (13, ReadyToSwitchOn, FaultReactionActive, &[], true),
@@ -247,8 +247,8 @@ const TRANSITIONS: &[Transition] = &[
     (13, OperationEnabled, FaultReactionActive, &[], true),
     (13, QuickStopActive, FaultReactionActive, &[], true),
     (14, FaultReactionActive, Fault, &[], true),
-    (15, Fault, SwitchOnDisabled, &[Command::FaultReset], true),
-    (16, QuickStopActive, OperationEnabled, &[Command::EnableOperation], false),
+    (15, Fault, SwitchOnDisabled, &[DriveCommand::FaultReset], true),
+    (16, QuickStopActive, OperationEnabled, &[DriveCommand::EnableOperation], false),
 ];
 
 /// The relation of two states in two samples of the statusword.
@@ -265,7 +265,7 @@ pub enum Reach {
 }
 
 /// Returns the relation of `from` and `to`, whatever was commanded.
-pub fn reach(from: State, to: State) -> Reach {
+pub fn reach(from: DriveState, to: DriveState) -> Reach {
     if from == to {
         return Reach::Same;
     }
@@ -291,7 +291,7 @@ pub fn reach(from: State, to: State) -> Reach {
 /// from before `from` may still be in progress: a word held back for a SYNC, or a sample of the statusword that waited
 /// to be sent; they have to be passed, too. A drive that is operated locally ([`remote`] is false in either sample)
 /// obeys other commands. A restart of the device, or a gap in the capture, explains everything.
-pub fn explained(from: State, to: State, controlwords: impl IntoIterator<Item = u16>) -> bool {
+pub fn explained(from: DriveState, to: DriveState, controlwords: impl IntoIterator<Item = u16>) -> bool {
     let mut reached = from.bit();
     let mut any = false;
     for word in controlwords {
@@ -340,35 +340,35 @@ mod tests {
             (0x0048, None),
         ];
         for (word, state) in words {
-            assert_eq!(State::of(word), state, "{word:04X}");
+            assert_eq!(DriveState::of(word), state, "{word:04X}");
         }
         for word in 0..=u16::MAX {
             assert!(STATES.iter().filter(|row| word & row.0 == row.1).count() <= 1, "{word:04X}");
         }
-        for state in State::ALL {
-            assert_eq!(State::of(state.coding().1), Some(state));
+        for state in DriveState::ALL {
+            assert_eq!(DriveState::of(state.coding().1), Some(state));
         }
     }
 
     #[test]
     fn commands() {
         let words = [
-            (0x0000, None, Some(Command::DisableVoltage)),
-            (0x000D, None, Some(Command::DisableVoltage)),
-            (0x0002, None, Some(Command::QuickStop)),
-            (0x000B, None, Some(Command::QuickStop)),
-            (0x0006, None, Some(Command::Shutdown)),
-            (0x000E, None, Some(Command::Shutdown)),
-            (0x0007, None, Some(Command::SwitchOnOrDisableOperation)),
-            (0x0007, Some(0x0006), Some(Command::SwitchOn)),
-            (0x0007, Some(0x000F), Some(Command::DisableOperation)),
-            (0x0007, Some(0x001F), Some(Command::DisableOperation)),
-            (0x0007, Some(0x0107), Some(Command::SwitchOnOrDisableOperation)),
-            (0x0007, Some(0x0080), Some(Command::SwitchOn)),
-            (0x000F, Some(0x0007), Some(Command::EnableOperation)),
-            (0x003F, None, Some(Command::EnableOperation)),
-            (0x0080, None, Some(Command::FaultReset)),
-            (0x008F, Some(0x000F), Some(Command::FaultReset)),
+            (0x0000, None, Some(DriveCommand::DisableVoltage)),
+            (0x000D, None, Some(DriveCommand::DisableVoltage)),
+            (0x0002, None, Some(DriveCommand::QuickStop)),
+            (0x000B, None, Some(DriveCommand::QuickStop)),
+            (0x0006, None, Some(DriveCommand::Shutdown)),
+            (0x000E, None, Some(DriveCommand::Shutdown)),
+            (0x0007, None, Some(DriveCommand::SwitchOnOrDisableOperation)),
+            (0x0007, Some(0x0006), Some(DriveCommand::SwitchOn)),
+            (0x0007, Some(0x000F), Some(DriveCommand::DisableOperation)),
+            (0x0007, Some(0x001F), Some(DriveCommand::DisableOperation)),
+            (0x0007, Some(0x0107), Some(DriveCommand::SwitchOnOrDisableOperation)),
+            (0x0007, Some(0x0080), Some(DriveCommand::SwitchOn)),
+            (0x000F, Some(0x0007), Some(DriveCommand::EnableOperation)),
+            (0x003F, None, Some(DriveCommand::EnableOperation)),
+            (0x0080, None, Some(DriveCommand::FaultReset)),
+            (0x008F, Some(0x000F), Some(DriveCommand::FaultReset)),
             (0x008F, Some(0x0080), None),
         ];
         for (word, previous, expected) in words {
@@ -378,11 +378,11 @@ mod tests {
 
     #[test]
     fn objects_of_every_axis() {
-        assert_eq!(Object::at(0x6040), Some(Object::Controlword));
-        assert_eq!(Object::at(0x6841), Some(Object::Statusword));
-        assert_eq!(Object::at(0x9861), Some(Object::ModesOfOperationDisplay));
-        assert_eq!(Object::at(0x6064), None);
-        assert_eq!(Object::at(0xA040), None);
+        assert_eq!(DriveObject::at(0x6040), Some(DriveObject::Controlword));
+        assert_eq!(DriveObject::at(0x6841), Some(DriveObject::Statusword));
+        assert_eq!(DriveObject::at(0x9861), Some(DriveObject::ModesOfOperationDisplay));
+        assert_eq!(DriveObject::at(0x6064), None);
+        assert_eq!(DriveObject::at(0xA040), None);
         assert_eq!((axis(0x6040), axis(0x6841), axis(0x9FFF)), (Some(0), Some(1), Some(AXES - 1)));
         assert_eq!((axis(0x5FFF), axis(0xA000)), (None, None));
     }
@@ -404,8 +404,8 @@ mod tests {
         assert_eq!(reach(Fault, OperationEnabled), Reach::Through(4));
         assert_eq!(reach(OperationEnabled, Fault), Reach::Through(2));
         assert_eq!(reach(NotReadyToSwitchOn, OperationEnabled), Reach::Through(4));
-        for from in State::ALL {
-            for to in State::ALL {
+        for from in DriveState::ALL {
+            for to in DriveState::ALL {
                 let restart = to == NotReadyToSwitchOn && from != to;
                 assert_eq!(reach(from, to) == Reach::Restart, restart, "{from:?} {to:?}");
             }
@@ -442,8 +442,8 @@ mod tests {
     }
 
     /// A drive that keeps to the standard: its state after a controlword, the commands' rows taken at once.
-    fn obey(state: State, word: u16, before: u16) -> State {
-        let asked = if word & !before & 0x80 != 0 { Some(Command::FaultReset) } else { level(word) };
+    fn obey(state: DriveState, word: u16, before: u16) -> DriveState {
+        let asked = if word & !before & 0x80 != 0 { Some(DriveCommand::FaultReset) } else { level(word) };
         TRANSITIONS
             .iter()
             .find(|row| row.1 == state && asked.is_some_and(|asked| row.3.contains(&asked)))
@@ -487,7 +487,7 @@ mod tests {
         }
     }
 
-    fn before_of(seen: &[(u16, State)], at: usize) -> u16 {
+    fn before_of(seen: &[(u16, DriveState)], at: usize) -> u16 {
         at.checked_sub(1).map_or(0, |before| seen[before].0)
     }
 }

@@ -30,6 +30,15 @@ pub struct Event {
     pub what: What,
 }
 
+/// Returns the service that a frame belongs to and the node that it is about, by the first of its events.
+pub fn service(events: &[Event]) -> (&'static str, Option<u8>) {
+    events.first().map_or(("foreign", None), |event| match &event.what {
+        What::Message(message) => (message.service(), event.node),
+        What::Pdo(_) | What::Mpdo(_) => ("pdo", event.node),
+        _ => ("sdo", event.node),
+    })
+}
+
 /// The kinds of events.
 #[derive(Clone, Debug)]
 pub enum What {

@@ -39,12 +39,12 @@ pub struct Doubt {
     /// Its sub-index; `None`: the whole object.
     pub sub: Option<u8>,
     /// The kind of inconsistency.
-    pub what: What,
+    pub what: Doubted,
 }
 
 /// A kind of inconsistency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum Doubted {
     /// A COB-ID of 11 bits has further bits set.
     CobId {
         /// The entry.
@@ -103,17 +103,17 @@ fn preset(pdo: &Pdo, dictionary: &Dictionary, dummies: &[u16]) -> (Preset, Vec<D
     let assumed = pdo.cob.1 == Provenance::Default;
     let relative = entry.map_or(assumed && pdo.cob.0.valid, |entry| entry.relative);
     if let Some(value) = entry.map(|entry| entry.value).filter(|value| !relative && CobId::is_beyond_standard(*value)) {
-        doubt(communication, Some(1), What::CobId { value });
+        doubt(communication, Some(1), Doubted::CobId { value });
     }
     if !dictionary.has(index) {
-        doubt(communication, None, What::NoMapping);
+        doubt(communication, None, Doubted::NoMapping);
     }
     let count = value(index, 0);
     let multiplex = count.filter(|count| matches!(count, 254 | 255)).map(|count| count == 255);
     let said = if multiplex.is_some() { 0 } else { count.unwrap_or(u64::MAX).min(u64::from(MOST_ENTRIES)) as u8 };
     let found = (1..=said).filter(|sub| value(index, *sub).is_some()).count();
     if let Some(count) = count.filter(|_| found < usize::from(said)) {
-        doubt(index, None, What::Count { said: count, found });
+        doubt(index, None, Doubted::Count { said: count, found });
     }
     // The position of the bits behind a missing entry is unknown.
     let words = (1..=said).map_while(|sub| Some((sub, value(index, sub)? as u32)));
@@ -125,20 +125,20 @@ fn preset(pdo: &Pdo, dictionary: &Dictionary, dummies: &[u16]) -> (Preset, Vec<D
         }
     }
     if mapping.bits > MOST_BITS {
-        doubt(index, None, What::Length { bits: mapping.bits });
+        doubt(index, None, Doubted::Length { bits: mapping.bits });
     }
     (Preset { pdo: pdo.clone(), relative, assumed, multiplex, mapped: mapping.entries }, doubts)
 }
 
 /// Returns the inconsistency of a mapped object or a dummy.
-fn odd(&Mapped { index, sub, bits, dummy, .. }: &Mapped, dictionary: &Dictionary, dummies: &[u16]) -> Option<What> {
+fn odd(&Mapped { index, sub, bits, dummy, .. }: &Mapped, dictionary: &Dictionary, dummies: &[u16]) -> Option<Doubted> {
     let object = dictionary.get(index, sub).filter(|_| !dummy);
     let data_type = if dummy { DataType::from_code(index) } else { object.and_then(|object| object.data_type()) };
     if object.is_none() && !(dummy && (dummies.contains(&index) || data_type.is_some_and(is_plain))) {
-        return Some(What::Unknown { index, sub });
+        return Some(Doubted::Unknown { index, sub });
     }
     let width = data_type.and_then(DataType::bits).filter(|width| *width != bits)?;
-    Some(What::Size { index, sub, bits, width })
+    Some(Doubted::Size { index, sub, bits, width })
 }
 
 /// Returns true if it skips bits in every device: an unsigned number.
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
     use crate::world::dictionary::{Access, Form, Object, Preset as Value};
 
-    fn presets_of(values: &[(u16, u8, u16, u64, bool)]) -> Vec<(Preset, Vec<What>)> {
+    fn presets_of(values: &[(u16, u8, u16, u64, bool)]) -> Vec<(Preset, Vec<Doubted>)> {
         let object = |&(index, sub, data_type, value, relative): &(u16, u8, u16, u64, bool)| Object {
             index,
             sub,
@@ -199,9 +199,9 @@ mod tests {
         );
         let origins: Vec<_> = found.iter().map(|(preset, _)| (preset.relative, preset.assumed)).collect();
         assert_eq!(origins, [(true, false), (true, true), (false, true), (false, false), (false, false)]);
-        assert_eq!(found[0].1, [What::NoMapping]);
-        assert_eq!(found[3].1, [What::CobId { value: 0x1181 }, What::NoMapping]);
-        assert_eq!(found[4].1, [What::NoMapping]);
+        assert_eq!(found[0].1, [Doubted::NoMapping]);
+        assert_eq!(found[3].1, [Doubted::CobId { value: 0x1181 }, Doubted::NoMapping]);
+        assert_eq!(found[4].1, [Doubted::NoMapping]);
     }
 
     #[test]
@@ -220,16 +220,16 @@ mod tests {
         assert_eq!(mapped(Some(1), &two).0, [(0x2000, 0, 16)]);
         assert_eq!(mapped(Some(0), &two), (vec![], None, vec![]));
         assert_eq!(mapped(None, &two).0.len(), 2);
-        assert_eq!(mapped(Some(3), &two).2, [What::Count { said: 3, found: 2 }]);
+        assert_eq!(mapped(Some(3), &two).2, [Doubted::Count { said: 3, found: 2 }]);
         assert_eq!(mapped(Some(254), &two), (vec![], Some(false), vec![]));
         assert_eq!(mapped(Some(255), &two).1, Some(true));
         let dummies = mapped(Some(3), &[0x0005_0008, 0, 0x2000_0010]);
         assert_eq!(dummies, (vec![(5, 0, 8), (0x2000, 8, 16)], None, vec![]));
         let (index, sub) = (0x0009, 0);
-        assert_eq!(mapped(Some(1), &[0x0009_0008]).2, [What::Unknown { index, sub }]);
-        assert_eq!(mapped(Some(1), &[0x0004_0020]).2, [What::Unknown { index: 4, sub }]);
-        assert_eq!(mapped(Some(1), &[0x2003_0010]).2, [What::Unknown { index: 0x2003, sub }]);
-        assert_eq!(mapped(Some(1), &[0x2000_0008]).2, [What::Size { index: 0x2000, sub, bits: 8, width: 16 }]);
-        assert_eq!(mapped(Some(3), &[0x2001_0020; 3]).2, [What::Length { bits: 96 }]);
+        assert_eq!(mapped(Some(1), &[0x0009_0008]).2, [Doubted::Unknown { index, sub }]);
+        assert_eq!(mapped(Some(1), &[0x0004_0020]).2, [Doubted::Unknown { index: 4, sub }]);
+        assert_eq!(mapped(Some(1), &[0x2003_0010]).2, [Doubted::Unknown { index: 0x2003, sub }]);
+        assert_eq!(mapped(Some(1), &[0x2000_0008]).2, [Doubted::Size { index: 0x2000, sub, bits: 8, width: 16 }]);
+        assert_eq!(mapped(Some(3), &[0x2001_0020; 3]).2, [Doubted::Length { bits: 96 }]);
     }
 }

@@ -40,15 +40,15 @@ pub struct Roles {
 /// The order of claims on an identifier; of two equal ones the first counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Turn {
-    phase: Phase,
+    phase: ClaimPhase,
     node: u8,
-    service: Service,
+    service: ClaimService,
     /// The object.
     index: u16,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Phase {
+enum ClaimPhase {
     Moved,
     Configured,
     Option,
@@ -59,7 +59,7 @@ enum Phase {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Service {
+enum ClaimService {
     Common,
     ProcessData,
     Server,
@@ -143,7 +143,7 @@ impl Roles {
         for (place, Sdo { bus: of, client, server, node }) in network.sdos.iter().enumerate() {
             if Network::holds(of.as_ref(), bus) {
                 let place = place.min(usize::from(u16::MAX)) as u16;
-                let turn = Turn { phase: Phase::Option, node: 0, service: Service::Common, index: place };
+                let turn = Turn { phase: ClaimPhase::Option, node: 0, service: ClaimService::Common, index: place };
                 let mut claims = Claims::new();
                 further_channel(*client, *server, (*node, Provenance::Option), turn, &mut claims);
                 // Node 0 has no objects, so its entries are free.
@@ -232,7 +232,7 @@ impl Roles {
 }
 
 impl Turn {
-    const FIRST: Self = Self { phase: Phase::Moved, node: 0, service: Service::Common, index: 0 };
+    const FIRST: Self = Self { phase: ClaimPhase::Moved, node: 0, service: ClaimService::Common, index: 0 };
 }
 
 impl Identifier {
@@ -329,16 +329,16 @@ fn claims(node: &Node, index: u16) -> Claims {
                 process_data(node, (transmit, number), &turn, &mut claims);
             }
         }
-        0x1201..=0x127F => server(node, index, turn(Phase::Configured, Service::Server), &mut claims),
-        0x1280..=0x12FF => client(node, index, turn(Phase::Configured, Service::Client), &mut claims),
-        0x1301..=0x1340 => safety(node, index, turn(Phase::Configured, Service::Safety), &mut claims),
+        0x1201..=0x127F => server(node, index, turn(ClaimPhase::Configured, ClaimService::Server), &mut claims),
+        0x1280..=0x12FF => client(node, index, turn(ClaimPhase::Configured, ClaimService::Client), &mut claims),
+        0x1301..=0x1340 => safety(node, index, turn(ClaimPhase::Configured, ClaimService::Safety), &mut claims),
         _ => {}
     }
     claims
 }
 
 /// Adds claims of SYNC, TIME and EMCY configured elsewhere (1005h, 1012h, 1014h).
-fn common(node: &Node, index: u16, turn: &impl Fn(Phase, Service) -> Turn, claims: &mut Claims) {
+fn common(node: &Node, index: u16, turn: &impl Fn(ClaimPhase, ClaimService) -> Turn, claims: &mut Claims) {
     let own = match index {
         SYNC => Role::Sync,
         TIME => Role::Time,
@@ -349,23 +349,23 @@ fn common(node: &Node, index: u16, turn: &impl Fn(Phase, Service) -> Turn, claim
     if let Some((cob, from)) = node.value(index, 0).map(|(value, from)| (cob(value), from))
         && cob.valid
     {
-        claims.push((cob.id, turn(Phase::Configured, Service::Common), Claim::Take(own, from)));
+        claims.push((cob.id, turn(ClaimPhase::Configured, ClaimService::Common), Claim::Take(own, from)));
     }
     let asked = node.configuration.requested(index, 0).filter(|_| index != TIME);
     if let Some((cob, from)) = asked.map(|known| (cob(known.value), known.from))
         && cob.valid
     {
-        claims.push((cob.id, turn(Phase::AskedService, Service::Common), Claim::AskService(own, from)));
+        claims.push((cob.id, turn(ClaimPhase::AskedService, ClaimService::Common), Claim::AskService(own, from)));
     }
 }
 
 fn process_data(
     node: &Node,
     (transmit, number): (bool, u16),
-    turn: &impl Fn(Phase, Service) -> Turn,
+    turn: &impl Fn(ClaimPhase, ClaimService) -> Turn,
     claims: &mut Claims,
 ) {
-    let turn = |phase| turn(phase, Service::ProcessData);
+    let turn = |phase| turn(phase, ClaimService::ProcessData);
     let id = node.id();
     let role = if transmit { Role::Tpdo { number, node: id } } else { Role::Rpdo { number, node: id } };
     if let Some(pdo) = node.pdo(transmit, number) {
@@ -373,17 +373,17 @@ fn process_data(
         // A moved PDO has left its pre-defined identifier. An EDS only presets: frames there are still best named by
         // the pre-defined role.
         if let Some(base) = predefined_id(transmit, number).filter(|_| from.is_told()) {
-            claims.push((CanId::standard(base + u16::from(id)), turn(Phase::Moved), Claim::Leave(role)));
+            claims.push((CanId::standard(base + u16::from(id)), turn(ClaimPhase::Moved), Claim::Leave(role)));
         }
         if cob.valid {
-            claims.push((cob.id, turn(Phase::Configured), Claim::ProcessData(role, from)));
+            claims.push((cob.id, turn(ClaimPhase::Configured), Claim::ProcessData(role, from)));
         } else if from.is_told() {
-            claims.push((cob.id, turn(Phase::Disabled), Claim::Disabled(role)));
+            claims.push((cob.id, turn(ClaimPhase::Disabled), Claim::Disabled(role)));
         }
     }
     let asked = node.unconfirmed_pdo(transmit, number).and_then(|pdo| pdo.cob);
     if let Some((cob, from)) = asked.filter(|(cob, _)| cob.valid) {
-        let phase = if transmit { Phase::AskedTransmit } else { Phase::AskedReceive };
+        let phase = if transmit { ClaimPhase::AskedTransmit } else { ClaimPhase::AskedReceive };
         claims.push((cob.id, turn(phase), Claim::AskProcessData(role, from)));
     }
 }

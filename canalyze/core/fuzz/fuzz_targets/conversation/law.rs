@@ -4,8 +4,8 @@
 
 use super::cut::Excerpt;
 use super::{Input, Sent, Truth, conversation};
-use canalyze_core::bytes::readers::Format as Reader;
-use canalyze_core::session::{Format, Options, Session};
+use canalyze_core::bytes::readers::InputFormat as Reader;
+use canalyze_core::session::{Options, Output, Rows, Session};
 use canalyze_core::words::Lang;
 use serde_json::Value;
 
@@ -50,7 +50,7 @@ pub fn judge(bytes: &[u8]) -> Case {
 
 /// Every line of the JSON output.
 fn rows(text: &str, lang: Lang) -> Vec<Value> {
-    let mut session = Session::new(Options { lang, format: Format::Jsonl, ..Options::default() });
+    let mut session = Session::new(Options::of(lang, &[Output::json(Rows::Frames)]));
     let mut out = Vec::new();
     session.begin(b"capture.log", Reader::Candump, true);
     session.feed(text.as_bytes(), &mut out);

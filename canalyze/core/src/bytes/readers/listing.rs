@@ -5,7 +5,7 @@
 //! suspends verdicts although nothing is missing.
 
 use super::candump::lex::{is_blank, is_hex, skip_blanks};
-use super::{Item, Marker, Place};
+use super::{FilePlace, Item, Marker};
 use crate::bytes::frame::Buses;
 
 /// A line that marks omitted rows.
@@ -302,12 +302,12 @@ pub(super) struct Gaps {
     /// The last row number.
     last: Option<u64>,
     /// A mark of omission since the last row, and its place.
-    marked: Option<(Omission, Place)>,
+    marked: Option<(Omission, FilePlace)>,
 }
 
 impl Gaps {
     /// Adds a mark of omission; several in a row are one.
-    pub(super) fn mark(&mut self, omission: Omission, place: Place) {
+    pub(super) fn mark(&mut self, omission: Omission, place: FilePlace) {
         let (known, _) = self.marked.get_or_insert((omission, place));
         known.count = known.count.or(omission.count);
     }
@@ -321,7 +321,13 @@ impl Gaps {
     }
 
     /// Processes a row with this number. A number that is not greater than the last one starts anew.
-    pub(super) fn numbered(&mut self, number: u64, place: Place, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    pub(super) fn numbered(
+        &mut self,
+        number: u64,
+        place: FilePlace,
+        buses: &Buses,
+        sink: &mut impl FnMut(Item, &Buses),
+    ) {
         let last = self.last.replace(number);
         match last.and_then(|last| Some((last, number.checked_sub(last)?.checked_sub(1)?))) {
             Some((last, missing @ 1..)) => {

@@ -1,7 +1,7 @@
 //! The readers of capture formats, one file or folder for each: push parsers that accept bytes in any chunking.
 //!
 //! A reader sees only `frame`: it knows no CANopen, does no I/O, and never fails, but reports what it cannot read.
-//! `sniff` detects the format by the first bytes. A new format needs a file, a row of [`Format`], an arm of [`Reader`],
+//! `sniff` detects the format by the first bytes. A new format needs a file, a row of [`InputFormat`], an arm of [`Reader`],
 //! and its signature in `sniff`.
 
 pub mod asc;
@@ -24,7 +24,7 @@ use crate::bytes::frame::{BusId, Buses, Frame, Stamp};
 
 /// The formats that this crate reads. Their names are those of `--input-format`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Format {
+pub enum InputFormat {
     /// Text of can-utils, in log and console form.
     #[default]
     Candump,
@@ -40,14 +40,14 @@ pub enum Format {
     Pcap,
 }
 
-impl Format {
+impl InputFormat {
     /// All file formats by their names.
-    pub const NAMES: &[(&str, Format)] = &[
-        ("candump", Format::Candump),
-        ("asc", Format::Asc),
-        ("mcap", Format::Mcap),
-        ("pcap", Format::Pcap),
-        ("pcapng", Format::Pcap),
+    pub const NAMES: &[(&str, InputFormat)] = &[
+        ("candump", InputFormat::Candump),
+        ("asc", InputFormat::Asc),
+        ("mcap", InputFormat::Mcap),
+        ("pcap", InputFormat::Pcap),
+        ("pcapng", InputFormat::Pcap),
     ];
 }
 
@@ -82,27 +82,20 @@ pub enum Reader {
 
 impl Reader {
     /// Creates a reader at the beginning of a file.
-    pub fn new(format: Format, settings: &Settings) -> Self {
+    pub fn new(format: InputFormat, settings: &Settings) -> Self {
         match format {
-            Format::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
-            Format::Packed => Self::Packed(Packed::default()),
-            Format::Live => Self::Live(Live::default()),
-            Format::Asc => Self::Asc(Asc::default()),
-            Format::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
-            Format::Pcap => Self::Pcap(Pcap::default()),
+            InputFormat::Candump => Self::Candump(Candump::new(settings.stamps, settings.regular)),
+            InputFormat::Packed => Self::Packed(Packed::default()),
+            InputFormat::Live => Self::Live(Live::default()),
+            InputFormat::Asc => Self::Asc(Asc::default()),
+            InputFormat::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
+            InputFormat::Pcap => Self::Pcap(Pcap::default()),
         }
     }
 
     /// Returns true if it reads live buses, whose items are passed on at once.
     pub fn is_live(&self) -> bool {
         matches!(self, Self::Live(_))
-    }
-
-    /// Passes the end of the file ahead of everything else, from the format's summary on.
-    pub fn foresee(&mut self, end: &[u8]) {
-        if let Self::Mcap(reader) = self {
-            reader.foresee(end);
-        }
     }
 
     /// Feeds the next bytes, in any chunking.
@@ -166,7 +159,7 @@ pub enum Item {
     /// Something that should be a frame but is unreadable.
     Unreadable {
         /// Its place.
-        place: Place,
+        place: FilePlace,
         /// The reason.
         reason: Unreadable,
     },
@@ -199,13 +192,13 @@ impl Item {
         if bus != BusId::BEYOND {
             return self;
         }
-        Self::Unreadable { place: line.map_or(Place::Live, Place::Line), reason: Unreadable::Bus }
+        Self::Unreadable { place: line.map_or(FilePlace::Live, FilePlace::Line), reason: Unreadable::Bus }
     }
 }
 
 /// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
+pub enum FilePlace {
     /// A line, from 1.
     Line(u64),
     /// An offset in bytes, from 0, in a file without lines.
@@ -214,7 +207,7 @@ pub enum Place {
     Live,
 }
 
-impl Place {
+impl FilePlace {
     /// Returns the line; `None` in a file without lines.
     pub fn line(self) -> Option<u64> {
         match self {
@@ -228,7 +221,7 @@ impl Place {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damage {
     /// Its beginning.
-    pub place: Place,
+    pub place: FilePlace,
     /// Its kind.
     pub kind: DamageKind,
     /// Number of skipped bytes of the file, if known.
@@ -250,11 +243,11 @@ pub enum DamageKind {
     Compression,
     /// The rest of the file cannot be read.
     Rest,
-    /// Messages of a topic without a name or of a type without a definition in the file.
+    /// Messages of a topic whose definition, or whose type's, is lost or cannot be used.
     Undefined,
     /// Decompressed data from here on may be wrong: their check sum fails or cannot be reached.
     Doubtful,
-    /// A definition from a damaged part had to be used, so messages read by it may be wrong.
+    /// Definitions of types or topics that contradict each other, so the frames read by the first may be wrong.
     Definition,
     /// The file states more messages than were found.
     Missing,
@@ -308,7 +301,7 @@ pub enum Marker {
         /// Total number so far, as reported.
         total: u64,
         /// The place of the report.
-        place: Place,
+        place: FilePlace,
     },
     /// The file itself shows that frames are missing here, on an unknown bus: by a jump of its row numbers or by a
     /// line.
@@ -318,7 +311,7 @@ pub enum Marker {
         /// The numbers of the rows before and after the gap, if known.
         rows: Option<(u64, u64)>,
         /// The place.
-        place: Place,
+        place: FilePlace,
     },
     /// The identifiers of the file are in the wrong byte order and are read accordingly.
     Swapped,
@@ -329,12 +322,12 @@ pub enum Marker {
         /// Its stamp, if any.
         stamp: Option<Stamp>,
         /// The place.
-        place: Place,
+        place: FilePlace,
     },
     /// Stamps of a pipe, assumed to count from zero, went backward: they may be differences (`-t d`).
     Backward {
         /// The place.
-        place: Place,
+        place: FilePlace,
     },
 }
 

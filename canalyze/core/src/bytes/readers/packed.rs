@@ -30,7 +30,7 @@
 //!
 //! The stream is not trusted: anything else ends it with one damage.
 
-use super::{Contents, Damage, DamageKind, Item, Marker, Place, Unreadable, in_pieces};
+use super::{Contents, Damage, DamageKind, FilePlace, Item, Marker, Unreadable, in_pieces};
 use crate::bytes::frame::{BusId, Buses, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
 
 /// Size of a head in bytes.
@@ -117,7 +117,7 @@ impl Packed {
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if !self.rest.is_empty() && !self.broken {
             let bytes = Some(self.rest.len() as u64);
-            let place = Place::Byte(self.taken);
+            let place = FilePlace::Byte(self.taken);
             sink(Item::Damaged(Damage { place, kind: DamageKind::Cut, bytes, frames: None }), buses);
         }
         self.interrupt(buses, sink);
@@ -148,7 +148,7 @@ impl Packed {
                 Some(Some(item)) => sink(item, buses),
                 Some(None) => {}
                 None => {
-                    let place = Place::Byte(self.taken);
+                    let place = FilePlace::Byte(self.taken);
                     sink(Item::Damaged(Damage { place, kind: DamageKind::Rest, bytes: None, frames: None }), buses);
                     self.broken = true;
                     return bytes.len();
@@ -225,12 +225,12 @@ impl Packed {
             kind::START => Some(Item::Marker(Marker::Start { date_ns: number })),
             kind::DAMAGE => {
                 let kind = *DAMAGES.get(usize::from(which))?;
-                let place = Place::Byte(count);
+                let place = FilePlace::Byte(count);
                 Some(Item::Damaged(Damage { place, kind, bytes: u64::try_from(further).ok(), frames: None }))
             }
             kind::UNREADABLE => {
                 let reason = *REASONS.get(usize::from(which))?;
-                Some(Item::Unreadable { place: Place::Line(count), reason })
+                Some(Item::Unreadable { place: FilePlace::Line(count), reason })
             }
             kind::PASSED_OVER => {
                 self.pass_over(text, count);
@@ -244,7 +244,7 @@ impl Packed {
             kind::DROPPED => {
                 let bus = self.buses.get(usize::from(which)).copied().flatten()?;
                 self.lost = self.lost.saturating_add(count);
-                let place = Place::Byte(self.taken);
+                let place = FilePlace::Byte(self.taken);
                 Some(Item::Marker(Marker::Dropped { bus, count, total: self.lost, place }))
             }
             kind::LEFT_OUT => {
@@ -252,7 +252,7 @@ impl Packed {
                 let last = u64::try_from(further).ok();
                 let rows = last.zip(count).map(|(last, count)| (last, last.saturating_add(count).saturating_add(1)));
                 let line = std::str::from_utf8(text).ok().and_then(|digits| digits.parse().ok());
-                let place = line.map_or(Place::Byte(self.taken), Place::Line);
+                let place = line.map_or(FilePlace::Byte(self.taken), FilePlace::Line);
                 Some(Item::Marker(Marker::LeftOut { count, rows, place }))
             }
             _ => return None,
@@ -304,8 +304,8 @@ mod tests {
 
     use super::Packed;
     use crate::bytes::frame::{Buses, CanId, Direction, Frame, Kind, LengthForm, Stamp, StampForm};
-    use crate::bytes::readers::{DamageKind, Item, Marker, Place};
-    use crate::bytes::writers::Setting;
+    use crate::bytes::readers::{DamageKind, FilePlace, Item, Marker};
+    use crate::bytes::writers::CaptureFacts;
     use crate::bytes::writers::packed::Packed as Writer;
 
     fn read(chunks: &[&[u8]]) -> (Vec<Item>, Buses) {
@@ -366,7 +366,7 @@ mod tests {
             }
             let (mut writer, mut out) = (Writer::default(), Vec::new());
             for frame in &frames {
-                writer.frame(&mut out, Setting { buses: &buses, date_ns: None }, frame);
+                writer.frame(&mut out, CaptureFacts { buses: &buses, date_ns: None }, frame);
             }
             let (items, read_buses) = read(&[&out]);
             let chunks: Vec<&[u8]> = out.chunks(cut).collect();
@@ -392,9 +392,9 @@ mod tests {
         let mut buses = Buses::default();
         let (first, second) = (buses.intern(b"can0"), buses.intern(b"can1"));
         let (mut writer, mut out) = (Writer::default(), Vec::new());
-        let setting = Setting { buses: &buses, date_ns: None };
+        let setting = CaptureFacts { buses: &buses, date_ns: None };
         for (bus, count) in [(second, 3), (first, 4)] {
-            writer.marker(&mut out, setting, &Marker::Dropped { bus, count, total: 99, place: Place::Line(7) });
+            writer.marker(&mut out, setting, &Marker::Dropped { bus, count, total: 99, place: FilePlace::Line(7) });
         }
         let (items, read_buses) = read(&[&out]);
         let gaps: Vec<_> = items
@@ -434,12 +434,12 @@ mod tests {
         reader.feed(&stream.concat(), &mut buses, &mut |item, _| items.push(item));
         reader.finish(&mut buses, &mut |item, _| items.push(item));
         assert!(matches!(items[0], Item::Marker(Marker::Start { date_ns: 1_700_000_000_000_000_000 })));
-        assert!(matches!(items[1], Item::Unreadable { place: Place::Line(12), .. }));
+        assert!(matches!(items[1], Item::Unreadable { place: FilePlace::Line(12), .. }));
         let [Item::Marker(jump), Item::Marker(mark)] = items[2..4] else { panic!("{items:?}") };
-        assert_eq!(jump, Marker::LeftOut { count: Some(5), rows: Some((14, 20)), place: Place::Line(12) });
-        assert_eq!(mark, Marker::LeftOut { count: None, rows: None, place: Place::Line(13) });
+        assert_eq!(jump, Marker::LeftOut { count: Some(5), rows: Some((14, 20)), place: FilePlace::Line(12) });
+        assert_eq!(mark, Marker::LeftOut { count: None, rows: None, place: FilePlace::Line(13) });
         let Item::Damaged(damage) = items[4] else { panic!("{items:?}") };
-        assert_eq!((damage.place, damage.kind, damage.bytes), (Place::Byte(99), DamageKind::Rest, None));
+        assert_eq!((damage.place, damage.kind, damage.bytes), (FilePlace::Byte(99), DamageKind::Rest, None));
         let contents = reader.contents();
         assert_eq!(contents.dialect, [("version", b"2.1".to_vec())]);
         assert_eq!(contents.passed_over, [(b"ST".to_vec(), 5)]);

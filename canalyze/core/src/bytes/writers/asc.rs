@@ -4,12 +4,12 @@
 //! an earlier one. Content without a column is written in comment lines that this program's reader understands
 //! (`readers::asc::notes`). No line may read as a different frame in another program.
 
-use super::{Loss, Losses, Setting};
+use super::{CaptureFacts, Loss, Losses};
 use crate::bytes::calendar::date_of;
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
 use crate::bytes::readers::asc::notes::Note;
-use crate::bytes::readers::asc::{Channel, fd_code};
+use crate::bytes::readers::asc::{AscChannel, fd_code};
 use crate::words::digits::{Hex, Padded, Spaced, filled, fraction, hex, put};
 
 const SECOND: i64 = 1_000_000_000;
@@ -30,7 +30,7 @@ pub struct Asc {
     last: i64,
     frames: i64,
     /// The channels of buses.
-    channels: Vec<(BusId, Channel)>,
+    channels: Vec<(BusId, AscChannel)>,
     directions: bool,
     stamps: bool,
     /// Comments from before the header.
@@ -55,7 +55,7 @@ impl Default for Asc {
 
 impl Asc {
     /// Appends a frame's line, and the lines that have to precede it.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         let known = setting.moment(frame);
         let moment = known.unwrap_or_else(|| {
             self.losses.count(Loss::NoStamp);
@@ -109,7 +109,7 @@ impl Asc {
     }
 
     /// Appends a gap as a comment line; other markers have none.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => {
                 let mut held = std::mem::take(&mut self.held);
@@ -127,7 +127,7 @@ impl Asc {
     }
 
     /// Appends the end of the block, and the header if there was no frame.
-    pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>) {
         if self.origin.is_none() {
             self.begin(out, setting, setting.date_ns.unwrap_or(0));
         }
@@ -136,7 +136,7 @@ impl Asc {
 
     /// Appends the header before the first frame, or a block before a frame earlier than all previous ones. Returns the
     /// time from which the stamps count.
-    fn begin(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, moment: i64) -> i64 {
+    fn begin(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, moment: i64) -> i64 {
         match self.origin {
             Some(origin) if moment >= origin => return origin,
             Some(_) => out.extend_from_slice(b"End TriggerBlock\n"),
@@ -170,14 +170,14 @@ impl Asc {
 
     /// Returns the channel of a bus: n + 1 for `can{n}` if that is free, otherwise the first free one. Appends a
     /// comment with the name of the bus if the number does not show it.
-    fn channel(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, bus: BusId) -> Channel {
+    fn channel(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, bus: BusId) -> AscChannel {
         if let Some((_, channel)) = self.channels.iter().find(|(known, _)| *known == bus) {
             return *channel;
         }
         let name = setting.buses.name(bus);
-        let free = |channel: &Channel| self.channels.iter().all(|(_, taken)| taken != channel);
+        let free = |channel: &AscChannel| self.channels.iter().all(|(_, taken)| taken != channel);
         let own = numbered(name);
-        let channel = own.filter(free).or_else(|| (1..=Channel::MAX).find(free)).unwrap_or(Channel::MAX);
+        let channel = own.filter(free).or_else(|| (1..=AscChannel::MAX).find(free)).unwrap_or(AscChannel::MAX);
         self.channels.push((bus, channel));
         if own != Some(channel) && !name.is_empty() {
             Note::Channel(channel, name.to_vec()).write(out);
@@ -187,15 +187,15 @@ impl Asc {
 }
 
 /// Returns the channel that other programs show as this bus.
-fn numbered(name: &[u8]) -> Option<Channel> {
+fn numbered(name: &[u8]) -> Option<AscChannel> {
     let digits = name.strip_prefix(b"can")?;
-    let number: Channel = std::str::from_utf8(digits).ok()?.parse().ok().filter(|number| *number < 255)?;
+    let number: AscChannel = std::str::from_utf8(digits).ok()?.parse().ok().filter(|number| *number < 255)?;
     // `can007` and `can+7` are other names.
     (digits.len() == number.to_string().len()).then_some(number + 1)
 }
 
 /// Appends `1  601             Rx   d 8 40 08 10 00 00 00 00 00`.
-fn classic(out: &mut Vec<u8>, channel: Channel, frame: &Frame) {
+fn classic(out: &mut Vec<u8>, channel: AscChannel, frame: &Frame) {
     put!(out; channel, "  ");
     let start = out.len();
     identifier(out, frame.id);
@@ -210,7 +210,7 @@ fn classic(out: &mut Vec<u8>, channel: Channel, frame: &Frame) {
 
 /// Appends `CANFD   1 Rx        601                                    1 0 9 12 00 .. 00        0    0     3000 ..`;
 /// except for the flags, the columns after the data are unknown.
-fn fd(out: &mut Vec<u8>, channel: Channel, frame: &Frame, brs: bool, esi: bool) {
+fn fd(out: &mut Vec<u8>, channel: AscChannel, frame: &Frame, brs: bool, esi: bool) {
     out.extend_from_slice(b"CANFD ");
     filled(out, u64::from(channel), 3, b' ');
     out.extend_from_slice(if frame.dir == Some(Direction::Tx) { b" Tx   " } else { b" Rx   " });
@@ -274,9 +274,9 @@ mod tests {
 
     use proptest::prelude::*;
 
-    use super::super::{Format, Loss, Setting, Writer};
+    use super::super::{CaptureFacts, Format, Loss, Writer};
     use crate::bytes::frame::{BusId, Buses, CanId, Direction, Frame, Kind, Stamp, StampForm};
-    use crate::bytes::readers::{Format as Input, Item, Marker, Place, Reader, Settings};
+    use crate::bytes::readers::{FilePlace, InputFormat as Input, Item, Marker, Reader, Settings};
 
     const DATE: i64 = 1_549_455_524_265_601_000;
 
@@ -286,7 +286,7 @@ mod tests {
     }
 
     fn write(frames: &[Frame], markers: &[Marker], buses: &Buses, date_ns: Option<i64>) -> (String, Writer) {
-        let setting = Setting { buses, date_ns };
+        let setting = CaptureFacts { buses, date_ns };
         let mut writer = Writer::new(Format::Asc, &Default::default());
         let mut out = Vec::new();
         for marker in markers {
@@ -318,7 +318,7 @@ mod tests {
             at(DATE + 4_000_000, 6, Frame { bus: second, ..error }),
             at(DATE - 5_000_000_000, 6, Frame { bus: second, ..data }),
         ];
-        let gap = Marker::Dropped { bus: second, count: 3, total: 5, place: Place::Line(1) };
+        let gap = Marker::Dropped { bus: second, count: 3, total: 5, place: FilePlace::Line(1) };
         let (text, writer) = write(&frames, &[gap], &buses, None);
         let date = "Wed Feb 6 12:18:44.265 pm 2019";
         assert_eq!(
@@ -379,7 +379,7 @@ End TriggerBlock
     type Essence = (Option<i64>, Vec<u8>, CanId, Kind, Option<Direction>, u8, u8, [u8; 64]);
 
     fn essence(frame: &Frame, buses: &Buses, date_ns: Option<i64>) -> Essence {
-        let moment = Setting { buses, date_ns }.moment(frame);
+        let moment = CaptureFacts { buses, date_ns }.moment(frame);
         let raw = frame.length_form.raw_dlc;
         (moment, buses.name(frame.bus).to_vec(), frame.id, frame.kind, frame.dir, frame.len, raw, frame.data)
     }

@@ -4,7 +4,7 @@
 //! This is the line of the frame alone; `render::text` appends words to the same columns. Numbers are formatted by
 //! hand, since formatting costs more than decoding. Stamps keep all their digits.
 
-use super::{Loss, Losses, Setting, name_of};
+use super::{CaptureFacts, Loss, Losses, name_of};
 use crate::bytes::calendar::date_of;
 use crate::bytes::frame::{Direction, Frame, Kind, Stamp, StampForm};
 use crate::bytes::readers::Marker;
@@ -23,12 +23,12 @@ const NAME_WIDTH: usize = 16;
 pub struct Console {
     /// The losses.
     pub losses: Losses,
-    columns: Columns,
+    columns: ConsoleColumns,
 }
 
 impl Console {
     /// Appends a frame's line.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         let stamp = frame.stamp.map(|stamp| Stamp { ns: setting.moment(frame).unwrap_or(stamp.ns), ..stamp });
         let name = name_of(setting.buses, frame.bus, &mut self.losses);
         if frame.dir.is_none() && matches!(frame.kind, Kind::Fd { brs, esi } if brs || esi) {
@@ -49,7 +49,7 @@ impl Console {
     }
 
     /// Appends the line of a gap or an error marker.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => {
                 dropped(out, &name_of(setting.buses, bus, &mut self.losses), count, total);
@@ -68,14 +68,14 @@ impl Console {
 
 /// The columns before the data, whose layout depends on the lines so far.
 #[derive(Debug, Default)]
-pub struct Columns {
+pub struct ConsoleColumns {
     /// Width of the widest bus name so far; candump aligns names to the right.
     width: usize,
     /// True after a 29-bit identifier, from which on candump indents 11-bit ones.
     indent: bool,
 }
 
-impl Columns {
+impl ConsoleColumns {
     /// Appends stamp, bus, direction, identifier and length of a frame, up to the blank after the length.
     pub fn head(&mut self, out: &mut Vec<u8>, stamp: Option<&Stamp>, name: &[u8], frame: &Frame) {
         self.source(out, stamp, name, frame);

@@ -2,7 +2,7 @@
 //!
 //! The direction is at the end of the line as with `candump -l -x`. Stamps keep all their digits.
 
-use super::{Loss, Losses, Setting, console, name_of};
+use super::{CaptureFacts, Loss, Losses, console, name_of};
 use crate::bytes::frame::{Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
 use crate::words::digits::{Hex, Joined, Padded, fraction, put};
@@ -22,7 +22,7 @@ pub struct Log {
 
 impl Log {
     /// Appends a frame's line.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         let moment = setting.moment(frame).filter(|moment| *moment >= 0).unwrap_or_else(|| {
             self.losses.count(Loss::NoStamp);
             self.last_ns.map_or(0, |last| last.saturating_add(SPACING_NS))
@@ -59,7 +59,7 @@ impl Log {
     }
 
     /// Appends the line of a gap; other markers have none.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, total, .. } => {
                 console::dropped(out, &name_of(setting.buses, bus, &mut self.losses), count, total);

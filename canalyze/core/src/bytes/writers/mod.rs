@@ -58,21 +58,21 @@ impl Format {
 
 /// Options of formats that can be written in several ways.
 #[derive(Clone, Debug, Default)]
-pub struct Settings {
+pub struct WriterSettings {
     /// MCAP.
-    pub mcap: mcap::Settings,
+    pub mcap: mcap::McapSettings,
 }
 
 /// The facts about the whole capture when a frame is written.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting<'a> {
+pub struct CaptureFacts<'a> {
     /// The names of the buses so far.
     pub buses: &'a Buses,
     /// The date from which the stamps count, in ns since 1970-01-01, if the capture has one.
     pub date_ns: Option<i64>,
 }
 
-impl Setting<'_> {
+impl CaptureFacts<'_> {
     /// Returns the time of a frame in ns since 1970-01-01 (since the start of the capture if no date is known); `None`
     /// without stamps.
     pub fn moment(&self, frame: &Frame) -> Option<i64> {
@@ -99,7 +99,7 @@ pub enum Writer {
 
 impl Writer {
     /// Creates a writer at the beginning of a file.
-    pub fn new(format: Format, settings: &Settings) -> Self {
+    pub fn new(format: Format, settings: &WriterSettings) -> Self {
         match format {
             Format::Log => Self::Log(Log::default()),
             Format::Packed => Self::Packed(Packed::default()),
@@ -123,7 +123,7 @@ impl Writer {
     }
 
     /// Appends a frame.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         match self {
             Self::Log(writer) => writer.frame(out, setting, frame),
             Self::Packed(writer) => writer.frame(out, setting, frame),
@@ -135,7 +135,7 @@ impl Writer {
     }
 
     /// Appends a marker if the format has a form for it.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match self {
             Self::Log(writer) => writer.marker(out, setting, marker),
             Self::Packed(writer) => writer.marker(out, setting, marker),
@@ -148,14 +148,14 @@ impl Writer {
 
     /// Appends the events of the frame just written, if the format holds them and they are wanted. Without a frame:
     /// later knowledge.
-    pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
+    pub fn events(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: Option<&Frame>, events: &[Event]) {
         if let Self::Mcap(writer) = self {
             writer.events(out, setting, frame, events);
         }
     }
 
     /// Appends a finding about the capture, which has no frame.
-    pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+    pub fn finding(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, finding: &Finding) {
         if let Self::Mcap(writer) = self {
             writer.finding(out, setting, finding);
         }
@@ -170,7 +170,7 @@ impl Writer {
     }
 
     /// Appends the end of the file.
-    pub fn finish(&mut self, out: &mut Vec<u8>, setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>) {
         match self {
             Self::Log(_) | Self::Console(_) | Self::Packed(_) => {}
             Self::Asc(writer) => writer.finish(out, setting),

@@ -3,7 +3,7 @@
 //! Stamps are absolute: if the capture has a date, they count from 1970-01-01. The writer of the final format counts
 //! the losses of that format.
 
-use super::{Loss, Losses, Setting};
+use super::{CaptureFacts, Loss, Losses};
 use crate::bytes::frame::{BusId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
 use crate::bytes::readers::packed::{EFF, ERR, HEAD, RTR, flag, kind};
@@ -19,7 +19,7 @@ pub struct Packed {
 
 impl Packed {
     /// Appends a frame, preceded by the name of its bus if that is new.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         self.name(out, setting, frame.bus);
         let mut flags = match frame.dir {
             Some(Direction::Rx) => flag::RX,
@@ -55,7 +55,7 @@ impl Packed {
 
     /// Appends a marker. An error marker becomes an error frame without a class. A gap gets a record for live
     /// consumers, and is still counted as a loss, since no file format behind these records holds it.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, .. } => {
                 self.losses.count(Loss::Gap);
@@ -85,7 +85,7 @@ impl Packed {
         }
     }
 
-    fn name(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, bus: BusId) {
+    fn name(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, bus: BusId) {
         let bit = 1 << (bus.0 & 63);
         if self.named & bit != 0 {
             return;

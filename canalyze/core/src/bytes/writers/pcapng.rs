@@ -3,7 +3,7 @@
 //! An interface is described before the first block of its bus. Frames have the full structure of SocketCAN, classic or
 //! FD, with the flag for FD. An unknown direction is left out.
 
-use super::{Loss, Losses, Setting};
+use super::{CaptureFacts, Loss, Losses};
 use crate::bytes::frame::{BusId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
 
@@ -37,7 +37,7 @@ struct Interface {
 
 impl Pcapng {
     /// Appends a frame's block.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         self.frames += 1;
         let moment = setting.moment(frame).unwrap_or_else(|| {
             self.losses.count(Loss::NoStamp);
@@ -79,7 +79,7 @@ impl Pcapng {
     }
 
     /// Counts a gap, which is written with the next frame of its bus.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { bus, count, .. } => {
                 let index = self.interface(out, setting, bus);
@@ -125,7 +125,7 @@ impl Pcapng {
     }
 
     /// Returns the index of a bus's interface, describing it if it is new.
-    fn interface(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, bus: BusId) -> usize {
+    fn interface(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, bus: BusId) -> usize {
         if let Some(index) = self.interfaces.iter().position(|interface| interface.bus == bus) {
             return index;
         }

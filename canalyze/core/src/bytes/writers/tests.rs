@@ -4,7 +4,7 @@
 
 use super::*;
 use crate::bytes::frame::{CanId, Direction, Kind, LengthForm, Stamp, StampForm};
-use crate::bytes::readers::Place;
+use crate::bytes::readers::FilePlace;
 
 fn stamped(ns: i64, decimals: u8) -> Frame {
     let stamp = Stamp { form: StampForm::Seconds, ns, width: 1, decimals };
@@ -14,9 +14,9 @@ fn stamped(ns: i64, decimals: u8) -> Frame {
 fn written(format: Format, name: &[u8], date_ns: Option<i64>, frames: &[Frame]) -> (String, Vec<(Loss, u64)>) {
     let mut buses = Buses::default();
     buses.intern(name);
-    let mut writer = Writer::new(format, &Settings::default());
+    let mut writer = Writer::new(format, &WriterSettings::default());
     let mut out = Vec::new();
-    let setting = Setting { buses: &buses, date_ns };
+    let setting = CaptureFacts { buses: &buses, date_ns };
     for frame in frames {
         writer.frame(&mut out, setting, frame);
     }
@@ -113,8 +113,8 @@ fn flags_without_a_direction_have_no_column() {
 fn markers() {
     let mut buses = Buses::default();
     let bus = buses.intern(b"can0");
-    let setting = Setting { buses: &buses, date_ns: None };
-    let place = Place::Line(1);
+    let setting = CaptureFacts { buses: &buses, date_ns: None };
+    let place = FilePlace::Line(1);
     let gap = Marker::Dropped { bus, count: 1, total: 2, place };
     let error = Marker::Error { bus, stamp: None, place };
     let counted = Marker::LeftOut { count: Some(5), rows: Some((14, 20)), place };
@@ -131,7 +131,7 @@ fn markers() {
             0,
         ),
     ] {
-        let mut writer = Writer::new(format, &Settings::default());
+        let mut writer = Writer::new(format, &WriterSettings::default());
         let mut out = Vec::new();
         for marker in [gap, error, counted, uncounted, Marker::Start { date_ns: 5 }, Marker::Backward { place }] {
             writer.marker(&mut out, setting, &marker);

@@ -1,12 +1,12 @@
 //! Reports drive commands (CiA 402) that should lead out of a state and do not.
 
-use super::{Axis, PROMPT, Place, Sample, controlword, elapsed};
+use super::{Axis, AxisPlace, PROMPT, Sample, controlword, elapsed};
 use crate::bytes::frame::FrameRef;
 use crate::rules::drive::Drv002;
 use crate::rules::finding::Finding;
 use crate::wire::error_control::OPERATIONAL;
 use crate::world::context::Context;
-use crate::world::drive::{self, Command, State};
+use crate::world::drive::{self, DriveCommand, DriveState};
 
 /// Time for a command that leads towards operation enabled, in ns: capacitors charge, brakes release.
 const UPWARD: i64 = 5_000_000_000;
@@ -15,10 +15,10 @@ const SWITCH_ON: i64 = 1_500_000_000;
 
 /// A command that should lead out of a state.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Order {
+pub(super) struct PendingOrder {
     pub(super) word: u16,
-    pub(super) command: Command,
-    pub(super) from: State,
+    pub(super) command: DriveCommand,
+    pub(super) from: DriveState,
     pub(super) at: FrameRef,
     /// Number of reports of that state since then.
     pub(super) reports: u8,
@@ -26,12 +26,12 @@ pub(super) struct Order {
 
 impl Axis {
     /// Judges the effect of the last command.
-    pub(super) fn effect(&mut self, place: Place<'_>, sample: Sample, cx: &mut Context<'_>) {
+    pub(super) fn effect(&mut self, place: AxisPlace<'_>, sample: Sample, cx: &mut Context<'_>) {
         let Some(order) = &mut self.order else { return };
         order.reports = order.reports.saturating_add(1);
         let order = *order;
-        let upward = matches!(order.command, Command::SwitchOn | Command::EnableOperation)
-            || (order.command == Command::Shutdown && order.from == State::SwitchOnDisabled);
+        let upward = matches!(order.command, DriveCommand::SwitchOn | DriveCommand::EnableOperation)
+            || (order.command == DriveCommand::Shutdown && order.from == DriveState::SwitchOnDisabled);
         // Operated locally, no supply, or PDOs not received.
         let excused = !drive::remote(sample.word)
             || (upward && !voltage_enabled(sample.word))
@@ -41,7 +41,7 @@ impl Axis {
             return;
         }
         let least = match order.command {
-            Command::SwitchOn => SWITCH_ON,
+            DriveCommand::SwitchOn => SWITCH_ON,
             _ if upward => UPWARD,
             _ => PROMPT,
         };
@@ -56,8 +56,8 @@ impl Axis {
         let what = Drv002::StillIn { controlword: order.word, statusword: sample.word, after };
         let finding = cx.verdict(what, Some(place.node.id()), Some(controlword(place.axis)), Some(order.at));
         // The cause of the fault remains, so failed resets after the first follow from it.
-        let because_of = self.vain.filter(|_| order.command == Command::FaultReset);
-        if order.command == Command::FaultReset {
+        let because_of = self.vain.filter(|_| order.command == DriveCommand::FaultReset);
+        if order.command == DriveCommand::FaultReset {
             self.vain = because_of.or(Some(order.at));
         }
         cx.report(Finding { because_of, ..finding });
@@ -72,14 +72,17 @@ const fn voltage_enabled(statusword: u16) -> bool {
 /// Returns true if a drive without a fault must leave a state by a command. A fault reset without effect counts, too.
 /// Excluded are commands that brake first (shutdown and disable operation by 605Bh and 605Ch) and those that not every
 /// drive obeys (enable operation out of quick stop or ready to switch on, quick stop at standstill).
-pub(super) const fn leads_out(state: State, command: Command) -> bool {
+pub(super) const fn leads_out(state: DriveState, command: DriveCommand) -> bool {
     matches!(
         (state, command),
-        (State::Fault, Command::FaultReset)
-            | (State::SwitchOnDisabled | State::SwitchedOn, Command::Shutdown)
-            | (State::ReadyToSwitchOn, Command::SwitchOn)
-            | (State::SwitchedOn, Command::EnableOperation)
-            | (State::OperationEnabled, Command::QuickStop)
-            | (State::ReadyToSwitchOn | State::SwitchedOn | State::OperationEnabled, Command::DisableVoltage)
+        (DriveState::Fault, DriveCommand::FaultReset)
+            | (DriveState::SwitchOnDisabled | DriveState::SwitchedOn, DriveCommand::Shutdown)
+            | (DriveState::ReadyToSwitchOn, DriveCommand::SwitchOn)
+            | (DriveState::SwitchedOn, DriveCommand::EnableOperation)
+            | (DriveState::OperationEnabled, DriveCommand::QuickStop)
+            | (
+                DriveState::ReadyToSwitchOn | DriveState::SwitchedOn | DriveState::OperationEnabled,
+                DriveCommand::DisableVoltage
+            )
     )
 }

@@ -1,7 +1,7 @@
 //! Faults of a drive (CiA 402, transitions 13 and 14): each is reported once and explained by the EMCY that announces
 //! it, which may come before or after it.
 
-use super::{Place, Sample, statusword};
+use super::{AxisPlace, Sample, statusword};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Obligations;
 use crate::evidence::obligation::Owed;
@@ -26,7 +26,7 @@ impl EmcyDue {
     /// fault of the device's axes.
     pub(super) fn entered(
         &mut self,
-        place: Place<'_>,
+        place: AxisPlace<'_>,
         (before, fault): (Sample, Sample),
         emcy: Option<FrameRef>,
         first: &mut Option<FrameRef>,

@@ -11,9 +11,9 @@ mod fault;
 mod watch;
 
 use self::controlwords::Controlwords;
-use self::effect::{Order, leads_out};
+use self::effect::{PendingOrder, leads_out};
 use self::fault::EmcyDue;
-use self::watch::{Watch, Watched};
+use self::watch::{Watch, WatchedPdo};
 use super::PdoName;
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::drive::{Drv001, Drv004};
@@ -24,7 +24,7 @@ use crate::wire::error_control::OPERATIONAL;
 use crate::wire::pdo::mapping::extract;
 use crate::words::profiles::Profile;
 use crate::world::context::Context;
-use crate::world::drive::{self, Command, Object, Reach, State};
+use crate::world::drive::{self, DriveCommand, DriveObject, DriveState, Reach};
 use crate::world::node::{Node, PerNode};
 
 /// Time for a command that removes power, and for a change of mode, in ns.
@@ -36,7 +36,7 @@ const PROOF: u8 = 2;
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     word: u16,
-    state: State,
+    state: DriveState,
     at: FrameRef,
 }
 
@@ -70,7 +70,7 @@ struct Axis {
     jump: Option<Jump>,
     /// The finding about `jump` while the node is not yet known to be a drive.
     suspect: Option<Box<Finding>>,
-    order: Option<Order>,
+    order: Option<PendingOrder>,
     /// The first fault reset without effect in the present fault.
     vain: Option<FrameRef>,
     request: Option<Request>,
@@ -108,7 +108,7 @@ pub struct Drives {
 
 /// The origin of a value, and the node it belongs to.
 #[derive(Clone, Copy, Debug)]
-struct Place<'a> {
+struct AxisPlace<'a> {
     node: &'a Node,
     axis: u8,
     at: FrameRef,
@@ -123,7 +123,7 @@ impl Drives {
     }
 
     /// Returns the last reported state of each of a node's axes, with the axis number from 0.
-    pub fn states(&self, node: u8) -> impl Iterator<Item = (usize, State)> {
+    pub fn states(&self, node: u8) -> impl Iterator<Item = (usize, DriveState)> {
         self.reports(node).map(|(number, state, _)| (number, state))
     }
 
@@ -138,7 +138,7 @@ impl Drives {
     }
 
     /// Returns the same as [`Self::states`] with the frames that reported the states.
-    pub fn reports(&self, node: u8) -> impl Iterator<Item = (usize, State, FrameRef)> {
+    pub fn reports(&self, node: u8) -> impl Iterator<Item = (usize, DriveState, FrameRef)> {
         let axes = self.nodes.get(node).into_iter().flat_map(|drive| drive.axes.iter().enumerate());
         axes.filter_map(|(number, axis)| {
             let sample = axis.as_ref()?.sample?;
@@ -163,7 +163,7 @@ impl Drives {
             return;
         }
         let Self { nodes: drives, watch, emcy_due } = self;
-        for Watched { node, transmit, number, objects } in watch.of(frame.id) {
+        for WatchedPdo { node, transmit, number, objects } in watch.of(frame.id) {
             // An identifier has one sender, which the bus model knows.
             if *transmit && !(pdo.transmit && (pdo.node, pdo.number) == (*node, *number)) {
                 continue;
@@ -179,15 +179,15 @@ impl Drives {
                 let Some(raw) = extract(frame.payload(), usize::from(part.offset), usize::from(part.bits)) else {
                     continue;
                 };
-                let place = Place { node: known, axis: part.axis, at: cx.at, state: state(*node), by_pdo: true };
+                let place = AxisPlace { node: known, axis: part.axis, at: cx.at, state: state(*node), by_pdo: true };
                 match (part.object, transmit) {
-                    (Object::Controlword, false) => {
+                    (DriveObject::Controlword, false) => {
                         drive.sent(place, raw as u16, cx);
                         drive.taken(place, raw as u16);
                     }
-                    (Object::ModesOfOperation, false) => drive.requested(place, raw as u8),
-                    (Object::Statusword, true) => drive.reported(place, raw as u16, emcy_due, cx),
-                    (Object::ModesOfOperationDisplay, true) => drive.displayed(place, raw as u8, cx),
+                    (DriveObject::ModesOfOperation, false) => drive.requested(place, raw as u8),
+                    (DriveObject::Statusword, true) => drive.reported(place, raw as u16, emcy_due, cx),
+                    (DriveObject::ModesOfOperationDisplay, true) => drive.displayed(place, raw as u8, cx),
                     _ => {}
                 }
             }
@@ -203,7 +203,7 @@ impl Drives {
 
     /// Follows an SDO write request, which a drive may obey before it answers.
     pub fn request(&mut self, node: u8, mux: Mux, bytes: &[u8], at: FrameRef) {
-        if let (Some((axis, Object::Controlword)), &[low, high]) = (object(mux), bytes)
+        if let (Some((axis, DriveObject::Controlword)), &[low, high]) = (object(mux), bytes)
             && let Some(axis) = self.nodes.entry(node).axis(axis)
         {
             axis.controlwords.send(u16::from_le_bytes([low, high]), at);
@@ -215,25 +215,25 @@ impl Drives {
         let Some((mux, (axis, object))) = transfer.mux.and_then(|mux| Some((mux, object(mux)?))) else { return };
         let nobody = Node::new(transfer.node);
         let drive = self.nodes.entry(transfer.node);
-        let place = Place { node: known.unwrap_or(&nobody), axis, at: cx.at, state, by_pdo: false };
+        let place = AxisPlace { node: known.unwrap_or(&nobody), axis, at: cx.at, state, by_pdo: false };
         let whole = transfer.outcome.status == Status::Ok && !transfer.outcome.bad && !transfer.data.hole;
         let fits = Profile::DRIVE.data_type(mux.index, mux.sub).and_then(crate::world::od::DataType::size);
         if !whole || fits != Some(transfer.data.kept.len()) || transfer.data.size != transfer.data.kept.len() as u64 {
-            if object == Object::Controlword && transfer.direction == Direction::Download {
+            if object == DriveObject::Controlword && transfer.direction == Direction::Download {
                 drive.blind(cx);
             }
             return;
         }
         let raw = transfer.data.kept.iter().rev().fold(0, |raw, byte| raw << 8 | u16::from(*byte));
         match (object, transfer.direction) {
-            (Object::Controlword, Direction::Upload) => drive.sent(place, raw, cx),
-            (Object::Controlword, Direction::Download) => {
+            (DriveObject::Controlword, Direction::Upload) => drive.sent(place, raw, cx),
+            (DriveObject::Controlword, Direction::Download) => {
                 drive.sent(place, raw, cx);
                 drive.taken(place, raw);
             }
-            (Object::ModesOfOperation, Direction::Download) => drive.requested(place, raw as u8),
-            (Object::Statusword, Direction::Upload) => drive.reported(place, raw, &mut self.emcy_due, cx),
-            (Object::ModesOfOperationDisplay, Direction::Upload) => drive.displayed(place, raw as u8, cx),
+            (DriveObject::ModesOfOperation, Direction::Download) => drive.requested(place, raw as u8),
+            (DriveObject::Statusword, Direction::Upload) => drive.reported(place, raw, &mut self.emcy_due, cx),
+            (DriveObject::ModesOfOperationDisplay, Direction::Upload) => drive.displayed(place, raw as u8, cx),
             _ => {}
         }
     }
@@ -298,7 +298,7 @@ impl Drive {
     }
 
     /// Adds a controlword that the drive may have taken.
-    fn sent(&mut self, place: Place<'_>, word: u16, cx: &mut Context<'_>) {
+    fn sent(&mut self, place: AxisPlace<'_>, word: u16, cx: &mut Context<'_>) {
         if let Some(axis) = self.axis(place.axis) {
             axis.controlwords.by_pdo |= place.by_pdo;
             axis.controlwords.send(word, cx.at);
@@ -307,7 +307,7 @@ impl Drive {
     }
 
     /// Adds a controlword that the drive must have taken.
-    fn taken(&mut self, place: Place<'_>, word: u16) {
+    fn taken(&mut self, place: AxisPlace<'_>, word: u16) {
         let Some(axis) = self.axis(place.axis) else { return };
         let asked = word & 0x8F;
         if axis.controlwords.given == Some(asked) {
@@ -317,7 +317,7 @@ impl Drive {
         axis.controlwords.given = Some(asked);
         let state = axis.sample.map(|sample| sample.state);
         // Only a fault reset leads out of a fault; its edge counts, whatever follows.
-        if axis.order.is_some_and(|order| order.command == Command::FaultReset && state == Some(order.from)) {
+        if axis.order.is_some_and(|order| order.command == DriveCommand::FaultReset && state == Some(order.from)) {
             return;
         }
         axis.order = None;
@@ -326,12 +326,12 @@ impl Drive {
             && place.at.t_ns.is_some()
             && place.heard()
         {
-            axis.order = Some(Order { word, command, from: sample.state, at: place.at, reports: 0 });
+            axis.order = Some(PendingOrder { word, command, from: sample.state, at: place.at, reports: 0 });
         }
     }
 
     /// Takes a requested mode of operation.
-    fn requested(&mut self, place: Place<'_>, mode: u8) {
+    fn requested(&mut self, place: AxisPlace<'_>, mode: u8) {
         let mode = mode.cast_signed();
         let Some(axis) = self.axis(place.axis).filter(|_| place.heard()) else { return };
         if axis.request.is_none_or(|request| request.mode != mode) {
@@ -342,7 +342,7 @@ impl Drive {
     }
 
     /// Compares the displayed mode of operation with the requested one.
-    fn displayed(&mut self, place: Place<'_>, mode: u8, cx: &mut Context<'_>) {
+    fn displayed(&mut self, place: AxisPlace<'_>, mode: u8, cx: &mut Context<'_>) {
         let mode = mode.cast_signed();
         let Some(axis) = self.axis(place.axis) else { return };
         let judged = axis.is_drive(place) && place.state.is_none_or(|state| state == OPERATIONAL);
@@ -360,10 +360,10 @@ impl Drive {
     }
 
     /// Takes a reported statusword.
-    fn reported(&mut self, place: Place<'_>, word: u16, emcy_due: &mut EmcyDue, cx: &mut Context<'_>) {
+    fn reported(&mut self, place: AxisPlace<'_>, word: u16, emcy_due: &mut EmcyDue, cx: &mut Context<'_>) {
         let (emcy, mut fault) = (self.emcy, self.fault);
         let Some(axis) = self.axis(place.axis) else { return };
-        let Some(state) = State::of(word) else {
+        let Some(state) = DriveState::of(word) else {
             axis.likeness.strange = true;
             (axis.sample, axis.found, axis.jump, axis.order) = (None, None, None, None);
             return;
@@ -372,8 +372,8 @@ impl Drive {
         axis.effect(place, sample, cx);
         let of_drive = place.device().is_none_or(|profile| profile == u64::from(drive::PROFILE));
         axis.found = match axis.sample {
-            None => Some(sample).filter(|_| state == State::Fault && of_drive && !axis.likeness.strange),
-            Some(_) => axis.found.filter(|_| state == State::Fault),
+            None => Some(sample).filter(|_| state == DriveState::Fault && of_drive && !axis.likeness.strange),
+            Some(_) => axis.found.filter(|_| state == DriveState::Fault),
         };
         let Some(before) = axis.sample.replace(sample).filter(|before| before.state != state) else { return };
         let judged = axis.is_drive(place);
@@ -405,7 +405,7 @@ impl Axis {
     }
 
     /// Returns true if the node is a drive.
-    fn is_drive(&self, place: Place<'_>) -> bool {
+    fn is_drive(&self, place: AxisPlace<'_>) -> bool {
         match place.device() {
             None => self.likeness.climbed >= PROOF && !self.likeness.strange,
             Some(profile) => profile == u64::from(drive::PROFILE),
@@ -413,7 +413,7 @@ impl Axis {
     }
 
     /// Judges a change of state.
-    fn follow(&mut self, place: Place<'_>, before: Sample, sample: Sample, judged: bool, cx: &mut Context<'_>) {
+    fn follow(&mut self, place: AxisPlace<'_>, before: Sample, sample: Sample, judged: bool, cx: &mut Context<'_>) {
         match self.controlwords.explain(&before, &sample) {
             Some(true) if matches!(drive::reach(before.state, sample.state), Reach::Directly(2..=4)) => {
                 self.likeness.climbed = self.likeness.climbed.saturating_add(1);
@@ -422,7 +422,7 @@ impl Axis {
                 let remote = drive::remote(before.word) && drive::remote(sample.word);
                 // A controlword in an unknown PDO is not seen.
                 let all_seen = self.controlwords.by_pdo || place.state.is_some_and(|state| state != OPERATIONAL);
-                let restarted = sample.state == State::NotReadyToSwitchOn;
+                let restarted = sample.state == DriveState::NotReadyToSwitchOn;
                 if remote && all_seen && !restarted {
                     self.jump = Some(Jump { axis: place.axis, from: before, to: sample });
                     let controlword = self.controlwords.before(sample.at);
@@ -440,7 +440,7 @@ impl Axis {
     }
 }
 
-impl Place<'_> {
+impl AxisPlace<'_> {
     /// Returns the profile in the node's device type (1000h); `None` if unknown, or if it names no profile or several.
     fn device(&self) -> Option<u64> {
         let profile = self.node.value(0x1000, 0).map(|(device, _)| device & 0xFFFF);
@@ -454,8 +454,8 @@ impl Place<'_> {
 }
 
 /// Returns the axis and the meaning of an object.
-fn object(mux: Mux) -> Option<(u8, Object)> {
-    Some((drive::axis(mux.index)?, Object::at(mux.index).filter(|_| mux.sub == 0)?))
+fn object(mux: Mux) -> Option<(u8, DriveObject)> {
+    Some((drive::axis(mux.index)?, DriveObject::at(mux.index).filter(|_| mux.sub == 0)?))
 }
 
 fn controlword(axis: u8) -> Mux {
@@ -470,8 +470,8 @@ fn display(axis: u8) -> Mux {
     Mux { index: 0x6061 + 0x800 * u16::from(axis), sub: 0 }
 }
 
-fn is_fault(state: State) -> bool {
-    matches!(state, State::Fault | State::FaultReactionActive)
+fn is_fault(state: DriveState) -> bool {
+    matches!(state, DriveState::Fault | DriveState::FaultReactionActive)
 }
 
 fn elapsed(from: Option<i64>, to: Option<i64>) -> Option<i64> {

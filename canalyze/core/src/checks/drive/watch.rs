@@ -9,17 +9,17 @@ use crate::bytes::frame::CanId;
 use crate::checks::PdoName;
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::profiles::Profile;
-use crate::world::drive::{self, Object};
+use crate::world::drive::{self, DriveObject};
 use crate::world::node::{Content, Node, Pdo, PerNode};
 use crate::world::od::DataType;
 
 /// An object of a drive in a PDO.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub(super) struct DrivePart {
     /// The logical device.
     pub(super) axis: u8,
     /// The object.
-    pub(super) object: Object,
+    pub(super) object: DriveObject,
     /// Its first bit.
     pub(super) offset: u16,
     /// Its length in bits.
@@ -28,7 +28,7 @@ pub(super) struct Part {
 
 /// A PDO that carries objects of a drive.
 #[derive(Clone, Debug)]
-pub(super) struct Watched {
+pub(super) struct WatchedPdo {
     /// The drive.
     pub(super) node: u8,
     /// True for its TPDO, false for its RPDO.
@@ -36,28 +36,28 @@ pub(super) struct Watched {
     /// PDO number.
     pub(super) number: u16,
     /// The drive's objects in it; empty for an RPDO of unknown content.
-    pub(super) objects: Vec<Part>,
+    pub(super) objects: Vec<DrivePart>,
 }
 
 /// Maximum number of PDOs evaluated per identifier (invariant 6), far above what nodes share.
 const SHARED: usize = 1024;
 
 /// The key of a PDO, sorted by node: node, transmit or receive, number.
-type Name = (u8, bool, u16);
+type WatchKey = (u8, bool, u16);
 
 /// The identifiers of a bus.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
     standard: [u64; 32],
-    pdos: BTreeMap<CanId, Vec<Watched>>,
+    pdos: BTreeMap<CanId, Vec<WatchedPdo>>,
     /// The identifier of each PDO.
-    ids: BTreeMap<Name, CanId>,
+    ids: BTreeMap<WatchKey, CanId>,
     /// PDOs whose configuration has changed.
-    stale: BTreeSet<Name>,
+    stale: BTreeSet<WatchKey>,
 }
 
-impl Watched {
-    fn name(&self) -> Name {
+impl WatchedPdo {
+    fn name(&self) -> WatchKey {
         (self.node, self.transmit, self.number)
     }
 }
@@ -82,7 +82,7 @@ impl Watch {
     }
 
     /// Returns the PDOs of an identifier.
-    pub(super) fn of(&self, id: CanId) -> &[Watched] {
+    pub(super) fn of(&self, id: CanId) -> &[WatchedPdo] {
         let all = self.pdos.get(&id).map_or(&[][..], Vec::as_slice);
         all.get(..SHARED).unwrap_or(all)
     }
@@ -98,14 +98,14 @@ impl Watch {
             if let Some(objects) = pdo.and_then(carried) {
                 let id = pdo.map_or(CanId::standard(0), |pdo| pdo.cob.0.id);
                 self.ids.insert(name, id);
-                self.insert(id, Watched { node, transmit, number, objects });
+                self.insert(id, WatchedPdo { node, transmit, number, objects });
             }
         }
     }
 
-    fn remove(&mut self, id: CanId, name: Name) {
+    fn remove(&mut self, id: CanId, name: WatchKey) {
         let Some(all) = self.pdos.get_mut(&id) else { return };
-        if let Ok(place) = all.binary_search_by_key(&name, Watched::name) {
+        if let Ok(place) = all.binary_search_by_key(&name, WatchedPdo::name) {
             all.remove(place);
         }
         if all.is_empty() {
@@ -114,7 +114,7 @@ impl Watch {
         }
     }
 
-    fn insert(&mut self, id: CanId, watched: Watched) {
+    fn insert(&mut self, id: CanId, watched: WatchedPdo) {
         let all = self.pdos.entry(id).or_default();
         let place = all.partition_point(|one| one.name() < watched.name());
         all.insert(place, watched);
@@ -133,7 +133,7 @@ impl Watch {
 }
 
 /// Returns the drive's objects in a PDO; `None` if it is not evaluated.
-fn carried(pdo: &Pdo) -> Option<Vec<Part>> {
+fn carried(pdo: &Pdo) -> Option<Vec<DrivePart>> {
     let objects = match &pdo.content {
         Content::Mapped(mapping, from) if !from.is_doubted() => {
             Some(parts(mapping)).filter(|parts| !parts.is_empty())?
@@ -147,12 +147,12 @@ fn carried(pdo: &Pdo) -> Option<Vec<Part>> {
 }
 
 /// Returns the drive's objects in a mapping that have the size of their type.
-fn parts(mapping: &Mapping) -> Vec<Part> {
+fn parts(mapping: &Mapping) -> Vec<DrivePart> {
     let entries = mapping.entries.iter().filter_map(|entry| {
-        let (axis, object) = (drive::axis(entry.index)?, Object::at(entry.index).filter(|_| entry.sub == 0)?);
+        let (axis, object) = (drive::axis(entry.index)?, DriveObject::at(entry.index).filter(|_| entry.sub == 0)?);
         let size = Profile::DRIVE.data_type(entry.index, 0).and_then(DataType::size)?;
         let fits = entry.data_type.and_then(DataType::size) == Some(size) && usize::from(entry.bits) == 8 * size;
-        fits.then_some(Part { axis, object, offset: entry.offset, bits: entry.bits })
+        fits.then_some(DrivePart { axis, object, offset: entry.offset, bits: entry.bits })
     });
     entries.collect()
 }

@@ -5,7 +5,7 @@
 
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Period;
-use crate::evidence::circumstance::Kind;
+use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::period::Confidence;
 use crate::rules::finding::Code;
 use crate::rules::heartbeat::Hbt004;
@@ -22,7 +22,7 @@ const APART_NS: i64 = 10_000_000;
 
 /// The place of a heartbeat in its series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum SeriesPlace {
     /// In turn, with the time since the one before in the series, in ns.
     InTurn(i64),
     /// Between two heartbeats of the series.
@@ -90,7 +90,7 @@ impl DuplicateId {
         period: &Period,
         uncertain: i64,
         cx: &mut Context<'_>,
-    ) -> Place {
+    ) -> SeriesPlace {
         if self.gaps.len() == GAPS {
             self.gaps.remove(0);
         }
@@ -99,7 +99,7 @@ impl DuplicateId {
         let Some(known) = known else {
             (self.since_turn, self.since_additional) = (0, 0);
             self.alternating(node, last, cx);
-            return Place::InTurn(gap);
+            return SeriesPlace::InTurn(gap);
         };
         let configured =
             period.configured_ns().filter(|configured| (configured / 5 * 2..=configured / 5 * 3).contains(&known.ns));
@@ -113,16 +113,16 @@ impl DuplicateId {
         if turn >= known.ns - room {
             self.since_turn = 0;
             if turn <= known.ns.saturating_add(room) {
-                return Place::InTurn(turn);
+                return SeriesPlace::InTurn(turn);
             }
             // The series itself has changed or is interrupted.
             (self.since_additional, self.additional) = (0, Vec::new());
-            return Place::InTurn(gap);
+            return SeriesPlace::InTurn(gap);
         }
         self.since_turn = turn;
         self.additional.push(std::mem::take(&mut self.since_additional));
         self.series(node, known.ns, last, cx);
-        Place::Additional
+        SeriesPlace::Additional
     }
 
     /// Reports heartbeats that come twice as often as before without a change of their period.
@@ -162,7 +162,7 @@ impl DuplicateId {
 
     fn find(&mut self, node: u8, what: Hbt004, last: FrameRef, cx: &mut Context<'_>) {
         if !std::mem::replace(&mut self.found, true) {
-            cx.evidence.circumstances.note(Kind::SharedId, Some(node), cx.when);
+            cx.evidence.circumstances.note(CircumstanceKind::SharedId, Some(node), cx.when);
             cx.evidence
                 .pending
                 .explain(cx.at, |one| one.node == Some(node) && matches!(one.code, Code::Nmt004 | Code::Hbt001));

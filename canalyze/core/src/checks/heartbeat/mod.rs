@@ -10,9 +10,9 @@ mod duplicate_id;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use self::duplicate_id::{DuplicateId, Place};
+use self::duplicate_id::{DuplicateId, SeriesPlace};
 use crate::bytes::frame::FrameRef;
-use crate::evidence::circumstance::Kind;
+use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::evidence::period::{Confidence, Expected, Learnt};
@@ -194,7 +194,7 @@ impl Heartbeats {
     /// Takes a boot-up.
     pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
         self.pause(node, cx);
-        cx.evidence.circumstances.over(Kind::NodeLost, node);
+        cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
         if let Some(producer) = self.producers.get_mut(node).filter(|producer| producer.expected().is_some()) {
             producer.start = Start::Booted(cx.when);
         }
@@ -255,7 +255,7 @@ impl Heartbeats {
             producer.gap(node, last, changed, cx);
         }
         if producer.is_lost() {
-            cx.evidence.circumstances.over(Kind::NodeLost, node);
+            cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
         }
         producer.lost = producer.lost.filter(|(_, since)| *since == 0).map(|(at, _)| (at, 1));
         producer.begin(node, cx);
@@ -353,7 +353,7 @@ impl Heartbeats {
         };
         let finding = cx.verdict(what, Some(node), None, Some(last.at));
         cx.report(Finding { because_of, ..finding });
-        cx.evidence.circumstances.note(Kind::NodeLost, Some(node), cx.when);
+        cx.evidence.circumstances.note(CircumstanceKind::NodeLost, Some(node), cx.when);
         cx.evidence.pending.lost(node, cx.at);
     }
 
@@ -478,8 +478,8 @@ impl Producer {
         let uncertain = cx.evidence.recording.resolution_ns();
         self.resolution_ns = uncertain;
         let gap = match self.duplicate.gap(node, gap, last.at, &self.period, uncertain, cx) {
-            Place::InTurn(gap) => gap,
-            Place::Additional => return,
+            SeriesPlace::InTurn(gap) => gap,
+            SeriesPlace::Additional => return,
         };
         let before = self.period.expected();
         let Learnt::Changed { from_ns: from, to_ns: to, since } = self.period.take(gap, uncertain, cx.at) else {

@@ -3,7 +3,7 @@
 //! LSS frames carry no number, so only the last request of each kind is kept. Verdicts are given in `checks::lss`.
 
 use crate::bytes::frame::FrameRef;
-use crate::wire::lss::{Bound, Command, Part, Setting};
+use crate::wire::lss::{Bound, Command, LssSetting, Part};
 
 /// Maximum number of kept answers that may have been captured before their request.
 const EARLY: usize = 8;
@@ -64,9 +64,9 @@ impl Exchange {
             Command::SwitchSelectiveResponse => Some(Self::Selective),
             Command::IdentifySlave => Some(Self::Identify),
             Command::IdentifyNonConfiguredSlave => Some(Self::NonConfigured),
-            Command::Confirmation { of: Setting::NodeId, .. } => Some(Self::NodeId),
-            Command::Confirmation { of: Setting::BitTiming, .. } => Some(Self::BitTiming),
-            Command::Confirmation { of: Setting::Store, .. } => Some(Self::Store),
+            Command::Confirmation { of: LssSetting::NodeId, .. } => Some(Self::NodeId),
+            Command::Confirmation { of: LssSetting::BitTiming, .. } => Some(Self::BitTiming),
+            Command::Confirmation { of: LssSetting::Store, .. } => Some(Self::Store),
             Command::InquireResponse { part, .. } => Some(Self::inquires(part)),
             Command::InquireNodeIdResponse { .. } => Some(Self::InquireNodeId),
             _ => None,

@@ -12,7 +12,7 @@ use crate::world::event::Scanned;
 
 /// A step of the master.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct ScanStep {
     /// The bits known so far.
     pub id_number: u32,
     /// The lowest bit compared.
@@ -38,7 +38,7 @@ struct Scan {
     last: FrameRef,
     frames: u32,
     address: [Option<u32>; 4],
-    confirming: Option<Step>,
+    confirming: Option<ScanStep>,
     answer: Option<FrameRef>,
     /// The last confirmation was captured right after an answer that may be its own.
     early: bool,
@@ -46,7 +46,7 @@ struct Scan {
 
 impl Fastscan {
     /// Takes a step of the master, which may be listed `lag_ns` late; returns a scan abandoned for it.
-    pub fn step(&mut self, step: Step, at: FrameRef, lag_ns: i64) -> Option<Over> {
+    pub fn step(&mut self, step: ScanStep, at: FrameRef, lag_ns: i64) -> Option<Over> {
         let over = if step.bit_check == BIT_CHECK_ANY { self.give_up() } else { None };
         let scan = self.scan.get_or_insert(Scan {
             first: at,
@@ -119,7 +119,7 @@ impl Fastscan {
 }
 
 impl Scan {
-    fn confirm(&mut self, step: Step) {
+    fn confirm(&mut self, step: ScanStep) {
         if let Some(part) = self.address.get_mut(usize::from(step.sub)) {
             *part = Some(step.id_number);
         }

@@ -14,7 +14,7 @@ pub mod withheld;
 
 use self::bit_timing::BitTiming;
 use self::exchange::{Asked, Early, Exchange, Exchanges, configures, specifier};
-use self::fastscan::{Fastscan, Over, Step};
+use self::fastscan::{Fastscan, Over, ScanStep};
 use self::node_id::{Before, NodeIds};
 use self::selection::{Selected, Selection};
 use self::withheld::Withheld;
@@ -24,7 +24,7 @@ use crate::evidence::recording::Verdict;
 use crate::rules::finding::Code;
 use crate::rules::lss::{Lss001, Lss002, Lss003, Lss004, Lss007, Lss009, Lss010, Lss011, Lss012};
 use crate::wire::cob_id::Role;
-use crate::wire::lss::{BIT_CHECK_ANY, Command, Part, Setting, UNCONFIGURED, is_plain};
+use crate::wire::lss::{BIT_CHECK_ANY, Command, LssSetting, Part, UNCONFIGURED, is_plain};
 use crate::wire::message::{Flaw, Message};
 use crate::wire::nmt;
 use crate::world::configuration::Provenance;
@@ -190,7 +190,7 @@ impl Lss {
             Command::ConfigureBitTiming { selector, index } => self.bit_timing.configure(selector, index),
             Command::ActivateBitTiming { delay } => self.activate(delay, cx),
             Command::Fastscan { id_number, bit_check, sub, next } => {
-                self.step(Step { id_number, bit_check, sub, next }, cx);
+                self.step(ScanStep { id_number, bit_check, sub, next }, cx);
             }
             _ => {}
         }
@@ -223,7 +223,7 @@ impl Lss {
         }
     }
 
-    fn step(&mut self, step: Step, cx: &mut Context<'_>) {
+    fn step(&mut self, step: ScanStep, cx: &mut Context<'_>) {
         let bad_bit = step.bit_check >= 32 && step.bit_check != BIT_CHECK_ANY;
         if bad_bit {
             return self.findings.raise(Lss010::BitCheck { found: step.bit_check }, None, None, cx);
@@ -333,11 +333,11 @@ impl Lss {
         }
     }
 
-    fn accepted(&mut self, of: Setting, at: FrameRef) {
+    fn accepted(&mut self, of: LssSetting, at: FrameRef) {
         match of {
-            Setting::NodeId => self.node_ids.accept(self.selection.single(), self.selection.number, at),
-            Setting::BitTiming => self.bit_timing.accept(at),
-            Setting::Store => {
+            LssSetting::NodeId => self.node_ids.accept(self.selection.single(), self.selection.number, at),
+            LssSetting::BitTiming => self.bit_timing.accept(at),
+            LssSetting::Store => {
                 self.node_ids.stored(self.selection.number);
                 self.bit_timing.store();
             }

@@ -27,7 +27,7 @@ pub enum Before {
 
 /// A node-ID accepted by a slave.
 #[derive(Debug)]
-struct Change {
+struct NodeIdChange {
     /// The slave's confirmation.
     at: FrameRef,
     /// The selection in which it was assigned; a later one to the same slave replaces it.
@@ -45,7 +45,7 @@ struct Change {
 #[derive(Debug, Default)]
 pub struct NodeIds {
     /// At most one change per node-ID.
-    changes: Vec<Change>,
+    changes: Vec<NodeIdChange>,
     /// The node-ID last requested by the master.
     requested: Option<u8>,
 }
@@ -61,7 +61,7 @@ impl NodeIds {
         let Some(to) = self.requested else { return };
         self.changes.retain(|change| change.to != to && change.selection != selection);
         if (1..=127).contains(&to) && before != Before::Node(to) {
-            let fresh = Change { at, selection, before, to, stored: false, active: false, expected: None };
+            let fresh = NodeIdChange { at, selection, before, to, stored: false, active: false, expected: None };
             self.changes.push(fresh);
         }
     }
@@ -160,7 +160,7 @@ impl NodeIds {
     }
 }
 
-impl Change {
+impl NodeIdChange {
     fn await_boot_up(&mut self, at: FrameRef) {
         if let (Some(now), None) = (at.t_ns, self.expected) {
             self.expected = Some((at, now.saturating_add(BOOT_NS)));

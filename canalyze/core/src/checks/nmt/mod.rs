@@ -10,11 +10,11 @@ mod node_state;
 pub mod permissions;
 
 use self::commandless::Commandless;
-use self::node_state::{Command, NodeState, Reports, Spontaneous, Suspect, bit, bits_of};
+use self::node_state::{NodeState, PendingCommand, Reports, Spontaneous, Suspect, bit, bits_of};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Obligations;
 use crate::evidence::Rules;
-use crate::evidence::circumstance::Kind as Circumstance;
+use crate::evidence::circumstance::CircumstanceKind as Circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
 use crate::rules::finding::{Finding, Verdict};
@@ -103,7 +103,7 @@ pub struct Nmt {
     /// Some node has booted or reported its state: the capture contains such frames.
     shows_states: bool,
     /// The last command to all, for nodes not seen before it.
-    broadcast: Option<Command>,
+    broadcast: Option<PendingCommand>,
     activated: Option<i64>,
     /// The first frame of the capture or after a gap.
     began: Option<FrameRef>,
@@ -200,7 +200,12 @@ impl Nmt {
     }
 
     /// Returns the sender of a frame. A node seen for the first time may be obeying a command to all.
-    fn meet(nodes: &mut PerNode<NodeState>, broadcast: Option<Command>, node: u8, at: FrameRef) -> &mut NodeState {
+    fn meet(
+        nodes: &mut PerNode<NodeState>,
+        broadcast: Option<PendingCommand>,
+        node: u8,
+        at: FrameRef,
+    ) -> &mut NodeState {
         let broadcast = broadcast.filter(|command| at.since(command.at).is_none_or(|age| age < FIRST_SEEN_NS));
         let node_state = nodes.entry(node);
         if let Some(command) = broadcast.filter(|_| !node_state.present) {
@@ -227,7 +232,7 @@ impl Nmt {
         };
         self.commandless.command(cx);
         match node {
-            0 => self.broadcast = Some(Command::new(state, specifier, cx.at, false)),
+            0 => self.broadcast = Some(PendingCommand::new(state, specifier, cx.at, false)),
             1..=127 => _ = self.nodes.entry(node),
             _ => {
                 self.garbled = Some(cx.at);

@@ -28,7 +28,7 @@ pub(super) struct NodeState {
     pub(super) managed: bool,
     pub(super) reports: Reports,
     /// The last command, until the node has obeyed it.
-    pub(super) command: Option<Command>,
+    pub(super) command: Option<PendingCommand>,
     /// States commanded since the node last reported a commanded one: bit 0 Stopped, 1 Operational, 2 Pre-operational.
     pub(super) allowed: u8,
     pub(super) boots: Boots,
@@ -79,7 +79,7 @@ pub(super) struct Reset {
 
 /// A command that waits for its effect.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Command {
+pub(super) struct PendingCommand {
     pub(super) state: u8,
     pub(super) specifier: u8,
     pub(super) at: FrameRef,
@@ -91,7 +91,7 @@ pub(super) struct Command {
     pub(super) judged: bool,
 }
 
-impl Command {
+impl PendingCommand {
     pub(super) const fn new(state: u8, specifier: u8, at: FrameRef, sure: bool) -> Self {
         Self { state, specifier, at, sure, wrong: 0, first: None, judged: false }
     }
@@ -179,7 +179,7 @@ impl NodeState {
         // A reset just after a boot-up may have been sent before it, to a node not yet present.
         let crossed = state == 0 && self.boots.last.is_some_and(|boot| !cx.evidence.recording.is_settled(boot, at));
         let sure = (explicit || self.managed) && !crossed;
-        let command = Command::new(state, specifier, at, sure);
+        let command = PendingCommand::new(state, specifier, at, sure);
         if state == 0 {
             if explains {
                 return true;
@@ -259,7 +259,7 @@ impl NodeState {
             return;
         }
         command.judged = true;
-        let Command { state: expected, specifier, at, sure, .. } = *command;
+        let PendingCommand { state: expected, specifier, at, sure, .. } = *command;
         if expected == 0 {
             // It goes on as before.
             (self.reset.awaited, self.allowed) = (false, 0);

@@ -14,12 +14,12 @@ use crate::world::event::Signals;
 /// The bytes behind the assumed mappings of PDOs, by node, direction and number.
 #[derive(Debug, Default)]
 pub struct Assumed {
-    behind: BTreeMap<(u8, bool, u16), Behind>,
+    behind: BTreeMap<(u8, bool, u16), BehindMapping>,
 }
 
 /// The bytes behind a mapping.
 #[derive(Debug)]
-enum Behind {
+enum BehindMapping {
     /// This byte in all frames.
     Padding(u8),
     /// Other or changing bytes.
@@ -46,12 +46,12 @@ impl Assumed {
     /// Returns true if the bytes behind a mapping are data, not padding.
     fn is_data(&mut self, name: (u8, bool, u16), beyond: &[u8]) -> bool {
         let Some(first) = beyond.first() else { return false };
-        let behind = self.behind.entry(name).or_insert(Behind::Padding(*first));
-        if let Behind::Padding(filler) = *behind
+        let behind = self.behind.entry(name).or_insert(BehindMapping::Padding(*first));
+        if let BehindMapping::Padding(filler) = *behind
             && beyond.iter().any(|byte| *byte != filler)
         {
-            *behind = Behind::Data;
+            *behind = BehindMapping::Data;
         }
-        matches!(behind, Behind::Data)
+        matches!(behind, BehindMapping::Data)
     }
 }

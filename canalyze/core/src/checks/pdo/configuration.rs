@@ -29,13 +29,13 @@ const RESTRICTED: [std::ops::RangeInclusive<u32>; 6] =
 /// The observed PDO configurations of a bus.
 #[derive(Debug, Default)]
 pub struct PdoConfiguration {
-    nodes: PerNode<Seen>,
+    nodes: PerNode<SeenPdos>,
     /// PDOs may be longer than eight bytes.
     fd: bool,
 }
 
 #[derive(Debug, Default)]
-struct Seen {
+struct SeenPdos {
     /// The identifiers of TPDOs 1 to 8 seen since the last reset.
     sent: [Option<CanId>; 8],
     /// Findings reported once per PDO.
@@ -203,7 +203,7 @@ impl PdoConfiguration {
 
     /// Takes a reset of a node, or of all.
     pub fn reset(&mut self, node: Option<u8>) {
-        let fresh = || Seen { booted: true, ..Seen::default() };
+        let fresh = || SeenPdos { booted: true, ..SeenPdos::default() };
         match node {
             Some(node) => *self.nodes.entry(node) = fresh(),
             None => self.nodes.iter_mut().for_each(|(_, seen)| *seen = fresh()),
@@ -211,7 +211,7 @@ impl PdoConfiguration {
     }
 }
 
-impl Seen {
+impl SeenPdos {
     fn sent(&mut self, transmit: bool, number: u16, id: Option<CanId>) {
         if let Some(slot) = self.sent.get_mut(usize::from(number.saturating_sub(1))).filter(|_| transmit) {
             *slot = id;

@@ -17,21 +17,21 @@ use crate::world::context::Context;
 use crate::world::node::{Content, Node, Pdo, PerNode};
 
 /// A TPDO: its node and its number.
-type Name = (u8, u16);
+type TpdoKey = (u8, u16);
 
 /// The identifiers of a bus's TPDOs.
 #[derive(Debug, Default)]
 pub struct PdoIdentifiers {
     /// Two TPDOs configured to one identifier; true if reported.
-    shared: BTreeMap<CanId, (Name, Name, bool)>,
+    shared: BTreeMap<CanId, (TpdoKey, TpdoKey, bool)>,
     /// All active TPDOs by identifier.
-    senders: BTreeMap<CanId, BTreeMap<Name, Provenance>>,
+    senders: BTreeMap<CanId, BTreeMap<TpdoKey, Provenance>>,
     /// Their identifiers.
-    ids: BTreeMap<Name, CanId>,
+    ids: BTreeMap<TpdoKey, CanId>,
     /// TPDOs whose configuration has changed.
-    stale: BTreeSet<Name>,
+    stale: BTreeSet<TpdoKey>,
     /// The last acknowledged write of a TPDO's COB-ID.
-    written: BTreeMap<Name, FrameRef>,
+    written: BTreeMap<TpdoKey, FrameRef>,
 }
 
 impl PdoIdentifiers {
@@ -59,7 +59,7 @@ impl PdoIdentifiers {
     fn judge(&mut self, id: CanId, cx: &mut Context<'_>) {
         let Some((one, other, reported)) = self.shared.get_mut(&id).filter(|(.., reported)| !reported) else { return };
         *reported = true;
-        let written = |name: &Name| self.written.get(name).copied();
+        let written = |name: &TpdoKey| self.written.get(name).copied();
         // The one configured later took the other's identifier.
         let later = written(other).map(|at| at.no) >= written(one).map(|at| at.no);
         let (this, that) = if later { (*other, *one) } else { (*one, *other) };

@@ -32,14 +32,14 @@ const USUAL: i64 = 3;
 const EVENT_DRIVEN: u8 = 254;
 
 /// The key of a PDO: its node, true for a TPDO, its number.
-type Name = (u8, bool, u16);
+type TimingKey = (u8, bool, u16);
 
 /// Event-driven PDOs of a bus, and their times.
 #[derive(Debug, Default)]
 pub struct PdoTiming {
-    sent: BTreeMap<Name, Sent>,
+    sent: BTreeMap<TimingKey, Sent>,
     /// The next frame of each, by its event timer or deadline.
-    due: Obligations<Name>,
+    due: Obligations<TimingKey>,
     /// Nodes commanded not to send, or reporting a state in which they do not.
     halted: BTreeSet<u8>,
 }
@@ -113,7 +113,7 @@ impl PdoTiming {
     }
 
     /// Reports a PDO that has certainly not come in time; returns true if it did.
-    fn overdue(&mut self, name: Name, owed: Owed, cx: &mut Context<'_>) -> bool {
+    fn overdue(&mut self, name: TimingKey, owed: Owed, cx: &mut Context<'_>) -> bool {
         let (node, transmit, number) = name;
         let recording = &cx.evidence.recording;
         let Some(sent) = self.sent.get_mut(&name) else { return false };
@@ -167,14 +167,14 @@ impl PdoTiming {
 
     /// Stops one node, or all: the next time is unknown, the punctuality is kept.
     fn pause(&mut self, node: Option<u8>) {
-        let concerned = |name: &Name| node.is_none_or(|node| node == name.0);
+        let concerned = |name: &TimingKey| node.is_none_or(|node| node == name.0);
         self.sent.iter_mut().filter(|(name, _)| concerned(name)).for_each(|(_, sent)| sent.when = None);
         self.due.void(concerned);
     }
 
     /// Forgets one node, or all, after a reset or lost frames.
     pub fn forget(&mut self, node: Option<u8>) {
-        let concerned = |name: &Name| node.is_none_or(|node| node == name.0);
+        let concerned = |name: &TimingKey| node.is_none_or(|node| node == name.0);
         self.sent.retain(|name, _| !concerned(name));
         self.due.void(concerned);
     }
@@ -199,7 +199,7 @@ impl Sent {
     }
 
     /// Takes the next frame of the PDO.
-    fn follow(&mut self, (node, transmit, number): Name, inhibit: i64, late_ns: i64, cx: &mut Context<'_>) {
+    fn follow(&mut self, (node, transmit, number): TimingKey, inhibit: i64, late_ns: i64, cx: &mut Context<'_>) {
         let requested = std::mem::take(&mut self.requested);
         let Some(before) = self.when.replace(cx.when) else {
             self.late_ns = late_ns;

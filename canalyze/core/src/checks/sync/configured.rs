@@ -3,7 +3,7 @@
 //! A configurator writes one object after the other: writes are judged after a few SYNCs without another.
 
 use super::period::SyncPeriod;
-use super::settings::{Settings, ns};
+use super::settings::{SyncSettings, ns};
 use crate::bytes::frame::FrameRef;
 use crate::rules::sync::{Syn003, Syn006, Syn007};
 use crate::sdo::wire::Mux;
@@ -35,7 +35,7 @@ impl Configured {
     }
 
     /// Compares configured periods with the measured one.
-    pub fn compare(&mut self, settings: &Settings, period: &SyncPeriod, cx: &mut Context<'_>) {
+    pub fn compare(&mut self, settings: &SyncSettings, period: &SyncPeriod, cx: &mut Context<'_>) {
         if self.compared || settings.periods.is_empty() {
             return;
         }
@@ -50,7 +50,7 @@ impl Configured {
     }
 
     /// Judges the writes once the configuration has settled.
-    pub fn judge(&mut self, settings: &Settings, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
+    pub fn judge(&mut self, settings: &SyncSettings, cycle: u64, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if self.written.is_empty() {
             return;
         }

@@ -41,7 +41,7 @@ pub enum Miscount {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Held {
+struct HeldCount {
     value: u8,
     expected: u8,
     at: FrameRef,
@@ -55,9 +55,9 @@ pub struct Counter {
     last: u8,
     /// The overflow value learnt from the traffic.
     learnt: Option<u8>,
-    held: Option<Held>,
+    held: Option<HeldCount>,
     /// The first overflow, believed once the next value follows from it.
-    run_over: Option<Held>,
+    run_over: Option<HeldCount>,
     /// The next value of a second sequence.
     second: Option<u8>,
     /// Number of fitting SYNCs in a row since one outside the sequence; `None` if there was none.
@@ -115,7 +115,7 @@ impl Counter {
         if value == expected {
             self.accept(value, overflow);
         } else if exact.is_none() && self.learnt.is_none() && value == 1 && self.last >= 2 {
-            self.run_over = Some(Held { value, expected: next(self.last, None), at });
+            self.run_over = Some(HeldCount { value, expected: next(self.last, None), at });
             self.learnt = Some(self.last);
             self.accept(value, self.learnt);
         } else if exact.is_none() && self.learnt == Some(self.last) && value == next(self.last, None) {
@@ -126,7 +126,7 @@ impl Counter {
             self.second = Some(next(value, overflow));
             self.fitted = Some(0);
         } else {
-            self.held = Some(Held { value, expected, at });
+            self.held = Some(HeldCount { value, expected, at });
         }
         [None, None]
     }
@@ -136,7 +136,7 @@ impl Counter {
         self.held.take().map(gap)
     }
 
-    fn settle(&mut self, held: Held, value: u8, overflow: Option<u8>) -> Option<Miscount> {
+    fn settle(&mut self, held: HeldCount, value: u8, overflow: Option<u8>) -> Option<Miscount> {
         // The sequence goes on, so `held` was beside it.
         if value == held.expected {
             let alone = if self.two { 2 * ALONE } else { ALONE };
@@ -147,7 +147,7 @@ impl Counter {
             if std::mem::replace(&mut self.two, again) && again {
                 return None;
             }
-            let Held { value: found, expected, at } = held;
+            let HeldCount { value: found, expected, at } = held;
             return Some(if again { Miscount::Two { found, expected, at } } else { gap(held) });
         }
         self.accept(value, overflow);
@@ -162,7 +162,7 @@ impl Counter {
     }
 }
 
-fn gap(held: Held) -> Miscount {
+fn gap(held: HeldCount) -> Miscount {
     Miscount::Gap { found: held.value, expected: held.expected, at: held.at }
 }
 

@@ -17,11 +17,11 @@ use self::counter::{Counter, Miscount};
 use self::follower::Follower;
 use self::length::Lengths;
 use self::period::{Irregular, Restart, SyncPeriod};
-use self::settings::Settings;
+use self::settings::SyncSettings;
 use self::window::{SyncWindow, synchronous};
 use super::PdoName;
 use crate::bytes::frame::{CanId, Frame, FrameRef};
-use crate::evidence::circumstance::Kind;
+use crate::evidence::circumstance::CircumstanceKind;
 use crate::evidence::{Rules, When};
 use crate::rules::finding::{Code, Finding};
 use crate::rules::sync::{Syn001, Syn002, Syn003, Syn006, Syn013};
@@ -46,7 +46,7 @@ const LAST_NODE: u8 = 127;
 /// SYNC on one bus.
 #[derive(Debug, Default)]
 pub struct Sync {
-    settings: Settings,
+    settings: SyncSettings,
     period: SyncPeriod,
     follower: Follower,
     counter: Counter,
@@ -83,7 +83,7 @@ struct Producer {
 impl Sync {
     /// Creates the state for a bus.
     pub fn new(network: &Network, nodes: &PerNode<Node>) -> Self {
-        Self { settings: Settings::compile(network, nodes), ..Self::default() }
+        Self { settings: SyncSettings::compile(network, nodes), ..Self::default() }
     }
 
     /// Returns the shortest synchronous window of the bus, in ns; `None` if none is known.
@@ -186,7 +186,7 @@ impl Sync {
 
     /// Takes a change of the nodes' configuration, by a reset or a concise DCF.
     pub fn reconfigure(&mut self, network: &Network, nodes: &PerNode<Node>) {
-        let before = std::mem::replace(&mut self.settings, Settings::compile(network, nodes));
+        let before = std::mem::replace(&mut self.settings, SyncSettings::compile(network, nodes));
         if before.period_ns != self.settings.period_ns {
             self.period.forget();
             self.configured.compared = false;
@@ -254,7 +254,7 @@ impl Sync {
             self.window.first_sync(cx);
         }
         if self.period.is_single() && !self.counter.are_two() {
-            cx.evidence.circumstances.over(Kind::TwoSyncProducers, None);
+            cx.evidence.circumstances.over(CircumstanceKind::TwoSyncProducers, None);
         }
         if self.window.stood_still() && at.t_ns.is_none() {
             self.period.disturbed();
@@ -298,10 +298,10 @@ impl Sync {
 
     /// Reports two producers, which explain waiting and later findings.
     fn two_producers(&self, finding: Finding, cx: &mut Context<'_>) {
-        if cx.evidence.circumstances.holds(Kind::TwoSyncProducers) {
+        if cx.evidence.circumstances.holds(CircumstanceKind::TwoSyncProducers) {
             return;
         }
-        cx.evidence.circumstances.note(Kind::TwoSyncProducers, None, When { at: finding.at, ..cx.when });
+        cx.evidence.circumstances.note(CircumstanceKind::TwoSyncProducers, None, When { at: finding.at, ..cx.when });
         cx.evidence.pending.explain(finding.at, is_of_sync);
         cx.report(finding);
     }
@@ -324,7 +324,7 @@ impl Sync {
             return;
         }
         self.producer.ended = true;
-        cx.evidence.circumstances.note(Kind::SyncBroken, None, cx.when);
+        cx.evidence.circumstances.note(CircumstanceKind::SyncBroken, None, cx.when);
         cx.raise(Syn013::Stopped { silence, period }, Some(node), None, Some(last.at));
     }
 
@@ -343,7 +343,7 @@ impl Sync {
             Code::Syn003 if self.miscounted == Some(at.no) => return,
             Code::Syn003 => {
                 let sync = self.period.sync(cycle).unwrap_or(cx.when);
-                cx.evidence.circumstances.note(Kind::SyncBroken, None, sync);
+                cx.evidence.circumstances.note(CircumstanceKind::SyncBroken, None, sync);
                 cx.evidence.pending.explain(at, |finding| is_of_sync(finding) && is_of_pdo(finding));
             }
             _ => {}

@@ -75,7 +75,7 @@ pub struct SyncPeriod {
     /// Gaps agree with the period and are judged; earlier ones wait.
     regular: bool,
     early: Vec<Gap>,
-    behind: Behind,
+    behind: LateSync,
     second: Second,
     /// The last gaps that deviate widely from the period, the latest in bit 0.
     unsteady: u16,
@@ -88,7 +88,7 @@ pub struct SyncPeriod {
 
 /// A late SYNC, until later ones explain it.
 #[derive(Debug, Default)]
-struct Behind {
+struct LateSync {
     /// Delay of the last SYNC against the phase before the disturbance, in ns; negative if ahead.
     off_ns: i64,
     /// The gap before the first late SYNC.
@@ -193,7 +193,7 @@ impl SyncPeriod {
 
     /// Skips the next gap, because frames were lost or SYNC was moved.
     pub fn broken(&mut self) {
-        (self.behind, self.phased) = (Behind::default(), false);
+        (self.behind, self.phased) = (LateSync::default(), false);
         self.calm_from = self.cycle + 2;
     }
 
@@ -229,7 +229,7 @@ impl SyncPeriod {
             if recording.teaches(since) && recording.teaches(now) {
                 self.take(Gap { now, ns, cycle: self.cycle, restart, silent, spread_ns }, recording, &mut out);
             } else {
-                (self.behind, self.phased) = (Behind::default(), false);
+                (self.behind, self.phased) = (LateSync::default(), false);
                 self.calm_from = self.calm_from.max(self.cycle + 1);
             }
         }
@@ -307,7 +307,7 @@ impl SyncPeriod {
             && let Learnt::Changed { from_ns, to_ns, since } =
                 self.period.take(gap.ns, (room / 2).min(period / 16), gap.now.at)
         {
-            self.behind = Behind::default();
+            self.behind = LateSync::default();
             (self.second.extra, self.unsteady, self.calm_from) = (0, 0, gap.cycle);
             out.push(Irregular::Changed(from_ns, to_ns, since));
             return;
@@ -331,7 +331,7 @@ impl SyncPeriod {
             return self.one_too_many(gap, before_ns, period, recording, out);
         }
         if gap.cycle > self.second.cycle + 2 * EXTRA_WITHIN && std::mem::take(&mut self.second.two) {
-            self.behind = Behind::default();
+            self.behind = LateSync::default();
         }
         self.settle(gap, period, recording, out);
         // A deviation is compensated by the next gap; otherwise it is another phase or period.
@@ -396,7 +396,7 @@ impl SyncPeriod {
     /// Returns the explanation of a late SYNC after others have come in the same phase.
     fn lateness(&mut self, period: i64, recording: &Recording) -> Option<Irregular> {
         let (missing, from_whole) = self.whole(period);
-        let Behind { off_ns, late, .. } = std::mem::take(&mut self.behind);
+        let LateSync { off_ns, late, .. } = std::mem::take(&mut self.behind);
         let Gap { ns: gap, cycle, now, .. } = late?;
         let room = self.room_ns(period, recording);
         let tolerance = self.tolerance_ns(recording).unwrap_or(0);

@@ -12,7 +12,7 @@ const PRODUCES: u64 = 1 << 30;
 
 /// The SYNC configuration.
 #[derive(Debug, Default)]
-pub struct Settings {
+pub struct SyncSettings {
     /// The only node configured to produce SYNC.
     pub producer: Option<u8>,
     /// All nodes configured to produce SYNC.
@@ -31,7 +31,7 @@ pub struct Settings {
     pub least_window_ns: Option<i64>,
 }
 
-impl Settings {
+impl SyncSettings {
     /// Returns the present configuration.
     pub fn compile(network: &Network, nodes: &PerNode<Node>) -> Self {
         let producers: Vec<u8> = nodes.iter().filter(|(_, node)| produces(node)).map(|(id, _)| id).collect();

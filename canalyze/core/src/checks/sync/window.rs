@@ -39,7 +39,7 @@ pub fn synchronous(kind: u8) -> bool {
 /// The synchronous TPDOs of a bus.
 #[derive(Debug, Default)]
 pub struct SyncWindow {
-    nodes: PerNode<Vec<Track>>,
+    nodes: PerNode<Vec<TpdoTrack>>,
     count: usize,
     /// It was reported that times cannot be judged.
     reported: bool,
@@ -57,7 +57,7 @@ struct Arrival {
 
 /// One synchronous TPDO.
 #[derive(Debug)]
-struct Track {
+struct TpdoTrack {
     number: u16,
     configured: Configured,
     last: Option<Arrival>,
@@ -133,7 +133,7 @@ impl SyncWindow {
             None if self.count >= TRACKS => return,
             None => {
                 self.count += 1;
-                tracks.push(Track::new(pdo.number));
+                tracks.push(TpdoTrack::new(pdo.number));
                 tracks.len() - 1
             }
         };
@@ -177,7 +177,7 @@ impl SyncWindow {
     /// Takes a SYNC; returns true if nothing came since the one before although several TPDOs were due, or for longer.
     /// Without stamps only that shows that the recorder paused.
     pub fn stood_still(&mut self) -> bool {
-        let due = |track: &&Track| track.configured.kind == 1 && track.established();
+        let due = |track: &&TpdoTrack| track.configured.kind == 1 && track.established();
         let tracks = || self.nodes.iter().flat_map(|(_, tracks)| tracks);
         let still = self.empty > 1 || (self.empty == 1 && tracks().filter(due).count() >= 2);
         self.empty = self.empty.saturating_add(1);
@@ -199,15 +199,15 @@ impl SyncWindow {
 
     /// Forgets the schedule of a node (or of all) after a reset.
     pub fn restart(&mut self, node: Option<u8>) {
-        self.each(node, Track::restart);
+        self.each(node, TpdoTrack::restart);
     }
 
     /// Interrupts the schedule of a node (or of all) after a command or lost frames.
     pub fn pause(&mut self, node: Option<u8>) {
-        self.each(node, Track::pause);
+        self.each(node, TpdoTrack::pause);
     }
 
-    fn each(&mut self, node: Option<u8>, act: impl Fn(&mut Track)) {
+    fn each(&mut self, node: Option<u8>, act: impl Fn(&mut TpdoTrack)) {
         for (_, tracks) in self.nodes.iter_mut().filter(|(id, _)| node.is_none_or(|node| node == *id)) {
             tracks.iter_mut().for_each(&act);
         }
@@ -235,11 +235,11 @@ impl SyncWindow {
         }
     }
 
-    fn track_mut(&mut self, node: u8, number: u16) -> Option<&mut Track> {
+    fn track_mut(&mut self, node: u8, number: u16) -> Option<&mut TpdoTrack> {
         self.nodes.get_mut(node)?.iter_mut().find(|track| track.number == number)
     }
 
-    fn track(&self, node: u8, number: u16) -> Option<&Track> {
+    fn track(&self, node: u8, number: u16) -> Option<&TpdoTrack> {
         self.nodes.get(node)?.iter().find(|track| track.number == number)
     }
 
@@ -283,7 +283,7 @@ impl Passed {
     }
 }
 
-impl Track {
+impl TpdoTrack {
     fn new(number: u16) -> Self {
         Self {
             number,

@@ -15,7 +15,8 @@ mod sync;
 
 use std::sync::Arc;
 
-use crate::session::{Format, Options, Session};
+use crate::session::{Options, Output, Rows, Session};
+use crate::words::Lang;
 use crate::world::network::Network;
 
 /// One finding: its code, its frame, and the earlier frame it is about.
@@ -40,10 +41,11 @@ pub(super) fn raised_with(log: &str, network: Network, severities: &[&str]) -> V
 
 /// Returns the JSON lines of a candump log.
 pub(super) fn lines(log: &str, network: Network) -> Vec<serde_json::Value> {
-    let options = Options { format: Format::Jsonl, network: Arc::new(network), ..Options::default() };
+    let mut options = Options::of(Lang::Zh, &[Output::json(Rows::Frames)]);
+    options.known.network = Arc::new(network);
     let mut session = Session::new(options);
     let mut out = Vec::new();
-    session.begin(b"capture.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"capture.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(log.as_bytes(), &mut out);
     session.finish(&mut out);
     let text = String::from_utf8(out).unwrap();

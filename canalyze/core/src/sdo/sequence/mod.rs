@@ -10,7 +10,7 @@ mod requests;
 
 use std::collections::VecDeque;
 
-use super::channel::{Channel, UNANSWERED_NS, strict_initiate};
+use super::channel::{SdoChannel, UNANSWERED_NS, strict_initiate};
 use super::phase::{Half, Phase};
 use super::wire::{self, Command, Side};
 use crate::bytes::frame::FrameRef;
@@ -135,7 +135,7 @@ impl Sequence {
     }
 }
 
-impl Channel {
+impl SdoChannel {
     /// Settles the waiting frames by a new one; returns that with its reading.
     pub(super) fn order_before(&mut self, side: Side, half: Half, cx: &mut Context<'_>) -> Half {
         if side == Side::Client {

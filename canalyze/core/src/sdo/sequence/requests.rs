@@ -1,6 +1,6 @@
 //! Assigns requests listed late to frames of the server before or after them.
 
-use super::super::channel::{Channel, UNANSWERED_NS, strict_initiate};
+use super::super::channel::{SdoChannel, UNANSWERED_NS, strict_initiate};
 use super::super::phase::{Half, Phase};
 use super::super::transfer::{Direction, Status};
 use super::super::wire::{self, Command, Side};
@@ -10,7 +10,7 @@ use crate::rules::finding::Code;
 use crate::world::context::Context;
 use crate::world::event::{Note, Place};
 
-impl Channel {
+impl SdoChannel {
     /// Returns true if a request fits the first and the next waiting frame alike: the first is the channel's first, or
     /// the client polls one object.
     pub(super) fn fits_next_as_well(&self, half: &Half, front: &Held) -> bool {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::channel::Channel;
+use super::channel::SdoChannel;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{Mux, Side};
 use crate::bytes::frame::{BusId, CanId, Frame};
@@ -69,7 +69,7 @@ fn placed(side: Side, bytes: &[u8], no: usize, t_ns: Option<i64>) -> Frame {
 }
 
 fn run_timed(frames: &[Bytes], time: impl Fn(usize) -> Option<i64>) -> Outcome {
-    let mut channel = Channel::new(BusId(0), 10, None);
+    let mut channel = SdoChannel::new(BusId(0), 10, None);
     let (mut events, mut next, mut chunks) = (Vec::new(), 0, Vec::new());
     let mut at = Default::default();
     let mut evidence = Evidence::default();

@@ -1,7 +1,7 @@
 //! Compares the protocol's table with the machine: each conformant frame leads to a state that its row names.
 
 use super::*;
-use crate::sdo::machine::{Action, State, transition};
+use crate::sdo::machine::{Action, ChannelState, transition};
 
 /// Actions that no frame of a conformant session needs.
 const VIOLATIONS: [Action; 8] = [
@@ -16,8 +16,8 @@ const VIOLATIONS: [Action; 8] = [
 ];
 
 /// Returns the state before, the action, and the state after each frame.
-fn walk(frames: &[Bytes]) -> Vec<(State, Action, State)> {
-    let mut channel = Channel::new(BusId(0), 10, None);
+fn walk(frames: &[Bytes]) -> Vec<(ChannelState, Action, ChannelState)> {
+    let mut channel = SdoChannel::new(BusId(0), 10, None);
     channel.idle_for(i64::MAX, true);
     let mut evidence = Evidence::default();
     let (mut events, mut next, mut chunks) = (Vec::new(), 0, Vec::new());
@@ -59,7 +59,7 @@ fn the_worked_examples() {
     for text in [E1, E12, E13, E14, E15, E15_ZERO, E17] {
         let steps = walk(&frames(text));
         assert!(steps.iter().all(|(_, action, _)| !VIOLATIONS.contains(action)), "{text}: {steps:?}");
-        assert_eq!(steps.last().unwrap().2, State::Idle, "{text}");
+        assert_eq!(steps.last().unwrap().2, ChannelState::Idle, "{text}");
     }
 }
 

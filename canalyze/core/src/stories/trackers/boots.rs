@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::stories::incident::{Grade, Role, Subject, bit};
-use crate::stories::kinds::Kind;
+use crate::stories::incident::{Grade, StepRole, Subject, bit};
+use crate::stories::kinds::IncidentKind;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::{Heard, Scene};
 
@@ -92,26 +92,27 @@ impl Boots {
             }
             // An incident since then explains why it is not Operational.
             let told = scene.ledger.all.iter().any(|one| {
-                let lost = one.end.is_none() && !one.has("refused") && one.kind != Kind::RequestUnanswered;
-                one.bus == scene.id && one.subject.concerns(node) && lost && one.kind != Kind::NodeAbsent
+                let lost = one.end.is_none() && !one.has("refused") && one.kind != IncidentKind::RequestUnanswered;
+                one.bus == scene.id && one.subject.concerns(node) && lost && one.kind != IncidentKind::NodeAbsent
             });
             let stuck = boot.reads >= READS && !boot.configured;
             if told || !(stuck || boot.booted && boot.reads > 0) {
                 continue;
             }
-            let (kind, begin) = if stuck { (Kind::BootStuck, boot.first) } else { (Kind::NotStarted, boot.begin) };
+            let (kind, begin) =
+                if stuck { (IncidentKind::BootStuck, boot.first) } else { (IncidentKind::NotStarted, boot.begin) };
             let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), begin, boot.last) else { return };
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.grade = Grade::Likely;
                 one.fact("reads", Quantity::Count(boot.reads));
                 if boot.booted {
-                    one.step(boot.begin, Role::Sign, Saying::Booted, None);
+                    one.step(boot.begin, StepRole::Sign, Saying::Booted, None);
                 }
                 if boot.reads > 0 {
-                    one.step(boot.first, Role::Sign, Saying::DeviceTypeRead, None);
+                    one.step(boot.first, StepRole::Sign, Saying::DeviceTypeRead, None);
                 }
                 if boot.reads > 1 {
-                    one.step(boot.last, Role::Sign, Saying::DeviceTypeRead, None);
+                    one.step(boot.last, StepRole::Sign, Saying::DeviceTypeRead, None);
                 }
             }
         }

@@ -3,16 +3,16 @@
 //! A command to all nodes does not affect the controller that sends it, which continues without a boot-up.
 
 use crate::bytes::frame::FrameRef;
-use crate::stories::incident::{Role, bit};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::{Ledger, Place};
+use crate::stories::incident::{StepRole, bit};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::{Ledger, LedgerPlace};
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 
 /// A command that has not ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Commanded {
-    pub(super) place: Place,
+    pub(super) place: LedgerPlace,
     /// Nodes that are not Operational again, one bit each.
     left: u128,
     /// Those of them that should have been reset but continue without a boot-up.
@@ -21,7 +21,7 @@ pub(super) struct Commanded {
 
 impl Commanded {
     /// Makes a command to these nodes, one bit each.
-    pub(super) fn new(place: Place, nodes: u128) -> Self {
+    pub(super) fn new(place: LedgerPlace, nodes: u128) -> Self {
         Self { place, left: nodes, goes_on: 0 }
     }
 
@@ -57,7 +57,7 @@ impl Commanded {
         let Some(one) = scene.ledger.get_mut(self.place) else { return false };
         let booted = booted.is_some_and(|boot| boot.no > one.begin.no);
         let others = one.subject.nodes & !bit(node);
-        if one.kind == Kind::CommandedReset && !booted && others != 0 {
+        if one.kind == IncidentKind::CommandedReset && !booted && others != 0 {
             self.goes_on |= self.left & bit(node);
             one.subject.nodes = others;
         } else {
@@ -65,7 +65,7 @@ impl Commanded {
         }
         let over = self.waits_only_for(0);
         if over {
-            one.step(at, Role::Recovery, Saying::OperationalAgain, None);
+            one.step(at, StepRole::Recovery, Saying::OperationalAgain, None);
             one.ends(at);
         }
         over

@@ -11,9 +11,9 @@ use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
-use crate::stories::incident::{IncidentId, Role, Subject, bit};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{IncidentId, StepRole, Subject, bit};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 
@@ -29,7 +29,7 @@ const LONGEST: usize = 8;
 /// The open incidents of configuration on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct Configurations {
-    open: BTreeMap<u8, (Place, Vec<Refused>)>,
+    open: BTreeMap<u8, (LedgerPlace, Vec<Refused>)>,
     /// The last request to each node that has never been heard.
     asked: BTreeMap<u8, FrameRef>,
     /// Nodes requested in vain and never heard.
@@ -40,22 +40,22 @@ pub(in crate::stories) struct Configurations {
 type Refused = (Mux, Vec<u8>);
 
 /// Returns the kind of refusal for an abort code and object.
-fn kind(code: u32, mux: Mux) -> Kind {
+fn kind(code: u32, mux: Mux) -> IncidentKind {
     match mux.index {
-        0x1010 | 0x1011 => return Kind::StoreFailed,
-        0x1F50 | 0x1F51 => return Kind::ProgramFailed,
+        0x1010 | 0x1011 => return IncidentKind::StoreFailed,
+        0x1F50 | 0x1F51 => return IncidentKind::ProgramFailed,
         _ => {}
     }
     let of_pdo = pdo_parameter(mux.index).is_some();
     match code {
-        0x0602_0000 | 0x0609_0011 => Kind::ObjectRefused,
-        _ if of_pdo => Kind::MappingRefused,
-        0x0604_0041 | 0x0604_0042 => Kind::MappingRefused,
-        0x0601_0000..=0x0601_00FF => Kind::AccessRefused,
-        0x0607_0000..=0x0607_00FF => Kind::LengthRefused,
-        0x0609_0000..=0x0609_00FF => Kind::ValueRefused,
-        0x0800_0020..=0x0800_00FF => Kind::StateRefused,
-        _ => Kind::WriteRefused,
+        0x0602_0000 | 0x0609_0011 => IncidentKind::ObjectRefused,
+        _ if of_pdo => IncidentKind::MappingRefused,
+        0x0604_0041 | 0x0604_0042 => IncidentKind::MappingRefused,
+        0x0601_0000..=0x0601_00FF => IncidentKind::AccessRefused,
+        0x0607_0000..=0x0607_00FF => IncidentKind::LengthRefused,
+        0x0609_0000..=0x0609_00FF => IncidentKind::ValueRefused,
+        0x0800_0020..=0x0800_00FF => IncidentKind::StateRefused,
+        _ => IncidentKind::WriteRefused,
     }
 }
 
@@ -82,16 +82,18 @@ impl Configurations {
     /// Records the abort of a client's request to a node that has never been heard.
     pub(in crate::stories) fn given_up(&mut self, node: u8, code: u32, scene: &mut Scene<'_>) {
         let Some(begin) = self.asked.remove(&node).filter(|_| code == TIMED_OUT) else { return };
-        let known = scene.ledger.last(scene.id, |one| one.kind == Kind::NodeAbsent && one.subject.node == Some(node));
+        let known =
+            scene.ledger.last(scene.id, |one| one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node));
         let at = scene.at;
-        let place = known.or_else(|| scene.ledger.open(Kind::NodeAbsent, scene.id, Subject::node(node), begin, at));
+        let place =
+            known.or_else(|| scene.ledger.open(IncidentKind::NodeAbsent, scene.id, Subject::node(node), begin, at));
         let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
         if known.is_some() {
             one.again(begin);
         } else {
             self.missed.push((node, one.id));
         }
-        one.step(at, Role::Attempt, Saying::ClientGaveUp, None);
+        one.step(at, StepRole::Attempt, Saying::ClientGaveUp, None);
     }
 
     /// Ends the incidents of a node that was requested in vain and is now heard.
@@ -105,7 +107,7 @@ impl Configurations {
             if *missed == node
                 && let Some(one) = scene.ledger.get_mut((id.0 as usize).wrapping_sub(1))
             {
-                one.step(at, Role::Recovery, Saying::HeardAgain, None);
+                one.step(at, StepRole::Recovery, Saying::HeardAgain, None);
                 one.ends(at);
             }
             *missed != node
@@ -137,7 +139,7 @@ impl Configurations {
         };
         if let Some(one) = scene.ledger.get_mut(place) {
             one.end = None;
-            one.step(at, Role::Sign, Saying::WriteRefused { object: mux, abort }, None);
+            one.step(at, StepRole::Sign, Saying::WriteRefused { object: mux, abort }, None);
             one.fact("refused", Quantity::Count(one.count("refused") + 1));
         }
         let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
@@ -177,7 +179,7 @@ impl Configurations {
             self.open.remove(&transfer.node);
         }
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(transfer.last, Role::Recovery, Saying::WriteTaken { object: mux }, None);
+            one.step(transfer.last, StepRole::Recovery, Saying::WriteTaken { object: mux }, None);
             if others != 0 {
                 one.fact("others", Quantity::Count(one.count("others") + others));
             }
@@ -195,7 +197,7 @@ impl Configurations {
                 && !one.has("started")
             {
                 one.fact("started", Quantity::Count(scene.at.no));
-                one.step(scene.at, Role::Reaction, Saying::StartedAllTheSame, None);
+                one.step(scene.at, StepRole::Reaction, Saying::StartedAllTheSame, None);
             }
         }
     }
@@ -216,7 +218,7 @@ impl Configurations {
         if let Some((place, _)) = self.open.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)
         {
-            one.step(scene.at, Role::Recovery, Saying::Booted, None);
+            one.step(scene.at, StepRole::Recovery, Saying::Booted, None);
             one.fact("booted", Quantity::Count(scene.at.no));
             one.ends(scene.at);
         }

@@ -9,13 +9,13 @@ use super::AGAIN_NS;
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Status, Transfer};
-use crate::stories::incident::{Grade, Incident, Role, Subject, bit};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{Grade, Incident, StepRole, Subject, bit};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::wire::pdo::mapping::extract;
-use crate::world::drive::{Object, PROFILE, State};
+use crate::world::drive::{DriveObject, DriveState, PROFILE};
 use crate::world::event::{ProcessData, Signals, Unmapped};
 
 /// Maximum distance of an emergency and a fault of one node that are one problem, in ns, whichever comes first.
@@ -31,13 +31,13 @@ pub(in crate::stories) struct Drives {
     /// Nodes known to be drives, one bit each: by their device type, or by an object of drives in SDO.
     drives: u128,
     /// The states of drives without a known mapping, by the default mapping of CiA 402: the statusword comes first.
-    assumed: BTreeMap<u8, State>,
+    assumed: BTreeMap<u8, DriveState>,
     /// The last controlword of each node.
     controlwords: BTreeMap<u8, u16>,
     /// Faults, by node.
-    faults: BTreeMap<u8, Place>,
+    faults: BTreeMap<u8, LedgerPlace>,
     /// Commands without effect, with the state that the axis kept.
-    stuck: BTreeMap<u8, (Place, Option<State>)>,
+    stuck: BTreeMap<u8, (LedgerPlace, Option<DriveState>)>,
 }
 
 /// Returns the axis of a finding, from 1.
@@ -51,11 +51,11 @@ const FAULT_RESET: u16 = 1 << 7;
 
 /// Returns the value of an object in a PDO and false, or, without a known mapping, the first two bytes of the first PDO
 /// (default mapping of CiA 402) and true.
-fn word(data: &ProcessData, frame: &Frame, object: Object) -> Option<(u16, bool)> {
+fn word(data: &ProcessData, frame: &Frame, object: DriveObject) -> Option<(u16, bool)> {
     match &data.content {
         Signals::Mapped(mapping, _) | Signals::ByConsumer(mapping, ..) => {
             let mut entries = mapping.entries.iter();
-            let part = entries.find(|entry| Object::at(entry.index) == Some(object) && entry.bits == 16)?;
+            let part = entries.find(|entry| DriveObject::at(entry.index) == Some(object) && entry.bits == 16)?;
             let raw = extract(frame.payload(), usize::from(part.offset), 16)?;
             Some((raw as u16, false))
         }
@@ -73,7 +73,7 @@ impl Drives {
         let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
         let of_type = mux.index == 0x1000
             && matches!(transfer.data.kept.as_slice(), [low, high, ..] if u16::from_le_bytes([*low, *high]) == PROFILE);
-        if of_type || Object::at(mux.index).is_some() || matches!(mux.index, 0x6502 | 0x607A | 0x60FF | 0x6071) {
+        if of_type || DriveObject::at(mux.index).is_some() || matches!(mux.index, 0x6502 | 0x607A | 0x60FF | 0x6071) {
             self.drives |= bit(transfer.node);
         }
     }
@@ -85,33 +85,33 @@ impl Drives {
         }
         let at = scene.at;
         if !data.transmit {
-            let Some((word, _)) = word(data, frame, Object::Controlword) else { return };
+            let Some((word, _)) = word(data, frame, DriveObject::Controlword) else { return };
             let before = self.controlwords.insert(data.node, word).unwrap_or(FAULT_RESET);
             if word & !before & FAULT_RESET != 0
                 && let Some(one) = self.faults.get(&data.node).and_then(|place| scene.ledger.get_mut(*place))
             {
                 one.fact("resets", Quantity::Count(one.count("resets") + 1));
-                one.step(at, Role::Attempt, Saying::FaultReset, None);
+                one.step(at, StepRole::Attempt, Saying::FaultReset, None);
             }
             return;
         }
         let is_known = scene.bus.drive_states(data.node).next().is_some();
-        let Some((word, true)) = word(data, frame, Object::Statusword).filter(|_| !is_known) else { return };
-        let Some(state) = State::of(word) else { return };
+        let Some((word, true)) = word(data, frame, DriveObject::Statusword).filter(|_| !is_known) else { return };
+        let Some(state) = DriveState::of(word) else { return };
         let before = self.assumed.insert(data.node, state);
-        let is_fault = |state: State| matches!(state, State::Fault | State::FaultReactionActive);
+        let is_fault = |state: DriveState| matches!(state, DriveState::Fault | DriveState::FaultReactionActive);
         if is_fault(state) && before.is_some_and(|before| !is_fault(before)) {
             self.enter(data.node, (at, 1), None, None, scene);
             if let Some(one) = self.faults.get(&data.node).and_then(|place| scene.ledger.get_mut(*place)) {
                 one.grade = Grade::Likely;
-                one.step(at, Role::Sign, Saying::InFault { statusword: word }, None);
+                one.step(at, StepRole::Sign, Saying::InFault { statusword: word }, None);
             }
         }
     }
 
     /// Returns the states of a node's axes.
-    fn states(&self, node: u8, scene: &Scene<'_>) -> Vec<State> {
-        let known: Vec<State> = scene.bus.drive_states(node).map(|(_, state)| state).collect();
+    fn states(&self, node: u8, scene: &Scene<'_>) -> Vec<DriveState> {
+        let known: Vec<DriveState> = scene.bus.drive_states(node).map(|(_, state)| state).collect();
         if known.is_empty() { self.assumed.get(&node).copied().into_iter().collect() } else { known }
     }
 
@@ -131,7 +131,7 @@ impl Drives {
         self.enter(node, (at, axis(finding)), finding.because_of, Some(finding.code), scene);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
             if let Some(Quantity::Statusword(statusword)) = finding.measured().and_then(|all| all.get("statusword")) {
-                one.step(at, Role::Sign, Saying::InFault { statusword }, Some(finding));
+                one.step(at, StepRole::Sign, Saying::InFault { statusword }, Some(finding));
             }
             one.found(finding);
         }
@@ -161,14 +161,15 @@ impl Drives {
         });
         let again = || {
             scene.ledger.last(scene.id, |one| {
-                let same = one.kind == Kind::AxisFault && one.subject.node == Some(node);
+                let same = one.kind == IncidentKind::AxisFault && one.subject.node == Some(node);
                 same && one.ended_within(at, AGAIN_NS) && one.clue.reported.is_empty() && from.is_some()
             })
         };
         let place = match place.or_else(again) {
             Some(place) => place,
             None => {
-                let Some(place) = scene.ledger.open(Kind::AxisFault, scene.id, Subject::node(node), at, at) else {
+                let Some(place) = scene.ledger.open(IncidentKind::AxisFault, scene.id, Subject::node(node), at, at)
+                else {
                     return;
                 };
                 let watched = scene.watched(node).iter().map(|(node, time, _)| (*node, *time)).collect();
@@ -182,7 +183,7 @@ impl Drives {
             }
         };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.kind = Kind::AxisFault;
+            one.kind = IncidentKind::AxisFault;
             if one.end.is_some() {
                 one.again(at);
             }
@@ -202,15 +203,19 @@ impl Drives {
         let at = finding.about().unwrap_or(finding.at);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
             one.fact("reset_in_vain", Quantity::Count(at.no));
-            return one.step(at, Role::Attempt, Saying::ResetInVain, Some(finding));
+            return one.step(at, StepRole::Attempt, Saying::ResetInVain, Some(finding));
         }
         let state = scene.bus.drive_states(node).find(|(number, _)| number + 1 == usize::from(axis(finding)));
         let state = state.map(|(_, state)| state);
-        let kind = if state == Some(State::Fault) { Kind::FaultResetWithoutEffect } else { Kind::NotEnabled };
+        let kind = if state == Some(DriveState::Fault) {
+            IncidentKind::FaultResetWithoutEffect
+        } else {
+            IncidentKind::NotEnabled
+        };
         if let Some((place, _)) = self.stuck.get(&node)
             && let Some(one) = scene.ledger.get_mut(*place)
         {
-            return one.step(at, Role::Attempt, Saying::ResetInVain, Some(finding));
+            return one.step(at, StepRole::Attempt, Saying::ResetInVain, Some(finding));
         }
         let axes = 1 << (axis(finding) - 1);
         let subject = Subject { axis: Some(axis(finding)), axes, ..Subject::node(node) };
@@ -230,15 +235,15 @@ impl Drives {
         let mut changed = false;
         let states = self.states(node, scene);
         let is_known = !states.is_empty();
-        let in_fault = states.iter().any(|state| matches!(state, State::Fault | State::FaultReactionActive));
-        let enabled = states.contains(&State::OperationEnabled);
+        let in_fault = states.iter().any(|state| matches!(state, DriveState::Fault | DriveState::FaultReactionActive));
+        let enabled = states.contains(&DriveState::OperationEnabled);
         if let Some(place) = self.faults.get(&node).copied()
             && is_known
             && !in_fault
             && let Some(one) = scene.ledger.get_mut(place)
         {
             if !one.has("left_fault") {
-                one.step(at, Role::Recovery, Saying::LeftFault, None);
+                one.step(at, StepRole::Recovery, Saying::LeftFault, None);
                 one.fact("left_fault", Quantity::Count(at.no));
             }
             // An active error may keep the axis from being enabled.
@@ -252,7 +257,7 @@ impl Drives {
             if !stays && is_known {
                 self.stuck.remove(&node);
                 if let Some(one) = scene.ledger.get_mut(place) {
-                    one.step(at, Role::Recovery, Saying::Recovered, None);
+                    one.step(at, StepRole::Recovery, Saying::Recovered, None);
                     one.ends(at);
                 }
             }
@@ -281,7 +286,8 @@ impl Drives {
     /// is reported already.
     fn seen(&mut self, node: u8, scene: &mut Scene<'_>) {
         let told = |one: &Incident| {
-            let of_fault = [Kind::AxisFault, Kind::FaultResetWithoutEffect, Kind::FaultResetWithoutEdge];
+            let of_fault =
+                [IncidentKind::AxisFault, IncidentKind::FaultResetWithoutEffect, IncidentKind::FaultResetWithoutEdge];
             one.subject.node == Some(node) && one.end.is_none() && of_fault.contains(&one.kind)
         };
         let found: Vec<_> = scene.bus.found_in_fault(node).collect();
@@ -291,7 +297,7 @@ impl Drives {
         for (axis, statusword, at) in found {
             self.enter(node, (at, axis as u8 + 1), None, None, scene);
             if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
-                one.step(at, Role::Sign, Saying::InFault { statusword }, None);
+                one.step(at, StepRole::Sign, Saying::InFault { statusword }, None);
                 if one.clue.reported.is_empty() {
                     one.fact("seen_in_fault", Quantity::Statusword(statusword));
                 }
@@ -300,7 +306,7 @@ impl Drives {
     }
 
     /// Returns true if a fault is open.
-    pub(in crate::stories) fn holds(&self, place: Place) -> bool {
+    pub(in crate::stories) fn holds(&self, place: LedgerPlace) -> bool {
         self.faults.values().any(|other| *other == place)
     }
 

@@ -8,9 +8,9 @@ use super::AGAIN_NS;
 use crate::rules::finding::{Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Incident, Role, Subject, bit};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{Incident, StepRole, Subject, bit};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::wire::message::Errors;
@@ -30,20 +30,20 @@ pub(in crate::stories) const LIFE_GUARD: u16 = 0x8130;
 pub(in crate::stories) const RPDO_TIMEOUT: u16 = 0x8250;
 
 /// Returns the kind of problem that an emergency error code reports.
-fn kind(code: u16) -> Kind {
+fn kind(code: u16) -> IncidentKind {
     match code {
-        LIFE_GUARD => Kind::HeartbeatConsumerError,
-        RPDO_TIMEOUT => Kind::RpdoTimeout,
-        0x8110 => Kind::Overrun,
-        0x8120 | 0x8140 => Kind::BusTrouble,
-        0x8210 | 0x8220 => Kind::PdoLength,
-        0x8240 => Kind::SyncLength,
-        0x8100..=0x82FF => Kind::CommunicationError,
-        0x3100..=0x33FF => Kind::SupplyVoltage,
-        0x4100..=0x44FF => Kind::Temperature,
-        0x7000..=0x70FF => Kind::ModuleFailed,
-        0x8611 => Kind::FollowingError,
-        _ => Kind::DeviceError,
+        LIFE_GUARD => IncidentKind::HeartbeatConsumerError,
+        RPDO_TIMEOUT => IncidentKind::RpdoTimeout,
+        0x8110 => IncidentKind::Overrun,
+        0x8120 | 0x8140 => IncidentKind::BusTrouble,
+        0x8210 | 0x8220 => IncidentKind::PdoLength,
+        0x8240 => IncidentKind::SyncLength,
+        0x8100..=0x82FF => IncidentKind::CommunicationError,
+        0x3100..=0x33FF => IncidentKind::SupplyVoltage,
+        0x4100..=0x44FF => IncidentKind::Temperature,
+        0x7000..=0x70FF => IncidentKind::ModuleFailed,
+        0x8611 => IncidentKind::FollowingError,
+        _ => IncidentKind::DeviceError,
     }
 }
 
@@ -61,7 +61,7 @@ pub(in crate::stories) struct Emergency {
 /// The open incidents of emergencies on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct Emergencies {
-    open: BTreeMap<u8, Vec<Place>>,
+    open: BTreeMap<u8, Vec<LedgerPlace>>,
     /// Nodes that have booted in the capture without an emergency since, one bit each.
     quiet: u128,
 }
@@ -71,7 +71,9 @@ impl Emergencies {
     pub(in crate::stories) fn emergency(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
         self.quiet &= !bit(emergency.node);
         let unsaid = scene.ledger.last(scene.id, |one| {
-            one.kind == Kind::RegisterWithoutEmcy && one.subject.node == Some(emergency.node) && one.end.is_none()
+            one.kind == IncidentKind::RegisterWithoutEmcy
+                && one.subject.node == Some(emergency.node)
+                && one.end.is_none()
         });
         if let Some(one) = unsaid.and_then(|place| scene.ledger.get_mut(place)) {
             // The emergency came just afterwards.
@@ -92,12 +94,12 @@ impl Emergencies {
         let at = scene.at;
         let kind = kind(code);
         let open = self.open.entry(node).or_default();
-        let known = |place: &&Place, scene: &Scene<'_>| {
+        let known = |place: &&LedgerPlace, scene: &Scene<'_>| {
             scene.ledger.get(**place).is_some_and(|one| one.clue.codes.contains(&code))
         };
         if let Some(place) = open.iter().find(|place| known(place, scene)).copied() {
             if let Some(one) = scene.ledger.get_mut(place) {
-                one.step(at, Role::Sign, Saying::Raised { code: (code, profile), register }, None);
+                one.step(at, StepRole::Sign, Saying::Raised { code: (code, profile), register }, None);
                 one.repeats.count += 1;
             }
             return;
@@ -111,7 +113,8 @@ impl Emergencies {
                     at.since(step.at).is_some_and(|since| (0..=TOGETHER_NS).contains(&since))
                         && !one.clue.reported.is_empty()
                 });
-            let errs = !one.clue.reported.is_empty() || matches!(one.kind, Kind::AxisFault | Kind::FollowingError);
+            let errs = !one.clue.reported.is_empty()
+                || matches!(one.kind, IncidentKind::AxisFault | IncidentKind::FollowingError);
             one.subject.node == Some(node) && near && errs && one.end.is_none()
         });
         let place = match same.or(near) {
@@ -130,7 +133,7 @@ impl Emergencies {
             }
         };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Sign, Saying::Raised { code: (code, profile), register }, None);
+            one.step(at, StepRole::Sign, Saying::Raised { code: (code, profile), register }, None);
             one.clue.codes.push(code);
             one.clue.communication |= register & COMMUNICATION != 0;
             if !one.clue.reported.contains(&code) {
@@ -149,7 +152,7 @@ impl Emergencies {
     }
 
     /// Adds the facts that are known at the beginning and needed to find the cause.
-    fn begin(&mut self, place: Place, emergency: Emergency, scene: &mut Scene<'_>) {
+    fn begin(&mut self, place: LedgerPlace, emergency: Emergency, scene: &mut Scene<'_>) {
         let Emergency { node, code, manufacturer, .. } = emergency;
         let misfit = matches!(code, 0x8210 | 0x8220);
         let (watched, sources) = (scene.watched(node), if misfit { scene.taken(node) } else { scene.sources(node) });
@@ -172,7 +175,7 @@ impl Emergencies {
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
             let Some(node) = one.subject.node.filter(|_| one.bus == scene.id) else { continue };
-            let often = one.kind == Kind::HeartbeatConsumerError && one.repeats.count >= TOO_SHORT;
+            let often = one.kind == IncidentKind::HeartbeatConsumerError && one.repeats.count >= TOO_SHORT;
             if often && let Some(short) = too_short(&scene.watched(node), [0; 5], scene) {
                 let written = scene.value(node, 0x1016, short.3).and_then(|(_, from)| from.frame());
                 if let Some(one) = scene.ledger.get_mut(place) {
@@ -182,12 +185,14 @@ impl Emergencies {
         }
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
-            let silent = one.bus == scene.id && matches!(one.kind, Kind::NodeSilent | Kind::HeartbeatStopped);
+            let silent =
+                one.bus == scene.id && matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::HeartbeatStopped);
             let Some(node) = one.subject.node.filter(|_| silent && one.end.is_some() && !one.has("boot_up")) else {
                 continue;
             };
             let short = scene.ledger.all.iter().position(|other| {
-                let watches = other.kind == Kind::ConsumerTimeTooShort && other.count("watched") == u64::from(node);
+                let watches =
+                    other.kind == IncidentKind::ConsumerTimeTooShort && other.count("watched") == u64::from(node);
                 watches && other.bus == scene.id && one.ns("limit") <= other.ns("period")
             });
             if let Some(short) = short {
@@ -209,10 +214,10 @@ impl Emergencies {
                     [code] => Saying::TakenBack { code: (*code, profile) },
                     _ => Saying::AllTakenBack,
                 };
-                one.step(at, Role::Recovery, said, None);
+                one.step(at, StepRole::Recovery, said, None);
                 one.fact("taken_back", Quantity::Count(at.no));
             } else if one.clue.codes.len() == before {
-                one.step(at, Role::Reaction, Saying::StillSet { register }, None);
+                one.step(at, StepRole::Reaction, Saying::StillSet { register }, None);
             }
             !one.clue.codes.is_empty()
         });
@@ -227,19 +232,19 @@ impl Emergencies {
         };
         let at = transfer.last;
         let open = scene.ledger.last(scene.id, |one| {
-            one.kind == Kind::RegisterWithoutEmcy && one.subject.node == Some(node) && one.end.is_none()
+            one.kind == IncidentKind::RegisterWithoutEmcy && one.subject.node == Some(node) && one.end.is_none()
         });
         match (open.and_then(|place| scene.ledger.get_mut(place)), *register) {
             (Some(one), 0) => {
-                one.step(at, Role::Recovery, Saying::RegisterRead { register: 0 }, None);
+                one.step(at, StepRole::Recovery, Saying::RegisterRead { register: 0 }, None);
                 one.ends(at);
             }
             (None, register) if register != 0 && self.quiet & bit(node) != 0 => {
                 let subject = Subject::node(node);
-                let place = scene.ledger.open(Kind::RegisterWithoutEmcy, scene.id, subject, at, at);
+                let place = scene.ledger.open(IncidentKind::RegisterWithoutEmcy, scene.id, subject, at, at);
                 if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                     one.fact("register", Quantity::Hex2(register));
-                    one.step(at, Role::Sign, Saying::RegisterRead { register }, None);
+                    one.step(at, StepRole::Sign, Saying::RegisterRead { register }, None);
                 }
             }
             _ => {}
@@ -252,7 +257,7 @@ impl Emergencies {
         for place in self.open.remove(&node).unwrap_or_default() {
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.clue.codes.clear();
-                one.step(scene.at, Role::Recovery, Saying::Booted, None);
+                one.step(scene.at, StepRole::Recovery, Saying::Booted, None);
                 one.fact("taken_back", Quantity::Count(scene.at.no));
             }
         }
@@ -272,7 +277,7 @@ impl Emergencies {
 /// Records that a consumer waits for less than the period of the monitored node; `written`: the frame that configured
 /// it.
 fn is_too_short(one: &mut Incident, (watched, limit, period, _): Short, written: Option<u64>) {
-    one.kind = Kind::ConsumerTimeTooShort;
+    one.kind = IncidentKind::ConsumerTimeTooShort;
     one.subject.nodes |= bit(watched);
     one.fact("watched", Quantity::Count(watched.into()));
     one.fact("limit", Quantity::Ns(limit));

@@ -6,9 +6,9 @@
 
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::Quantity;
-use crate::stories::incident::{Grade, Role, Subject};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{Grade, StepRole, Subject};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::wire::cob_id::Role as Carries;
@@ -58,7 +58,7 @@ struct Stream {
     since: FrameRef,
     /// Number of frames of the bus before it.
     before: u64,
-    flood: Option<Place>,
+    flood: Option<LedgerPlace>,
     /// Mean gap before a repeated start in ns, its frame, and the number of frames since.
     started: Option<(i64, FrameRef, u32)>,
 }
@@ -78,7 +78,7 @@ struct Window {
 
 /// The load of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Load {
+pub(in crate::stories) struct LoadIncident {
     streams: Vec<Stream>,
     /// Number of floods so far.
     flooded: u32,
@@ -93,7 +93,7 @@ pub(in crate::stories) struct Load {
     relieved: u32,
     /// Beginning of the row of full windows.
     since: FrameRef,
-    open: Option<Place>,
+    open: Option<LedgerPlace>,
     /// The last full window.
     last_full: FrameRef,
 }
@@ -104,7 +104,7 @@ fn bits(frame: &Frame) -> i64 {
     bare + 13 + bare / 12
 }
 
-impl Load {
+impl LoadIncident {
     /// Processes a frame of the bus, with its node.
     #[inline]
     pub(in crate::stories) fn frame(&mut self, frame: &Frame, node: Option<u8>, scene: &mut Scene<'_>) {
@@ -181,13 +181,13 @@ impl Load {
             return;
         }
         self.flooded += 1;
-        one.flood = scene.ledger.open(Kind::Flood, scene.id, Subject::of(node), one.since, at);
+        one.flood = scene.ledger.open(IncidentKind::Flood, scene.id, Subject::of(node), one.since, at);
         if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
             flood.fact("period", Quantity::Ns(one.gap_ns));
             flood.fact("gap", Quantity::Ns(lasts / i64::from(one.run)));
             flood.step(
                 one.since,
-                Role::Sign,
+                StepRole::Sign,
                 Saying::Floods { gap: lasts / i64::from(one.run), period: one.gap_ns },
                 None,
             );
@@ -215,7 +215,7 @@ impl Load {
     /// Ends the multiplied PDOs of a node that booted.
     pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let sent = scene.ledger.last(scene.id, |one| {
-            one.kind == Kind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
+            one.kind == IncidentKind::PdoMultiplied && one.subject.node == Some(node) && one.end.is_none()
         });
         if let Some(place) = sent {
             over(place, scene.at, scene);
@@ -251,7 +251,7 @@ impl Load {
             self.dry(at, scene);
         }
         if self.full >= WINDOWS && self.open.is_none() {
-            self.open = scene.ledger.open(Kind::Overload, scene.id, Subject::default(), self.since, at);
+            self.open = scene.ledger.open(IncidentKind::Overload, scene.id, Subject::default(), self.since, at);
             if let Some(one) = self.open.and_then(|place| scene.ledger.get_mut(place)) {
                 let load = (used * 100 / rate).clamp(0, 100) as u64;
                 one.fact("load_percent", Quantity::Count(load));
@@ -259,7 +259,7 @@ impl Load {
                 if scene.heard.bit_rate.is_none() {
                     one.grade = Grade::Likely;
                 }
-                one.step(self.since, Role::Sign, Saying::Loaded { load, rate: rate as u64 }, None);
+                one.step(self.since, StepRole::Sign, Saying::Loaded { load, rate: rate as u64 }, None);
             }
         }
         if self.relieved >= WINDOWS {
@@ -269,7 +269,7 @@ impl Load {
 
     fn relieve(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
         if let Some(one) = self.open.take().and_then(|place| scene.ledger.get_mut(place)) {
-            one.step(at, Role::Recovery, Saying::Recovered, None);
+            one.step(at, StepRole::Recovery, Saying::Recovered, None);
             one.ends(at);
         }
     }
@@ -286,9 +286,9 @@ impl Load {
 }
 
 /// Ends an incident.
-fn over(place: Place, at: FrameRef, scene: &mut Scene<'_>) {
+fn over(place: LedgerPlace, at: FrameRef, scene: &mut Scene<'_>) {
     if let Some(one) = scene.ledger.get_mut(place) {
-        one.step(at, Role::Recovery, Saying::Recovered, None);
+        one.step(at, StepRole::Recovery, Saying::Recovered, None);
         one.ends(at);
     }
 }
@@ -302,7 +302,7 @@ fn multiplied(identifier: usize, (before, now): (i64, i64), (since, at): (FrameR
         return;
     }
     let subject = Subject { pdo: Some((true, number)), ..Subject::node(node) };
-    if let Some(place) = scene.ledger.open(Kind::PdoMultiplied, scene.id, subject, since, at)
+    if let Some(place) = scene.ledger.open(IncidentKind::PdoMultiplied, scene.id, subject, since, at)
         && let Some(one) = scene.ledger.get_mut(place)
     {
         one.fact("period", Quantity::Ns(before));

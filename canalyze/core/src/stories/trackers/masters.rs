@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use crate::bytes::frame::FrameRef;
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Grade, Role, Subject, bit, members};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{Grade, StepRole, Subject, bit, members};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 
@@ -42,7 +42,7 @@ struct Commanded {
 pub(in crate::stories) struct Masters {
     /// By node; 0 for all.
     nodes: BTreeMap<u8, Commanded>,
-    open: Option<Place>,
+    open: Option<LedgerPlace>,
     /// The last SDO request to each node, and the previous one if it was still unanswered.
     asked: BTreeMap<u8, (Asked, Option<Asked>)>,
     /// Number of times that requests of two clients were both answered.
@@ -50,7 +50,7 @@ pub(in crate::stories) struct Masters {
     /// The first of them.
     first_both: Option<FrameRef>,
     /// Their incident.
-    clients: Option<Place>,
+    clients: Option<LedgerPlace>,
 }
 
 /// A request: object, frame, and true once it is answered.
@@ -87,13 +87,13 @@ impl Masters {
         if self.both < CONTRADICTIONS && self.open.is_none() {
             return;
         }
-        let kind = Kind::TwoClients;
+        let kind = IncidentKind::TwoClients;
         let known = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node));
         let place =
             self.open.or(known).or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, scene.at));
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
             one.subject.nodes |= bit(node);
-            one.step(at, Role::Sign, Saying::SameTime { object }, None);
+            one.step(at, StepRole::Sign, Saying::SameTime { object }, None);
             if one.kind == kind {
                 one.repeats.count = self.both as u64;
                 self.clients = place;
@@ -102,7 +102,7 @@ impl Masters {
         }
         // Both were answered after all.
         let unanswered = scene.ledger.last(scene.id, |one| {
-            let asked = matches!(one.kind, Kind::RequestUnanswered | Kind::DamagedTransfer);
+            let asked = matches!(one.kind, IncidentKind::RequestUnanswered | IncidentKind::DamagedTransfer);
             asked && one.subject.node == Some(node) && one.began_within(scene.at, CONTRARY_NS)
         });
         if let (Some(place), Some(unanswered)) = (place, unanswered) {
@@ -138,8 +138,9 @@ impl Masters {
         };
         let Some((first, _)) = one.contrary.first().copied() else { return };
         let nodes = if node == 0 { scene.heard.known } else { bit(node) };
-        let place =
-            self.open.or_else(|| scene.ledger.open(Kind::TwoMasters, scene.id, Subject::nodes(nodes), first.1, at));
+        let place = self
+            .open
+            .or_else(|| scene.ledger.open(IncidentKind::TwoMasters, scene.id, Subject::nodes(nodes), first.1, at));
         self.open = place;
         let Some(incident) = place.and_then(|place| scene.ledger.get_mut(place)) else { return };
         incident.grade = Grade::Likely;
@@ -147,7 +148,7 @@ impl Masters {
         incident.repeats.count = incident.repeats.count.max(one.contrary.len() as u64);
         incident.repeats.since = at;
         for (command, at) in one.contrary.iter().skip(told).flat_map(|(stop, start)| [*stop, *start]) {
-            incident.step(at, Role::Sign, Saying::Commanded { command }, None);
+            incident.step(at, StepRole::Sign, Saying::Commanded { command }, None);
         }
     }
 

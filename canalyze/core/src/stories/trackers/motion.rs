@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Status, Transfer};
-use crate::stories::incident::{Grade, Role, Subject};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{Grade, StepRole, Subject};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::wire::pdo::mapping::extract;
-use crate::world::drive::{self, State};
+use crate::world::drive::{self, DriveState};
 use crate::world::event::{ProcessData, Signals};
 use crate::world::od::first_axis;
 
@@ -52,15 +52,15 @@ const MISSING: i64 = 3;
 const GONE: i64 = 10;
 
 /// An axis of a node: its node-ID, and its number from 0.
-type Name = (u8, u8);
+type AxisKey = (u8, u8);
 
 /// The known state of an axis.
 #[derive(Clone, Debug, Default)]
-struct Axis {
+struct AxisMotion {
     control: Option<u16>,
     /// True if controlwords come in a PDO, so that none is missing in a complete capture.
     by_pdo: bool,
-    state: Option<State>,
+    state: Option<DriveState>,
     mode: Option<i8>,
     /// The first frame with a bit set that means trouble only if it stays set.
     limit: Option<FrameRef>,
@@ -76,7 +76,7 @@ struct Axis {
     upward: Option<(FrameRef, bool)>,
     /// Steps to Operation enabled that were commanded by SDO without effect, one bit each, and the first of them.
     vain: (u8, Option<FrameRef>),
-    open: Vec<(Kind, Place)>,
+    open: Vec<(IncidentKind, LedgerPlace)>,
 }
 
 /// The period of an axis's targets: the last target, the mean gap in ns, and the number of gaps.
@@ -90,8 +90,8 @@ struct Targets {
 /// The axes of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct Motions {
-    axes: BTreeMap<Name, Axis>,
-    targets: BTreeMap<Name, Targets>,
+    axes: BTreeMap<AxisKey, AxisMotion>,
+    targets: BTreeMap<AxisKey, Targets>,
 }
 
 /// The steps to operation enabled: shutdown, switch on, enable operation.
@@ -111,10 +111,10 @@ fn step(controlword: u16) -> Option<u8> {
 fn displayed(node: u8, mode: i8, scene: &mut Scene<'_>) {
     let waits = scene.ledger.last(scene.id, |one| {
         let asked = one.get("requested") == Some(Quantity::Mode(mode));
-        one.kind == Kind::ModeNotTaken && one.subject.node == Some(node) && one.end.is_none() && asked
+        one.kind == IncidentKind::ModeNotTaken && one.subject.node == Some(node) && one.end.is_none() && asked
     });
     if let Some(one) = waits.and_then(|place| scene.ledger.get_mut(place)) {
-        one.step(scene.at, Role::Recovery, Saying::Recovered, None);
+        one.step(scene.at, StepRole::Recovery, Saying::Recovered, None);
         one.ends(scene.at);
     }
 }
@@ -176,14 +176,14 @@ impl Motions {
         for (_, axis) in self.axes.range_mut((node, 0)..=(node, u8::MAX)) {
             for (_, place) in std::mem::take(axis).open {
                 if let Some(one) = scene.ledger.get_mut(place) {
-                    one.step(scene.at, Role::Recovery, Saying::Booted, None);
+                    one.step(scene.at, StepRole::Recovery, Saying::Booted, None);
                     one.ends(scene.at);
                 }
             }
         }
     }
 
-    fn value(&mut self, name: Name, object: u16, raw: u64, scene: &mut Scene<'_>) {
+    fn value(&mut self, name: AxisKey, object: u16, raw: u64, scene: &mut Scene<'_>) {
         match object {
             0x6040 => self.controlled(name, raw as u16, scene),
             0x6041 => self.reported(name, raw as u16, scene),
@@ -201,12 +201,15 @@ impl Motions {
         }
     }
 
-    fn controlled(&mut self, name: Name, word: u16, scene: &mut Scene<'_>) {
+    fn controlled(&mut self, name: AxisKey, word: u16, scene: &mut Scene<'_>) {
         let at = scene.at;
         let axis = self.axes.entry(name).or_default();
         let before = axis.control.replace(word);
         let rises = |bit: u16| word & bit != 0 && before.is_some_and(|before| before & bit == 0);
-        if rises(NEW_SET_POINT) && axis.mode == Some(PROFILE_POSITION) && axis.state == Some(State::OperationEnabled) {
+        if rises(NEW_SET_POINT)
+            && axis.mode == Some(PROFILE_POSITION)
+            && axis.state == Some(DriveState::OperationEnabled)
+        {
             axis.set_point = Some((at, 0));
         } else if word & NEW_SET_POINT == 0 {
             axis.set_point = None;
@@ -222,30 +225,30 @@ impl Motions {
         }
         // A fault reset is a rising edge; a bit set since before the fault is none.
         let holds = word & FAULT_RESET != 0 && before.is_some_and(|before| before & FAULT_RESET != 0);
-        axis.reset |= rises(FAULT_RESET) && axis.state == Some(State::Fault);
-        if axis.reset || word & FAULT_RESET == 0 || axis.state != Some(State::Fault) {
+        axis.reset |= rises(FAULT_RESET) && axis.state == Some(DriveState::Fault);
+        if axis.reset || word & FAULT_RESET == 0 || axis.state != Some(DriveState::Fault) {
             axis.held = None;
-            self.set(name, Kind::FaultResetWithoutEdge, false, at, scene);
+            self.set(name, IncidentKind::FaultResetWithoutEdge, false, at, scene);
         } else if holds {
             let (since, count) = axis.held.map_or((at, 1), |(since, count)| (since, count + 1));
             axis.held = Some((since, count));
             let long = at.since(since).is_some_and(|since| since >= STANDS_NS);
             if count >= SAMPLES && long {
-                self.set(name, Kind::FaultResetWithoutEdge, true, since, scene);
+                self.set(name, IncidentKind::FaultResetWithoutEdge, true, since, scene);
             }
         }
     }
 
-    fn reported(&mut self, name: Name, word: u16, scene: &mut Scene<'_>) {
+    fn reported(&mut self, name: AxisKey, word: u16, scene: &mut Scene<'_>) {
         let at = scene.at;
-        let Some(state) = State::of(word) else { return };
+        let Some(state) = DriveState::of(word) else { return };
         let axis = self.axes.entry(name).or_default();
         let before = axis.state.replace(state);
-        let enabled = state == State::OperationEnabled;
-        axis.reset &= state == State::Fault;
+        let enabled = state == DriveState::OperationEnabled;
+        axis.reset &= state == DriveState::Fault;
         let held = axis.by_pdo && axis.control.is_some_and(|word| word & 0x8F == 0x0F);
-        let down = matches!(state, State::SwitchedOn | State::ReadyToSwitchOn | State::SwitchOnDisabled);
-        axis.left = held && down && (axis.left || before == Some(State::OperationEnabled));
+        let down = matches!(state, DriveState::SwitchedOn | DriveState::ReadyToSwitchOn | DriveState::SwitchOnDisabled);
+        axis.left = held && down && (axis.left || before == Some(DriveState::OperationEnabled));
         let (left, mode) = (axis.left, axis.mode);
         let limit = enabled && word & LIMIT != 0;
         axis.limit = limit.then(|| axis.limit.unwrap_or(at));
@@ -258,12 +261,12 @@ impl Motions {
             let late = at.since(*since).is_some_and(|since| since >= ACKNOWLEDGE_NS);
             (late && *samples >= SAMPLES).then_some(*since)
         });
-        let stays = state == State::SwitchOnDisabled && word & VOLTAGE == 0;
+        let stays = state == DriveState::SwitchOnDisabled && word & VOLTAGE == 0;
         // An axis that left that state starts anew.
         axis.upward = axis.upward.filter(|_| stays);
         // A client that has commanded each step and read the state shows it without a clock.
         axis.vain = match axis.control.and_then(step).filter(|_| !axis.by_pdo) {
-            _ if state != State::SwitchOnDisabled => (0, None),
+            _ if state != DriveState::SwitchOnDisabled => (0, None),
             Some(step) => (axis.vain.0 | step, axis.vain.1.or(Some(at))),
             None => axis.vain,
         };
@@ -272,33 +275,39 @@ impl Motions {
             let least = if *enable { STANDS_NS } else { ENABLE_NS };
             at.since(*since).is_some_and(|since| since >= least)
         });
-        let open = axis.open.iter().any(|(kind, _)| *kind == Kind::NotEnabled);
+        let open = axis.open.iter().any(|(kind, _)| *kind == IncidentKind::NotEnabled);
         let disabled = told.map(|(since, _)| since).or((open && stays).then_some(at)).or(vain);
         let control = axis.control;
         let error = |modes: &[i8]| enabled && word & ERROR != 0 && mode.is_some_and(|mode| modes.contains(&mode));
-        self.set(name, Kind::FollowingError, error(&FOLLOWS), at, scene);
+        self.set(name, IncidentKind::FollowingError, error(&FOLLOWS), at, scene);
         if !enabled {
             self.targets.remove(&name);
         }
-        self.set(name, Kind::StateLeft, left, at, scene);
-        self.set(name, Kind::HomingFailed, error(&[HOMING]), at, scene);
-        self.set(name, Kind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
-        self.set(name, Kind::SetPointIgnored, ignored.is_some(), ignored.unwrap_or(at), scene);
-        self.set(name, Kind::NotEnabled, disabled.is_some(), disabled.unwrap_or(at), scene);
-        let stopping = state == State::QuickStopActive;
+        self.set(name, IncidentKind::StateLeft, left, at, scene);
+        self.set(name, IncidentKind::HomingFailed, error(&[HOMING]), at, scene);
+        self.set(name, IncidentKind::InternalLimit, limit.is_some(), limit.unwrap_or(at), scene);
+        self.set(name, IncidentKind::SetPointIgnored, ignored.is_some(), ignored.unwrap_or(at), scene);
+        self.set(name, IncidentKind::NotEnabled, disabled.is_some(), disabled.unwrap_or(at), scene);
+        let stopping = state == DriveState::QuickStopActive;
         if let Some(control) = control
-            && (!stopping || before == Some(State::OperationEnabled))
+            && (!stopping || before == Some(DriveState::OperationEnabled))
         {
             let commanded = stopping && control & QUICK_STOP == 0;
-            self.set(name, Kind::QuickStop, stopping, at, scene);
-            if commanded && let Some(one) = self.opened(name, Kind::QuickStop, scene) {
+            self.set(name, IncidentKind::QuickStop, stopping, at, scene);
+            if commanded && let Some(one) = self.opened(name, IncidentKind::QuickStop, scene) {
                 one.fact("controlword", Quantity::Controlword(control));
             }
         }
-        for kind in [Kind::NotEnabled, Kind::QuickStop, Kind::FollowingError, Kind::HomingFailed, Kind::InternalLimit] {
+        for kind in [
+            IncidentKind::NotEnabled,
+            IncidentKind::QuickStop,
+            IncidentKind::FollowingError,
+            IncidentKind::HomingFailed,
+            IncidentKind::InternalLimit,
+        ] {
             if let Some(one) = self.opened(name, kind, scene).filter(|one| !one.has("statusword")) {
                 one.fact("statusword", Quantity::Statusword(word));
-                one.step(at, Role::Sign, Saying::Reports { statusword: word }, None);
+                one.step(at, StepRole::Sign, Saying::Reports { statusword: word }, None);
             }
         }
     }
@@ -306,8 +315,8 @@ impl Motions {
     /// Returns the open incident of a kind for an axis.
     fn opened<'a>(
         &self,
-        name: Name,
-        kind: Kind,
+        name: AxisKey,
+        kind: IncidentKind,
         scene: &'a mut Scene<'_>,
     ) -> Option<&'a mut crate::stories::incident::Incident> {
         let open = &self.axes.get(&name)?.open;
@@ -316,7 +325,7 @@ impl Motions {
     }
 
     /// Opens or ends the incident of a kind for an axis; `since`: its beginning.
-    fn set(&mut self, name: Name, kind: Kind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
+    fn set(&mut self, name: AxisKey, kind: IncidentKind, holds: bool, since: FrameRef, scene: &mut Scene<'_>) {
         let Some(axis) = self.axes.get_mut(&name) else { return };
         let open = axis.open.iter().position(|(other, _)| *other == kind);
         match (open, holds) {
@@ -338,14 +347,14 @@ impl Motions {
                     one.again(since);
                 }
                 one.clue.watched = watched;
-                if kind == Kind::InternalLimit {
+                if kind == IncidentKind::InternalLimit {
                     one.grade = Grade::Likely;
                 }
             }
             (Some(at), false) => {
                 let (_, place) = axis.open.swap_remove(at);
                 if let Some(one) = scene.ledger.get_mut(place) {
-                    one.step(scene.at, Role::Recovery, Saying::Recovered, None);
+                    one.step(scene.at, StepRole::Recovery, Saying::Recovered, None);
                     one.ends(scene.at);
                 }
             }
@@ -359,7 +368,7 @@ impl Motions {
             let rest = scene.at.since(one.last).unwrap_or(0);
             let told = scene
                 .ledger
-                .last(scene.id, |other| other.kind == Kind::TargetsLate && other.subject.node == Some(name.0));
+                .last(scene.id, |other| other.kind == IncidentKind::TargetsLate && other.subject.node == Some(name.0));
             if one.gaps < TAUGHT
                 || rest < one.gap_ns.saturating_mul(GONE)
                 || scene.heard.last(name.0).is_none_or(|last| last.no < one.last.no)
@@ -367,19 +376,20 @@ impl Motions {
                 continue;
             }
             let subject = Subject { axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
-            let place = told.or_else(|| scene.ledger.open(Kind::TargetsLate, scene.id, subject, one.last, scene.at));
+            let place =
+                told.or_else(|| scene.ledger.open(IncidentKind::TargetsLate, scene.id, subject, one.last, scene.at));
             if let Some(late) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 (late.end, late.clue.least) = (None, 1);
-                late.step(one.last, Role::Sign, Saying::NoTarget { gap: rest, period: one.gap_ns }, None);
+                late.step(one.last, StepRole::Sign, Saying::NoTarget { gap: rest, period: one.gap_ns }, None);
             }
         }
     }
 
     /// Processes a target of an axis.
-    fn target(&mut self, name: Name, pdo: (bool, u16), scene: &mut Scene<'_>) {
+    fn target(&mut self, name: AxisKey, pdo: (bool, u16), scene: &mut Scene<'_>) {
         let at = scene.at;
         let cyclic = self.axes.get(&name).is_some_and(|axis| {
-            axis.state == Some(State::OperationEnabled) && axis.mode.is_some_and(|mode| CYCLIC.contains(&mode))
+            axis.state == Some(DriveState::OperationEnabled) && axis.mode.is_some_and(|mode| CYCLIC.contains(&mode))
         });
         if !cyclic {
             self.targets.remove(&name);
@@ -395,12 +405,13 @@ impl Motions {
             return;
         }
         let period = one.gap_ns;
-        let again =
-            scene.ledger.last(scene.id, |one| one.kind == Kind::TargetsLate && one.subject.node == Some(name.0));
+        let again = scene
+            .ledger
+            .last(scene.id, |one| one.kind == IncidentKind::TargetsLate && one.subject.node == Some(name.0));
         let place = again.or_else(|| {
             let subject =
                 Subject { pdo: Some(pdo), axis: Some(name.1 + 1), axes: 1 << name.1, ..Subject::node(name.0) };
-            scene.ledger.open(Kind::TargetsLate, scene.id, subject, last, at)
+            scene.ledger.open(IncidentKind::TargetsLate, scene.id, subject, last, at)
         });
         if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
             if again.is_some() {
@@ -408,7 +419,7 @@ impl Motions {
             }
             one.clue.least = SAMPLES.into();
             one.fact("period", Quantity::Ns(period));
-            one.step(last, Role::Sign, Saying::NoTarget { gap, period }, None);
+            one.step(last, StepRole::Sign, Saying::NoTarget { gap, period }, None);
             one.ends(at);
         }
     }

@@ -7,9 +7,9 @@ use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{Role, Subject};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{StepRole, Subject};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::signs::{self, Ends};
@@ -25,10 +25,10 @@ pub(in crate::stories) const GOES_ON: u64 = 3;
 
 /// The open incidents.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Found {
-    open: Vec<(Place, Ends)>,
+pub(in crate::stories) struct RuleIncidents {
+    open: Vec<(LedgerPlace, Ends)>,
     /// The last time of incidents that end at once.
-    last: Vec<(Place, FrameRef)>,
+    last: Vec<(LedgerPlace, FrameRef)>,
 }
 
 /// A sign that may end incidents.
@@ -41,34 +41,48 @@ pub(in crate::stories) struct Sign {
 }
 
 /// Returns true for kinds that are one problem of an SDO server.
-fn is_sdo(kind: Kind) -> bool {
-    matches!(kind, Kind::RequestUnanswered | Kind::LateAnswer | Kind::DamagedTransfer | Kind::TwoClients)
+fn is_sdo(kind: IncidentKind) -> bool {
+    matches!(
+        kind,
+        IncidentKind::RequestUnanswered
+            | IncidentKind::LateAnswer
+            | IncidentKind::DamagedTransfer
+            | IncidentKind::TwoClients
+    )
 }
 
 /// Returns true for kinds that are one problem of SYNC.
-fn is_sync(kind: Kind) -> bool {
-    matches!(kind, Kind::SyncIrregular | Kind::SyncStopped | Kind::TwoSyncProducers | Kind::SyncLength)
+fn is_sync(kind: IncidentKind) -> bool {
+    matches!(
+        kind,
+        IncidentKind::SyncIrregular
+            | IncidentKind::SyncStopped
+            | IncidentKind::TwoSyncProducers
+            | IncidentKind::SyncLength
+    )
 }
 
-impl Found {
+impl RuleIncidents {
     /// Processes a finding; returns its incident if that is new.
-    pub(in crate::stories) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<Place> {
+    pub(in crate::stories) fn found(&mut self, finding: &Finding, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let (code, kind, least, ends) = signs::of(finding.code)?;
         let at = finding.about().unwrap_or(finding.at);
         let pdo =
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
         let (kind, ends) = match (code, says(finding)) {
-            (Code::Sdo002, Some("request")) => (Kind::DamagedTransfer, Ends::Transferred),
+            (Code::Sdo002, Some("request")) => (IncidentKind::DamagedTransfer, Ends::Transferred),
             // A node that was heard exists.
             (Code::Sdo031, _) if finding.node.is_some_and(|node| scene.heard.last(node).is_some()) => {
-                (Kind::RequestUnanswered, Ends::Answered)
+                (IncidentKind::RequestUnanswered, Ends::Answered)
             }
             // The outcome of a write is not known until the next one.
-            _ if kind == Kind::RequestUnanswered && written(finding, scene) == Some(at.no) => (kind, Ends::Written),
+            _ if kind == IncidentKind::RequestUnanswered && written(finding, scene) == Some(at.no) => {
+                (kind, Ends::Written)
+            }
             _ => (kind, ends),
         };
         // A stopped SYNC is not a problem of the node that misses it.
-        let node = finding.node.filter(|_| kind != Kind::SyncStopped);
+        let node = finding.node.filter(|_| kind != IncidentKind::SyncStopped);
         let subject = Subject { pdo, ..Subject::of(node) };
         let because = finding.because_of.map(|frame| frame.no);
         // A finding with a count is placed at the last of them; one about a deadline where it was noticed.
@@ -79,7 +93,7 @@ impl Found {
             let near =
                 one.end.is_none() || one.ended_within(at, ONE_TRANSFER_NS) || one.began_within(at, ONE_TRANSFER_NS);
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
-            let of_kind = |is: fn(Kind) -> bool| is(other) && is(kind) && node == subject.node && near;
+            let of_kind = |is: fn(IncidentKind) -> bool| is(other) && is(kind) && node == subject.node && near;
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
             same && soon || of_kind(is_sdo) || of_kind(is_sync) || explained
         });
@@ -96,15 +110,15 @@ impl Found {
             }
             return None;
         }
-        if kind == Kind::DuplicateNodeId
+        if kind == IncidentKind::DuplicateNodeId
             && let Some(one) = scene.ledger.last(scene.id, |one| {
                 let shows = matches!(
                     one.kind,
-                    Kind::NodeRestarted
-                        | Kind::RestartLoop
-                        | Kind::LeftOperational
-                        | Kind::HeartbeatIrregular
-                        | Kind::DamagedTransfer
+                    IncidentKind::NodeRestarted
+                        | IncidentKind::RestartLoop
+                        | IncidentKind::LeftOperational
+                        | IncidentKind::HeartbeatIrregular
+                        | IncidentKind::DamagedTransfer
                 );
                 shows && one.subject.node == subject.node && one.began_within(finding.at, DOUBLE_NS)
             })
@@ -144,7 +158,7 @@ impl Found {
         Some(place)
     }
 
-    fn keep(&mut self, place: Place, ends: Ends, at: FrameRef) {
+    fn keep(&mut self, place: LedgerPlace, ends: Ends, at: FrameRef) {
         match ends {
             Ends::Never => {}
             Ends::Once => {
@@ -193,7 +207,7 @@ impl Found {
                 Ends::Length => Saying::LengthFits,
                 _ => Saying::Recovered,
             };
-            one.step(at, Role::Recovery, said, None);
+            one.step(at, StepRole::Recovery, said, None);
             one.ends(at);
             false
         });
@@ -217,7 +231,8 @@ impl Found {
                 one.clue.least = 1;
             }
         }
-        for one in scene.ledger.all.iter_mut().filter(|one| one.kind == Kind::PdoMissing && one.clue.least > 1) {
+        for one in scene.ledger.all.iter_mut().filter(|one| one.kind == IncidentKind::PdoMissing && one.clue.least > 1)
+        {
             let limit = one.ns("limit").or_else(|| one.ns("period"));
             if limit.is_some_and(|limit| one.repeats.longest_ns > limit.saturating_mul(MISSING)) {
                 one.clue.least = 1;

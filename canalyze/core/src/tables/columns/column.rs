@@ -1,6 +1,6 @@
 //! A table while its rows come: builders of columns under their names, and the batches that they become.
 //!
-//! What a table holds is its own file's matter. Must not: know CANopen.
+//! Must not: know CANopen.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -26,19 +26,19 @@ pub struct Batch {
 }
 
 /// A column of numbers.
-pub(super) type Numbers<T> = PrimitiveBuilder<T>;
+pub(in crate::tables) type Numbers<T> = PrimitiveBuilder<T>;
 
-/// What bytes say; what is not UTF-8 becomes U+FFFD. Whole text, which nearly all is, is looked at once and quickly.
-pub(super) fn lossy(bytes: &[u8]) -> Cow<'_, str> {
+/// Returns bytes as text, with U+FFFD for invalid UTF-8. Valid text, the usual case, is borrowed.
+pub(in crate::tables) fn lossy(bytes: &[u8]) -> Cow<'_, str> {
     std::str::from_utf8(bytes).map_or_else(|_| String::from_utf8_lossy(bytes), Cow::Borrowed)
 }
 
 /// Distinct words that are looked at one by one before a map is asked.
 const FEW: usize = 8;
 
-/// A column of words of which there are few: each stands once in a batch, in the order in which they first came.
+/// A dictionary-encoded column of words; each is once in a batch, in order of first use.
 #[derive(Debug, Default)]
-pub(super) struct Words {
+pub(in crate::tables) struct Words {
     keys: PrimitiveBuilder<Int32Type>,
     words: Vec<Box<str>>,
     /// Places of words beyond the first [`FEW`].
@@ -48,7 +48,7 @@ pub(super) struct Words {
 
 impl Words {
     /// Appends a word.
-    pub(super) fn word(&mut self, word: &str) {
+    pub(in crate::tables) fn word(&mut self, word: &str) {
         let known = |place: &usize| self.words.get(*place).is_some_and(|known| &**known == word);
         let place = if known(&self.last) {
             self.last
@@ -61,7 +61,7 @@ impl Words {
     }
 
     /// Appends a word, or null.
-    pub(super) fn maybe(&mut self, word: Option<&str>) {
+    pub(in crate::tables) fn maybe(&mut self, word: Option<&str>) {
         match word {
             Some(word) => self.word(word),
             None => self.keys.append_null(),
@@ -69,7 +69,7 @@ impl Words {
     }
 
     /// Appends a name from the capture; null where it has none. What is not UTF-8 becomes U+FFFD.
-    pub(super) fn name(&mut self, bytes: &[u8]) {
+    pub(in crate::tables) fn name(&mut self, bytes: &[u8]) {
         let text = lossy(bytes);
         self.maybe((!text.is_empty()).then_some(&*text));
     }
@@ -85,7 +85,9 @@ impl Words {
 }
 
 /// A column that is being built; its type says what it will be.
-pub(super) trait Column: Default {
+pub(in crate::tables) trait Column {
+    /// Returns a column without values and without memory: there may be many tables.
+    fn empty() -> Self;
     /// The column's type.
     fn data_type() -> DataType;
     /// Takes the values out.
@@ -93,6 +95,10 @@ pub(super) trait Column: Default {
 }
 
 impl<T: ArrowPrimitiveType> Column for Numbers<T> {
+    fn empty() -> Self {
+        Self::with_capacity(0)
+    }
+
     fn data_type() -> DataType {
         T::DATA_TYPE
     }
@@ -103,6 +109,10 @@ impl<T: ArrowPrimitiveType> Column for Numbers<T> {
 }
 
 impl Column for BooleanBuilder {
+    fn empty() -> Self {
+        Self::with_capacity(0)
+    }
+
     fn data_type() -> DataType {
         DataType::Boolean
     }
@@ -113,6 +123,10 @@ impl Column for BooleanBuilder {
 }
 
 impl Column for StringBuilder {
+    fn empty() -> Self {
+        Self::with_capacity(0, 0)
+    }
+
     fn data_type() -> DataType {
         DataType::Utf8
     }
@@ -123,6 +137,10 @@ impl Column for StringBuilder {
 }
 
 impl Column for BinaryBuilder {
+    fn empty() -> Self {
+        Self::with_capacity(0, 0)
+    }
+
     fn data_type() -> DataType {
         DataType::Binary
     }
@@ -133,6 +151,10 @@ impl Column for BinaryBuilder {
 }
 
 impl<C: Column + ArrayBuilder> Column for ListBuilder<C> {
+    fn empty() -> Self {
+        Self::with_capacity(C::empty(), 0)
+    }
+
     fn data_type() -> DataType {
         DataType::List(Arc::new(Field::new_list_field(C::data_type(), true)))
     }
@@ -143,6 +165,10 @@ impl<C: Column + ArrayBuilder> Column for ListBuilder<C> {
 }
 
 impl Column for Words {
+    fn empty() -> Self {
+        Self::default()
+    }
+
     fn data_type() -> DataType {
         DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8))
     }
@@ -160,62 +186,87 @@ impl Column for Words {
 }
 
 /// The columns of a table.
-pub(super) trait Columns {
+pub(in crate::tables) trait Columns {
     /// Their names and types.
     fn fields(&self) -> Vec<Field>;
     /// Takes the rows out.
     fn arrays(&mut self) -> Vec<ArrayRef>;
 }
 
-/// Declares the columns of a table: `name: builder;`, or `name: builder, or_null;` where a row may have none.
-macro_rules! columns {
-    ($(#[$doc:meta])* $table:ident { $($column:ident: $builder:ty $(, $null:ident)?;)* }) => {
-        $(#[$doc])*
-        #[derive(Debug, Default)]
-        pub(super) struct $table { $($column: $builder,)* }
-
-        impl $crate::tables::columns::column::Columns for $table {
-            fn fields(&self) -> Vec<arrow_schema::Field> {
-                vec![$(arrow_schema::Field::new(
-                    stringify!($column).trim_start_matches("r#"),
-                    <$builder as $crate::tables::columns::column::Column>::data_type(),
-                    !stringify!($($null)?).is_empty(),
-                ),)*]
-            }
-
-            fn arrays(&mut self) -> Vec<arrow_array::ArrayRef> {
-                vec![$($crate::tables::columns::column::Column::take(&mut self.$column),)*]
-            }
-        }
-    };
+/// Columns whose table has one name.
+pub(in crate::tables) trait Named: Columns + Default {
+    /// The name of the table.
+    const NAME: &'static str;
 }
-pub(super) use columns;
+
+impl<C: Named> Default for Table<C> {
+    fn default() -> Self {
+        Self::new(C::NAME, C::default(), &[])
+    }
+}
+
+/// Columns that take records in a context.
+pub(in crate::tables) trait Append<C, R>: Columns {
+    /// Appends a record, and returns the bytes of its text and data.
+    fn append(&mut self, cx: C, record: R) -> usize;
+}
+
+/// The end of batches.
+pub(super) trait Ends {
+    /// Ends the batch, if it has rows.
+    fn flush(&mut self, done: &mut Vec<Batch>);
+    /// Ends the last batch, also without rows where none has come out before.
+    fn finish(&mut self, done: &mut Vec<Batch>);
+}
+
+impl<C: Columns> Ends for Table<C> {
+    fn flush(&mut self, done: &mut Vec<Batch>) {
+        if self.rows > 0 {
+            self.end_batch(done);
+        }
+    }
+
+    fn finish(&mut self, done: &mut Vec<Batch>) {
+        if self.rows > 0 || !self.emitted {
+            self.end_batch(done);
+        }
+    }
+}
 
 /// A table that is being built.
 #[derive(Debug)]
-pub(super) struct Table<C> {
+pub(in crate::tables) struct Table<C> {
     name: Arc<str>,
     schema: SchemaRef,
     /// Its columns; whoever appends to each of them once says so with [`Table::end_row`].
-    pub(super) columns: C,
+    pub(in crate::tables) columns: C,
     rows: usize,
     bytes: usize,
     /// Some batch has come out, so that the schema is known.
-    told: bool,
+    emitted: bool,
 }
 
 impl<C: Columns> Table<C> {
     /// A table without rows. `metadata`: of its schema, beside its name.
-    pub(super) fn new(name: &str, columns: C, metadata: &[(&str, String)]) -> Self {
+    pub(in crate::tables) fn new(name: &str, columns: C, metadata: &[(&str, String)]) -> Self {
         let mut all: HashMap<String, String> =
             metadata.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
         all.insert("table".to_owned(), name.to_owned());
         let schema = Arc::new(Schema::new(columns.fields()).with_metadata(all));
-        Self { name: Arc::from(name), schema, columns, rows: 0, bytes: 0, told: false }
+        Self { name: Arc::from(name), schema, columns, rows: 0, bytes: 0, emitted: false }
     }
 
-    /// A row is complete, which has so many bytes of text and data.
-    pub(super) fn end_row(&mut self, bytes: usize, done: &mut Vec<Batch>) {
+    /// Appends a record.
+    pub(in crate::tables) fn row<X, R>(&mut self, done: &mut Vec<Batch>, cx: X, record: R)
+    where
+        C: Append<X, R>,
+    {
+        let bytes = self.columns.append(cx, record);
+        self.end_row(bytes, done);
+    }
+
+    /// Ends a row with this number of bytes of text and data.
+    pub(in crate::tables) fn end_row(&mut self, bytes: usize, done: &mut Vec<Batch>) {
         self.rows += 1;
         self.bytes += bytes;
         if self.rows >= ROWS || self.bytes >= BYTES {
@@ -223,22 +274,8 @@ impl<C: Columns> Table<C> {
         }
     }
 
-    /// Ends the batch, if it has rows.
-    pub(super) fn flush(&mut self, done: &mut Vec<Batch>) {
-        if self.rows > 0 {
-            self.end_batch(done);
-        }
-    }
-
-    /// Nothing more comes: ends the batch, also without rows where none has come out before.
-    pub(super) fn finish(&mut self, done: &mut Vec<Batch>) {
-        if self.rows > 0 || !self.told {
-            self.end_batch(done);
-        }
-    }
-
     fn end_batch(&mut self, done: &mut Vec<Batch>) {
-        (self.rows, self.bytes, self.told) = (0, 0, true);
+        (self.rows, self.bytes, self.emitted) = (0, 0, true);
         // Columns of one length and of the types that the schema says: an error cannot be.
         if let Ok(rows) = RecordBatch::try_new(Arc::clone(&self.schema), self.columns.arrays()) {
             done.push(Batch { name: Arc::clone(&self.name), rows });

@@ -1,4 +1,4 @@
-//! Which SYNC cycle ran at a frame that is told of later.
+//! The SYNC cycle at a past frame.
 //!
 //! Of each bus the beginnings of the last cycles are kept. Must not: decide what begins a cycle.
 

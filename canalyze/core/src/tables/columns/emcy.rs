@@ -1,51 +1,73 @@
-//! `emcy`: one row an emergency, with the errors of its node after it as far as the capture shows them.
+//! `emcy`: one row per emergency, with the errors of its node after it as far as the capture shows them.
 //!
 //! Must not: judge.
 
-use arrow_array::builder::{BinaryBuilder, ListBuilder};
-use arrow_array::types::{Int64Type, UInt8Type, UInt16Type, UInt64Type};
-
-use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::tables::jsonl::Setting;
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
+use crate::bytes::frame::Frame;
+use crate::tables::table::{Bytes, Moment, Name, U8, U16, U16s, U64, Word, table};
 use crate::wire::emcy;
-use crate::wire::message::Message;
-use crate::world::event::Event;
+use crate::wire::message::{Errors, Message};
+use crate::words::profiles::Profile;
+use crate::world::event::{Event, What};
 
-columns! {
-    /// The columns.
-    Emcy {
-        t_ns: Numbers<Int64Type>, or_null;
-        frame: Numbers<UInt64Type>;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>;
-        code: Numbers<UInt16Type>;
-        name: Words, or_null;
-        register: Numbers<UInt8Type>;
-        manufacturer: BinaryBuilder;
-        active: ListBuilder<Numbers<UInt16Type>>;
-        cleared: ListBuilder<Numbers<UInt16Type>>;
+/// An emergency and its event.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct Emergency<'a> {
+    event: &'a Event,
+    node: u8,
+    code: u16,
+    profile: Profile,
+    register: u8,
+    manufacturer: &'a [u8],
+    active: Errors,
+    cleared: Errors,
+}
+
+table! {
+    /// One row per EMCY.
+    /// 一行是一个紧急报文
+    Emcy arrow "emcy", |cx, one: Emergency<'_>| {
+        t: Moment or null = one.event.at.t_ns;
+        frame: U64 = one.event.at.no;
+        bus: Name or null = cx.setting.bus(one.event.bus);
+        node: U8 = one.node;
+        /// EMCY error code
+        /// EMCY错误码
+        code: U16 = one.code;
+        name: Word or null = emcy::code(cx.setting.lang, one.profile, one.code);
+        /// error register (1001h)
+        /// 错误寄存器（1001h）
+        register: U8 = one.register;
+        /// manufacturer bytes (5)
+        /// 制造商数据，5字节
+        manufacturer: Bytes = one.manufacturer;
+        /// error codes that are active after it
+        /// 此后仍存在的错误码
+        active: U16s = one.active.iter();
+        /// error codes that it clears
+        /// 由它清除的错误码
+        cleared: U16s = one.cleared.iter();
     }
 }
 
-impl Table<Emcy> {
-    /// Appends a message, if it is an emergency.
-    pub(super) fn message(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, event: &Event, message: &Message) {
-        let Message::Emcy { node, code, profile, register, manufacturer, active, cleared } = *message else { return };
-        let columns = &mut self.columns;
-        columns.t_ns.append_option(event.at.t_ns);
-        columns.frame.append_value(event.at.no);
-        columns.bus.name(setting.buses.name(event.bus));
-        columns.node.append_value(node);
-        columns.code.append_value(code);
-        columns.name.maybe(emcy::code(setting.lang, profile, code));
-        columns.register.append_value(register);
-        columns.manufacturer.append_value(manufacturer);
-        for (column, errors) in [(&mut columns.active, active), (&mut columns.cleared, cleared)] {
-            for error in errors.iter() {
-                column.values().append_value(error);
-            }
-            column.append(true);
+impl Collector for Table<Emcy> {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, _: &Frame, events: &[Event]) {
+        for event in events {
+            let What::Message(Message::Emcy { node, code, profile, register, ref manufacturer, active, cleared }) =
+                event.what
+            else {
+                continue;
+            };
+            self.row(
+                done,
+                &scene.cx(),
+                Emergency { event, node, code, profile, register, manufacturer, active, cleared },
+            );
         }
-        self.end_row(manufacturer.len(), done);
+    }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        self
     }
 }

@@ -1,64 +1,83 @@
-//! `findings`: one row a finding, repeats folded as in lines for people.
+//! `findings`: one row per finding, repeats folded as in lines for people.
 //!
-//! Must not: judge.
+//! `message` is about `cause_frame`, where there is one. Must not: judge.
 
-use arrow_array::builder::StringBuilder;
-use arrow_array::types::{Int64Type, UInt8Type, UInt16Type, UInt64Type};
-
-use super::column::{Batch, Numbers, Table, Words, columns};
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
 use crate::rules::finding::Finding;
-use crate::tables::jsonl::{self, Setting};
-use crate::words::findings;
+use crate::tables::jsonl::facts;
+use crate::tables::setting::{Setting, quoted};
+use crate::tables::table::{Given, Hex4, Json, List, Moment, Name, Text, U8, U64, Word, list, table};
+use crate::views::finding_context::HeldFrame;
+use crate::views::lines::Lines;
+use crate::words::digits::put;
+use crate::words::{Depth, findings};
 
-columns! {
-    /// The columns.
-    Findings {
-        code: Words;
-        name: Words;
-        severity: Words;
-        file: Words;
-        frame: Numbers<UInt64Type>, or_null;
-        line: Numbers<UInt64Type>, or_null;
-        t_ns: Numbers<Int64Type>, or_null;
-        cause_frame: Numbers<UInt64Type>, or_null;
-        cause_line: Numbers<UInt64Type>, or_null;
-        about_frame: Numbers<UInt64Type>, or_null;
-        because_of: Numbers<UInt64Type>, or_null;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>, or_null;
-        index: Numbers<UInt16Type>, or_null;
-        sub: Numbers<UInt8Type>, or_null;
-        message: StringBuilder;
-        facts: StringBuilder;
+/// A finding, and the frames of its context where their lines are listed.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct FoundFinding<'a> {
+    pub(in crate::tables) finding: &'a Finding,
+    pub(in crate::tables) context: Option<&'a [&'a HeldFrame]>,
+}
+
+table! {
+    /// One row per finding.
+    /// 一行是一条检查结果
+    Findings arrow "findings" json "finding", |cx, one: FoundFinding<'_>| {
+        /// code of the rule
+        /// 规则代码
+        code: Word = one.finding.code.rule().id;
+        /// name of the rule
+        /// 规则名
+        name: Word = one.finding.code.rule().name;
+        severity: Word = one.finding.severity().name();
+        file: Given = cx.setting.file;
+        frame: U64 or null = Some(one.finding.at.no).filter(|no| *no > 0);
+        line: U64 or null = one.finding.at.line;
+        t: Moment or null = one.finding.at.t_ns;
+        /// frame that caused it
+        /// 引起它的帧
+        cause_frame: U64 or null = one.finding.cause.map(|cause| cause.no);
+        /// line of that frame
+        /// 引起它的帧的行号
+        cause_line: U64 or null = one.finding.cause.and_then(|cause| cause.line);
+        /// frame that it is about
+        /// 它所说的帧
+        about_frame: U64 or null = one.finding.about().map(|about| about.no);
+        /// the finding of which it is a consequence
+        /// 它是哪一条检查结果的后果
+        because_of: U64 or null = one.finding.because_of.map(|cause| cause.no);
+        bus: Name or null = cx.setting.bus(one.finding.bus);
+        node: U8 or null = one.finding.node;
+        index: Hex4 or null = one.finding.object.map(|object| object.index);
+        sub: U8 or null = one.finding.object.map(|object| object.sub);
+        message: Text = |out: &mut Vec<u8>| findings::message(out, cx.setting.lang, one.finding);
+        facts: Json = |out: &mut Vec<u8>| facts::facts(out, one.finding);
+        /// the annotated lines of its context, oldest first: the frame and its text
+        /// 相关各帧的注释行，由先到后：帧号和文字
+        lines: List in optional = one.context.map(|held| |out: &mut Vec<u8>| lines(out, cx.setting, held));
     }
 }
 
-impl Table<Findings> {
-    /// Appends a finding.
-    pub(super) fn finding(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, finding: &Finding) {
-        let columns = &mut self.columns;
-        let rule = finding.code.rule();
-        columns.code.word(rule.id);
-        columns.name.word(rule.name);
-        columns.severity.word(finding.severity().name());
-        columns.file.word(&String::from_utf8_lossy(setting.file));
-        columns.frame.append_option((finding.at.no > 0).then_some(finding.at.no));
-        columns.line.append_option(finding.at.line);
-        columns.t_ns.append_option(finding.at.t_ns);
-        columns.cause_frame.append_option(finding.cause.map(|cause| cause.no));
-        columns.cause_line.append_option(finding.cause.and_then(|cause| cause.line));
-        columns.about_frame.append_option(finding.about().map(|about| about.no));
-        columns.because_of.append_option(finding.because_of.map(|cause| cause.no));
-        columns.bus.name(setting.buses.name(finding.bus));
-        columns.node.append_option(finding.node);
-        columns.index.append_option(finding.object.map(|object| object.index));
-        columns.sub.append_option(finding.object.map(|object| object.sub));
-        let mut message = Vec::new();
-        findings::message(&mut message, setting.lang, finding);
-        columns.message.append_value(String::from_utf8_lossy(&message));
-        let mut facts = Vec::new();
-        jsonl::facts::facts(&mut facts, finding);
-        columns.facts.append_value(String::from_utf8_lossy(&facts));
-        self.end_row(message.len() + facts.len(), done);
+impl Collector for Table<Findings> {
+    fn finding(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, finding: &Finding) {
+        self.row(done, &scene.cx(), FoundFinding { finding, context: None });
     }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        self
+    }
+}
+
+fn lines(out: &mut Vec<u8>, setting: Setting<'_>, context: &[&HeldFrame]) {
+    let mut lines = Lines::new(setting.lang, Depth::Default, None);
+    lines.clock = setting.clock;
+    list(out, context, |out, held| {
+        put!(out; "{\"frame\":", held.frame.no, ",\"text\":");
+        quoted(out, |text| {
+            lines.frame(text, &held.frame, held.event.as_slice(), setting.buses);
+            text.pop();
+        });
+        put!(out; "}");
+    });
 }

@@ -1,123 +1,144 @@
-//! `incidents`: one row an incident, as they stand at the end of the capture, in the order in which a person reads them.
+//! `incidents`: one row per problem at the end of the capture, in reading order.
 //!
-//! A cause stands before what it has caused, which has one more `depth`. Must not: judge.
+//! A cause is before its consequences, which have one more `depth`. Must not: judge.
 
-use arrow_array::builder::{BooleanBuilder, ListBuilder, StringBuilder};
-use arrow_array::types::{Int64Type, UInt8Type, UInt32Type, UInt64Type};
-
-use super::column::{Batch, Numbers, Table, Words, columns};
-use super::cycle_numbers::CycleNumbers;
-use crate::stories::incident::{Incident, members};
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
+use crate::stories::incident::{Incident, Link, members};
 use crate::stories::rank::{is_root, stories};
 use crate::stories::{Diagnosis, advice};
-use crate::tables::jsonl::{self, Setting};
+use crate::tables::jsonl;
+use crate::tables::setting::Setting;
+use crate::tables::table::{Duration, Json, Moment, Name, Text, Truth, U8, U8s, U32, U64, U64s, Word, table};
 use crate::words::digits::put;
 use crate::words::incidents;
 
-columns! {
-    /// The columns.
-    Incidents {
-        id: Numbers<UInt32Type>;
-        incident: Words;
-        status: Words;
-        impact: Words;
-        grade: Words;
-        depth: Numbers<UInt64Type>;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>, or_null;
-        nodes: ListBuilder<Numbers<UInt8Type>>;
-        axis: Numbers<UInt8Type>, or_null;
-        pdo: Words, or_null;
-        subject: Words;
-        begin_frame: Numbers<UInt64Type>;
-        t_ns: Numbers<Int64Type>, or_null;
-        cycle: Numbers<UInt64Type>;
-        noticed_frame: Numbers<UInt64Type>;
-        noticed_t_ns: Numbers<Int64Type>, or_null;
-        end_frame: Numbers<UInt64Type>, or_null;
-        end_t_ns: Numbers<Int64Type>, or_null;
-        end_cycle: Numbers<UInt64Type>, or_null;
-        count: Numbers<UInt64Type>;
-        root: BooleanBuilder;
-        cause: Numbers<UInt32Type>, or_null;
-        cause_link: Words, or_null;
-        cause_grade: Words, or_null;
-        delay_ns: Numbers<Int64Type>, or_null;
-        frames: ListBuilder<Numbers<UInt64Type>>;
-        message: StringBuilder;
-        checks: StringBuilder;
-        facts: StringBuilder;
+/// A problem, and the diagnosis that it is in.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct ProblemRow<'a> {
+    one: &'a Incident,
+    depth: u64,
+    scene: TableContext<'a>,
+    diagnosis: &'a Diagnosis,
+}
+
+impl<'a> ProblemRow<'a> {
+    fn cycle(self, frame: u64) -> u64 {
+        self.scene.cycles.at(self.one.bus, frame)
     }
 }
 
-impl Table<Incidents> {
-    /// Appends all that went wrong.
-    pub(super) fn diagnosis(
-        &mut self,
-        done: &mut Vec<Batch>,
-        setting: Setting<'_>,
-        cycles: &CycleNumbers,
-        diagnosis: &Diagnosis,
-    ) {
+table! {
+    /// One row per problem, known at the end of the capture; a cause comes before its consequences.
+    /// 一行是一个问题，读完整个记录后得出；原因排在它引起的问题之前
+    Incidents arrow "incidents", |cx, of: ProblemRow<'_>| {
+        /// number of the problem
+        /// 问题编号
+        id: U32 = of.one.number;
+        /// kind, as node-silent
+        /// 问题类型，如 node-silent
+        incident: Word = of.one.kind.row().name;
+        /// stands, over, harmless or unknown
+        /// stands（存在）、over（已恢复）、harmless（无害）、unknown（未知）
+        status: Word = of.one.status.name();
+        /// impact, A (worst) and on
+        /// 影响等级 A至E
+        impact: Word = of.one.impact().name();
+        /// how sure it is
+        /// 把握程度
+        grade: Word = of.one.grade.name();
+        /// depth in the tree of causes, 0 is a root
+        /// 因果层次，0为根
+        depth: U64 = of.depth;
+        bus: Name or null = cx.setting.bus(of.one.bus);
+        node: U8 or null = of.one.subject.node;
+        /// nodes concerned
+        /// 涉及的节点
+        nodes: U8s = members(of.one.subject.nodes);
+        /// axis (CiA 402)
+        /// 轴号（CiA 402）
+        axis: U8 or null = of.one.subject.axis;
+        pdo: Word or null = pdo(of.one).as_deref();
+        /// what it is about: a node, a bus, a PDO
+        /// 对象：哪个节点、总线或PDO
+        subject: Word = &*subject(of.one);
+        /// frame of its first sign
+        /// 第一个迹象所在的帧
+        begin_frame: U64 = of.one.begin.no;
+        t: Moment or null = of.one.begin.t_ns;
+        cycle: U64 = of.cycle(of.one.begin.no);
+        /// frame from which it could be known
+        /// 能够判定时的帧
+        noticed_frame: U64 = of.one.noticed.no;
+        /// time from which it could be known
+        /// 能够判定的时刻
+        noticed_t: Moment or null = of.one.noticed.t_ns;
+        /// frame of its end; empty while it stands
+        /// 结束时的帧；仍存在时为空
+        end_frame: U64 or null = of.one.end.map(|end| end.no);
+        /// time of its end
+        /// 结束时刻
+        end_t: Moment or null = of.one.end.and_then(|end| end.t_ns);
+        /// SYNC cycle of its end
+        /// 结束时的同步周期
+        end_cycle: U64 or null = of.one.end.map(|end| of.cycle(end.no));
+        /// how many times
+        /// 次数
+        count: U64 = of.one.repeats.count;
+        /// no consequence of another problem
+        /// 不是其他问题的后果
+        root: Truth = is_root(of.one);
+        /// the problem that caused it (column id)
+        /// 原因的编号（id列）
+        cause: U32 or null = cause(of.one).map(|link| of.diagnosis.ledger().number(link.cause));
+        /// kind of the causal link
+        /// 因果关系的类型
+        cause_link: Word or null = cause(of.one).map(|link| format!("L{}", link.rule)).as_deref();
+        /// how sure the link is
+        /// 因果关系的把握程度
+        cause_grade: Word or null = cause(of.one).map(|link| link.grade.name());
+        /// since the cause began
+        /// 距原因开始
+        delay: Duration or null = cause(of.one).and_then(|link| link.delay_ns);
+        /// frames that show it
+        /// 依据的帧号
+        frames: U64s = frames(of.one);
+        message: Text = |out: &mut Vec<u8>| {
+            let began_ns = of.diagnosis.extent().1.and_then(|first| first.t_ns);
+            incidents::title(out, cx.setting.lang, of.one, began_ns);
+        };
+        /// what to check first
+        /// 应先检查什么
+        checks: Text = |out: &mut Vec<u8>| checks(out, cx.setting, of);
+        facts: Json = |out: &mut Vec<u8>| jsonl::diagnosis::facts_of(out, of.one);
+    }
+}
+
+impl Collector for Table<Incidents> {
+    fn diagnosis(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, diagnosis: &Diagnosis) {
         for (id, depth) in stories(diagnosis.ledger()) {
             if let Some(one) = diagnosis.ledger().by_id(id) {
-                self.incident(done, setting, cycles, diagnosis, (one, depth));
+                self.row(done, &scene.cx(), ProblemRow { one, depth, scene, diagnosis });
             }
         }
     }
 
-    fn incident(
-        &mut self,
-        done: &mut Vec<Batch>,
-        setting: Setting<'_>,
-        cycles: &CycleNumbers,
-        diagnosis: &Diagnosis,
-        (one, depth): (&Incident, u64),
-    ) {
-        let columns = &mut self.columns;
-        columns.id.append_value(one.number);
-        columns.incident.word(one.kind.row().name);
-        columns.status.word(one.status.name());
-        columns.impact.word(one.impact().name());
-        columns.grade.word(one.grade.name());
-        columns.depth.append_value(depth);
-        columns.bus.name(setting.buses.name(one.bus));
-        columns.node.append_option(one.subject.node);
-        members(one.subject.nodes).for_each(|node| columns.nodes.values().append_value(node));
-        columns.nodes.append(true);
-        columns.axis.append_option(one.subject.axis);
-        let side = |transmit| if transmit { "TPDO" } else { "RPDO" };
-        columns.pdo.maybe(one.subject.pdo.map(|(transmit, number)| format!("{}{number}", side(transmit))).as_deref());
-        columns.subject.word(&subject(one));
-        columns.begin_frame.append_value(one.begin.no);
-        columns.t_ns.append_option(one.begin.t_ns);
-        columns.cycle.append_value(cycles.at(one.bus, one.begin.no));
-        columns.noticed_frame.append_value(one.noticed.no);
-        columns.noticed_t_ns.append_option(one.noticed.t_ns);
-        columns.end_frame.append_option(one.end.map(|end| end.no));
-        columns.end_t_ns.append_option(one.end.and_then(|end| end.t_ns));
-        columns.end_cycle.append_option(one.end.map(|end| cycles.at(one.bus, end.no)));
-        columns.count.append_value(one.repeats.count);
-        columns.root.append_value(is_root(one));
-        let cause = one.cause.filter(|_| !is_root(one));
-        columns.cause.append_option(cause.map(|link| diagnosis.ledger().number(link.cause)));
-        columns.cause_link.maybe(cause.map(|link| format!("L{}", link.rule)).as_deref());
-        columns.cause_grade.maybe(cause.map(|link| link.grade.name()));
-        columns.delay_ns.append_option(cause.and_then(|link| link.delay_ns));
-        frames(one).into_iter().for_each(|frame| columns.frames.values().append_value(frame));
-        columns.frames.append(true);
-        let began_ns = diagnosis.extent().1.and_then(|first| first.t_ns);
-        let (mut message, mut checks) = (Vec::new(), Vec::new());
-        incidents::title(&mut message, setting.lang, one, began_ns);
-        columns.message.append_value(String::from_utf8_lossy(&message));
-        for (place, check) in advice::of(one, diagnosis.shown()).iter().enumerate() {
-            put!(&mut checks; if place > 0 { "\n" } else { "" }, setting.lang.of(check.words));
-        }
-        columns.checks.append_value(String::from_utf8_lossy(&checks));
-        let mut facts = Vec::new();
-        jsonl::diagnosis::facts_of(&mut facts, one);
-        columns.facts.append_value(String::from_utf8_lossy(&facts));
-        self.end_row(message.len() + checks.len() + facts.len(), done);
+    fn table(&mut self) -> &mut dyn Ends {
+        self
+    }
+}
+
+fn cause(one: &Incident) -> Option<Link> {
+    one.cause.filter(|_| !is_root(one))
+}
+
+fn pdo(one: &Incident) -> Option<String> {
+    one.subject.pdo.map(|(transmit, number)| format!("{}{number}", if transmit { "TPDO" } else { "RPDO" }))
+}
+
+fn checks(out: &mut Vec<u8>, setting: Setting<'_>, of: ProblemRow<'_>) {
+    for (place, check) in advice::of(of.one, of.diagnosis.shown()).iter().enumerate() {
+        put!(out; if place > 0 { "\n" } else { "" }, setting.lang.of(check.words));
     }
 }
 
@@ -131,7 +152,7 @@ fn frames(one: &Incident) -> Vec<u64> {
     frames
 }
 
-/// To whom it happened, as a part of a path: `node5`, `nodes3-4`, `bus`.
+/// The subject as a part of a path: `node5`, `nodes3-4`, `bus`.
 fn subject(one: &Incident) -> String {
     let mut out = Vec::new();
     match one.subject.node {

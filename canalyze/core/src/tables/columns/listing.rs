@@ -1,70 +1,62 @@
-//! `listing`: one row a frame that the filter lets through, with its line as people read it.
+//! `listing`: one row per frame that the filter lets through, with its line as people read it.
 //!
-//! The line is that of `canalyze decode -t n` without bus, without what stands below it there: a list has columns of its
+//! The line is that of `canalyze decode -t n` without bus, and without the lines below it: a list has columns of its
 //! own for time and bus, and findings are in `log`. Must not: put words together.
 
-use arrow_array::builder::StringBuilder;
-use arrow_array::types::{Int64Type, UInt8Type, UInt64Type};
-
-use super::Seen;
-use super::column::{Batch, Numbers, Table, Words, columns, lossy};
+use super::column::{Batch, Table, lossy};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::rules::finding::Severity;
+use crate::tables::table::{Moment, Name, U8, U64, Utf8, Word, table};
 use crate::views::lines::Lines;
 use crate::words::{Depth, Lang};
 use crate::world::event::Event;
 
-columns! {
-    /// The columns.
-    Rows {
-        frame: Numbers<UInt64Type>;
-        t_ns: Numbers<Int64Type>, or_null;
-        cycle: Numbers<UInt64Type>;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>, or_null;
-        service: Words;
-        severity: Words, or_null;
-        line: StringBuilder;
+/// A frame, its line, and the scene.
+pub(in crate::tables) struct Listed<'a> {
+    frame: &'a Frame,
+    scene: TableContext<'a>,
+    line: &'a [u8],
+}
+
+table! {
+    /// One row per line of the annotated listing.
+    /// 一行是注释列表的一行
+    Lined arrow "listing", |cx, one: Listed<'_>| {
+        frame: U64 = one.frame.no;
+        t: Moment or null = one.frame.t_ns;
+        cycle: U64 = one.scene.cycle;
+        bus: Name or null = cx.setting.bus(one.frame.bus);
+        node: U8 or null = one.scene.service.1;
+        service: Word = one.scene.service.0;
+        severity: Word or null = one.scene.severity.map(Severity::name);
+        line: Utf8 = &*lossy(one.line);
     }
 }
 
-/// The table, and what writes its lines.
+/// The table, and the renderer of its lines.
 #[derive(Debug)]
 pub(super) struct Listing {
-    /// The table.
-    pub(super) table: Table<Rows>,
+    table: Table<Lined>,
     lines: Lines,
-    /// The line that is being written.
     line: Vec<u8>,
 }
 
 impl Listing {
-    /// No row yet.
-    pub(super) fn new(table: Table<Rows>, lang: Lang) -> Self {
-        Self { table, lines: Lines::new(lang, Depth::Default, None), line: Vec::new() }
+    /// Returns a listing without rows.
+    pub(super) fn new(lang: Lang) -> Self {
+        Self { table: Table::default(), lines: Lines::new(lang, Depth::Default, None), line: Vec::new() }
+    }
+}
+
+impl Collector for Listing {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
+        self.line.clear();
+        self.lines.alone(&mut self.line, frame, events.first());
+        self.table.row(done, &scene.cx(), Listed { frame, scene, line: &self.line });
     }
 
-    /// Appends a frame. `event`: its own one; `severity`: of the worst finding at it.
-    pub(super) fn frame(
-        &mut self,
-        done: &mut Vec<Batch>,
-        seen: Seen<'_>,
-        frame: &Frame,
-        event: Option<&Event>,
-        severity: Option<Severity>,
-    ) {
-        let columns = &mut self.table.columns;
-        columns.frame.append_value(frame.no);
-        columns.t_ns.append_option(frame.t_ns);
-        columns.cycle.append_value(seen.cycle);
-        columns.bus.name(seen.setting.buses.name(frame.bus));
-        let (service, node) = seen.service;
-        columns.node.append_option(node);
-        columns.service.word(service);
-        columns.severity.maybe(severity.map(Severity::name));
-        self.line.clear();
-        self.lines.alone(&mut self.line, frame, event);
-        columns.line.append_value(lossy(&self.line));
-        self.table.end_row(self.line.len(), done);
+    fn table(&mut self) -> &mut dyn Ends {
+        &mut self.table
     }
 }

@@ -1,4 +1,4 @@
-//! `load`: one row each 100 ms of a bus: how busy it was.
+//! `load`: one row per 100 ms of a bus, with its load.
 //!
 //! Windows follow one another from the bus's first stamp on; `t_ns` is the end of one, `frame` and `cycle` are those of
 //! the last frame before it. However long a bus is silent, that is two rows of 0: the first window without a frame and
@@ -7,35 +7,55 @@
 
 use std::collections::BTreeMap;
 
-use arrow_array::types::{Float64Type, Int64Type, UInt32Type, UInt64Type};
-
-use super::Seen;
-use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
+use crate::bytes::frame::{BusId, Frame};
+use crate::tables::setting::Setting;
+use crate::tables::table::{Cx, Moment, Name, Real, U32, U64, table};
 use crate::views::summary::bits;
+use crate::world::event::Event;
 
 /// Length of a window in ns.
 const WINDOW: i64 = 100_000_000;
 /// Windows a second.
 const PER_SECOND: f64 = 10.0;
 
-columns! {
-    /// The columns.
-    Rows {
-        t_ns: Numbers<Int64Type>;
-        frame: Numbers<UInt64Type>;
-        cycle: Numbers<UInt64Type>;
-        bus: Words, or_null;
-        frames: Numbers<UInt32Type>;
-        bits: Numbers<UInt64Type>;
-        frames_per_s: Numbers<Float64Type>;
-        load_percent: Numbers<Float64Type>, or_null;
+/// A window that is over.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct LoadWindow<'a> {
+    bus: BusId,
+    running: &'a Running,
+    end_ns: i64,
+    /// Bits that fit into a window, where the bit rate is known.
+    room: Option<f64>,
+}
+
+table! {
+    /// One row per bus and 100 ms.
+    /// 一行是一条总线的100 ms
+    Windows arrow "load", |cx, one: LoadWindow<'_>| {
+        t: Moment = one.end_ns;
+        frame: U64 = one.running.last.0;
+        cycle: U64 = one.running.last.1;
+        bus: Name or null = cx.setting.bus(one.bus);
+        /// number of frames
+        /// 帧数
+        frames: U32 = one.running.frames;
+        /// bits on the wire
+        /// 总线上的位数
+        bits: U64 = one.running.bits;
+        /// frame rate
+        /// 帧率
+        frames_per_s: Real = f64::from(one.running.frames) * PER_SECOND;
+        /// bus load; needs a bit rate
+        /// 总线负载；需要波特率
+        load_percent: Real or null = one.room.map(|room| 100.0 * one.running.bits as f64 / room);
     }
 }
 
 /// The window that runs on a bus.
 #[derive(Debug, Default)]
-struct Running {
+pub(in crate::tables) struct Running {
     /// When it began, in ns.
     begin_ns: i64,
     frames: u32,
@@ -51,29 +71,28 @@ struct Running {
 /// The table, and the windows that run.
 #[derive(Debug)]
 pub(super) struct Load {
-    /// The table.
-    pub(super) table: Table<Rows>,
+    table: Table<Windows>,
     /// Bits that fit into a window, where the bit rate is known.
     room: Option<f64>,
     running: BTreeMap<BusId, Running>,
 }
 
 impl Load {
-    /// No row yet. `bit_rate`: of all buses, in bit/s.
-    pub(super) fn new(table: Table<Rows>, bit_rate: Option<u32>) -> Self {
+    /// Returns a table without rows. `bit_rate`: of all buses, in bit/s.
+    pub(super) fn new(bit_rate: Option<u32>) -> Self {
         let room = bit_rate.filter(|rate| *rate > 0).map(|rate| f64::from(rate) / PER_SECOND);
-        Self { table, room, running: BTreeMap::new() }
+        Self { table: Table::default(), room, running: BTreeMap::new() }
     }
+}
 
-    /// Takes a frame.
-    pub(super) fn frame(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame) {
+impl Collector for Load {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, _: &[Event]) {
         let Some(t_ns) = frame.t_ns else { return };
         let Self { table, room, running } = self;
         let running = running.entry(frame.bus).or_insert_with(|| Running { begin_ns: t_ns, ..Running::default() });
-        let mut say =
-            |running: &Running, end_ns| row(table, done, *room, seen.setting.buses.name(frame.bus), running, end_ns);
+        let mut say = says(table, done, *room, scene.setting, frame.bus);
         if t_ns < running.begin_ns.saturating_sub(WINDOW) {
-            // The clock was set back: what was counted is all that there is of the window.
+            // The clock was set back: nothing more of the window comes.
             if running.frames > 0 {
                 say(running, running.begin_ns.saturating_add(WINDOW));
             }
@@ -84,25 +103,23 @@ impl Load {
         running.silence_ends(&mut say);
         running.frames = running.frames.saturating_add(1);
         running.bits = running.bits.saturating_add(u64::from(bits::on_the_wire(frame)));
-        running.last = (frame.no, seen.cycle);
+        running.last = (frame.no, scene.cycle);
     }
 
-    /// It is `now_ns` on the clock of the frames.
-    pub(super) fn advance(&mut self, done: &mut Vec<Batch>, buses: &Buses, now_ns: i64) {
+    fn advance(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, now_ns: i64) {
         let Self { table, room, running } = self;
         for (bus, running) in running {
-            running.advance(now_ns, &mut |running, end_ns| row(table, done, *room, buses.name(*bus), running, end_ns));
+            running.advance(now_ns, &mut says(table, done, *room, setting, *bus));
         }
     }
 
-    /// The capture, whose last frame this was, is over.
-    pub(super) fn finish(&mut self, done: &mut Vec<Batch>, buses: &Buses, last: FrameRef) {
-        if let Some(end_ns) = last.t_ns {
-            self.advance(done, buses, end_ns);
+    fn finish(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>) {
+        if let Some(end_ns) = scene.last.t_ns {
+            self.advance(done, scene.setting, end_ns);
         }
         let Self { table, room, running } = self;
         for (bus, running) in running {
-            let mut say = |running: &Running, end_ns| row(table, done, *room, buses.name(*bus), running, end_ns);
+            let mut say = says(table, done, *room, scene.setting, *bus);
             running.silence_ends(&mut say);
             if !running.told && running.frames > 0 {
                 say(running, running.begin_ns.saturating_add(WINDOW));
@@ -110,6 +127,21 @@ impl Load {
         }
         self.table.finish(done);
     }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        &mut self.table
+    }
+}
+
+/// Returns a function that appends a window that is over, and ends at a time.
+fn says<'a>(
+    table: &'a mut Table<Windows>,
+    done: &'a mut Vec<Batch>,
+    room: Option<f64>,
+    setting: Setting<'a>,
+    bus: BusId,
+) -> impl FnMut(&Running, i64) + 'a {
+    move |running, end_ns| table.row(done, &Cx::of(setting), LoadWindow { bus, running, end_ns, room })
 }
 
 impl Running {
@@ -150,18 +182,4 @@ impl Running {
             say(self, self.begin_ns);
         }
     }
-}
-
-fn row(table: &mut Table<Rows>, done: &mut Vec<Batch>, room: Option<f64>, bus: &[u8], over: &Running, end_ns: i64) {
-    let columns = &mut table.columns;
-    columns.t_ns.append_value(end_ns);
-    let (frame, cycle) = over.last;
-    columns.frame.append_value(frame);
-    columns.cycle.append_value(cycle);
-    columns.bus.name(bus);
-    columns.frames.append_value(over.frames);
-    columns.bits.append_value(over.bits);
-    columns.frames_per_s.append_value(f64::from(over.frames) * PER_SECOND);
-    columns.load_percent.append_option(room.map(|room| 100.0 * over.bits as f64 / room));
-    table.end_row(0, done);
 }

@@ -1,4 +1,4 @@
-//! `objects`: one row a value of an object that the capture shows, whatever service carried it.
+//! `objects`: one row per value of an object that the capture shows, whatever service carried it.
 //!
 //! | `source` | rows | `index`, `sub` |
 //! |---|---|---|
@@ -11,54 +11,64 @@
 //! `text` is a string, or what the number means. What is none of these is null: its bytes are in `transfers` and
 //! `signals`. Names and words are English whatever the language is. Must not: decide what a mapping is.
 
-use arrow_array::builder::StringBuilder;
-use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt16Type, UInt64Type};
-
-use super::column::{Batch, Numbers, Table, Words, columns, lossy};
-use super::signals::numbers;
-use super::states;
+use super::column::{Batch, Table, lossy};
+use super::signals::{each, numbers};
+use super::{Collector, Ends, TableContext, states};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::sdo::transfer::{Status, Transfer};
 use crate::sdo::wire::Mux;
-use crate::tables::jsonl::Setting;
-use crate::tables::selection::{Chosen, Selection, Whose};
+use crate::tables::selection::Selection;
+use crate::tables::table::{Hex4, I64, Moment, Name, Real, U8, U64, Utf8, Word, table};
 use crate::wire::emcy;
 use crate::wire::error_control;
 use crate::wire::message::Message;
-use crate::wire::pdo::mapping::{Mapped, Mapping, extract};
+use crate::wire::pdo::mapping::{Mapped, extract};
 use crate::words::terms;
 use crate::words::{Lang, signal, value};
 use crate::world::drive;
-use crate::world::event::{Addressed, Event, Signals as Content, What};
+use crate::world::event::{Event, What};
 use crate::world::od::{self, DataType, Value};
 
-/// What emergencies and states are called, which are no objects.
+/// The names of emergencies and states, which are no objects.
 const EMERGENCY: &str = "EMCY";
 const STATE: &str = "NMT";
 /// The error register, which each emergency carries.
 const REGISTER: Mux = Mux { index: 0x1001, sub: 0 };
 
-columns! {
-    /// The columns.
-    Rows {
-        t_ns: Numbers<Int64Type>, or_null;
-        frame: Numbers<UInt64Type>;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>;
-        index: Numbers<UInt16Type>, or_null;
-        sub: Numbers<UInt8Type>, or_null;
-        source: Words;
-        name: Words, or_null;
-        value: Numbers<Float64Type>, or_null;
-        integer: Numbers<Int64Type>, or_null;
-        text: StringBuilder, or_null;
-        unit: Words, or_null;
+table! {
+    /// One row per value of an object, whatever carried it: PDO, SDO, EMCY (its code and 1001h), NMT state.
+    /// 一行是一个对象的值，无论由哪种服务传送：PDO、SDO、EMCY（错误码和1001h）、NMT状态
+    Values arrow "objects", |cx, one: (Of<'_>, Read<'_>)| {
+        t: Moment or null = one.0.at.t_ns;
+        frame: U64 = one.0.at.no;
+        bus: Name or null = cx.setting.bus(one.0.bus);
+        node: U8 = one.0.node;
+        /// index of the object; NMT states and EMCY codes have none
+        /// 对象索引；NMT状态和EMCY错误码没有
+        index: Hex4 or null = one.0.object.map(|object| object.index);
+        sub: U8 or null = one.0.object.map(|object| object.sub);
+        /// what carried it: pdo, sdo, emcy or nmt
+        /// 由哪种服务传送：pdo、sdo、emcy、nmt
+        source: Word = one.0.source;
+        /// name, in English
+        /// 名称（英文）
+        name: Word or null = one.0.name;
+        /// value in the unit of column unit
+        /// 换算后的值，单位见unit列
+        value: Real or null = one.1.value;
+        /// the same as an integer, where it has no factor
+        /// 整数值（不带系数时）
+        integer: I64 or null = one.1.integer;
+        /// value of a string, or what a number means, in English
+        /// 字符串的值，或数值的含义（英文）
+        text: Utf8 or null = one.1.text;
+        unit: Word or null = one.0.unit;
     }
 }
 
-/// What a value is.
+/// A value.
 #[derive(Clone, Copy, Debug, Default)]
-struct Read<'a> {
+pub(in crate::tables) struct Read<'a> {
     integer: Option<i64>,
     value: Option<f64>,
     text: Option<&'a str>,
@@ -72,9 +82,9 @@ impl<'a> Read<'a> {
     }
 }
 
-/// Whose value it is, and where it was seen.
+/// The object of a value, and the frame that shows it.
 #[derive(Clone, Copy, Debug)]
-struct Of<'a> {
+pub(in crate::tables) struct Of<'a> {
     source: &'static str,
     at: FrameRef,
     bus: BusId,
@@ -84,89 +94,84 @@ struct Of<'a> {
     unit: Option<&'a str>,
 }
 
-impl Table<Rows> {
-    fn row(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, of: Of<'_>, read: Read<'_>) {
-        let columns = &mut self.columns;
-        columns.t_ns.append_option(of.at.t_ns);
-        columns.frame.append_value(of.at.no);
-        columns.bus.name(setting.buses.name(of.bus));
-        columns.node.append_value(of.node);
-        columns.index.append_option(of.object.map(|object| object.index));
-        columns.sub.append_option(of.object.map(|object| object.sub));
-        columns.source.word(of.source);
-        columns.name.maybe(of.name);
-        columns.value.append_option(read.value);
-        columns.integer.append_option(read.integer);
-        columns.text.append_option(read.text);
-        columns.unit.maybe(of.unit);
-        self.end_row(read.text.map_or(0, str::len), done);
-    }
-}
-
-/// The table, and which signals are in it.
+/// The table, and the signals that are in it.
 #[derive(Debug)]
 pub(super) struct Objects {
-    /// The table.
-    pub(super) table: Table<Rows>,
+    table: Table<Values>,
     selection: Selection,
     /// Words being put together.
     text: Vec<u8>,
 }
 
 impl Objects {
-    /// No row yet.
-    pub(super) fn new(table: Table<Rows>, selection: Selection) -> Self {
-        Self { table, selection, text: Vec::new() }
+    /// Returns a table without rows.
+    pub(super) fn new(selection: Selection) -> Self {
+        Self { table: Table::default(), selection, text: Vec::new() }
     }
 
     /// Appends the signals of a PDO.
-    pub(super) fn process_data(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, frame: &Frame, event: &Event) {
+    fn process_data(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, event: &Event) {
         let Self { table, selection, text } = self;
-        let mut list = |node: u8, mapping: &Mapping, chosen: &[Chosen]| {
-            for one in chosen {
-                let Some(mapped) = mapping.entries.get(one.place) else { continue };
-                let of = Of {
-                    source: "pdo",
-                    at: frame.reference(),
-                    bus: frame.bus,
-                    node,
-                    object: Some(Mux { index: mapped.index, sub: mapped.sub }),
-                    name: Some(&one.name),
-                    unit: mapped.unit.as_deref(),
-                };
-                let Some(raw) = mapping.raw(mapped, frame.payload()) else {
-                    let bytes = mapping.octets(mapped, frame.payload()).unwrap_or(&[]);
-                    table.row(done, setting, of, Read { text: string(mapped.data_type, bytes), ..Read::default() });
-                    continue;
-                };
-                let words = signal::written(mapping, Lang::En).get(one.place).map_or(0, |how| how.words);
-                text.clear();
-                if words != 0 {
-                    signal::annotation(text, Lang::En, words, raw);
-                }
-                let (integer, value) = numbers(mapped, raw);
-                let bytes = mapping.octets(mapped, frame.payload()).filter(|_| value.is_none()).unwrap_or(&[]);
-                let said = lossy(text);
-                let text = if said.is_empty() { string(mapped.data_type, bytes) } else { Some(&*said) };
-                table.row(done, setting, of, Read { integer, value, text });
+        each(selection, &event.what, |signal| {
+            let mapped = signal.mapped;
+            let of = Of {
+                source: "pdo",
+                at: frame.reference(),
+                bus: frame.bus,
+                node: signal.whose.node,
+                object: Some(Mux { index: mapped.index, sub: mapped.sub }),
+                name: Some(&signal.chosen.name),
+                unit: mapped.unit.as_deref(),
+            };
+            let octets = || signal.mapping.octets(mapped, frame.payload()).unwrap_or(&[]);
+            let Some(raw) = signal.mapping.raw(mapped, frame.payload()) else {
+                let read = Read { text: string(mapped.data_type, octets()), ..Read::default() };
+                return table.row(done, &scene.cx(), (of, read));
+            };
+            let words = signal::written(signal.mapping, Lang::En).get(signal.chosen.place).map_or(0, |how| how.words);
+            text.clear();
+            if words != 0 {
+                signal::annotation(text, Lang::En, words, raw);
             }
+            let (integer, value) = numbers(mapped, raw);
+            let bytes = if value.is_none() { octets() } else { &[] };
+            let words = lossy(text);
+            let text = if words.is_empty() { string(mapped.data_type, bytes) } else { Some(&*words) };
+            table.row(done, &scene.cx(), (of, Read { integer, value, text }));
+        });
+    }
+
+    /// Appends the values that a message carries: an emergency, or a change of a state.
+    fn message(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, event: &Event, message: &Message) {
+        let of = |source, node, object, name| {
+            let (at, bus) = (event.at, event.bus);
+            Of { source, at, bus, node, object, name, unit: None }
         };
-        match &event.what {
-            What::Pdo(data) => {
-                let (Content::Mapped(mapping, _) | Content::ByConsumer(mapping, ..)) = &data.content else { return };
-                let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
-                list(data.node, mapping, selection.of(whose, mapping));
+        if let Message::Emcy { node, code, profile, register, .. } = *message {
+            let read = Read::number(code, emcy::code(Lang::En, profile, code));
+            self.table.row(done, &scene.cx(), (of("emcy", node, None, Some(EMERGENCY)), read));
+            let name = terms::object_name(Lang::En, profile, REGISTER.index, REGISTER.sub);
+            let register = Read::number(register, None);
+            self.table.row(done, &scene.cx(), (of("emcy", node, Some(REGISTER), name), register));
+        } else if let Some((node, state, _)) = states::seen(message) {
+            let read = Read::number(state, error_control::state(Lang::En, state));
+            self.table.row(done, &scene.cx(), (of("nmt", node, None, Some(STATE)), read));
+        }
+    }
+}
+
+impl Collector for Objects {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
+        for event in events {
+            match &event.what {
+                What::Message(message) => self.message(done, scene, event, message),
+                _ => self.process_data(done, scene, frame, event),
             }
-            What::Mpdo(data) => {
-                let Addressed { transmit, number, node, ref mapping, .. } = **data;
-                list(node, mapping, &selection.choose(Whose { transmit, number, node }, mapping));
-            }
-            _ => {}
         }
     }
 
-    /// Appends what a transfer has moved, if it is a value that is there as a whole.
-    pub(super) fn transfer(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, transfer: &Transfer) {
+    /// Appends the value that a transfer has moved, if all of it is there.
+    fn transfer(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, transfer: &Transfer) {
         let Some(mux) = transfer.mux.filter(|_| transfer.outcome.status == Status::Ok) else { return };
         let bytes = transfer.data.kept.as_slice();
         if bytes.len() as u64 != transfer.data.size {
@@ -177,7 +182,7 @@ impl Objects {
         signal::name(&mut name, Lang::En, &mapped);
         let number = usize::from(mapped.bits) == 8 * bytes.len() && (1..=8).contains(&bytes.len());
         let raw = if number { extract(bytes, 0, 8 * bytes.len()) } else { None };
-        if let Some(raw) = raw.filter(|_| signal::is_drives(&mapped) && drive::Object::at(mux.index).is_some()) {
+        if let Some(raw) = raw.filter(|_| signal::is_drives(&mapped) && drive::DriveObject::at(mux.index).is_some()) {
             signal::annotation(&mut words, Lang::En, od::first_axis(mux.index), raw);
         }
         let words = lossy(&words);
@@ -196,24 +201,11 @@ impl Objects {
             name: Some(&lossy(&name)),
             unit: mapped.unit.as_deref(),
         };
-        self.table.row(done, setting, of, read);
+        self.table.row(done, &scene.cx(), (of, read));
     }
 
-    /// Appends what an emergency, or a change of a state, says.
-    pub(super) fn message(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, event: &Event, message: &Message) {
-        let of = |source, node, object, name| {
-            let (at, bus) = (event.at, event.bus);
-            Of { source, at, bus, node, object, name, unit: None }
-        };
-        if let Message::Emcy { node, code, profile, register, .. } = *message {
-            let read = Read::number(code, emcy::code(Lang::En, profile, code));
-            self.table.row(done, setting, of("emcy", node, None, Some(EMERGENCY)), read);
-            let name = terms::object_name(Lang::En, profile, REGISTER.index, REGISTER.sub);
-            self.table.row(done, setting, of("emcy", node, Some(REGISTER), name), Read::number(register, None));
-        } else if let Some((node, state, _)) = states::seen(message) {
-            let read = Read::number(state, error_control::state(Lang::En, state));
-            self.table.row(done, setting, of("nmt", node, None, Some(STATE)), read);
-        }
+    fn table(&mut self) -> &mut dyn Ends {
+        &mut self.table
     }
 }
 

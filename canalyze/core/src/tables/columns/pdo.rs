@@ -6,8 +6,8 @@
 //! and text). A cell is null where the payload does not reach. Columns are named as the signals are; of several with one
 //! name the later ones have their object behind it. Multiplex PDOs have no such table: their object is another one in
 //! every frame. `cycle` is the SYNC cycle to which a synchronous PDO belongs, `running_cycle` the one that runs on the
-//! bus at any PDO. Version 0 is a synchronous PDO of which no mapping is known: it has no signals, and is there where all
-//! signals are. Must not: decide what a mapping is.
+//! bus at any PDO. Version 0 is a synchronous PDO without a known mapping: it has no signals, and is there if all signals
+//! are selected. Must not: decide what a mapping is.
 //!
 //! `wide/BUS/NODE.PDO/VERSION` is the same for whoever asks for values rather than for what is on the bus: a number with
 //! a factor is in its unit, what has words (a drive's states, commands and modes) is these words, and
@@ -24,19 +24,19 @@ use arrow_array::types::{
 };
 use arrow_schema::Field;
 
-use super::Seen;
-use super::column::{Batch, Column, Columns, Numbers, Table, Words};
+use super::column::{Append, Batch, Column, Columns, Numbers, Table, Words};
 use super::signals::numbers;
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
 use crate::tables::selection::{Chosen, Selection, Whose};
+use crate::tables::table::{Cx, Duration, Moment, U64, Word, table};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::{Lang, signal};
-use crate::world::configuration::Provenance;
-use crate::world::event::{Placement, ProcessData, Signals};
+use crate::world::event::{Event, Placement, ProcessData, Signals, What};
 use crate::world::od::DataType;
 
 /// Columns that every such table has before those of its signals.
-const FIXED: [&str; 6] = ["t_ns", "frame", "provenance", "cycle", "delay_ns", "running_cycle"];
+const FIXED: usize = 6;
 /// Most tables that rows are kept for; with one more all of them end their batches and are forgotten.
 const MOST: usize = 4096;
 /// Bytes that the rows of all tables may take before all of them end their batches.
@@ -59,7 +59,7 @@ enum Cells {
     Bytes(BinaryBuilder),
     /// A number in its unit.
     Scaled(Numbers<Float64Type>),
-    /// What a number means.
+    /// The meaning of a number.
     Worded(Worded),
 }
 
@@ -86,6 +86,10 @@ impl Worded {
 }
 
 impl Column for Worded {
+    fn empty() -> Self {
+        Self::default()
+    }
+
     fn data_type() -> arrow_schema::DataType {
         Words::data_type()
     }
@@ -192,22 +196,44 @@ fn type_of<C: Column>(_: &C) -> arrow_schema::DataType {
     C::data_type()
 }
 
+/// The place of a PDO in the capture.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct PdoPlace<'a> {
+    frame: &'a Frame,
+    running: u64,
+    from: &'static str,
+    sync: Option<Placement>,
+}
+
+table! {
+    /// One row per PDO; its signals are further columns.
+    /// 一行是一个PDO，其后每个信号一列
+    Places arrow "pdo", |cx, one: PdoPlace<'_>| {
+        t: Moment or null = one.frame.t_ns;
+        frame: U64 = one.frame.no;
+        provenance: Word = one.from;
+        cycle: U64 or null = one.sync.map(|sync| sync.cycle);
+        /// since SYNC
+        /// 距SYNC
+        delay: Duration or null = one.sync.and_then(|sync| sync.delay_ns);
+        /// number of the cycle, counted through the whole capture
+        /// 全记录连续的周期编号
+        running_cycle: U64 = one.running;
+    }
+}
+
 /// The columns of a PDO by one mapping.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Wide {
-    t_ns: Numbers<Int64Type>,
-    frame: Numbers<UInt64Type>,
-    provenance: Words,
-    cycle: Numbers<UInt64Type>,
-    delay_ns: Numbers<Int64Type>,
-    running_cycle: Numbers<UInt64Type>,
-    /// Place in the mapping, the column as the schema has it, its values.
+    places: Places,
+    /// PdoPlace in the mapping, the column as the schema has it, its values.
     signals: Vec<(usize, Field, Cells)>,
 }
 
 impl Wide {
     fn new(mapping: &Mapping, chosen: &[Chosen], of: Of) -> Self {
-        let mut taken: Vec<String> = FIXED.map(str::to_owned).to_vec();
+        let places = Places::default();
+        let mut taken: Vec<String> = places.fields().iter().map(|field| field.name().clone()).collect();
         let mut signals = Vec::new();
         for one in chosen {
             let Some(mapped) = mapping.entries.get(one.place) else { continue };
@@ -228,73 +254,28 @@ impl Wide {
             });
             push(raw.unwrap_or(name), number);
         }
-        Self::with(signals)
+        Self { places, signals }
     }
 
-    fn with(signals: Vec<(usize, Field, Cells)>) -> Self {
-        Self {
-            t_ns: Numbers::with_capacity(0),
-            frame: Numbers::with_capacity(0),
-            provenance: Words::default(),
-            cycle: Numbers::with_capacity(0),
-            delay_ns: Numbers::with_capacity(0),
-            running_cycle: Numbers::with_capacity(0),
-            signals,
-        }
-    }
-
-    fn append(
-        &mut self,
-        mapping: &Mapping,
-        frame: &Frame,
-        running: u64,
-        (from, sync): (Provenance, Option<Placement>),
-    ) {
-        self.place(frame, running, (from.name(), sync));
-        for (place, _, cells) in &mut self.signals {
-            if let Some(mapped) = mapping.entries.get(*place) {
-                cells.append(mapping, mapped, frame.payload());
+    fn append(&mut self, cx: &Cx<'_>, mapping: &Mapping, place: PdoPlace<'_>) {
+        self.places.append(cx, place);
+        for (at, _, cells) in &mut self.signals {
+            if let Some(mapped) = mapping.entries.get(*at) {
+                cells.append(mapping, mapped, place.frame.payload());
             }
         }
-    }
-
-    /// Appends what there is before the signals.
-    fn place(&mut self, frame: &Frame, running: u64, (from, sync): (&str, Option<Placement>)) {
-        self.t_ns.append_option(frame.t_ns);
-        self.frame.append_value(frame.no);
-        self.provenance.word(from);
-        self.cycle.append_option(sync.map(|sync| sync.cycle));
-        self.delay_ns.append_option(sync.and_then(|sync| sync.delay_ns));
-        self.running_cycle.append_value(running);
     }
 }
 
 impl Columns for Wide {
     fn fields(&self) -> Vec<Field> {
-        let fixed = [
-            (Numbers::<Int64Type>::data_type(), true),
-            (Numbers::<UInt64Type>::data_type(), false),
-            (Words::data_type(), false),
-            (Numbers::<UInt64Type>::data_type(), true),
-            (Numbers::<Int64Type>::data_type(), true),
-            (Numbers::<UInt64Type>::data_type(), false),
-        ];
-        let fixed = FIXED.iter().zip(fixed).map(|(name, (data_type, null))| Field::new(*name, data_type, null));
-        fixed.chain(self.signals.iter().map(|(_, field, _)| field.clone())).collect()
+        let signals = self.signals.iter().map(|(_, field, _)| field.clone());
+        self.places.fields().into_iter().chain(signals).collect()
     }
 
     fn arrays(&mut self) -> Vec<ArrayRef> {
-        let mut arrays = vec![
-            Column::take(&mut self.t_ns),
-            Column::take(&mut self.frame),
-            Column::take(&mut self.provenance),
-            Column::take(&mut self.cycle),
-            Column::take(&mut self.delay_ns),
-            Column::take(&mut self.running_cycle),
-        ];
-        let signals = self.signals.iter_mut();
-        arrays.extend(signals.map(|(_, _, cells)| each!(cells, builder => Column::take(builder))));
-        arrays
+        let signals = self.signals.iter_mut().map(|(_, _, cells)| each!(cells, builder => Column::take(builder)));
+        self.places.arrays().into_iter().chain(signals).collect()
     }
 }
 
@@ -345,15 +326,15 @@ struct Version {
 /// The mappings of one PDO, the one used last first.
 #[derive(Debug, Default)]
 struct Versions {
-    /// How many there were, also those that are forgotten.
+    /// The number of mappings, including forgotten ones.
     count: usize,
     known: Vec<Version>,
 }
 
-/// What a cell holds.
+/// The content of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
-    /// What is on the bus.
+    /// The number on the bus.
     Bus,
     /// Its value.
     Values,
@@ -375,16 +356,16 @@ pub(super) struct Pdos {
 }
 
 impl Pdos {
-    /// No table yet.
+    /// Returns no tables.
     pub(super) fn new(lang: Lang, selection: Selection, of: Of) -> Self {
         Self { lang, of, selection, tables: BTreeMap::new(), unmapped: BTreeMap::new(), count: 0, bytes: 0 }
     }
 
     /// Appends the signals of a PDO.
-    pub(super) fn process_data(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame, data: &ProcessData) {
+    fn process_data(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, data: &ProcessData) {
         let (Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..)) = &data.content else {
             if self.of == Of::Bus && data.sync.is_some() && self.selection.is_everything() {
-                self.unmapped(done, seen, frame, data);
+                self.unmapped(done, scene, frame, data);
             }
             return;
         };
@@ -400,10 +381,10 @@ impl Pdos {
             None => {
                 versions.count += 1;
                 self.count += 1;
-                let bus = seen.setting.buses.name(frame.bus);
+                let bus = scene.setting.bus(frame.bus);
                 let chosen = self.selection.choose(whose, mapping);
                 let columns = Wide::new(mapping, &chosen, self.of);
-                let width = 8 * (FIXED.len() + columns.signals.len()) + mapping.bytes();
+                let width = 8 * (FIXED + columns.signals.len()) + mapping.bytes();
                 let table = named((self.of, self.lang), bus, whose, versions.count, columns);
                 versions.known.push(Version { mapping: Arc::clone(mapping), number: versions.count, table, width });
                 versions.known.len() - 1
@@ -417,42 +398,34 @@ impl Pdos {
             // The newer of two that are the same is the one that comes again.
             version.mapping = Arc::clone(mapping);
         }
-        version.table.columns.append(mapping, frame, seen.cycle, (*from, data.sync));
+        let place = PdoPlace { frame, running: scene.cycle, from: from.name(), sync: data.sync };
+        version.table.columns.append(&scene.cx(), mapping, place);
         version.table.end_row(0, done);
         self.bytes += version.width;
     }
 
-    /// Appends where a synchronous PDO stands in its cycle, of which that is all that is known.
-    fn unmapped(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame, data: &ProcessData) {
+    /// Appends the place of a synchronous PDO in its cycle; nothing else is known of it.
+    fn unmapped(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, data: &ProcessData) {
         self.make_room(done);
         let Self { lang, unmapped, count, .. } = self;
         let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
         let table = unmapped.entry((frame.bus, whose)).or_insert_with(|| {
             *count += 1;
-            named((Of::Bus, *lang), seen.setting.buses.name(frame.bus), whose, 0, Wide::with(Vec::new()))
+            named((Of::Bus, *lang), scene.setting.bus(frame.bus), whose, 0, Wide::default())
         });
-        table.columns.place(frame, seen.cycle, ("unknown", data.sync));
+        let place = PdoPlace { frame, running: scene.cycle, from: "unknown", sync: data.sync };
+        table.columns.places.append(&scene.cx(), place);
         table.end_row(0, done);
-        self.bytes += 8 * FIXED.len();
+        self.bytes += 8 * FIXED;
     }
 
     fn make_room(&mut self, done: &mut Vec<Batch>) {
         if self.count >= MOST || self.bytes >= BYTES {
-            self.flush(done);
+            Ends::flush(self, done);
         }
         if self.count >= MOST {
             self.forget();
         }
-    }
-
-    /// Ends all batches, of a PDO those of its first mapping first.
-    pub(super) fn flush(&mut self, done: &mut Vec<Batch>) {
-        self.tables.values_mut().for_each(|versions| versions.known.sort_by_key(|one| one.number));
-        for version in self.tables.values_mut().flat_map(|versions| &mut versions.known) {
-            version.table.flush(done);
-        }
-        self.unmapped.values_mut().for_each(|table| table.flush(done));
-        self.bytes = 0;
     }
 
     /// Forgets all mappings, but not which numbers are taken.
@@ -462,6 +435,36 @@ impl Pdos {
         }
         self.unmapped.clear();
         self.count = 0;
+    }
+}
+
+impl Ends for Pdos {
+    /// Ends all batches, of a PDO those of its first mapping first.
+    fn flush(&mut self, done: &mut Vec<Batch>) {
+        self.tables.values_mut().for_each(|versions| versions.known.sort_by_key(|one| one.number));
+        for version in self.tables.values_mut().flat_map(|versions| &mut versions.known) {
+            version.table.flush(done);
+        }
+        self.unmapped.values_mut().for_each(|table| table.flush(done));
+        self.bytes = 0;
+    }
+
+    fn finish(&mut self, done: &mut Vec<Batch>) {
+        Ends::flush(self, done);
+    }
+}
+
+impl Collector for Pdos {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
+        for event in events {
+            if let What::Pdo(data) = &event.what {
+                self.process_data(done, scene, frame, data);
+            }
+        }
+    }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        self
     }
 }
 

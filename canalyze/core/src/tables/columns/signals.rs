@@ -1,133 +1,224 @@
-//! `signals`: one row a signal of a PDO, as `canalyze signals` lists them.
+//! `signals`: one row per signal of a PDO, in Arrow, as CSV and as JSON lines.
 //!
 //! `value` has sign, type and factor applied, `integer` is the same exactly where it is a whole number without factor,
-//! `raw` the unsigned number in the payload; `data` are the bytes of what is no number or longer than 64 bits. All of
-//! them are null where the payload does not reach. Must not: decide what a mapping is.
+//! `raw` the unsigned number in the payload; `data` are the bytes of an entry that is no number or longer than 64 bits.
+//! All of them are null where the payload does not reach; in JSON and CSV bytes are the value, in hexadecimal. A
+//! multiplex PDO has one row: the object that it addresses, of the node that its first byte names. Without a type
+//! `value` and `raw` are all four bytes. Must not: decide which mapping holds.
 
-use arrow_array::builder::{BinaryBuilder, StringBuilder};
-use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt64Type};
-
-use super::column::{Batch, Numbers, Table, Words, columns};
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
-use crate::tables::jsonl::Setting;
+use crate::bytes::select::Select;
+use crate::tables::csv;
+use crate::tables::number::{self, Shape, marked};
 use crate::tables::selection::{Chosen, Selection, Whose};
-use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
+use crate::tables::setting::NAMES;
+use crate::tables::setting::Setting;
+use crate::tables::table::{
+    Any, Bytes, Cx, Given, Hex4, I64, Label, MaybeText, Moment, Name, Piece, Real, U8, U64, Word, table,
+};
+use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number as read};
 use crate::words::Lang;
 use crate::words::signal::{self, product};
 use crate::world::configuration::Provenance;
 use crate::world::event::{Addressed, Event, Signals as Content, What};
 
-columns! {
-    /// The columns.
-    Signals {
-        t_ns: Numbers<Int64Type>, or_null;
-        frame: Numbers<UInt64Type>;
-        line: Numbers<UInt64Type>, or_null;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>;
-        pdo: Words;
-        signal: Words;
-        object: Words;
-        value: Numbers<Float64Type>, or_null;
-        integer: Numbers<Int64Type>, or_null;
-        raw: Numbers<UInt64Type>, or_null;
-        data: BinaryBuilder, or_null;
-        unit: Words, or_null;
-        text: StringBuilder, or_null;
-        provenance: Words;
+/// A signal of a PDO.
+#[derive(Clone, Copy)]
+pub(super) struct ListedSignal<'a> {
+    pub(super) whose: Whose,
+    pub(super) mapping: &'a Mapping,
+    pub(super) mapped: &'a Mapped,
+    pub(super) from: Provenance,
+    pub(super) chosen: &'a Chosen,
+}
+
+/// A signal in a frame, and the numbers that are read of it.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct Sample<'a> {
+    frame: &'a Frame,
+    signal: ListedSignal<'a>,
+    raw: Option<u64>,
+    integer: Option<i64>,
+    value: Option<f64>,
+}
+
+impl<'a> Sample<'a> {
+    /// Returns a signal without its numbers.
+    fn new(frame: &'a Frame, signal: ListedSignal<'a>) -> Self {
+        Self { frame, signal, raw: None, integer: None, value: None }
+    }
+
+    /// The same with the number in the payload.
+    fn read(self) -> Self {
+        Self { raw: self.signal.mapping.raw(self.signal.mapped, self.frame.payload()), ..self }
+    }
+
+    /// The bytes, where it has no value.
+    fn octets(&self) -> Option<&'a [u8]> {
+        let ListedSignal { mapping, mapped, .. } = self.signal;
+        if self.value.is_none() { mapping.octets(mapped, self.frame.payload()) } else { None }
+    }
+
+    fn text(&self, out: &mut Vec<u8>, lang: Lang) -> bool {
+        let Some(raw) = self.raw else { return false };
+        signal::value_at(out, lang, self.signal.mapping, self.signal.chosen.place, raw);
+        true
+    }
+
+    fn shown(&self, out: &mut Vec<u8>) -> Shape {
+        number::value(out, self.signal.mapping, self.signal.mapped, self.frame.payload())
+    }
+
+    fn shown_raw(&self, out: &mut Vec<u8>) -> Shape {
+        number::raw(out, self.signal.mapping, self.signal.mapped, self.frame.payload())
     }
 }
 
-/// The table, and which signals are in it.
+table! {
+    /// One row per value of a signal in a PDO.
+    /// 一行是PDO里的一个信号值
+    Signals arrow "signals" json "signal", |cx, one: Sample<'_>| {
+        t: Moment or null = one.frame.t_ns;
+        frame: U64 = one.frame.no;
+        line: U64 or null = one.frame.line;
+        file: Given in json = cx.setting.file;
+        bus: Name or null = cx.setting.bus(one.frame.bus);
+        node: U8 = one.signal.whose.node;
+        pdo: Word = &*one.signal.chosen.pdo;
+        index: Hex4 in json = one.signal.mapped.index;
+        sub: U8 in json = one.signal.mapped.sub;
+        /// name of the signal
+        /// 信号名
+        signal: Label = &*one.signal.chosen.name;
+        object: Word in arrow = &*one.signal.chosen.object;
+        value: Real or null in arrow = one.value;
+        integer: I64 or null in arrow = one.integer;
+        raw: U64 or null in arrow = one.raw;
+        data: Bytes or null in arrow = one.octets();
+        value_shown as "value": Any or null in json = |out: &mut Vec<u8>| marked(out, |out| one.shown(out));
+        raw_shown as "raw": Any or null in json = |out: &mut Vec<u8>| marked(out, |out| one.shown_raw(out));
+        unit: Label or null = one.signal.mapped.unit.as_deref();
+        text: MaybeText or null = |out: &mut Vec<u8>| one.text(out, cx.setting.lang);
+        provenance: Word = one.signal.from.name();
+        signal_cell as "signal": Piece in csv = |out: &mut Vec<u8>| out.extend_from_slice(&one.signal.chosen.cell);
+        value_cell as "value": Piece in csv = |out: &mut Vec<u8>| _ = one.shown(out);
+        raw_cell as "raw": Piece in csv = |out: &mut Vec<u8>| _ = one.shown_raw(out);
+        unit_cell as "unit": Piece in csv = |out: &mut Vec<u8>| out.extend_from_slice(&one.signal.chosen.unit_cell);
+    }
+    csv [[t, frame, bus, node, pdo] [signal_cell, value_cell, raw_cell, unit_cell, provenance, object]]
+}
+
+/// Calls `take` with each signal of a PDO that is listed.
+pub(super) fn each(selection: &mut Selection, what: &What, mut take: impl FnMut(ListedSignal<'_>)) {
+    let mut all = |whose, mapping: &Mapping, from, chosen: &[Chosen]| {
+        for chosen in chosen {
+            if let Some(mapped) = mapping.entries.get(chosen.place) {
+                take(ListedSignal { whose, mapping, mapped, from, chosen });
+            }
+        }
+    };
+    match what {
+        What::Pdo(data) => {
+            let (Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..)) = &data.content else {
+                return;
+            };
+            let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
+            all(whose, mapping, *from, selection.of(whose, mapping));
+        }
+        // Its object is another one in every frame, so nothing of it is remembered.
+        What::Mpdo(data) => {
+            let Addressed { transmit, number, node, ref mapping, from, .. } = **data;
+            let whose = Whose { transmit, number, node };
+            all(whose, mapping, from, &selection.choose(whose, mapping));
+        }
+        _ => {}
+    }
+}
+
+/// The table, and the signals that are in it.
 #[derive(Debug)]
 pub(super) struct Listed {
-    /// The table.
-    pub(super) table: Table<Signals>,
+    table: Table<Signals>,
     selection: Selection,
-    lang: Lang,
-    /// Words being put together.
-    text: Vec<u8>,
 }
 
 impl Listed {
-    /// No row yet.
-    pub(super) fn new(table: Table<Signals>, selection: Selection, lang: Lang) -> Self {
-        Self { table, selection, lang, text: Vec::new() }
+    /// Returns a table without rows.
+    pub(super) fn new(selection: Selection) -> Self {
+        Self { table: Table::default(), selection }
+    }
+}
+
+impl Collector for Listed {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
+        let Self { table, selection } = self;
+        for event in events {
+            each(selection, &event.what, |signal| {
+                let sample = Sample::new(frame, signal).read();
+                let (integer, value) = sample.raw.map_or((None, None), |raw| numbers(signal.mapped, raw));
+                table.row(done, &scene.cx(), Sample { integer, value, ..sample });
+            });
+        }
     }
 
-    /// Appends the signals of a frame.
-    pub(super) fn event(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, frame: &Frame, event: &Event) {
-        let Self { table, selection, lang, text } = self;
-        let mut list = |whose: Whose, mapping: &Mapping, from: Provenance, chosen: &[Chosen]| {
-            for one in chosen {
-                row(table, done, setting, frame, (whose, mapping, from), one, (*lang, text));
-            }
-        };
-        match &event.what {
-            What::Pdo(data) => {
-                let (Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..)) = &data.content else {
-                    return;
-                };
-                let whose = Whose { transmit: data.transmit, number: data.number, node: data.node };
-                list(whose, mapping, *from, selection.of(whose, mapping));
-            }
-            What::Mpdo(data) => {
-                let Addressed { transmit, number, node, ref mapping, from, .. } = **data;
-                let whose = Whose { transmit, number, node };
-                list(whose, mapping, from, &selection.choose(whose, mapping));
-            }
-            _ => {}
+    fn table(&mut self) -> &mut dyn Ends {
+        &mut self.table
+    }
+}
+
+/// The renderer of CSV and JSON lines.
+#[derive(Debug)]
+pub struct SignalLines {
+    lang: Lang,
+    csv: bool,
+    headed: bool,
+    selection: Selection,
+}
+
+impl SignalLines {
+    /// Returns a renderer at the beginning of a capture.
+    pub fn new(lang: Lang, csv: bool, select: Select) -> Self {
+        Self { lang, csv, headed: false, selection: Selection::new(NAMES, select) }
+    }
+
+    /// Appends the rows of a frame.
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame, events: &[Event]) {
+        let Self { lang, csv, headed, selection } = self;
+        let cx = Cx { setting: Setting { lang: *lang, ..setting }, names: NAMES };
+        if *csv && !std::mem::replace(headed, true) {
+            csv::headings(out, Signals::HEADINGS);
+        }
+        for event in events {
+            // The cells of the frame, which all its rows begin with.
+            let mut head = 0..0;
+            each(selection, &event.what, |signal| {
+                let sample = Sample::new(frame, signal);
+                if !*csv {
+                    Signals::json(out, &cx, sample.read());
+                    return out.push(b'\n');
+                }
+                if head.is_empty() {
+                    let start = out.len();
+                    Signals::csv_head(out, &cx, sample);
+                    head = start..out.len();
+                } else {
+                    out.extend_from_within(head.clone());
+                }
+                Signals::csv(out, &cx, sample);
+            });
         }
     }
 }
 
-fn row(
-    table: &mut Table<Signals>,
-    done: &mut Vec<Batch>,
-    setting: Setting<'_>,
-    frame: &Frame,
-    (whose, mapping, from): (Whose, &Mapping, Provenance),
-    chosen: &Chosen,
-    (lang, text): (Lang, &mut Vec<u8>),
-) {
-    let Some(mapped) = mapping.entries.get(chosen.place) else { return };
-    let columns = &mut table.columns;
-    columns.t_ns.append_option(frame.t_ns);
-    columns.frame.append_value(frame.no);
-    columns.line.append_option(frame.line);
-    columns.bus.name(setting.buses.name(frame.bus));
-    columns.node.append_value(whose.node);
-    columns.pdo.word(&chosen.pdo);
-    columns.signal.word(&chosen.name);
-    columns.object.word(&chosen.object);
-    let payload = frame.payload();
-    let raw = mapping.raw(mapped, payload);
-    let (integer, value) = raw.map_or((None, None), |raw| numbers(mapped, raw));
-    columns.value.append_option(value);
-    columns.integer.append_option(integer);
-    columns.raw.append_option(raw);
-    let data = if value.is_none() { mapping.octets(mapped, payload) } else { None };
-    columns.data.append_option(data);
-    columns.unit.maybe(mapped.unit.as_deref());
-    text.clear();
-    match raw {
-        Some(raw) => {
-            signal::value_at(text, lang, mapping, chosen.place, raw);
-            columns.text.append_value(String::from_utf8_lossy(text));
-        }
-        None => columns.text.append_null(),
-    }
-    columns.provenance.word(from.name());
-    table.end_row(text.len() + data.map_or(0, <[u8]>::len), done);
-}
-
-/// The value exactly, where it is a whole number without factor, and as it is in its unit.
+/// Returns the value exactly, where it is a whole number without factor, and as it is in its unit.
 pub(super) fn numbers(mapped: &Mapped, raw: u64) -> (Option<i64>, Option<f64>) {
     let scaled = mapped.factor != 1.0;
     let whole = |exact: Option<i64>, read: f64| {
         if scaled { (None, Some(product(read, mapped.factor))) } else { (exact, Some(read)) }
     };
-    match number(mapped.data_type, raw, mapped.bits) {
+    match read(mapped.data_type, raw, mapped.bits) {
         // A factor means nothing to it.
         Number::Bool(on) => (Some(i64::from(on)), Some(f64::from(u8::from(on)))),
         Number::Unsigned(read) => whole(i64::try_from(read).ok(), read as f64),

@@ -1,59 +1,74 @@
-//! `states`: the NMT states of nodes, a row where one changes, and what was commanded.
+//! `states`: the NMT states of nodes, a row where one changes, and the NMT commands.
 //!
 //! | `source` | rows | `state` | `command` |
 //! |---|---|---|---|
 //! | `boot-up` | each | 0 | null |
-//! | `heartbeat`, `guarding` | the first since the node's boot-up, and each with another state than the one before | 4, 5, 127, or what it carried | null |
+//! | `heartbeat`, `guarding` | the first since the node's boot-up, and each with another state than the one before | 4, 5, 127, or the state it carried | null |
 //! | `command` | each NMT command; `node` is null where it is to all | the state that it asks for, null for a reset or an unknown one | 1, 2, 128, 129, 130 |
 //!
-//! Must not: keep state of its own; what a node has shown before comes with the message.
+//! Must not: keep state of its own; the state that a node has shown before comes with the message.
 
-use arrow_array::types::{Int64Type, UInt8Type, UInt64Type};
-
-use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::tables::jsonl::Setting;
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
+use crate::bytes::frame::Frame;
+use crate::tables::table::{Moment, Name, U8, U64, Word, table};
 use crate::wire::error_control;
 use crate::wire::message::Message;
-use crate::world::event::Event;
+use crate::world::event::{Event, What};
 
-columns! {
-    /// The columns.
-    States {
-        t_ns: Numbers<Int64Type>, or_null;
-        frame: Numbers<UInt64Type>;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>, or_null;
-        state: Numbers<UInt8Type>, or_null;
-        name: Words, or_null;
-        source: Words;
-        command: Numbers<UInt8Type>, or_null;
+/// A state or a command, and the event that shows it.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct ShownState<'a> {
+    event: &'a Event,
+    node: Option<u8>,
+    state: Option<u8>,
+    source: &'static str,
+    command: Option<u8>,
+}
+
+table! {
+    /// One row per change of an NMT state, and per NMT command.
+    /// 一行是一次NMT状态变化或一条NMT命令
+    States arrow "states", |cx, one: ShownState<'_>| {
+        t: Moment or null = one.event.at.t_ns;
+        frame: U64 = one.event.at.no;
+        bus: Name or null = cx.setting.bus(one.event.bus);
+        node: U8 or null = one.node;
+        /// code of the NMT state
+        /// NMT状态码
+        state: U8 or null = one.state;
+        name: Word or null = one.state.and_then(|state| error_control::state(cx.setting.lang, state));
+        source: Word = one.source;
+        /// NMT command specifier
+        /// NMT命令字
+        command: U8 or null = one.command;
     }
 }
 
-impl Table<States> {
-    /// Appends what a message says of a state.
-    pub(super) fn message(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, event: &Event, message: &Message) {
-        let (node, state, source, command) = match (seen(message), message) {
-            (Some((node, state, source)), _) => (Some(node), Some(state), source, None),
-            (None, &Message::Nmt { command, node }) => {
-                ((node > 0).then_some(node), commanded(command), "command", Some(command))
-            }
-            _ => return,
-        };
-        let columns = &mut self.columns;
-        columns.t_ns.append_option(event.at.t_ns);
-        columns.frame.append_value(event.at.no);
-        columns.bus.name(setting.buses.name(event.bus));
-        columns.node.append_option(node);
-        columns.state.append_option(state);
-        columns.name.maybe(state.and_then(|state| error_control::state(setting.lang, state)));
-        columns.source.word(source);
-        columns.command.append_option(command);
-        self.end_row(0, done);
+impl Collector for Table<States> {
+    fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, _: &Frame, events: &[Event]) {
+        for event in events {
+            let What::Message(message) = &event.what else { continue };
+            let shown = match (seen(message), message) {
+                (Some((node, state, source)), _) => {
+                    ShownState { event, node: Some(node), state: Some(state), source, command: None }
+                }
+                (None, &Message::Nmt { command, node }) => {
+                    let (node, state) = ((node > 0).then_some(node), commanded(command));
+                    ShownState { event, node, state, source: "command", command: Some(command) }
+                }
+                _ => continue,
+            };
+            self.row(done, &scene.cx(), shown);
+        }
+    }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        self
     }
 }
 
-/// Node and state that a message shows, and what it is, unless the node was in that state before.
+/// Returns the node and the state that a message shows and its source, unless the node was in that state before.
 pub(super) fn seen(message: &Message) -> Option<(u8, u8, &'static str)> {
     match *message {
         Message::BootUp { node } => Some((node, 0, "boot-up")),
@@ -64,7 +79,7 @@ pub(super) fn seen(message: &Message) -> Option<(u8, u8, &'static str)> {
     }
 }
 
-/// The state that a command asks for (CiA 301, 7.2.8.3.1).
+/// Returns the state that a command asks for (CiA 301, 7.2.8.3.1).
 fn commanded(command: u8) -> Option<u8> {
     match command {
         0x01 => Some(0x05),

@@ -1,4 +1,4 @@
-//! `sync_cycles`: one row a SYNC cycle, when the next one begins or the capture ends.
+//! `sync_cycles`: one row per SYNC cycle, when the next one begins or the capture ends.
 //!
 //! Its number is that of `pdo.sync.cycle` in JSON lines: a SYNC that was captured twice, or one of another identifier,
 //! begins none. `pdos` counts all synchronous PDOs of the cycle; the filter decides whether its SYNC is shown.
@@ -7,33 +7,47 @@
 
 use std::collections::BTreeMap;
 
-use arrow_array::types::{Int64Type, UInt8Type, UInt32Type, UInt64Type};
-
-use super::Seen;
-use super::column::{Batch, Numbers, Table, Words, columns};
-use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
+use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::rules::finding::{Code, Finding};
+use crate::tables::setting::Setting;
+use crate::tables::table::{Cx, Duration, Moment, Name, U8, U32, U64, table};
 use crate::wire::message::Message;
 use crate::world::event::{Event, What};
 
-columns! {
-    /// The columns.
-    SyncCycles {
-        cycle: Numbers<UInt64Type>;
-        frame: Numbers<UInt64Type>;
-        t_ns: Numbers<Int64Type>, or_null;
-        bus: Words, or_null;
-        period_ns: Numbers<Int64Type>, or_null;
-        counter: Numbers<UInt8Type>, or_null;
-        pdos: Numbers<UInt32Type>;
-        delay_min_ns: Numbers<Int64Type>, or_null;
-        delay_max_ns: Numbers<Int64Type>, or_null;
-        window_ns: Numbers<Int64Type>, or_null;
+table! {
+    /// One row per SYNC cycle.
+    /// 一行是一个同步周期
+    SyncCycles arrow "sync_cycles", |cx, one: (BusId, &Running)| {
+        cycle: U64 = one.1.cycle;
+        frame: U64 = one.1.at.no;
+        t: Moment or null = one.1.at.t_ns;
+        bus: Name or null = cx.setting.bus(one.0);
+        /// since the previous SYNC
+        /// 距上一个SYNC
+        period: Duration or null = one.1.period_ns;
+        /// SYNC counter
+        /// SYNC计数器
+        counter: U8 or null = one.1.counter;
+        /// synchronous PDOs in this cycle
+        /// 该周期内同步PDO的个数
+        pdos: U32 = one.1.seen.pdos;
+        /// shortest delay of a synchronous PDO after SYNC
+        /// 同步PDO距SYNC的最短延迟
+        delay_min: Duration or null = one.1.seen.delays.map(|(least, _)| least);
+        /// longest delay of a synchronous PDO after SYNC
+        /// 同步PDO距SYNC的最长延迟
+        delay_max: Duration or null = one.1.seen.delays.map(|(_, most)| most);
+        /// synchronous window (1007h)
+        /// 同步窗口（1007h）
+        window: Duration or null = one.1.window_ns;
     }
 }
 
 /// The PDOs of a cycle.
 #[derive(Clone, Copy, Debug, Default)]
-struct Pdos {
+struct CyclePdos {
     pdos: u32,
     /// Least and greatest delay in ns.
     delays: Option<(i64, i64)>,
@@ -41,7 +55,7 @@ struct Pdos {
 
 /// The cycle that runs on a bus.
 #[derive(Clone, Copy, Debug, Default)]
-struct Running {
+pub(in crate::tables) struct Running {
     /// Its number; 0 before the first SYNC.
     cycle: u64,
     at: FrameRef,
@@ -49,30 +63,31 @@ struct Running {
     period_ns: Option<i64>,
     counter: Option<u8>,
     window_ns: Option<i64>,
-    seen: Pdos,
-    /// What came before the SYNC that it belongs to.
-    early: Pdos,
+    seen: CyclePdos,
+    /// PDOs before the SYNC that they belong to.
+    early: CyclePdos,
     /// Frames were lost since.
     broken: bool,
 }
 
 /// The cycles that run, by bus, and the table of those that are over.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Cycles {
-    /// The table.
-    pub(super) table: Table<SyncCycles>,
+    table: Table<SyncCycles>,
     running: BTreeMap<BusId, Running>,
 }
 
 impl Cycles {
-    /// No cycle yet.
-    pub(super) fn new(table: Table<SyncCycles>) -> Self {
-        Self { table, running: BTreeMap::new() }
+    fn row(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, bus: BusId, over: &Running) {
+        if over.cycle > 0 && over.shown {
+            self.table.row(done, &Cx::of(setting), (bus, over));
+        }
     }
+}
 
-    /// Takes a frame of a bus on which the cycle of this number runs now; `shown`: the filter lets it through.
-    pub(super) fn frame(&mut self, done: &mut Vec<Batch>, at_hand: Seen<'_>, frame: &Frame, events: &[Event]) {
-        let Seen { cycle, window_ns, shown, setting, .. } = at_hand;
+impl Collector for Cycles {
+    fn passing(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
+        let TableContext { cycle, window_ns, shown, setting, .. } = scene;
         match events.first().map(|event| &event.what) {
             Some(What::Pdo(data)) => {
                 let Some(placement) = data.sync else { return };
@@ -97,42 +112,31 @@ impl Cycles {
                 let period_ns = times.map(|(now, then)| now.saturating_sub(then));
                 let seen = before.early;
                 *running = Running { cycle, at, shown, period_ns, counter, window_ns, seen, ..Running::default() };
-                row(&mut self.table, done, setting.buses.name(frame.bus), &before);
+                self.row(done, setting, frame.bus, &before);
             }
             _ => {}
         }
     }
 
     /// Frames of a bus, or of all, were lost: no time is measured across the gap.
-    pub(super) fn lost(&mut self, bus: Option<BusId>) {
-        for (_, running) in self.running.iter_mut().filter(|(id, _)| bus.is_none_or(|bus| bus == **id)) {
+    fn finding(&mut self, _: &mut Vec<Batch>, _: TableContext<'_>, finding: &Finding) {
+        let is_lost = |bus: BusId| match finding.code {
+            Code::Cap002 => bus == finding.bus,
+            code => matches!(code, Code::Cap004 | Code::Cap008),
+        };
+        for (_, running) in self.running.iter_mut().filter(|(bus, _)| is_lost(**bus)) {
             running.broken = true;
         }
     }
 
-    /// The capture is over: so are the cycles.
-    pub(super) fn finish(&mut self, done: &mut Vec<Batch>, buses: &Buses) {
+    fn finish(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>) {
         for (bus, running) in std::mem::take(&mut self.running) {
-            row(&mut self.table, done, buses.name(bus), &running);
+            self.row(done, scene.setting, bus, &running);
         }
         self.table.finish(done);
     }
-}
 
-fn row(table: &mut Table<SyncCycles>, done: &mut Vec<Batch>, bus: &[u8], over: &Running) {
-    if over.cycle == 0 || !over.shown {
-        return;
+    fn table(&mut self) -> &mut dyn Ends {
+        &mut self.table
     }
-    let columns = &mut table.columns;
-    columns.cycle.append_value(over.cycle);
-    columns.frame.append_value(over.at.no);
-    columns.t_ns.append_option(over.at.t_ns);
-    columns.bus.name(bus);
-    columns.period_ns.append_option(over.period_ns);
-    columns.counter.append_option(over.counter);
-    columns.pdos.append_value(over.seen.pdos);
-    columns.delay_min_ns.append_option(over.seen.delays.map(|(least, _)| least));
-    columns.delay_max_ns.append_option(over.seen.delays.map(|(_, most)| most));
-    columns.window_ns.append_option(over.window_ns);
-    table.end_row(0, done);
 }

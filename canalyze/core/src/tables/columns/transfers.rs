@@ -1,138 +1,213 @@
-//! `transfers`: one row an SDO transfer that has ended, in the order in which they end.
+//! `transfers`: one row per SDO transfer that has ended, in the order in which they end.
 //!
 //! Of an ok transfer the exact value is the first of `string`, `boolean`, `integer`, `raw` and `value` that is not
-//! null; all of them are null where the bytes are no value of a simple type. Must not: judge a transfer.
+//! null; all of them are null where the bytes are no value of a simple type. `data` are the bytes kept, the first
+//! 65536. CSV is the same in every language. Must not: judge a transfer.
 
-use arrow_array::builder::{BinaryBuilder, BooleanBuilder, ListBuilder, StringBuilder};
-use arrow_array::types::{Float64Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type};
-
-use super::column::{Batch, Numbers, Table, Words, columns};
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
+use crate::sdo::holes::Hole;
 use crate::sdo::transfer::{Status, Transfer};
-use crate::tables::jsonl::Setting;
-use crate::tables::jsonl::sdo::side;
-use crate::words::{terms, transferred, value};
+use crate::tables::csv;
+use crate::tables::jsonl::sdo::{abort_or_null, side};
+use crate::tables::setting::NAMES;
+use crate::tables::setting::Setting;
+use crate::tables::table::{
+    Any, Bytes, Codes, Cx, Duration, Hex4, Hex8, I64, List, Moment, Name, Real, Text, Truth, Typed, U8, U32, U64, Utf8,
+    Word, list, table,
+};
+use crate::words::digits::put;
+use crate::words::{Lang, terms, transferred};
 use crate::world::configuration;
 use crate::world::od::{self, DataType, Value};
 
-columns! {
-    /// The columns.
-    Transfers {
-        transfer: Numbers<UInt64Type>;
-        bus: Words, or_null;
-        node: Numbers<UInt8Type>;
-        direction: Words;
-        mode: Words;
-        index: Numbers<UInt16Type>, or_null;
-        sub: Numbers<UInt8Type>, or_null;
-        object: Words, or_null;
-        name: Words, or_null;
-        r#type: Words, or_null;
-        size_indicated: Numbers<UInt32Type>, or_null;
-        size: Numbers<UInt64Type>;
-        data: BinaryBuilder;
-        string: StringBuilder, or_null;
-        boolean: BooleanBuilder, or_null;
-        integer: Numbers<Int64Type>, or_null;
-        raw: Numbers<UInt64Type>, or_null;
-        value: Numbers<Float64Type>, or_null;
-        text: StringBuilder;
-        status: Words;
-        abort_code: Numbers<UInt32Type>, or_null;
-        abort_by: Words, or_null;
-        abort_text: Words, or_null;
-        first_frame: Numbers<UInt64Type>;
-        last_frame: Numbers<UInt64Type>;
-        first_line: Numbers<UInt64Type>, or_null;
-        last_line: Numbers<UInt64Type>, or_null;
-        t_ns: Numbers<Int64Type>, or_null;
-        duration_ns: Numbers<Int64Type>, or_null;
-        reordered: BooleanBuilder;
-        retransmissions: Numbers<UInt32Type>;
-        crc_negotiated: BooleanBuilder, or_null;
-        findings: ListBuilder<StringBuilder>;
-    }
+/// A transfer that has ended, and its value as far as that is known by its type.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct Ended<'a> {
+    transfer: &'a Transfer,
+    data_type: Option<DataType>,
+    value: Value<'a>,
 }
 
-impl Table<Transfers> {
-    /// Appends a transfer.
-    pub(super) fn transfer(&mut self, done: &mut Vec<Batch>, setting: Setting<'_>, transfer: &Transfer) {
-        let columns = &mut self.columns;
-        columns.transfer.append_value(transfer.id.0);
-        columns.bus.name(setting.buses.name(transfer.bus));
-        columns.node.append_value(transfer.node);
-        columns.direction.word(transfer.direction.name());
-        columns.mode.word(transfer.mode.name());
-        let data_type = object(columns, setting, transfer);
-        columns.r#type.maybe(data_type.map(DataType::name));
-        columns.size_indicated.append_option(transfer.data.size_indicated);
-        columns.size.append_value(transfer.data.size);
-        columns.data.append_value(&transfer.data.kept);
-        let ok = transfer.outcome.status == Status::Ok;
-        values(
-            columns,
-            if ok { od::decode(data_type, &transfer.data.kept) } else { Value::Empty },
-            &transfer.data.kept,
-        );
-        let mut text = Vec::new();
-        transferred::transferred(&mut text, setting.lang, transfer);
-        columns.text.append_value(String::from_utf8_lossy(&text));
-        columns.status.word(transfer.outcome.status.name());
-        columns.abort_code.append_option(transfer.outcome.abort.map(|abort| abort.code));
-        columns.abort_by.maybe(transfer.outcome.abort.map(|abort| side(abort.by)));
-        columns.abort_text.maybe(transfer.outcome.abort.and_then(|abort| terms::abort_code(setting.lang, abort.code)));
-        columns.first_frame.append_value(transfer.first.no);
-        columns.last_frame.append_value(transfer.last.no);
-        columns.first_line.append_option(transfer.first.line);
-        columns.last_line.append_option(transfer.last.line);
-        columns.t_ns.append_option(transfer.first.t_ns);
-        columns.duration_ns.append_option(transfer.duration_ns());
-        columns.reordered.append_value(transfer.outcome.reordered);
-        columns.retransmissions.append_value(transfer.outcome.retransmissions);
-        columns.crc_negotiated.append_option(transfer.outcome.crc_negotiated);
-        for code in &transfer.outcome.findings {
-            columns.findings.values().append_value(code.rule().id);
+impl<'a> Ended<'a> {
+    fn new(transfer: &'a Transfer) -> Self {
+        let data_type = transfer.data_type();
+        let kept: &[u8] = if transfer.outcome.status == Status::Ok { &transfer.data.kept } else { &[] };
+        Self { transfer, data_type, value: od::decode(data_type, kept) }
+    }
+
+    /// The bytes of its value, or of the value that a write asked for without success.
+    fn bytes(self, ok: bool) -> &'a [u8] {
+        let Self { transfer: Transfer { data, outcome, .. }, .. } = self;
+        match (ok, outcome.status == Status::Ok) {
+            (true, true) => &data.kept,
+            (false, false) => &data.requested,
+            _ => &[],
         }
-        columns.findings.append(true);
-        self.end_row(transfer.data.kept.len() + text.len(), done);
     }
 }
 
-/// Appends the object, and says which type it has.
-fn object(columns: &mut Transfers, setting: Setting<'_>, transfer: &Transfer) -> Option<DataType> {
-    columns.index.append_option(transfer.mux.map(|mux| mux.index));
-    columns.sub.append_option(transfer.mux.map(|mux| mux.sub));
-    let Some(mux) = transfer.mux else {
-        columns.object.maybe(None);
-        columns.name.maybe(None);
-        return None;
+table! {
+    /// One row per SDO transfer.
+    /// 一行是一次SDO传输
+    Transfers arrow "transfers" json "transfer", |cx, one: Ended<'_>| {
+        transfer: U64 = one.transfer.id.0;
+        bus: Name or null = cx.setting.bus(one.transfer.bus);
+        node: U8 = one.transfer.node;
+        /// download writes, upload reads
+        /// download 写，upload 读
+        direction: Word = one.transfer.direction.name();
+        /// expedited, segmented or block
+        /// expedited、segmented、block
+        mode: Word = one.transfer.mode.name();
+        index: Hex4 or null = one.transfer.mux.map(|mux| mux.index);
+        sub: U8 or null = one.transfer.mux.map(|mux| mux.sub);
+        object: Word or null in arrow = object(one.transfer).as_deref();
+        name: Name or null = cx.object(one.transfer.mux, &one.transfer.described);
+        r#type as "type": Word or null = one.data_type.map(DataType::name);
+        /// indicated size, in bytes
+        /// 声明的长度，字节
+        size_indicated: U32 or null = one.transfer.data.size_indicated;
+        /// transferred size, in bytes
+        /// 实际传输的长度，字节
+        size: U64 = one.transfer.data.size;
+        data: Bytes = one.transfer.data.kept.as_slice();
+        /// value of a string type
+        /// 值：字符串类型
+        string: Utf8 or null in arrow = if let Value::Text(text) = one.value { Some(text) } else { None };
+        /// value of a boolean type
+        /// 值：布尔类型
+        boolean: Truth or null in arrow = if let Value::Bool(on) = one.value { Some(on) } else { None };
+        integer: I64 or null in arrow = integer(one.value);
+        raw: U64 or null in arrow = raw(one);
+        value: Real or null in arrow = real(one.value);
+        value_shown as "value": Typed or null in json = (one.data_type, one.bytes(true));
+        /// value of a write that was not confirmed
+        /// 未得到确认的写入值
+        requested: Typed or null in json = (one.data_type, one.bytes(false));
+        text: Text = |out: &mut Vec<u8>| transferred::transferred(out, cx.setting.lang, one.transfer);
+        /// ok, aborted, incomplete or failed
+        /// ok、aborted、incomplete、failed
+        status: Word = one.transfer.outcome.status.name();
+        /// code of the abort, who aborted, and its meaning
+        /// 中止码、中止方和中止原因
+        abort: Any or null in json = |out: &mut Vec<u8>| abort_or_null(out, cx.setting.lang, one.transfer.outcome.abort);
+        /// abort code
+        /// 中止码
+        abort_code: Hex8 or null in arrow = one.transfer.outcome.abort.map(|abort| abort.code);
+        /// who aborted: client or server
+        /// 中止方 client、server
+        abort_by: Word or null in arrow = one.transfer.outcome.abort.map(|abort| side(abort.by));
+        /// meaning of the abort code
+        /// 中止原因
+        abort_text: Word or null in arrow = abort_text(cx, one.transfer);
+        /// first frame
+        /// 第一帧
+        first_frame: U64 = one.transfer.first.no;
+        /// last frame
+        /// 最后一帧
+        last_frame: U64 = one.transfer.last.no;
+        /// line of the first frame
+        /// 第一帧的行号
+        first_line: U64 or null in arrow = one.transfer.first.line;
+        /// line of the last frame
+        /// 最后一帧的行号
+        last_line: U64 or null in arrow = one.transfer.last.line;
+        t: Moment or null = one.transfer.first.t_ns;
+        /// from the request to the end
+        /// 从请求到结束
+        duration: Duration or null = one.transfer.duration_ns();
+        /// its frames were recorded out of order; this was corrected
+        /// 记录中帧的次序颠倒过，已纠正
+        reordered: Truth = one.transfer.outcome.reordered;
+        /// segments sent again in a block transfer
+        /// 块传输中重发的段数
+        retransmissions: U32 = one.transfer.outcome.retransmissions;
+        /// a CRC was agreed on for the block transfer
+        /// 块传输约定了CRC
+        crc_negotiated: Truth or null = one.transfer.outcome.crc_negotiated;
+        findings: Codes = one.transfer.outcome.findings.as_slice();
+        /// missing bytes: offset in the data, and length; of an unknown length (null) they take no room in the data
+        /// 缺少的字节：在数据中的偏移和长度；长度未知（null）时不占数据
+        holes: List in optional = holes(one.transfer.data.holes.list());
+    }
+    csv [
+        transfer, t, bus, node, direction, mode, object, name, r#type, value_shown, size, status, abort_by, abort_code,
+        duration, first_frame, last_frame, findings, data,
+    ]
+}
+
+impl Collector for Table<Transfers> {
+    fn transfer(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, transfer: &Transfer) {
+        self.row(done, &scene.cx(), Ended::new(transfer));
+    }
+
+    fn table(&mut self) -> &mut dyn Ends {
+        self
+    }
+}
+
+/// Appends a transfer's JSON line. `names`: the language of the object's name where only the standard names it.
+pub fn line(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer, names: Lang) {
+    Transfers::json(out, &Cx { setting, names }, Ended::new(transfer));
+    out.push(b'\n');
+}
+
+/// Appends the headings of CSV.
+pub fn head(out: &mut Vec<u8>) {
+    csv::headings(out, Transfers::HEADINGS);
+}
+
+/// Appends a transfer's row of CSV.
+pub fn row(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
+    Transfers::csv(out, &Cx { setting, names: NAMES }, Ended::new(transfer));
+}
+
+fn object(one: &Transfer) -> Option<String> {
+    one.mux.map(|mux| format!("{:04X}:{:02X}", mux.index, mux.sub))
+}
+
+fn abort_text(cx: &Cx<'_>, one: &Transfer) -> Option<&'static str> {
+    one.outcome.abort.and_then(|abort| terms::abort_code(cx.setting.lang, abort.code))
+}
+
+/// Returns a function that appends the holes, where there are any.
+fn holes(holes: &[Hole]) -> Option<impl FnOnce(&mut Vec<u8>)> {
+    let write = move |out: &mut Vec<u8>| {
+        list(out, holes, |out, hole| {
+            put!(out; "{\"offset\":", hole.offset, ",\"length\":");
+            match hole.length {
+                Some(length) => put!(out; length, "}"),
+                None => put!(out; "null}"),
+            }
+        });
     };
-    columns.object.word(&format!("{:04X}:{:02X}", mux.index, mux.sub));
-    let mut known = Vec::new();
-    value::name(&mut known, setting.lang, mux, &transfer.described);
-    // A blank stands before the name.
-    columns.name.name(known.get(1..).unwrap_or(&[]));
-    transfer.data_type()
+    (!holes.is_empty()).then_some(write)
 }
 
-/// Appends the value in the columns that can hold it.
-fn values(columns: &mut Transfers, value: Value<'_>, bytes: &[u8]) {
-    let raw = || configuration::number(bytes);
-    let (mut string, mut boolean, mut integer, mut whole, mut real) = (None, None, None, None, None);
+fn integer(value: Value<'_>) -> Option<i64> {
     match value {
-        Value::Empty | Value::Bytes(_) | Value::Time { .. } | Value::Difference { .. } => {}
-        Value::Bool(on) => {
-            (boolean, integer, whole, real) = (Some(on), Some(i64::from(on)), raw(), Some(f64::from(u8::from(on))));
-        }
-        Value::Signed(number) => (integer, whole, real) = (Some(number), raw(), Some(number as f64)),
-        Value::Unsigned(number) => {
-            (integer, whole, real) = (i64::try_from(number).ok(), Some(number), Some(number as f64));
-        }
-        Value::Real(number) => real = Some(number),
-        Value::Text(text) => string = Some(text),
+        Value::Bool(on) => Some(i64::from(on)),
+        Value::Signed(number) => Some(number),
+        Value::Unsigned(number) => i64::try_from(number).ok(),
+        _ => None,
     }
-    columns.string.append_option(string);
-    columns.boolean.append_option(boolean);
-    columns.integer.append_option(integer);
-    columns.raw.append_option(whole);
-    columns.value.append_option(real);
+}
+
+fn raw(one: Ended<'_>) -> Option<u64> {
+    match one.value {
+        Value::Bool(_) | Value::Signed(_) => configuration::number(&one.transfer.data.kept),
+        Value::Unsigned(number) => Some(number),
+        _ => None,
+    }
+}
+
+fn real(value: Value<'_>) -> Option<f64> {
+    match value {
+        Value::Bool(on) => Some(f64::from(u8::from(on))),
+        Value::Signed(number) => Some(number as f64),
+        Value::Unsigned(number) => Some(number as f64),
+        Value::Real(number) => Some(number),
+        _ => None,
+    }
 }

@@ -1,45 +1,20 @@
-//! What a reader knows of its file beyond frames, as one JSON object: for `info`, and for files without any frame.
-//!
-//! | key | value |
-//! |---|---|
-//! | `dialect` | object: a word of the format's own, and its value as a string |
-//! | `passed_over` | list of `{"kind", "count"}` |
-//! | `topics` | list of `{"name", "schema", "encoding", "messages", "read_as", "bus"}` |
+//! A reader's knowledge of its file beyond frames, as one JSON object: for `info`, and for files without any frame.
 
+use super::obj::{WriteJson, array, map, obj};
 use crate::bytes::readers::Contents;
-use crate::words::digits::put;
-use crate::words::escape;
 
 /// Appends the object, without a line's end.
 pub fn contents(out: &mut Vec<u8>, contents: &Contents) {
-    put!(out; "{\"dialect\":{");
-    for (no, (word, value)) in contents.dialect.iter().enumerate() {
-        put!(out; if no > 0 { "," } else { "" }, "\"", *word, "\":");
-        escape::json(out, value);
+    obj! {
+        /// Words of the format's own, each with its value as a string.
+        "dialect": map(contents.dialect.iter().map(|(word, value)| (*word, &**value))),
+        "passed_over": array(contents.passed_over.iter().map(|(kind, count)| obj! { "kind": &**kind, "count": *count })),
+        "topics": array(contents.topics.iter().map(|topic| obj! {
+            "name": &*topic.name, "schema": &*topic.schema, "encoding": &*topic.encoding, "read_as": &*topic.read_as,
+            "bus": &*topic.bus, "messages": topic.messages,
+        })),
     }
-    put!(out; "},\"passed_over\":[");
-    for (no, (kind, count)) in contents.passed_over.iter().enumerate() {
-        put!(out; if no > 0 { "," } else { "" }, "{\"kind\":");
-        escape::json(out, kind);
-        put!(out; ",\"count\":", *count, "}");
-    }
-    put!(out; "],\"topics\":[");
-    for (no, topic) in contents.topics.iter().enumerate() {
-        put!(out; if no > 0 { "," } else { "" }, "{\"name\":");
-        escape::json(out, &topic.name);
-        let texts = [
-            ("schema", &topic.schema),
-            ("encoding", &topic.encoding),
-            ("read_as", &topic.read_as),
-            ("bus", &topic.bus),
-        ];
-        for (key, value) in texts {
-            put!(out; ",\"", key, "\":");
-            escape::json(out, value);
-        }
-        put!(out; ",\"messages\":", topic.messages, "}");
-    }
-    put!(out; "]}");
+    .write_json(out);
 }
 
 #[cfg(test)]

@@ -1,45 +1,35 @@
-//! What went wrong, as JSON lines: an object an incident in the order of their numbers, then one for all of it. `phase` is
-//! `final` then; while a capture is read, incidents that begin to show, whose cause has changed since, and that are over are
-//! `opened`, `linked` and `ended`: what those say of status and cause holds by then, and may change.
-//!
-//! `incident`: `kind phase id incident subject status impact grade begin noticed end cause effects steps facts checks
-//! findings message repeats parts`, and for people `checks_text apart limit root`. `parts`, where there are such, are the numbers of those that were told of
-//! while the capture was read and turned out at its end to be one with it: they have no line of their own then. `subject`
-//! has `bus`, and `node`, `nodes`, `axis`, `pdo` where there are such; `cause` is
-//! `{"id","link","grade"}`, `limit` the time `{"ns","object"}` after which the effect was due; `steps` are `{"frame","t","role","text","finding"}`. `diagnosis`:
-//! `order` (the roots, as they are read), `counts` of roots by status, `frames begin end buses nodes beyond error_frames`.
+//! Incidents, as JSON lines: an object an incident in the order of their numbers, then one for all of it.
 
-use super::{Setting, facts, name_or_null, number_or_null, object::Object, quoted, seconds, truth};
+use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, map, named, obj, pdo, raw, text, time};
+use super::{Setting, facts};
 use crate::bytes::frame::FrameRef;
 use crate::stories::incident::{Incident, IncidentId, Status, members};
 use crate::stories::rank::{is_root, roots};
 use crate::stories::{Diagnosis, Phase, advice, apart};
-use crate::words::digits::{Hex, put};
+use crate::words::digits::put;
 use crate::words::incidents as words;
 
 /// Appends all of it.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().numbered() {
-        incident(out, setting, diagnosis, one, "final");
-        for_people(out, setting, diagnosis, one);
+        obj! {
+            _: incident(setting, diagnosis, one, "final").inline(),
+            _: for_people(setting, diagnosis, one).inline(),
+        }
+        .write_line(out);
     }
-    whole(out, setting, diagnosis);
+    whole(setting, diagnosis).write_line(out);
 }
 
-/// Appends the incidents alone, without what is for people: how they stand at the end.
+/// Appends the incidents alone at their end, without the keys that are for people.
 pub fn ends(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
     for one in diagnosis.ledger().numbered() {
-        incident(out, setting, diagnosis, one, "final");
-        put!(out; "}\n");
+        incident(setting, diagnosis, one, "final").write_line(out);
     }
 }
 
-fn place(out: &mut Vec<u8>, setting: Setting<'_>, at: FrameRef) {
-    put!(out; "{\"frame\":", at.no, ",\"t\":");
-    seconds(out, at.t_ns, setting.decimals);
-}
-
-/// Appends an incident as it is known when it begins to show, when its cause changes, or when it is over.
+/// Appends an incident as it is known when it begins to show, when its cause changes, or when it is over. Its status and
+/// cause may still change.
 pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (phase, id): (Phase, IncidentId)) {
     let name = match phase {
         Phase::Opened => "opened",
@@ -47,180 +37,116 @@ pub fn changed(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, (
         Phase::Ended => "ended",
     };
     if let Some(one) = diagnosis.ledger().by_id(id) {
-        incident(out, setting, diagnosis, one, name);
-        put!(out; "}\n");
+        incident(setting, diagnosis, one, name).write_line(out);
     }
 }
 
-/// Closes an incident with what is for people, and for who puts them in order.
-fn for_people(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident) {
-    put!(out; ",\"checks_text\":[");
-    for (number, check) in advice::of(one, diagnosis.shown()).iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" });
-        quoted(out, |text| put!(text; setting.lang.of(check.words)));
-    }
-    put!(out; "],\"apart\":[");
-    for (number, tell) in apart::of(one, diagnosis.ledger(), diagnosis.shown()).iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" }, "{\"told\":", truth(tell.told), ",\"text\":");
-        quoted(out, |text| put!(text; setting.lang.of(tell.words)));
-        put!(out; "}");
-    }
-    put!(out; "],\"limit\":");
+/// Returns the keys that are for people, and for those who put incidents in order.
+fn for_people<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis, one: &'a Incident) -> Obj<impl Values> {
+    let lang = setting.lang;
+    let ledger = diagnosis.ledger();
     let link = one.cause.filter(|_| !is_root(one));
-    match link.and_then(|link| one.limit(diagnosis.ledger().by_id(link.cause)?)) {
-        Some((object, limit)) => {
-            put!(out; "{\"ns\":", limit, ",\"object\":\"", Hex::<4>(u64::from(object)), "\"}");
-        }
-        None => put!(out; "null"),
+    obj! {
+        "checks_text": array(advice::of(one, diagnosis.shown()).into_iter().map(move |check| lang.of(check.words))),
+        "apart": array(apart::of(one, ledger, diagnosis.shown()).into_iter().map(move |tell| obj! {
+            "told": tell.told, "text": lang.of(tell.words),
+        })),
+        /// The time after which the effect was due, and the object that sets it.
+        "limit": link.and_then(|link| one.limit(ledger.by_id(link.cause)?)).map(|(object, limit)| obj! {
+            "ns": limit, "object": hex4(object),
+        }),
+        "root": is_root(one),
     }
-    put!(out; ",\"root\":", truth(is_root(one)), "}\n");
 }
 
-/// Appends an incident, without the brace that closes it.
-fn incident(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis, one: &Incident, phase: &'static str) {
+fn incident<'a>(
+    setting: Setting<'a>,
+    diagnosis: &'a Diagnosis,
+    one: &'a Incident,
+    phase: &'static str,
+) -> Obj<impl Values> {
     let (_, first, _) = diagnosis.extent();
-    let row = one.kind.row();
-    put!(out; "{\"kind\":\"incident\",\"phase\":\"", phase, "\",\"id\":", u64::from(one.number), ",\"incident\":\"", row.name);
-    put!(out; "\",\"subject\":{\"bus\":");
-    name_or_null(out, setting.buses.name(one.bus));
-    if let Some(node) = one.subject.node {
-        put!(out; ",\"node\":", node);
-    }
-    if one.subject.node.is_none() || one.subject.nodes.count_ones() > 1 {
-        put!(out; ",\"nodes\":[");
-        for (place, node) in members(one.subject.nodes).enumerate() {
-            put!(out; if place > 0 { "," } else { "" }, node);
-        }
-        put!(out; "]");
-    }
-    if let Some(axis) = one.subject.axis {
-        put!(out; ",\"axis\":", axis);
-    }
-    if let Some((transmit, number)) = one.subject.pdo {
-        put!(out; ",\"pdo\":\"", if transmit { "TPDO" } else { "RPDO" }, number, "\"");
-    }
-    put!(out; "},\"status\":\"", one.status.name(), "\",\"impact\":\"", one.impact().name());
-    put!(out; "\",\"grade\":\"", one.grade.name(), "\",\"begin\":");
-    place(out, setting, one.begin);
-    put!(out; "},\"noticed\":");
-    place(out, setting, one.noticed);
-    put!(out; ",\"delay\":");
-    seconds(out, one.noticed.since(one.begin), 9);
-    put!(out; "},\"end\":");
-    match one.end {
-        Some(end) => {
-            place(out, setting, end);
-            put!(out; "}");
-        }
-        None => put!(out; "null"),
-    }
-    put!(out; ",\"cause\":");
-    // What is only possible is no cause: the incident stays a root.
-    match one.cause.filter(|_| !is_root(one)) {
-        Some(link) => {
-            put!(out; "{\"id\":", u64::from(diagnosis.ledger().number(link.cause)), ",\"link\":\"L", u64::from(link.rule));
-            put!(out; "\",\"grade\":\"", link.grade.name(), "\"}");
-        }
-        None => put!(out; "null"),
-    }
-    put!(out; ",\"effects\":[");
-    let effects = diagnosis.ledger().numbered().into_iter();
-    let mine = |other: &&Incident| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);
-    for (place, other) in effects.filter(mine).enumerate() {
-        put!(out; if place > 0 { "," } else { "" }, u64::from(other.number));
-    }
-    put!(out; "],\"steps\":[");
-    for (number, step) in one.steps.iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" });
-        place(out, setting, step.at);
-        put!(out; ",\"role\":\"", step.role.name(), "\",\"text\":");
-        quoted(out, |text| words::said(text, setting.lang, &step.said));
-        put!(out; ",\"finding\":");
-        match step.from {
-            Some(code) => put!(out; "\"", code.rule().id, "\""),
-            None => put!(out; "null"),
-        }
-        put!(out; "}");
-    }
-    put!(out; "],\"facts\":");
-    facts_of(out, one);
-    let checks = advice::of(one, diagnosis.shown());
-    put!(out; ",\"checks\":[");
-    for (number, check) in checks.iter().enumerate() {
-        put!(out; if number > 0 { "," } else { "" }, "\"", check.name, "\"");
-    }
-    put!(out; "],\"findings\":[");
-    for (place, cited) in one.findings.iter().enumerate() {
-        put!(out; if place > 0 { "," } else { "" }, "{\"code\":\"", cited.code.rule().id, "\",\"frame\":");
-        number_or_null(out, (cited.frame > 0).then_some(cited.frame));
-        put!(out; ",\"about_frame\":");
-        number_or_null(out, (cited.about > 0).then_some(cited.about));
-        put!(out; "}");
-    }
-    put!(out; "],\"message\":");
-    quoted(out, |text| words::title(text, setting.lang, one, first.and_then(|first| first.t_ns)));
-    put!(out; ",\"repeats\":{\"count\":", one.repeats.count);
-    if one.repeats.count > 1 {
-        put!(out; ",\"longest_ns\":", one.repeats.longest_ns, ",\"total_ns\":", one.repeats.total_ns);
-    }
-    put!(out; "}");
-    let parts: Vec<_> =
-        one.parts.iter().map(|part| diagnosis.ledger().number(*part)).filter(|part| *part > 0).collect();
-    if !parts.is_empty() {
-        put!(out; ",\"parts\":[");
-        for (place, part) in parts.into_iter().enumerate() {
-            put!(out; if place > 0 { "," } else { "" }, u64::from(part));
-        }
-        put!(out; "]");
+    let ledger = diagnosis.ledger();
+    let place = move |at: FrameRef| obj! { "frame": at.no, "t": time(at.t_ns, setting.decimals) };
+    let subject = &one.subject;
+    let several = subject.node.is_none() || subject.nodes.count_ones() > 1;
+    let is_effect = |other: &&Incident| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);
+    let parts = || one.parts.iter().map(|part| ledger.number(*part)).filter(|part| *part > 0);
+    let again = one.repeats.count > 1;
+    obj! {
+        "kind": "incident", "phase": phase, "id": one.number,
+        "incident": one.kind.row().name,
+        "subject": obj! {
+            "bus": named(setting.buses.name(one.bus)),
+            "node": Given(subject.node),
+            "nodes": Given(several.then(|| array(members(subject.nodes)))),
+            "axis": Given(subject.axis),
+            "pdo": Given(subject.pdo.map(|(transmit, number)| pdo(transmit, number))),
+        },
+        "status": one.status.name(),
+        "impact": one.impact().name(),
+        "grade": one.grade.name(), "begin": place(one.begin),
+        "noticed": obj! { _: place(one.noticed).inline(), "delay": time(one.noticed.since(one.begin), 9) },
+        "end": one.end.map(place),
+        /// Null where it is only possible: the incident stays a root.
+        "cause": one.cause.filter(|_| !is_root(one)).map(|link| obj! {
+            "id": ledger.number(link.cause), "link": text(move |out| put!(out; "L", link.rule)), "grade": link.grade.name(),
+        }),
+        "effects": array(ledger.numbered().into_iter().filter(is_effect).map(|other| other.number)),
+        "steps": array(one.steps.iter().map(move |step| obj! {
+            _: place(step.at).inline(),
+            "role": step.role.name(),
+            "text": text(move |out| words::said(out, setting.lang, &step.said)),
+            "finding": step.from.map(|code| code.rule().id),
+        })),
+        "facts": raw(move |out| facts_of(out, one)),
+        "checks": array(advice::of(one, diagnosis.shown()).into_iter().map(|check| check.name)),
+        "findings": array(one.findings.iter().map(|cited| obj! {
+            "code": cited.code.rule().id,
+            "frame": Some(cited.frame).filter(|no| *no > 0),
+            "about_frame": Some(cited.about).filter(|no| *no > 0),
+        })),
+        "message": text(move |out| words::title(out, setting.lang, one, first.and_then(|first| first.t_ns))),
+        "repeats": obj! {
+            "count": one.repeats.count,
+            "longest_ns": Given(again.then_some(one.repeats.longest_ns)),
+            "total_ns": Given(again.then_some(one.repeats.total_ns)),
+        },
+        /// Incidents that were reported while the capture was read and turned out at its end to be one with this.
+        "parts": Given(parts().next().map(|_| array(parts()))),
     }
 }
 
-/// Appends what was measured, as an object.
+/// Appends the measured facts, as an object.
 pub fn facts_of(out: &mut Vec<u8>, one: &Incident) {
-    put!(out; "{");
-    for (number, (name, value)) in one.facts.iter().enumerate() {
-        put!(out; if number > 0 { ",\"" } else { "\"" });
-        facts::pair(out, name, *value);
-    }
-    put!(out; "}");
+    obj! { _: facts::quantities(one.facts.iter().copied()) }.write_json(out);
 }
 
-fn whole(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
+fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
     let (frames, first, last) = diagnosis.extent();
-    put!(out; "{\"kind\":\"diagnosis\",\"order\":[");
-    let order = roots(diagnosis.ledger());
-    for (place, id) in order.iter().enumerate() {
-        put!(out; if place > 0 { "," } else { "" }, u64::from(diagnosis.ledger().number(*id)));
+    let ledger = diagnosis.ledger();
+    let order = roots(ledger);
+    let counts = [Status::Stands, Status::Unknown, Status::Over, Status::Harmless].map(|status| {
+        let all = order.iter().filter_map(|id| ledger.by_id(*id));
+        (status.name(), all.filter(|one| one.status == status).count())
+    });
+    obj! {
+        "kind": "diagnosis",
+        /// The roots, in the order of reading.
+        "order": array(order.into_iter().map(|id| ledger.number(id))),
+        /// Roots by status.
+        "counts": map(counts),
+        "frames": frames,
+        "begin": time(first.and_then(|first| first.t_ns), setting.decimals),
+        "end": time(last.t_ns.filter(|_| frames > 0), setting.decimals),
+        "buses": array(setting.buses.names().map(named)),
+        "nodes": array(diagnosis.nodes().into_iter().map(move |view| obj! {
+            "bus": named(setting.buses.name(view.bus)),
+            "node": view.node,
+            "state": view.state.map(hex2),
+            "incident": view.incident.map(|id| ledger.number(id)),
+        })),
+        "beyond": ledger.beyond(),
+        "error_frames": diagnosis.shown().error_frames,
     }
-    put!(out; "],\"counts\":{");
-    for (place, status) in [Status::Stands, Status::Unknown, Status::Over, Status::Harmless].iter().enumerate() {
-        let all = order.iter().filter_map(|id| diagnosis.ledger().by_id(*id));
-        let count = all.filter(|one| one.status == *status).count();
-        put!(out; if place > 0 { ",\"" } else { "\"" }, status.name(), "\":", count as u64);
-    }
-    put!(out; "},\"frames\":", frames, ",\"begin\":");
-    seconds(out, first.and_then(|first| first.t_ns), setting.decimals);
-    put!(out; ",\"end\":");
-    seconds(out, last.t_ns.filter(|_| frames > 0), setting.decimals);
-    put!(out; ",\"buses\":[");
-    for (place, bus) in setting.buses.names().enumerate() {
-        put!(out; if place > 0 { "," } else { "" });
-        name_or_null(out, bus);
-    }
-    put!(out; "],\"nodes\":[");
-    for (place, view) in diagnosis.nodes().iter().enumerate() {
-        put!(out; if place > 0 { "," } else { "" });
-        let mut object = Object::open(out);
-        name_or_null(object.key("bus"), setting.buses.name(view.bus));
-        object.number("node", view.node);
-        let state = object.key("state");
-        match view.state {
-            Some(state_of) => put!(state; "\"", Hex::<2>(u64::from(state_of)), "\""),
-            None => put!(state; "null"),
-        }
-        number_or_null(object.key("incident"), view.incident.map(|id| u64::from(diagnosis.ledger().number(id))));
-        object.close();
-    }
-    put!(out; "],\"beyond\":", diagnosis.ledger().beyond(), ",\"error_frames\":");
-    put!(out; truth(diagnosis.shown().error_frames), "}\n");
 }

@@ -1,240 +1,188 @@
-//! Differences of two captures in JSON: an object a line, then one that closes them.
-//!
-//! `difference`: `kind what bus node service index sub direction count text a b a_near b_near`. `what` is `bus`, `node`,
-//! `transfer` (in one capture only), `outcome`, `value` or `mode` (of a transfer), `nmt`, `state`, `drive_state`, `emcy`,
-//! `lss`, `frames`, `period`, `jitter`, `cob_id`, `mapping`, `length`, `poll` or `finding`. `bus` is the name in A, or in B
-//! where A lacks the bus; `service` is `sync`, `time`, `error_control`, `TPDO1`, `RPDO1`, `SRDO1` or null;
-//! `direction` is that of a transfer. `a` and `b` are what each capture has, or null: `{"bus","frame","line","t",
-//! "last_frame","text","value"}`; `frame` is the first frame of it. `value` has, by kind: `status mode abort size data`
-//! of a transfer (`data` are its first 64 bytes), `code` (and `register`) of a command, a state or an emergency, `frames`,
-//! `period_us`, `id`, `mapping` (a list of entries), `length`, or `code message` of a finding. `a_near`, `b_near`: where
-//! a capture has nothing, the nearest frame before that both have.
-//!
-//! `incident_difference`, before all others: `kind incident bus node differs a b`, what went wrong in one capture only, or
-//! in both and otherwise. `differs` is a list of `status`, `duration`, `count` and `cause`, empty where one has nothing.
-//! `a` and `b`, or null: `{"bus","id","frame","t","end_frame","status","duration_ns","count","cause","text"}`; `cause` is the
-//! kind of what it comes from.
-//!
-//! `diff`: `kind same incidents differences more rigid times placed a b`; `more` were not listed; `rigid`: both captures show one
-//! session in time; `times`: periods were compared; `placed`: it is known where one capture lies in the other. `a` and
-//! `b`: `{"file","frames","first_frame","last_frame","outside","full"}`, the frames between which both captures were
-//! compared, what lies outside, and whether the capture was too long.
+//! Differences of two captures, as JSON lines: first the incidents that differ, then the differences, then a line that
+//! closes them. `a` and `b` are the content of each capture, or null.
 
-use super::{name_or_null, number_or_null, quoted, seconds, truth};
-use crate::bytes::frame::CanId;
-use crate::sdo::wire::Side as Sender;
+use super::obj::{WriteJson, array, hex2, hex4, hex8, named, obj, pdo, raw, text, time};
 use crate::stories::incident::Incident;
-use crate::tables::diff::{Setting, extents};
+use crate::tables::diff::{DiffSetting, extents};
+use crate::tables::jsonl::sdo::side as by;
 use crate::views::diff::Comparison;
-use crate::views::diff::difference::{Difference, Shows, Side};
+use crate::views::diff::difference::{CaptureSide, Difference, Shows};
 use crate::views::diff::digest::{Action, Digest, Service, TransferDigest};
 use crate::views::diff::stories::{StoryDifference, lasted_ns};
 use crate::words::diff as words;
-use crate::words::digits::{Hex, Joined, put};
-use crate::words::{escape, findings, incidents};
+use crate::words::digits::{Joined, put};
+use crate::words::{findings, incidents};
 
 /// Appends all lines. `files`: the names of both.
-pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, comparison: &Comparison, files: [&[u8]; 2]) {
+pub fn write(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison, files: [&[u8]; 2]) {
     for one in &comparison.stories {
-        story(out, setting, one);
-    }
-    for one in &comparison.differences {
-        difference(out, setting, one);
-    }
-    let count = comparison.differences.len() as u64 + comparison.more;
-    put!(out; "{\"kind\":\"diff\",\"same\":", truth(comparison.count() == 0), ",\"incidents\":");
-    put!(out; comparison.stories.len() as u64, ",\"differences\":", count);
-    put!(out; ",\"more\":", comparison.more, ",\"rigid\":", truth(comparison.alignment.rigid));
-    put!(out; ",\"times\":", truth(comparison.alignment.by_time), ",\"placed\":", truth(!comparison.alignment.is_blurred()));
-    let sides = files.into_iter().zip(setting.digests).zip(comparison.outside).zip(extents(setting, comparison));
-    for ((((file, digest), outside), (first, last)), key) in sides.zip([",\"a\":", ",\"b\":"]) {
-        put!(out; key, "{\"file\":");
-        escape::json(out, file);
-        put!(out; ",\"frames\":", digest.frames, ",\"first_frame\":");
-        number_or_null(out, (first > 0).then_some(first));
-        put!(out; ",\"last_frame\":");
-        number_or_null(out, (last > 0).then_some(last));
-        put!(out; ",\"outside\":", outside, ",\"full\":", truth(digest.full), "}");
-    }
-    put!(out; "}\n");
-}
-
-fn story(out: &mut Vec<u8>, setting: Setting<'_>, one: &StoryDifference) {
-    let sides = setting.incidents(one);
-    let Some((_, first)) = sides.iter().flatten().next() else { return };
-    put!(out; "{\"kind\":\"incident_difference\",\"incident\":\"", first.kind.row().name, "\",\"bus\":");
-    name_or_null(out, setting.bus(one.bus));
-    put!(out; ",\"node\":");
-    number_or_null(out, first.subject.node.map(u64::from));
-    put!(out; ",\"differs\":[");
-    for (place, differs) in one.differs.iter().enumerate() {
-        put!(out; if place > 0 { ",\"" } else { "\"" }, differs.name(), "\"");
-    }
-    put!(out; "]");
-    for (key, side) in [",\"a\":", ",\"b\":"].into_iter().zip(sides) {
-        put!(out; key);
-        match side {
-            Some((digest, one)) => incident(out, setting, digest, one),
-            None => put!(out; "null"),
+        if let Some(story) = story(setting, one) {
+            story.write_line(out);
         }
     }
-    put!(out; "}\n");
+    for one in &comparison.differences {
+        difference(setting, one).write_line(out);
+    }
+    let ([file_a, file_b], [digest_a, digest_b]) = (files, setting.digests);
+    let ([outside_a, outside_b], [extent_a, extent_b]) = (comparison.outside, extents(setting, comparison));
+    let side = |file, digest: &Digest, outside, (first, last): (u64, u64)| {
+        obj! {
+            "file": file, "frames": digest.frames,
+            /// The frames between which both captures were compared.
+            "first_frame": Some(first).filter(|no| *no > 0),
+            "last_frame": Some(last).filter(|no| *no > 0),
+            /// Frames outside of that.
+            "outside": outside,
+            /// The capture was too long.
+            "full": digest.full,
+        }
+    };
+    obj! {
+        "kind": "diff",
+        "same": comparison.count() == 0,
+        "incidents": comparison.stories.len(),
+        "differences": comparison.differences.len() as u64 + comparison.more,
+        /// Differences that are not listed.
+        "more": comparison.more,
+        /// Both captures show one session in time.
+        "rigid": comparison.alignment.rigid,
+        /// Periods were compared.
+        "times": comparison.alignment.by_time,
+        /// The place of one capture in the other is known.
+        "placed": !comparison.alignment.is_blurred(),
+        "a": side(file_a, digest_a, outside_a, extent_a), "b": side(file_b, digest_b, outside_b, extent_b),
+    }
+    .write_line(out);
 }
 
-fn incident(out: &mut Vec<u8>, setting: Setting<'_>, digest: &Digest, one: &Incident) {
-    put!(out; "{\"bus\":");
-    name_or_null(out, digest.buses.name(one.bus));
-    put!(out; ",\"id\":", u64::from(one.number), ",\"frame\":", one.begin.no, ",\"t\":");
-    seconds(out, one.begin.t_ns, digest.decimals);
-    put!(out; ",\"end_frame\":");
-    number_or_null(out, one.end.map(|end| end.no));
-    put!(out; ",\"status\":\"", one.status.name(), "\",\"duration_ns\":");
-    number_or_null(out, lasted_ns(one).and_then(|ns| u64::try_from(ns).ok()));
-    put!(out; ",\"count\":", one.repeats.count, ",\"cause\":");
-    match digest.cause(one) {
-        Some(cause) => put!(out; "\"", cause.kind.row().name, "\""),
-        None => put!(out; "null"),
-    }
-    put!(out; ",\"text\":");
-    quoted(out, |text| incidents::title(text, setting.lang, one, digest.began_ns));
-    put!(out; "}");
+/// Returns an incident that is in one capture only, or differs in both.
+fn story<'a>(setting: DiffSetting<'a>, one: &'a StoryDifference) -> Option<impl WriteJson> {
+    let sides = setting.incidents(one);
+    let (_, first) = sides.iter().flatten().next()?;
+    let [a, b] = sides.map(|side| side.map(|(digest, one)| incident(setting, digest, one)));
+    Some(obj! {
+        "kind": "incident_difference",
+        "incident": first.kind.row().name,
+        /// The name in A, or in B where A lacks the bus.
+        "bus": named(setting.bus(one.bus)),
+        "node": first.subject.node,
+        /// `status`, `duration`, `count` and `cause`; empty where one capture has nothing.
+        "differs": array(one.differs.iter().map(|differs| differs.name())),
+        "a": a, "b": b,
+    })
 }
 
-fn difference(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference) {
-    put!(out; "{\"kind\":\"difference\",\"what\":\"", difference.what.name(), "\",\"bus\":");
-    name_or_null(out, setting.bus(difference.bus));
-    put!(out; ",\"node\":");
-    number_or_null(out, difference.node.filter(|node| *node > 0).map(u64::from));
-    put!(out; ",\"service\":");
-    match difference.what.service() {
-        Some(of) => service(out, of),
-        None => put!(out; "null"),
+fn incident<'a>(setting: DiffSetting<'a>, digest: &'a Digest, one: &'a Incident) -> impl WriteJson {
+    obj! {
+        "bus": named(digest.buses.name(one.bus)),
+        "id": one.number, "frame": one.begin.no, "t": time(one.begin.t_ns, digest.decimals),
+        "end_frame": one.end.map(|end| end.no),
+        "status": one.status.name(),
+        "duration_ns": lasted_ns(one).and_then(|ns| u64::try_from(ns).ok()),
+        "count": one.repeats.count,
+        /// The kind of the incident that caused it.
+        "cause": digest.cause(one).map(|cause| cause.kind.row().name),
+        "text": text(move |out| incidents::title(out, setting.lang, one, digest.began_ns)),
     }
-    let moved = difference.sides.iter().flatten().find_map(|side| match &side.shows {
+}
+
+fn difference<'a>(setting: DiffSetting<'a>, one: &'a Difference) -> impl WriteJson {
+    let shown = || one.sides.iter().flatten().map(|side| &side.shows);
+    let moved = shown().find_map(|shows| match shows {
         Shows::Action(Action::Transfer(moved)) => Some(moved),
         _ => None,
     });
-    let raised = difference.sides.iter().flatten().find_map(|side| match &side.shows {
+    let raised = shown().find_map(|shows| match shows {
         Shows::Finding(finding) => finding.object,
         _ => None,
     });
-    match moved.and_then(|moved| moved.mux).or(raised) {
-        Some(mux) => put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub),
-        None => put!(out; ",\"index\":null,\"sub\":null"),
+    let object = moved.and_then(|moved| moved.mux).or(raised);
+    let [near_a, near_b] = one.beside;
+    obj! {
+        "kind": "difference",
+        /// `bus`, `node`, `transfer` (in one capture only), `outcome`, `value` or `mode` (of a transfer), `nmt`, `state`,
+        /// `drive_state`, `emcy`, `lss`, `frames`, `period`, `jitter`, `cob_id`, `mapping`, `length`, `poll` or `finding`.
+        "what": one.what.name(),
+        "bus": named(setting.bus(one.bus)),
+        "node": one.node.filter(|node| *node > 0),
+        /// `sync`, `time`, `error_control`, `TPDO1`, `RPDO1`, `SRDO1` or null.
+        "service": one.what.service().map(service),
+        "index": object.map(|mux| hex4(mux.index)),
+        "sub": object.map(|mux| mux.sub),
+        /// That of a transfer.
+        "direction": moved.map(|moved| moved.direction.name()),
+        "count": one.count,
+        "text": text(move |out| words::subject(out, setting.lang, one)),
+        "a": side(setting, one, 0), "b": side(setting, one, 1),
+        /// Where a capture has nothing, the nearest frame before that both have.
+        "a_near": near_a.map(|at| at.no),
+        "b_near": near_b.map(|at| at.no),
     }
-    match moved {
-        Some(moved) => put!(out; ",\"direction\":\"", moved.direction.name(), "\""),
-        None => put!(out; ",\"direction\":null"),
-    }
-    put!(out; ",\"count\":", difference.count, ",\"text\":");
-    quoted(out, |text| words::subject(text, setting.lang, difference));
-    for (place, key) in [",\"a\":", ",\"b\":"].into_iter().enumerate() {
-        put!(out; key);
-        side(out, setting, difference, place);
-    }
-    for (near, key) in difference.beside.iter().zip([",\"a_near\":", ",\"b_near\":"]) {
-        put!(out; key);
-        number_or_null(out, near.map(|at| at.no));
-    }
-    put!(out; "}\n");
 }
 
-fn service(out: &mut Vec<u8>, service: Service) {
-    match service {
-        Service::Sync => put!(out; "\"sync\""),
-        Service::Time => put!(out; "\"time\""),
-        Service::ErrorControl => put!(out; "\"error_control\""),
-        Service::Pdo(transmit, number) => put!(out; if transmit { "\"TPDO" } else { "\"RPDO" }, number, "\""),
+fn service(service: Service) -> impl WriteJson {
+    raw(move |out| match service {
+        Service::Sync => "sync".write_json(out),
+        Service::Time => "time".write_json(out),
+        Service::ErrorControl => "error_control".write_json(out),
+        Service::Pdo(transmit, number) => pdo(transmit, number).write_json(out),
         Service::Srdo(number, _) => put!(out; "\"SRDO", number, "\""),
-    }
+    })
 }
 
-fn side(out: &mut Vec<u8>, setting: Setting<'_>, difference: &Difference, place: usize) {
-    let Some(side) = difference.sides.get(place).and_then(Option::as_ref) else { return put!(out; "null") };
+fn side<'a>(setting: DiffSetting<'a>, difference: &'a Difference, place: usize) -> Option<impl WriteJson> {
+    let side = difference.sides.get(place)?.as_ref()?;
     let digest = setting.digests.get(place);
-    let name = difference.bus.get(place).copied().flatten().zip(digest).map(|(bus, digest)| digest.buses.name(bus));
-    put!(out; "{\"bus\":");
-    name_or_null(out, name.unwrap_or_default());
-    put!(out; ",\"frame\":");
-    number_or_null(out, (side.since.no > 0).then_some(side.since.no));
-    put!(out; ",\"line\":");
-    number_or_null(out, side.since.line);
-    put!(out; ",\"t\":");
-    seconds(out, side.since.t_ns, digest.map_or(9, |digest| digest.decimals));
-    put!(out; ",\"last_frame\":");
-    number_or_null(out, (side.at.no > 0).then_some(side.at.no));
-    put!(out; ",\"text\":");
-    quoted(out, |text| words::side(text, setting.lang, difference.what, Some(side)));
-    put!(out; ",\"value\":");
-    value(out, setting, side);
-    put!(out; "}");
+    let bus = difference.bus.get(place).copied().flatten().zip(digest);
+    Some(obj! {
+        "bus": bus.and_then(|(bus, digest)| named(digest.buses.name(bus))),
+        /// The first frame of it.
+        "frame": side.since.number(),
+        "line": side.since.line,
+        "t": time(side.since.t_ns, digest.map_or(9, |digest| digest.decimals)),
+        "last_frame": side.at.number(),
+        "text": text(move |out| words::side(out, setting.lang, difference.what, Some(side))),
+        "value": raw(move |out| value(out, setting, side)),
+    })
 }
 
-fn value(out: &mut Vec<u8>, setting: Setting<'_>, side: &Side) {
+/// Appends the value of a side, whose keys depend on its kind.
+fn value(out: &mut Vec<u8>, setting: DiffSetting<'_>, side: &CaptureSide) {
+    let period = |ns: i64| obj! { "period_us": ns / 1000 };
     if let Some(ns) = side.pace_ns {
-        return put!(out; "{\"period_us\":", ns / 1000, "}");
+        return period(ns).write_json(out);
     }
     match &side.shows {
-        Shows::Action(action) => action_value(out, action),
-        Shows::Count(frames) => put!(out; "{\"frames\":", *frames, "}"),
-        Shows::Time(ns) => put!(out; "{\"period_us\":", ns / 1000, "}"),
-        Shows::Id(id) => identifier(out, *id),
-        Shows::Mapping(words) => {
-            put!(out; "{\"mapping\":[");
-            for (place, word) in words.iter().enumerate() {
-                put!(out; if place > 0 { ",\"" } else { "\"" }, Hex::<8>(u64::from(*word)), "\"");
-            }
-            put!(out; "]}");
-        }
-        Shows::Length(bytes) => put!(out; "{\"length\":", *bytes, "}"),
+        Shows::Action(action) => self::action(out, action),
+        Shows::Count(frames) => obj! { "frames": *frames }.write_json(out),
+        Shows::Time(ns) => period(*ns).write_json(out),
+        Shows::Id(id) => obj! { "id": *id }.write_json(out),
+        Shows::Mapping(words) => obj! { "mapping": array(words.iter().map(|word| hex8(*word))) }.write_json(out),
+        Shows::Length(bytes) => obj! { "length": *bytes }.write_json(out),
         Shows::Finding(finding) => {
-            put!(out; "{\"code\":\"", finding.code.rule().id, "\",\"message\":");
-            quoted(out, |text| findings::placed(text, setting.lang, finding, finding.at.no));
-            put!(out; "}");
+            let message = text(|text| findings::placed(text, setting.lang, finding, finding.at.no));
+            obj! { "code": finding.code.rule().id, "message": message }.write_json(out);
         }
     }
 }
 
-fn identifier(out: &mut Vec<u8>, id: CanId) {
-    let raw = u64::from(id.raw());
-    put!(out; "{\"id\":\"");
-    if id.is_extended() {
-        put!(out; Hex::<8>(raw));
-    } else {
-        put!(out; Hex::<3>(raw));
-    }
-    put!(out; "\"}");
-}
-
-fn action_value(out: &mut Vec<u8>, action: &Action) {
-    let code = |out: &mut Vec<u8>, code: u8| put!(out; "{\"code\":\"", Hex::<2>(u64::from(code)), "\"}");
+fn action(out: &mut Vec<u8>, action: &Action) {
     match action {
-        Action::Transfer(moved) => transfer(out, moved),
-        Action::Nmt(command) => code(out, *command),
-        Action::BootUp => code(out, 0),
-        Action::State(state) => code(out, *state),
-        Action::Drive(state) => match state {
-            Some(state) => {
-                put!(out; "{\"code\":\"", Hex::<4>(u64::from(state.coding().1)), "\"}");
-            }
-            None => put!(out; "{\"code\":null}"),
-        },
-        Action::Emcy(emcy, register) => {
-            put!(out; "{\"code\":\"", Hex::<4>(u64::from(*emcy)), "\",\"register\":\"");
-            put!(out; Hex::<2>(u64::from(*register)), "\"}");
-        }
-        Action::Lss(bytes) => put!(out; "{\"data\":\"", Joined(bytes), "\"}"),
+        Action::Transfer(moved) => transfer(moved).write_json(out),
+        Action::Nmt(code) | Action::State(code) => obj! { "code": hex2(*code) }.write_json(out),
+        Action::BootUp => obj! { "code": hex2(0) }.write_json(out),
+        Action::Drive(state) => obj! { "code": state.map(|state| hex4(state.coding().1)) }.write_json(out),
+        Action::Emcy(code, register) => obj! { "code": hex4(*code), "register": hex2(*register) }.write_json(out),
+        Action::Lss(bytes) => obj! { "data": Joined(bytes) }.write_json(out),
     }
 }
 
-fn transfer(out: &mut Vec<u8>, moved: &TransferDigest) {
-    put!(out; "{\"status\":\"", moved.status.name(), "\",\"mode\":\"", moved.mode.name(), "\",\"abort\":");
-    match moved.abort {
-        None => put!(out; "null"),
-        Some(abort) => put!(out; "{\"code\":\"", Hex::<8>(u64::from(abort.code)), "\",\"by\":\"", match abort.by {
-            Sender::Client => "client",
-            Sender::Server => "server",
-        }, "\"}"),
+fn transfer(moved: &TransferDigest) -> impl WriteJson {
+    obj! {
+        "status": moved.status.name(), "mode": moved.mode.name(),
+        "abort": moved.abort.map(|abort| obj! { "code": hex8(abort.code), "by": by(abort.by) }),
+        "size": moved.size,
+        /// The first 64 bytes.
+        "data": Joined(&moved.kept),
     }
-    put!(out; ",\"size\":", moved.size, ",\"data\":\"", Joined(&moved.kept), "\"}");
 }

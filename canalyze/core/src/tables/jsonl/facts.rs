@@ -1,165 +1,124 @@
-//! What a finding measured, as an object: the keys are the names that stand in the rule's sentence.
+//! The measured facts of a finding, as an object: the keys are the names in the rule's sentence.
 //!
 //! Times have `_ns` appended to their key, hexadecimal quantities are strings, a PDO is `TPDO1`.
 
-use super::{number_or_null, sdo, truth};
-use crate::rules::finding::{CrcMatch, Facts, Finding, Measured, Problem, Quantity, Said, Unmet};
-use crate::words::digits::{Hex, Joined, put};
-use crate::words::escape;
+use super::obj::{Given, Obj, Values, WriteJson, array, hex2, hex4, hex8, members, obj, pdo, raw, text};
+use super::sdo;
+use crate::rules::finding::{CrcMatch, Facts, Finding, Problem, Quantity, Said};
+use crate::words::digits::{Joined, Put, put};
 use crate::world::drive;
 use crate::world::event::{Note, Scanned};
 
-/// The parts of an LSS address.
-const PARTS: [&str; 4] = ["vendor", "product", "revision", "serial"];
-
 /// Appends `,"facts":{...}` to a note; most have none.
 pub(super) fn note(out: &mut Vec<u8>, note: Note) {
-    match note {
-        Note::RequestNotCaptured | Note::LostByReset => put!(out; ",\"facts\":{}"),
-        Note::LssSelected { address } => {
-            put!(out; ",\"facts\":{");
-            parts(out, address.map(Some));
-            put!(out; "}");
+    let facts = raw(|out| match note {
+        Note::RequestNotCaptured | Note::LostByReset => obj! {}.write_json(out),
+        Note::LssSelected { address } => address_of(address.map(Some)).write_json(out),
+        Note::Fastscan(Scanned { address, frames, duration_ns, .. }) => obj! {
+            _: address_of(address).inline(), "requests": frames, "duration_ns": duration_ns,
         }
-        Note::Fastscan(Scanned { address, frames, duration_ns, .. }) => {
-            put!(out; ",\"facts\":{");
-            parts(out, address);
-            put!(out; ",\"requests\":", frames, ",\"duration_ns\":");
-            match duration_ns {
-                Some(ns) => put!(out; ns),
-                None => put!(out; "null"),
-            }
-            put!(out; "}");
-        }
-        Note::BitTimingActivated { delay, rate } => {
-            put!(out; ",\"facts\":{\"delay_ms\":", delay, ",\"kbit_s\":");
-            number_or_null(out, rate.map(u64::from));
-            put!(out; "}");
-        }
-        Note::NodeIdChanged { from, to } => put!(out; ",\"facts\":{\"from\":", from, ",\"to\":", to, "}"),
+        .write_json(out),
+        Note::BitTimingActivated { delay, rate } => obj! { "delay_ms": delay, "kbit_s": rate }.write_json(out),
+        Note::NodeIdChanged { from, to } => obj! { "from": from, "to": to }.write_json(out),
+    });
+    members([("facts", facts)]).write_json(out);
+}
+
+/// Returns an LSS address.
+fn address_of([vendor, product, revision, serial]: [Option<u32>; 4]) -> Obj<impl Values> {
+    obj! {
+        "vendor": vendor.map(hex8), "product": product.map(hex8), "revision": revision.map(hex8), "serial": serial.map(hex8),
     }
 }
 
-fn parts(out: &mut Vec<u8>, address: [Option<u32>; 4]) {
-    let mut before = "\"";
-    for (name, part) in PARTS.into_iter().zip(address) {
-        put!(out; before, name, "\":");
-        before = ",\"";
-        match part {
-            Some(part) => put!(out; "\"", Hex::<8>(u64::from(part)), "\""),
-            None => put!(out; "null"),
-        }
-    }
-}
-
-/// Appends what a finding measured, as an object whose keys depend on the rule.
+/// Appends the measured facts of a finding, as an object whose keys depend on the rule. That of an expectation begins with
+/// the file and line of the expectation.
 pub fn facts(out: &mut Vec<u8>, finding: &Finding) {
     match (&finding.facts, finding.measured()) {
-        (Facts::Unmet(deviation), _) => unmet(out, deviation),
-        (Facts::Repeated { count }, _) => put!(out; "{\"repeated\":", *count, "}"),
-        (_, Some(measured)) => told(out, &measured),
-        (_, None) => put!(out; "{}"),
-    }
-}
-
-fn told(out: &mut Vec<u8>, measured: &Measured) {
-    let mut before = "{\"";
-    for (name, value) in measured.variant.constants {
-        put!(out; before, *name, "\":", *value);
-        before = ",\"";
-    }
-    for (name, quantity) in measured.facts().filter(|(_, quantity)| *quantity != Quantity::Nothing) {
-        put!(out; before);
-        before = ",\"";
-        pair(out, name, quantity);
-    }
-    put!(out; if before == "{\"" { "{}" } else { "}" });
-}
-
-/// Appends the object of an expectation: `expectation` is its file and line; the rest as above, mostly `expected` and
-/// `found`. Bytes are a hex string.
-fn unmet(out: &mut Vec<u8>, unmet: &Unmet) {
-    put!(out; "{\"expectation\":");
-    escape::json(out, unmet.expectation.as_bytes());
-    for (name, value) in unmet.variant.constants.iter().filter(|_| unmet.repeated == 0) {
-        put!(out; ",\"", *name, "\":", *value);
-    }
-    for (name, said) in unmet.facts() {
-        put!(out; ",\"");
-        if let Said::Quantity(quantity) = said {
-            pair(out, name, *quantity);
-            continue;
+        (Facts::Unmet(unmet), _) => obj! {
+            "expectation": &*unmet.expectation,
+            _: constants(if unmet.repeated == 0 { unmet.variant.constants } else { &[] }),
+            _: members(unmet.facts().map(|(name, said)| (key(name, quantity_of(said)), self::said(said)))),
+            "repeated": Given(Some(unmet.repeated).filter(|times| *times > 0)),
         }
-        put!(out; name, "\":");
-        match said {
-            Said::Quantity(_) => {}
-            Said::Real(number) if number.is_finite() => out.extend_from_slice(number.to_string().as_bytes()),
-            Said::Real(_) => put!(out; "null"),
-            Said::Bool(on) => put!(out; truth(*on)),
-            Said::Text(text) => escape::json(out, text.as_bytes()),
-            Said::Bytes(bytes) => put!(out; "\"", Joined(bytes), "\""),
-            Said::Word(word) => put!(out; "\"", *word, "\""),
-            Said::Problems(named, _) => problems(out, named),
+        .write_json(out),
+        (Facts::Repeated { count }, _) => obj! { "repeated": *count }.write_json(out),
+        (_, Some(measured)) => obj! {
+            _: constants(measured.variant.constants), _: quantities(measured.facts()),
         }
+        .write_json(out),
+        (_, None) => obj! {}.write_json(out),
     }
-    if unmet.repeated > 0 {
-        put!(out; ",\"repeated\":", unmet.repeated);
-    }
-    put!(out; "}");
 }
 
-/// Appends a list of what went wrong: `{"incident","node","frame"}` each, the node only where no other key says it.
-fn problems(out: &mut Vec<u8>, named: &[Problem]) {
-    for (place, one) in named.iter().enumerate() {
-        put!(out; if place > 0 { ",{" } else { "[{" }, "\"incident\":\"", one.name, "\"");
-        if let Some(node) = one.node {
-            put!(out; ",\"node\":", node);
-        }
-        put!(out; ",\"frame\":", one.frame, "}");
-    }
-    put!(out; if named.is_empty() { "[]" } else { "]" });
+fn constants(constants: &'static [(&'static str, &'static str)]) -> impl WriteJson {
+    members(constants.iter().map(|(name, value)| (*name, raw(|out| put!(out; *value)))))
 }
 
-/// Appends `name":value`.
-pub(super) fn pair(out: &mut Vec<u8>, name: &str, quantity: Quantity) {
-    put!(out; name);
-    if matches!(quantity, Quantity::Ns(_)) {
-        put!(out; "_ns");
-    }
-    put!(out; "\":");
-    match quantity {
+/// Returns quantities with their keys, for the key `_`.
+pub(super) fn quantities<'a>(facts: impl IntoIterator<Item = (&'a str, Quantity)>) -> impl WriteJson {
+    let facts = facts.into_iter().filter(|(_, one)| *one != Quantity::Nothing);
+    members(facts.map(|(name, one)| (key(name, Some(one)), quantity(one))))
+}
+
+/// Returns the key of a fact, with its unit.
+fn key(name: &str, quantity: Option<Quantity>) -> impl Put {
+    let unit = if matches!(quantity, Some(Quantity::Ns(_))) { "_ns" } else { "" };
+    move |out: &mut Vec<u8>| put!(out; name, unit)
+}
+
+fn quantity_of(said: &Said) -> Option<Quantity> {
+    if let Said::Quantity(quantity) = said { Some(*quantity) } else { None }
+}
+
+/// Returns a fact of an expectation, mostly `expected` or `found`.
+fn said(said: &Said) -> impl WriteJson {
+    raw(move |out| match said {
+        Said::Quantity(one) => quantity(*one).write_json(out),
+        Said::Real(number) => number.write_json(out),
+        Said::Bool(on) => on.write_json(out),
+        Said::Text(text) => (**text).write_json(out),
+        Said::Bytes(bytes) => Joined(bytes).write_json(out),
+        Said::Word(word) => word.write_json(out),
+        Said::Problems(named, _) => array(named.iter().map(problem)).write_json(out),
+    })
+}
+
+fn problem(one: &Problem) -> impl WriteJson {
+    // The node only where no other key has it.
+    obj! { "incident": one.name, "node": Given(one.node), "frame": one.frame }
+}
+
+fn quantity(quantity: Quantity) -> impl WriteJson {
+    raw(move |out| match quantity {
         Quantity::Nothing => {}
-        Quantity::Count(number) => put!(out; number),
-        Quantity::Signed(number) => put!(out; number),
-        Quantity::Ns(ns) => put!(out; ns),
+        Quantity::Count(number) => number.write_json(out),
+        Quantity::Signed(number) => number.write_json(out),
+        Quantity::Ns(ns) => ns.write_json(out),
         Quantity::Hex2(number)
         | Quantity::State(number)
         | Quantity::Command(number)
         | Quantity::Lss(number)
-        | Quantity::LssError(_, number) => {
-            put!(out; "\"", Hex::<2>(u64::from(number)), "\"");
-        }
+        | Quantity::LssError(_, number) => hex2(number).write_json(out),
         Quantity::Hex4(number)
         | Quantity::Statusword(number)
         | Quantity::Controlword(number)
         | Quantity::Emcy(number, _)
-        | Quantity::Type(number) => put!(out; "\"", Hex::<4>(u64::from(number)), "\""),
-        Quantity::Hex8(number) | Quantity::Abort(number) => put!(out; "\"", Hex::<8>(u64::from(number)), "\""),
-        Quantity::Object(mux) => {
-            put!(out; "\"", Hex::<4>(u64::from(mux.index)), ":", Hex::<2>(u64::from(mux.sub)), "\"");
+        | Quantity::Type(number) => hex4(number).write_json(out),
+        Quantity::Hex8(number) | Quantity::Abort(number) => hex8(number).write_json(out),
+        Quantity::Object(mux) => text(|out| put!(out; hex4(mux.index), ":", hex2(mux.sub))).write_json(out),
+        Quantity::Id(id) => id.write_json(out),
+        Quantity::Pdo(transmit, number) => pdo(transmit, number).write_json(out),
+        Quantity::Side(side) => sdo::side(side).write_json(out),
+        Quantity::Size(bytes) => bytes.write_json(out),
+        Quantity::Crc(matches) => match matches {
+            CrcMatch::Nothing => None,
+            CrcMatch::WithPadding => Some("with_padding"),
+            CrcMatch::InitialFfff => Some("initial_ffff"),
+            CrcMatch::Reflected => Some("reflected"),
         }
-        Quantity::Id(id) if id.is_extended() => put!(out; "\"", Hex::<8>(u64::from(id.raw())), "\""),
-        Quantity::Id(id) => put!(out; "\"", Hex::<3>(u64::from(id.raw())), "\""),
-        Quantity::Pdo(transmit, number) => put!(out; if transmit { "\"TPDO" } else { "\"RPDO" }, number, "\""),
-        Quantity::Side(side) => put!(out; "\"", sdo::side(side), "\""),
-        Quantity::Size(bytes) => put!(out; bytes),
-        Quantity::Crc(matches) => put!(out; match matches {
-            CrcMatch::Nothing => "null",
-            CrcMatch::WithPadding => "\"with_padding\"",
-            CrcMatch::InitialFfff => "\"initial_ffff\"",
-            CrcMatch::Reflected => "\"reflected\"",
-        }),
-        Quantity::Mode(mode) => put!(out; i64::from(mode)),
-        Quantity::Drive(word) => put!(out; "\"", drive::State::of(word).map_or("", drive::State::name), "\""),
-    }
+        .write_json(out),
+        Quantity::Mode(mode) => i64::from(mode).write_json(out),
+        Quantity::Drive(word) => drive::DriveState::of(word).map_or("", drive::DriveState::name).write_json(out),
+    })
 }

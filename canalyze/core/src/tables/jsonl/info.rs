@@ -1,35 +1,16 @@
-//! What a file is, as one JSON object a file: kind `info`.
+//! A file as one JSON object: kind `info`.
 //!
-//! | key | value |
-//! |---|---|
-//! | `kind` `file` | `info`, the file's name |
-//! | `frames` | how many |
-//! | `buses` | list of `{"bus", "frames"}`, in order of first appearance; `bus` is null where none is named |
-//! | `kinds` | `{"data", "remote", "fd", "error", "standard", "extended"}`: counts; the last two of the first three |
-//! | `directions` | `{"rx", "tx"}`: counts, where the format tells |
-//! | `unstamped` | frames without a stamp |
-//! | `first_t` `last_t` `seconds` | the stamps of the first frame and the last one and the time between, without what the clock was set back, as strings |
-//! | `first_date` `last_date` `zone` | the same as dates; `utc`, or `local` where no zone is told; null where unknown |
-//! | `decimals` | digits after the point of a stamp: null or `[fewest, most]` |
-//! | `backward` `backward_most_us` | how often a stamp is earlier than the one before, and the longest such step |
-//! | `clamped_stamps` | stamps out of the range that can be shown, 1677-09-21 to 2262-04-11, taken as its end |
-//! | `unreadable` | null or `{"count", "first_line", "first_offset", "further_buses"}`; the last one: those that are on more buses than are kept apart |
-//! | `gaps` `dropped` `error_markers` | reports of lost frames, frames said to be lost, error markers without content |
-//! | `left_out` | null or `{"places", "uncounted", "rows"}`: where the file itself shows that rows are missing, those of them without a count, and the rows that the others count |
-//! | `damage` | list of `{"kind", "line", "offset", "bytes", "frames"}`, the first 64; of the kinds `doubtful` and `definition` the frames are not lost, but may be wrong |
-//! | `damages` | how many in all |
-//! | `contents` | see `contents` |
-//!
-//! The command adds `format`, `compression`, `checked` (whether all that was unpacked has a check sum; null where nothing was)
+//! The command adds `format`, `compression`, `checked` (all that was unpacked has a check sum; null where nothing was)
 //! and `size`, which are not known here.
 
-use super::{Setting, contents, left_out, name_or_null, number_or_null, seconds};
+use super::Setting;
+use super::contents;
+use super::obj::{WriteJson, array, named, obj, raw, text, time};
 use crate::bytes::frame::{BusId, Stamp, StampForm};
 use crate::bytes::info::{Info, Zone};
-use crate::bytes::readers::{Contents, Damage, DamageKind, Place};
+use crate::bytes::readers::listing::LeftOut;
+use crate::bytes::readers::{Contents, Damage, DamageKind, FilePlace};
 use crate::bytes::writers::console;
-use crate::words::digits::put;
-use crate::words::escape;
 
 /// Names of damage, as this crate's callers say it too.
 pub const DAMAGES: &[(&str, DamageKind)] = &[
@@ -47,88 +28,76 @@ pub const DAMAGES: &[(&str, DamageKind)] = &[
 
 /// Appends the object of a file.
 pub fn info(out: &mut Vec<u8>, setting: Setting<'_>, info: &Info, known: &Contents) {
-    put!(out; "{\"kind\":\"info\",\"file\":");
-    escape::json(out, setting.file);
-    put!(out; ",\"frames\":", info.frames, ",\"buses\":[");
-    let mut empty = true;
-    for (no, frames) in info.buses.iter().enumerate().filter(|(_, frames)| **frames > 0) {
-        put!(out; if empty { "" } else { "," }, "{\"bus\":");
-        name_or_null(out, setting.buses.name(BusId(no as u8)));
-        put!(out; ",\"frames\":", *frames, "}");
-        empty = false;
-    }
-    put!(out; "],\"kinds\":{\"data\":", info.data, ",\"remote\":", info.remote, ",\"fd\":", info.fd, ",\"error\":");
-    put!(out; info.error, ",\"standard\":", info.standard, ",\"extended\":", info.extended);
-    put!(out; "},\"directions\":{\"rx\":", info.rx, ",\"tx\":", info.tx, "},\"unstamped\":", info.unstamped);
-    times(out, info);
-    put!(out; ",\"backward\":", info.span.backward, ",\"backward_most_us\":", info.span.backward_most_ns.unsigned_abs() / 1000);
-    put!(out; ",\"clamped_stamps\":", info.clamped_stamps, ",\"unreadable\":");
-    match info.first_unreadable {
-        Some(place) => {
-            put!(out; "{\"count\":", info.unreadable);
-            placed(out, place, ["first_line", "first_offset"]);
-            put!(out; ",\"further_buses\":", info.of_further_buses, "}");
-        }
-        None => put!(out; "null"),
-    }
-    put!(out; ",\"gaps\":", info.gaps, ",\"dropped\":", info.dropped, ",\"error_markers\":", info.error_markers);
-    put!(out; ",\"left_out\":");
-    left_out(out, &info.left_out);
-    put!(out; ",\"damage\":[");
-    for (no, one) in info.damage.iter().enumerate() {
-        put!(out; if no > 0 { "," } else { "" });
-        damage(out, one);
-    }
-    put!(out; "],\"damages\":", info.damages, ",\"contents\":");
-    contents::contents(out, known);
-    put!(out; "}\n");
-}
-
-fn times(out: &mut Vec<u8>, info: &Info) {
+    let buses = info.buses.iter().enumerate().filter(|(_, frames)| **frames > 0);
     let decimals = info.decimals.map_or(9, |(_, most)| most);
-    let ends = info.span.ends_ns;
-    let (first, last, elapsed) = (ends.map(|ends| ends.0), ends.map(|ends| ends.1), info.span.elapsed_ns);
-    for (key, ns) in [("first_t", first), ("last_t", last), ("seconds", elapsed)] {
-        put!(out; ",\"", key, "\":");
-        seconds(out, ns, decimals);
+    let date = |ns| text(move |out| console::digits(out, &Stamp { form: StampForm::Calendar, ns, width: 1, decimals }));
+    let (ends, dates) = (info.span.ends_ns, info.dates());
+    obj! {
+        "kind": "info", "file": setting.file, "frames": info.frames,
+        /// In order of first appearance.
+        "buses": array(buses.map(|(no, frames)| obj! {
+            "bus": named(setting.buses.name(BusId(no as u8))), "frames": *frames,
+        })),
+        /// The last two are counts of the first three.
+        "kinds": obj! {
+            "data": info.data, "remote": info.remote, "fd": info.fd, "error": info.error,
+            "standard": info.standard, "extended": info.extended,
+        },
+        /// Where the format has them.
+        "directions": obj! { "rx": info.rx, "tx": info.tx },
+        "unstamped": info.unstamped,
+        "first_t": time(ends.map(|ends| ends.0), decimals),
+        "last_t": time(ends.map(|ends| ends.1), decimals),
+        /// The time between, without the time by which the clock was set back.
+        "seconds": time(info.span.elapsed_ns, decimals),
+        /// Null where unknown.
+        "first_date": dates.map(|(first, ..)| date(first)),
+        "last_date": dates.map(|(_, last, _)| date(last)),
+        "zone": dates.map(|(.., zone)| match zone {
+            Zone::Utc => "utc",
+            Zone::Local => "local",
+        }),
+        /// Digits after the point of a stamp: the fewest, the most.
+        "decimals": info.decimals.map(|(fewest, most)| array([fewest, most])),
+        /// Stamps earlier than the one before, and the longest such step.
+        "backward": info.span.backward,
+        "backward_most_us": info.span.backward_most_ns.unsigned_abs() / 1000,
+        /// Stamps outside of 1677-09-21 to 2262-04-11, taken as the end of that range.
+        "clamped_stamps": info.clamped_stamps,
+        "unreadable": info.first_unreadable.map(|place| obj! {
+            "count": info.unreadable, "first_line": place.line(), "first_offset": offset(place),
+            /// Those that are on more buses than are kept apart.
+            "further_buses": info.of_further_buses,
+        }),
+        /// Reports of lost frames, and the frames that were lost by them.
+        "gaps": info.gaps,
+        "dropped": info.dropped,
+        /// Error markers without content.
+        "error_markers": info.error_markers,
+        /// Rows that are missing by the file itself.
+        "left_out": left_out(&info.left_out),
+        /// The first 64.
+        "damage": array(info.damage.iter().map(damage)),
+        "damages": info.damages,
+        "contents": raw(|out| contents::contents(out, known)),
     }
-    match info.dates() {
-        Some((first, last, zone)) => {
-            for (key, ns) in [("first_date", first), ("last_date", last)] {
-                put!(out; ",\"", key, "\":\"");
-                console::digits(out, &Stamp { form: StampForm::Calendar, ns, width: 1, decimals });
-                put!(out; "\"");
-            }
-            put!(out; ",\"zone\":", match zone {
-                Zone::Utc => "\"utc\"",
-                Zone::Local => "\"local\"",
-            });
-        }
-        None => put!(out; ",\"first_date\":null,\"last_date\":null,\"zone\":null"),
-    }
-    put!(out; ",\"decimals\":");
-    match info.decimals {
-        Some((fewest, most)) => put!(out; "[", fewest, ",", most, "]"),
-        None => put!(out; "null"),
+    .write_line(out);
+}
+
+/// Frames of the kinds `doubtful` and `definition` are not lost, but may be wrong.
+fn damage(damage: &Damage) -> impl WriteJson + use<> {
+    obj! {
+        "kind": DAMAGES.iter().find(|(_, kind)| *kind == damage.kind).map_or("", |(name, _)| *name),
+        "line": damage.place.line(), "offset": offset(damage.place), "bytes": damage.bytes, "frames": damage.frames,
     }
 }
 
-fn damage(out: &mut Vec<u8>, damage: &Damage) {
-    let name = DAMAGES.iter().find(|(_, kind)| *kind == damage.kind).map_or("", |(name, _)| name);
-    put!(out; "{\"kind\":\"", name, "\"");
-    placed(out, damage.place, ["line", "offset"]);
-    for (key, count) in [("bytes", damage.bytes), ("frames", damage.frames)] {
-        put!(out; ",\"", key, "\":");
-        number_or_null(out, count);
-    }
-    put!(out; "}");
+fn offset(place: FilePlace) -> Option<u64> {
+    if let FilePlace::Byte(offset) = place { Some(offset) } else { None }
 }
 
-/// A place: its line or its offset, the other one null.
-fn placed(out: &mut Vec<u8>, place: Place, keys: [&'static str; 2]) {
-    let [line, offset] = keys;
-    put!(out; ",\"", line, "\":");
-    number_or_null(out, place.line());
-    put!(out; ",\"", offset, "\":");
-    number_or_null(out, if let Place::Byte(offset) = place { Some(offset) } else { None });
+/// Returns the places where the file itself shows that rows are missing: those without a count, and the rows of the others.
+pub(super) fn left_out(known: &LeftOut) -> Option<impl WriteJson> {
+    let LeftOut { places, uncounted, rows } = *known;
+    (places > 0).then_some(obj! { "places": places, "uncounted": uncounted, "rows": rows })
 }

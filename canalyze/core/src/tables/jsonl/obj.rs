@@ -8,6 +8,22 @@ use crate::bytes::frame::CanId;
 use crate::words::digits::{Hex, Joined, Put, put};
 use crate::words::escape;
 
+/// Declares an object: `obj! { "key": value, ... }`, with doc comments before keys. The values are what [`WriteJson`] can
+/// write, the key of an [`Obj::inline`] or of [`members`] is `_`.
+macro_rules! obj {
+    ($($(#[$doc:meta])* $($key:literal)? $(_)?: $value:expr),* $(,)?) => {
+        $crate::tables::jsonl::obj::Obj {
+            keys: const { &[$($crate::tables::jsonl::obj::obj!(@key $($key)?)),*] },
+            values: $crate::tables::jsonl::obj::obj!(@values $($value,)*),
+        }
+    };
+    (@key) => { "" };
+    (@key $key:literal) => { concat!(",\"", $key, "\":") };
+    (@values) => { () };
+    (@values $value:expr, $($rest:expr,)*) => { ($value, $crate::tables::jsonl::obj::obj!(@values $($rest,)*)) };
+}
+pub(crate) use obj;
+
 /// A value that can be written as JSON.
 pub(crate) trait WriteJson: Sized {
     /// Appends itself.
@@ -148,6 +164,11 @@ pub(crate) fn hex8(number: u32) -> Hex<8> {
     Hex(u64::from(number))
 }
 
+/// Returns JSON that has been written before.
+pub(crate) fn written(json: &[u8]) -> impl WriteJson {
+    raw(move |out| out.extend_from_slice(json))
+}
+
 /// A string that a closure writes.
 pub(crate) struct Text<F>(F);
 
@@ -181,23 +202,19 @@ impl<I: IntoIterator<Item: WriteJson>> WriteJson for Array<I> {
     }
 }
 
-/// A JSON object whose keys are values themselves.
-pub(crate) struct Map<I>(I);
-
-/// Returns an object of these keys, which need no escaping, with their values.
-pub(crate) fn map<'k, V: WriteJson, I: IntoIterator<Item = (&'k str, V)>>(items: I) -> Map<I> {
-    Map(items)
-}
-
-impl<'k, V: WriteJson, I: IntoIterator<Item = (&'k str, V)>> WriteJson for Map<I> {
-    fn write_json(self, out: &mut Vec<u8>) {
-        put!(out; "{");
-        for (place, (key, value)) in self.0.into_iter().enumerate() {
-            put!(out; if place > 0 { ",\"" } else { "\"" }, key, "\":");
+/// Returns a value for the key `_`: these keys, which need no escaping, with their values.
+pub(crate) fn members<K: Put, V: WriteJson>(items: impl IntoIterator<Item = (K, V)>) -> impl WriteJson {
+    raw(move |out| {
+        for (key, value) in items {
+            put!(out; ",\"", key, "\":");
             value.write_json(out);
         }
-        put!(out; "}");
-    }
+    })
+}
+
+/// Returns an object of these keys, which need no escaping, with their values.
+pub(crate) fn map<K: Put, V: WriteJson>(items: impl IntoIterator<Item = (K, V)>) -> impl WriteJson {
+    obj! { _: members(items) }
 }
 
 /// Returns a name from a capture, or `None` where it has none.
@@ -255,19 +272,3 @@ impl<V: Values> WriteJson for Obj<V> {
         out.push(b'}');
     }
 }
-
-/// Declares an object: `obj! { "key": value, ... }`, with doc comments before keys. The values are what [`WriteJson`] can
-/// write, the key of an [`Obj::inline`] is `_`.
-macro_rules! obj {
-    ($($(#[$doc:meta])* $($key:literal)? $(_)?: $value:expr),* $(,)?) => {
-        $crate::tables::jsonl::obj::Obj {
-            keys: const { &[$($crate::tables::jsonl::obj::obj!(@key $($key)?)),*] },
-            values: $crate::tables::jsonl::obj::obj!(@values $($value,)*),
-        }
-    };
-    (@key) => { "" };
-    (@key $key:literal) => { concat!(",\"", $key, "\":") };
-    (@values) => { () };
-    (@values $value:expr, $($rest:expr,)*) => { ($value, $crate::tables::jsonl::obj::obj!(@values $($rest,)*)) };
-}
-pub(crate) use obj;

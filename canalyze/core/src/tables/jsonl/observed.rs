@@ -5,7 +5,7 @@
 use super::Setting;
 use super::obj::{self, Given, Obj, Values, WriteJson, hex2, hex4, named, obj, text, time};
 use super::summary::us;
-use crate::views::expectation::observed::{Kind, Observed, Train};
+use crate::views::expectation::observed::{Observed, StateKind, Train};
 use crate::views::expectation::state_name;
 use crate::words::digits::put;
 use crate::words::signal;
@@ -18,17 +18,13 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, observed: &Observed) {
         let (index, sub) = (*index, *sub);
         let mapped = &one.mapped;
         obj! {
-            "kind": "observed_signal",
-            "bus": named(*bus),
-            "node": pdo.node,
+            "kind": "observed_signal", "bus": named(*bus), "node": pdo.node,
             "pdo": obj::pdo(pdo.transmit, pdo.number),
-            "index": hex4(index),
-            "sub": sub,
+            "index": hex4(index), "sub": sub,
             "signal": text(|out| signal::name(out, setting.lang, mapped)),
             /// The name of the signal in every language.
             "select": text(|out| put!(out; pdo.node, ".", name, pdo.number, ".", hex4(index), ":", hex2(sub))),
-            "unit": mapped.unit.as_deref(),
-            "count": one.count,
+            "unit": mapped.unit.as_deref(), "count": one.count,
             /// Physical values, null where it is no quantity.
             "min": one.range.map(|(least, _)| least),
             "max": one.range.map(|(_, greatest)| greatest),
@@ -38,9 +34,7 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, observed: &Observed) {
     }
     for ((bus, pdo), train) in &observed.pdos {
         obj! {
-            "kind": "observed_pdo",
-            "bus": named(*bus),
-            "node": pdo.node,
+            "kind": "observed_pdo", "bus": named(*bus), "node": pdo.node,
             "pdo": obj::pdo(pdo.transmit, pdo.number),
             _: period(train, observed).inline(),
         }
@@ -48,32 +42,20 @@ pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, observed: &Observed) {
     }
     for ((bus, node, kind), shown) in &observed.states {
         let (kind, axis, state) = match *kind {
-            Kind::Nmt(state) => ("observed_state", None, state_name(state)),
-            Kind::Drive(axis, state) => ("observed_drive", Some(axis), Some(state.name())),
+            StateKind::Nmt(state) => ("observed_state", None, state_name(state)),
+            StateKind::Drive(axis, state) => ("observed_drive", Some(axis), Some(state.name())),
         };
         let Some(state) = state else { continue };
         obj! {
-            "kind": kind,
-            "bus": named(*bus),
-            "node": *node,
-            "axis": Given(axis),
-            "state": state,
-            "count": shown.count,
-            "first_frame": shown.first.no,
-            "first_t": time(shown.first.t_ns, setting.decimals),
-            "since_start_ns": shown.since_start_ns,
-            "since_boot_up_ns": shown.since_boot_up_ns,
-            "left": shown.left,
+            "kind": kind, "bus": named(*bus), "node": *node, "axis": Given(axis), "state": state,
+            "count": shown.count, "first_frame": shown.first.no, "first_t": time(shown.first.t_ns, setting.decimals),
+            "since_start_ns": shown.since_start_ns, "since_boot_up_ns": shown.since_boot_up_ns, "left": shown.left,
         }
         .write_line(out);
     }
     for ((bus, node, code), reported) in &observed.emergencies {
         obj! {
-            "kind": "observed_emcy",
-            "bus": named(*bus),
-            "node": *node,
-            "code": hex4(*code),
-            "count": reported.count,
+            "kind": "observed_emcy", "bus": named(*bus), "node": *node, "code": hex4(*code), "count": reported.count,
             "first_frame": reported.first.no,
         }
         .write_line(out);
@@ -96,8 +78,7 @@ fn period(train: &Train, observed: &Observed) -> Obj<impl Values> {
         "period": (train.all.count > 0).then(|| obj! {
             "count": train.all.count,
             "min_us": (train.strict.count > 0).then(|| us(train.strict.min_ns)),
-            "mean_us": us(train.all.mean_ns()),
-            "max_us": us(train.all.max_ns),
+            "mean_us": us(train.all.mean_ns()), "max_us": us(train.all.max_ns),
         }),
     }
 }

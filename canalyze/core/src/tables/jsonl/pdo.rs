@@ -1,70 +1,154 @@
 //! The `pdo` object of a PDO frame with data.
 //!
-//! Keys: `direction` transmit/receive, `number`, `remote` false, `communication_parameter` and `mapping_parameter`
-//! hex, `pdo` (`TPDO1`), `state` NMT state of the node as hex or null, `provenance` of the mapping (`observed`,
-//! `option`, `dcf`, `eds`, `unconfirmed`) or null, `mapped_at` frame that completed an observed mapping or null, `unmapped`
-//! (`unknown`, `contradicted` by the frames, `disabled`, `multiplex`) or null, `consumer` (`{"node","number"}` of the RPDO whose mapping was used)
-//! or null, `sync` (`{"cycle","delay_us"}`, the latter with three decimals or null) or null, and `signals`: a list of
-//! `{"index","sub","name","bit","bits","raw","value","unit","text","provenance"}`. `raw` is the unsigned number in the
-//! payload; `value` has sign, type and factor applied; both are strings beyond 2^53 and hex strings for bytes, null
-//! where the payload does not reach. Dummy entries are not listed.
+//! `raw` is the unsigned number in the payload; `value` has sign, type and factor applied; both are strings beyond 2^53
+//! and hex strings for bytes, null where the payload does not reach. Dummy entries are not listed. Must not: decide
+//! which mapping holds.
 
-use super::object::Object;
 use crate::bytes::frame::Frame;
-use crate::tables::number::{self, Shape};
+use crate::tables::number::{self, marked};
+use crate::tables::table::{
+    Any, Cx, Given, Hex4, Json, Label, List, MaybeText, Truth, U8, U16, U64, Word, list, table,
+};
 use crate::wire::pdo;
-use crate::wire::pdo::mapping::Mapping;
+use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::digits::{Hex, Padded, put};
-use crate::words::{Lang, escape, signal};
+use crate::words::signal;
 use crate::world::configuration::Provenance;
-use crate::world::event::{Placement, ProcessData, Signals, Unmapped};
+use crate::world::event::{Placement, ProcessData, Signals as Content, Unmapped};
 
-/// Appends the object.
-pub(super) fn fields(out: &mut Vec<u8>, lang: Lang, data: &ProcessData, frame: &Frame) {
-    let mut object = Object::open(out);
-    object.word("direction", if data.transmit { "transmit" } else { "receive" });
-    object.number("number", data.number);
-    object.flag("remote", false);
-    object.hex::<4>("communication_parameter", u64::from(pdo::communication_parameter(data.transmit, data.number)));
-    object.hex::<4>("mapping_parameter", u64::from(pdo::mapping_parameter(data.transmit, data.number)));
-    put!(object.key("pdo"); if data.transmit { "\"TPDO" } else { "\"RPDO" }, data.number, "\"");
-    object.maybe_hex("state", data.state.is_some(), data.state.unwrap_or(0));
-    let (mapping, from, consumer) = match &data.content {
-        Signals::Mapped(mapping, from) => (Some(mapping), Some(*from), None),
-        Signals::ByConsumer(mapping, from, node, number) => (Some(mapping), Some(*from), Some((*node, *number))),
-        Signals::None(_) => (None, None, None),
-    };
-    let unconfirmed = matches!(data.content, Signals::None(Unmapped::Unconfirmed)).then_some("unconfirmed");
-    object.optional("provenance", from.map(Provenance::name).or(unconfirmed));
-    object.maybe("mapped_at", from.and_then(Provenance::frame));
-    object.optional(
-        "unmapped",
-        match &data.content {
-            Signals::None(Unmapped::Unknown | Unmapped::Unconfirmed) => Some("unknown"),
-            Signals::None(Unmapped::Contradicted) => Some("contradicted"),
-            Signals::None(Unmapped::Disabled) => Some("disabled"),
-            Signals::None(Unmapped::Multiplex) => Some("multiplex"),
-            Signals::Mapped(..) | Signals::ByConsumer(..) => None,
-        },
-    );
-    match consumer {
-        Some((node, number)) => put!(object.key("consumer"); "{\"node\":", node, ",\"number\":", number, "}"),
-        None => put!(object.key("consumer"); "null"),
-    }
-    match &data.sync {
-        Some(sync) => placement(object.key("sync"), sync),
-        None => put!(object.key("sync"); "null"),
-    }
-    let list = object.key("signals");
-    list.push(b'[');
-    if let (Some(mapping), Some(from)) = (mapping, from) {
-        signals(list, lang, mapping, from, frame.payload());
-    }
-    list.push(b']');
-    object.close();
+/// A PDO and its frame.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct Carried<'a> {
+    data: &'a ProcessData,
+    frame: &'a Frame,
 }
 
-fn placement(out: &mut Vec<u8>, sync: &Placement) {
+impl<'a> Carried<'a> {
+    fn mapping(self) -> Option<(&'a Mapping, Provenance)> {
+        match &self.data.content {
+            Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..) => Some((mapping, *from)),
+            Content::None(_) => None,
+        }
+    }
+
+    fn provenance(self) -> Option<&'static str> {
+        let unconfirmed = matches!(self.data.content, Content::None(Unmapped::Unconfirmed)).then_some("unconfirmed");
+        self.mapping().map(|(_, from)| from.name()).or(unconfirmed)
+    }
+
+    fn unmapped(self) -> Option<&'static str> {
+        match &self.data.content {
+            Content::None(Unmapped::Unknown | Unmapped::Unconfirmed) => Some("unknown"),
+            Content::None(Unmapped::Contradicted) => Some("contradicted"),
+            Content::None(Unmapped::Disabled) => Some("disabled"),
+            Content::None(Unmapped::Multiplex) => Some("multiplex"),
+            Content::Mapped(..) | Content::ByConsumer(..) => None,
+        }
+    }
+}
+
+table! {
+    /// The object of a PDO.
+    /// PDO的内容
+    Pdos object "frame.pdo", |cx, one: Carried<'_>| {
+        /// transmit or receive
+        /// transmit（发送）、receive（接收）
+        direction: Word = if one.data.transmit { "transmit" } else { "receive" };
+        /// number of the PDO
+        /// PDO编号
+        number: U16 = one.data.number;
+        /// a remote request
+        /// 远程请求
+        remote: Truth = false;
+        /// index of the communication parameter
+        /// 通信参数的索引
+        communication_parameter: Hex4 = pdo::communication_parameter(one.data.transmit, one.data.number);
+        /// index of the mapping parameter
+        /// 映射参数的索引
+        mapping_parameter: Hex4 = pdo::mapping_parameter(one.data.transmit, one.data.number);
+        pdo: Any = |out: &mut Vec<u8>| name(out, one.data.transmit, one.data.number);
+        /// NMT state of the node, in hexadecimal
+        /// 节点的NMT状态，十六进制
+        state: Any or null = |out: &mut Vec<u8>| state(out, one.data.state);
+        provenance: Word or null = one.provenance();
+        /// frame that completed an observed mapping
+        /// 写完该映射的帧
+        mapped_at: U64 or null = one.mapping().and_then(|(_, from)| from.frame());
+        /// why there is no mapping: unknown, contradicted by the frames, disabled, or multiplex
+        /// 没有映射的原因：unknown、contradicted（与报文不符）、disabled、multiplex
+        unmapped: Word or null = one.unmapped();
+        /// the RPDO whose mapping was used: node, number
+        /// 所用映射的RPDO：node、number
+        consumer: Json or null = |out: &mut Vec<u8>| consumer(out, one.data);
+        /// SYNC cycle, and the delay after its SYNC in us
+        /// 同步周期及距SYNC的延迟（us）
+        sync: Json or null = |out: &mut Vec<u8>| placement(out, one.data.sync);
+        /// its signals
+        /// 各信号
+        signals: List = |out: &mut Vec<u8>| signals(out, cx, one);
+    }
+}
+
+/// A signal of a PDO.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct CarriedSignal<'a> {
+    mapping: &'a Mapping,
+    mapped: &'a Mapped,
+    place: usize,
+    from: Provenance,
+    payload: &'a [u8],
+}
+
+table! {
+    /// A signal of a PDO.
+    /// PDO的一个信号
+    Signals object "frame.pdo.signals", |cx, one: CarriedSignal<'_>| {
+        index: Hex4 = one.mapped.index;
+        sub: U8 = one.mapped.sub;
+        name: Given = signal::own_name(one.mapping, cx.names, one.place);
+        /// offset in bits
+        /// 起始位
+        bit: U16 = one.mapped.offset;
+        /// length in bits
+        /// 位数
+        bits: U8 = one.mapped.bits;
+        raw: Any or null = |out: &mut Vec<u8>| marked(out, |out| number::raw(out, one.mapping, one.mapped, one.payload));
+        value: Any or null = |out: &mut Vec<u8>| marked(out, |out| number::value(out, one.mapping, one.mapped, one.payload));
+        unit: Label or null = one.mapped.unit.as_deref();
+        text: MaybeText or null = |out: &mut Vec<u8>| {
+            let raw = one.mapping.raw(one.mapped, one.payload);
+            raw.map(|raw| signal::value_at(out, cx.setting.lang, one.mapping, one.place, raw)).is_some()
+        };
+        provenance: Word = one.from.name();
+    }
+}
+
+/// Appends the object.
+pub(in crate::tables) fn fields(out: &mut Vec<u8>, cx: &Cx<'_>, data: &ProcessData, frame: &Frame) {
+    Pdos::json(out, cx, Carried { data, frame });
+}
+
+/// Appends the name of a PDO as a JSON string: `TPDO1`.
+pub(super) fn name(out: &mut Vec<u8>, transmit: bool, number: u16) {
+    put!(out; if transmit { "\"TPDO" } else { "\"RPDO" }, number, "\"");
+}
+
+fn state(out: &mut Vec<u8>, state: Option<u8>) {
+    match state {
+        Some(state) => put!(out; "\"", Hex::<2>(u64::from(state)), "\""),
+        None => put!(out; "null"),
+    }
+}
+
+fn consumer(out: &mut Vec<u8>, data: &ProcessData) {
+    match data.content {
+        Content::ByConsumer(_, _, node, number) => put!(out; "{\"node\":", node, ",\"number\":", number, "}"),
+        Content::Mapped(..) | Content::None(_) => put!(out; "null"),
+    }
+}
+
+fn placement(out: &mut Vec<u8>, sync: Option<Placement>) {
+    let Some(sync) = sync else { return put!(out; "null") };
     put!(out; "{\"cycle\":", sync.cycle, ",\"delay_us\":");
     match sync.delay_ns {
         Some(ns) => {
@@ -75,39 +159,10 @@ fn placement(out: &mut Vec<u8>, sync: &Placement) {
     }
 }
 
-fn signals(out: &mut Vec<u8>, lang: Lang, mapping: &Mapping, from: Provenance, payload: &[u8]) {
-    let mut before = "{\"index\":\"";
-    for mapped in mapping.entries.iter().filter(|mapped| !mapped.dummy) {
-        put!(out; before, Hex::<4>(u64::from(mapped.index)), "\",\"sub\":", mapped.sub, ",\"name\":");
-        before = ",{\"index\":\"";
-        super::quoted(out, |text| signal::name(text, super::NAMES, mapped));
-        put!(out; ",\"bit\":", mapped.offset, ",\"bits\":", mapped.bits, ",\"raw\":");
-        marked(out, |out| number::raw(out, mapping, mapped, payload));
-        put!(out; ",\"value\":");
-        marked(out, |out| number::value(out, mapping, mapped, payload));
-        put!(out; ",\"unit\":");
-        match mapped.unit.as_deref() {
-            Some(unit) => escape::json(out, unit.as_bytes()),
-            None => put!(out; "null"),
-        }
-        put!(out; ",\"text\":");
-        match mapping.raw(mapped, payload) {
-            Some(raw) => super::quoted(out, |text| signal::value(text, lang, mapped, raw)),
-            None => put!(out; "null"),
-        }
-        put!(out; ",\"provenance\":\"", from.name(), "\"}");
-    }
-}
-
-/// A value as JSON has it: bare where a double holds it, else in quotes.
-pub(in crate::tables) fn marked(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>) -> Shape) {
-    let start = out.len();
-    match write(out) {
-        Shape::Number => {}
-        Shape::Missing => put!(out; "null"),
-        Shape::Long | Shape::Bytes => {
-            out.insert(start, b'"');
-            out.push(b'"');
-        }
-    }
+fn signals(out: &mut Vec<u8>, cx: &Cx<'_>, one: Carried<'_>) {
+    let Some((mapping, from)) = one.mapping() else { return put!(out; "[]") };
+    let entries = mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy);
+    list(out, entries, |out, (place, mapped)| {
+        Signals::json(out, cx, CarriedSignal { mapping, mapped, place, from, payload: one.frame.payload() });
+    });
 }

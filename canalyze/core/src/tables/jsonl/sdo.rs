@@ -1,14 +1,13 @@
-//! SDO in JSON: a frame's `sdo` object, a transfer's line, a finding's facts.
+//! SDO in JSON: a frame's `sdo` object, and parts of others.
 //!
 //! Keys are only ever added, never renamed. It must not decide anything.
 
-use super::{Setting, name_or_null, number_or_null, quoted, seconds, truth};
+use super::{name_or_null, number_or_null, truth};
 use crate::bytes::frame::Frame;
-use crate::sdo::holes::Hole;
-use crate::sdo::transfer::{Abort, Status, Transfer, TransferId};
+use crate::sdo::transfer::{Abort, TransferId};
 use crate::sdo::wire::{self, Command, Mux, Side};
-use crate::words::digits::{Hex, Joined, put};
-use crate::words::{Lang, escape, terms, transferred, value};
+use crate::words::digits::{Hex, put};
+use crate::words::{Lang, escape, terms, value};
 use crate::world::dictionary::Described;
 use crate::world::event::{Place, Step};
 use crate::world::od::{self, DataType, Value};
@@ -129,74 +128,6 @@ fn name(command: &Command, by: Side) -> &'static str {
     }
 }
 
-/// Appends a transfer's line. `names`: the language of the object's name where only the standard names it.
-///
-/// `transfer bus node direction mode index sub name type size_indicated size data value requested text
-/// status abort first_frame last_frame t duration reordered retransmissions crc_negotiated findings`. `data` are the bytes kept
-/// (the first 65536), `value` is a number, string, boolean or,
-/// for bytes and transfers that are not ok, null; `requested` is the value in the request of an expedited write
-/// that was not confirmed, else null; `text` either in words. Only where bytes are missing, `holes` are a list of
-/// `{"offset","length"}` in bytes of the data: in a hole whose `length` is known `data` are 00; one whose `length` is null
-/// takes no room in `data`, and the bytes behind it have no known offset in the object (at offset 0, the beginning is
-/// missing; at the last byte's end, the end); `abort` is null or `{"code","by","text"}`; `t` and `duration` are decimal strings of seconds or null.
-pub fn transfer(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer, names: Lang) {
-    put!(out; "{\"kind\":\"transfer\",\"transfer\":", transfer.id.0, ",\"bus\":");
-    name_or_null(out, setting.buses.name(transfer.bus));
-    put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
-    put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-    let data_type = transfer.data_type();
-    object(out, names, transfer.mux, &transfer.described);
-    put!(out; ",\"type\":");
-    name_or_null(out, data_type.map_or("", DataType::name).as_bytes());
-    put!(out; ",\"size_indicated\":");
-    number_or_null(out, transfer.data.size_indicated.map(u64::from));
-    put!(out; ",\"size\":", transfer.data.size, ",\"data\":\"", Joined(&transfer.data.kept), "\",\"value\":");
-    if transfer.outcome.status == Status::Ok {
-        json_value(out, data_type, &transfer.data.kept);
-    } else {
-        put!(out; "null");
-    }
-    put!(out; ",\"requested\":");
-    if transfer.outcome.status == Status::Ok || transfer.data.requested.is_empty() {
-        put!(out; "null");
-    } else {
-        json_value(out, data_type, &transfer.data.requested);
-    }
-    put!(out; ",\"text\":");
-    quoted(out, |text| transferred::transferred(text, setting.lang, transfer));
-    put!(out; ",\"status\":\"", transfer.outcome.status.name(), "\",\"abort\":");
-    abort_or_null(out, setting.lang, transfer.outcome.abort);
-    put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t\":");
-    setting.moment(out, transfer.first.t_ns);
-    put!(out; ",\"duration\":");
-    seconds(out, transfer.duration_ns(), setting.decimals);
-    put!(out; ",\"reordered\":", truth(transfer.outcome.reordered), ",\"retransmissions\":", transfer.outcome.retransmissions);
-    put!(out; match transfer.outcome.crc_negotiated {
-        None => ",\"crc_negotiated\":null,\"findings\":[",
-        Some(true) => ",\"crc_negotiated\":true,\"findings\":[",
-        Some(false) => ",\"crc_negotiated\":false,\"findings\":[",
-    });
-    for (no, code) in transfer.outcome.findings.iter().enumerate() {
-        put!(out; if no > 0 { ",\"" } else { "\"" }, code.rule().id, "\"");
-    }
-    put!(out; "]");
-    holes(out, transfer.data.holes.list());
-    put!(out; "}\n");
-}
-
-/// Appends the key `holes`, where there are any.
-fn holes(out: &mut Vec<u8>, holes: &[Hole]) {
-    for (number, hole) in holes.iter().enumerate() {
-        put!(out; if number == 0 { ",\"holes\":[" } else { "," });
-        put!(out; "{\"offset\":", hole.offset, ",\"length\":");
-        number_or_null(out, hole.length);
-        put!(out; "}");
-    }
-    if !holes.is_empty() {
-        put!(out; "]");
-    }
-}
-
 /// Appends the keys `index`, `sub` and `name` of an object, null where it is not known.
 pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described: &Described) {
     let mut name = Vec::new();
@@ -208,7 +139,7 @@ pub(crate) fn object(out: &mut Vec<u8>, lang: Lang, mux: Option<Mux>, described:
         None => put!(out; ",\"index\":null,\"sub\":null"),
     }
     put!(out; ",\"name\":");
-    // A blank stands before the name.
+    // A blank is before the name.
     name_or_null(out, name.get(1..).unwrap_or(&[]));
 }
 

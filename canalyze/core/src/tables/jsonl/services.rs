@@ -73,7 +73,7 @@ fn process_data(object: &mut Object<'_>, transmit: bool, number: u16, remote: bo
 }
 
 /// The same for a multiplex PDO of whose object something is known.
-pub(super) fn multiplexed(out: &mut Vec<u8>, lang: Lang, data: &Addressed, frame: &Frame) {
+pub(in crate::tables) fn multiplexed(out: &mut Vec<u8>, lang: Lang, data: &Addressed, frame: &Frame) {
     let mut object = Object::open(out);
     process_data(&mut object, data.transmit, data.number, false);
     addressed(&mut object, lang, &data.content, &data.mapping, frame);

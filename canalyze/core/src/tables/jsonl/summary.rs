@@ -6,17 +6,18 @@
 //! `bit_rate`; all are null without stamps, loads also without `--bitrate`, and a peak where the capture is shorter than its
 //! window. The mean counts what came after the first stamp.
 
-use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, hex8, map, moment, named, obj, raw, time};
-use super::{Setting, left_out};
+use super::Setting;
+use super::info::left_out;
+use super::obj::{self, Obj, Values, WriteJson, array, hex2, hex4, hex8, map, moment, named, obj, time};
 use crate::bytes::frame::CanId;
 use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Side;
 use crate::views::summary::identifiers::Identifier;
 use crate::views::summary::load::Peak;
-use crate::views::summary::node::{Counted, Node};
+use crate::views::summary::node::{Counted, NodeSummary};
 use crate::views::summary::spread::{Ranked, Spread};
-use crate::views::summary::traffic::{Pdo, Sync};
-use crate::views::summary::{Bus, Capture, Raised, SERVICES, Summary};
+use crate::views::summary::traffic::{PdoTraffic, Sync};
+use crate::views::summary::{BusSummary, Capture, Raised, SERVICES, Summary};
 use crate::wire::emcy;
 use crate::wire::error_control;
 use crate::words::Lang;
@@ -65,10 +66,7 @@ fn capture(setting: Setting<'_>, summary: &Summary) -> impl WriteJson {
     let capture = &summary.capture;
     let span = &capture.span;
     obj! {
-        "kind": "summary_capture",
-        "files": capture.files,
-        "frames": capture.frames,
-        "unstamped": capture.unstamped,
+        "kind": "summary_capture", "files": capture.files, "frames": capture.frames, "unstamped": capture.unstamped,
         "buses": summary.buses.len(),
         "first_t": moment(setting, capture.first.and_then(|first| first.t_ns)),
         "last_t": moment(setting, capture.last.t_ns),
@@ -85,13 +83,12 @@ fn capture(setting: Setting<'_>, summary: &Summary) -> impl WriteJson {
         /// Reports of lost frames by the capturing program, and frames that were lost by them.
         "gaps": summary.buses.values().map(|bus| bus.gaps).sum::<u64>(),
         "dropped": summary.buses.values().map(|bus| bus.dropped).fold(0, u64::saturating_add),
-        "left_out": raw(|out| left_out(out, &capture.left_out)),
-        "damages": capture.damages,
-        "bit_rate": summary.network.bit_rate,
+        "left_out": left_out(&capture.left_out),
+        "damages": capture.damages, "bit_rate": summary.network.bit_rate,
     }
 }
 
-fn bus(name: &[u8], bus: &Bus, elapsed_ns: Option<u64>, bit_rate: Option<u32>) -> impl WriteJson {
+fn bus(name: &[u8], bus: &BusSummary, elapsed_ns: Option<u64>, bit_rate: Option<u32>) -> impl WriteJson {
     let [second, tenth] = bus.load.peaks().map(|(window_ns, bits, frames)| {
         let window_ns = window_ns.unsigned_abs();
         (elapsed_ns.filter(|elapsed| *elapsed >= window_ns).map(|_| window_ns), bits, frames)
@@ -101,28 +98,17 @@ fn bus(name: &[u8], bus: &Bus, elapsed_ns: Option<u64>, bit_rate: Option<u32>) -
     let peak_frame = |(window_ns, bits, _): (Option<u64>, Peak, Peak)| window_ns.and(bit_rate).map(|_| bits.at.no);
     let services = if bus.identifiers.are_foreign() { bus.foreign_only() } else { bus.services };
     obj! {
-        "kind": "summary_bus",
-        "bus": named(name),
-        "frames": bus.frames,
-        "rate": rate(bus.load.timed_frames, elapsed_ns),
-        "peak_rate_1s": peak_rate(second),
-        "peak_rate_100ms": peak_rate(tenth),
-        "sent_by_host": bus.sent_by_host,
-        "remote": bus.remote,
-        "fd": bus.fd,
-        "fd_switched": bus.fd_switched,
-        "extended": bus.extended,
-        "errors": bus.errors,
-        "gaps": bus.gaps,
+        "kind": "summary_bus", "bus": named(name), "frames": bus.frames,
+        "rate": rate(bus.load.timed_frames, elapsed_ns), "peak_rate_1s": peak_rate(second),
+        "peak_rate_100ms": peak_rate(tenth), "sent_by_host": bus.sent_by_host, "remote": bus.remote, "fd": bus.fd,
+        "fd_switched": bus.fd_switched, "extended": bus.extended, "errors": bus.errors, "gaps": bus.gaps,
         "dropped": bus.dropped,
         /// A count for each service seen.
         "services": map(SERVICES.iter().copied().zip(services).filter(|(_, count)| *count > 0)),
         /// Bits on the wire with stuff bits (`summary::bits` says which are counted).
         "bits": bus.load.bits,
-        "load": percent(bus.load.timed_bits, elapsed_ns, bit_rate),
-        "load_peak_1s": peak(second),
-        "load_peak_1s_frame": peak_frame(second),
-        "load_peak_100ms": peak(tenth),
+        "load": percent(bus.load.timed_bits, elapsed_ns, bit_rate), "load_peak_1s": peak(second),
+        "load_peak_1s_frame": peak_frame(second), "load_peak_100ms": peak(tenth),
         "load_peak_100ms_frame": peak_frame(tenth),
         "burst": bus.load.longest_burst().map(|burst| obj! {
             "frames": burst.frames, "length_us": us(burst.length_ns), "first_frame": burst.first.no,
@@ -133,10 +119,7 @@ fn bus(name: &[u8], bus: &Bus, elapsed_ns: Option<u64>, bit_rate: Option<u32>) -
 fn sync(name: &[u8], sync: &Sync) -> impl WriteJson {
     let counts = (sync.counted > 0).then_some(sync.counters);
     obj! {
-        "kind": "summary_sync",
-        "bus": named(name),
-        "frames": sync.frames,
-        "period": ranked(&sync.period),
+        "kind": "summary_sync", "bus": named(name), "frames": sync.frames, "period": ranked(&sync.period),
         "counted": sync.counted,
         "counter_min": counts.map(|(least, _)| least),
         "counter_max": counts.map(|(_, greatest)| greatest),
@@ -148,7 +131,7 @@ fn node<'a>(
     setting: Setting<'a>,
     summary: &'a Summary,
     (bus, id): (&'a [u8], u8),
-    node: &'a Node,
+    node: &'a NodeSummary,
     elapsed_ns: Option<u64>,
 ) -> impl WriteJson {
     let lang = setting.lang;
@@ -158,23 +141,15 @@ fn node<'a>(
     let (word, name) = state(lang, states.state);
     let [ok, aborted, failed, incomplete] = node.transfers;
     obj! {
-        "kind": "summary_node",
-        "bus": named(bus),
-        "node": id,
+        "kind": "summary_node", "bus": named(bus), "node": id,
         "name": described.or(node.device_name.as_deref()),
-        "name_from": from,
-        "frames": node.frames,
-        "sent": node.sent,
-        "tpdo": node.tpdos,
-        "rpdo": node.rpdos,
-        "tpdo_rate": rate(node.tpdos, elapsed_ns),
-        "rpdo_rate": rate(node.rpdos, elapsed_ns),
+        "name_from": from, "frames": node.frames, "sent": node.sent, "tpdo": node.tpdos, "rpdo": node.rpdos,
+        "tpdo_rate": rate(node.tpdos, elapsed_ns), "rpdo_rate": rate(node.rpdos, elapsed_ns),
         "state": states.state.map(hex2),
         "state_text": word,
         /// Boot-up, stopped, operational or pre-operational in every language.
         "state_name": name,
-        "lost": node.lost,
-        "changes": states.changes,
+        "lost": node.lost, "changes": states.changes,
         /// The first 64; `commanded`: a node that sends no state was told to enter it.
         "states": array(states.listed.iter().map(move |change| {
             let (word, name) = state(lang, Some(change.state));
@@ -189,8 +164,7 @@ fn node<'a>(
             (false, 0) => None,
             (false, _) => Some("heartbeat"),
         },
-        "heartbeats": node.heartbeats,
-        "heartbeat": spread(&node.heartbeat),
+        "heartbeats": node.heartbeats, "heartbeat": spread(&node.heartbeat),
         "sdo": obj! {
             "transfers": ok + aborted + failed + incomplete, "ok": ok, "aborted": aborted,
             "failed": failed, "incomplete": incomplete,
@@ -224,19 +198,13 @@ fn state(lang: Lang, state: Option<u8>) -> (Option<&'static str>, Option<&'stati
     (state.and_then(|state| error_control::state(lang, state)), named.map(|(_, name)| *name))
 }
 
-fn pdo(bus: &[u8], pdo: &Pdo, elapsed_ns: Option<u64>) -> impl WriteJson {
+fn pdo(bus: &[u8], pdo: &PdoTraffic, elapsed_ns: Option<u64>) -> impl WriteJson {
     let (node, transmit, number) = pdo.key;
     obj! {
-        "kind": "summary_pdo",
-        "bus": named(bus),
-        "node": node,
+        "kind": "summary_pdo", "bus": named(bus), "node": node,
         "pdo": obj::pdo(transmit, number),
-        "id": pdo.id,
-        "ext": pdo.id.is_extended(),
-        "frames": pdo.frames,
-        "rate": rate(pdo.frames, elapsed_ns),
-        "interval": spread(&pdo.interval),
-        "synchronous": pdo.synchronous,
+        "id": pdo.id, "ext": pdo.id.is_extended(), "frames": pdo.frames, "rate": rate(pdo.frames, elapsed_ns),
+        "interval": spread(&pdo.interval), "synchronous": pdo.synchronous,
         /// Those captured before their SYNC, which are not in `delay`.
         "before_sync": pdo.before_sync,
         "delay": ranked(&pdo.delay),
@@ -246,40 +214,21 @@ fn pdo(bus: &[u8], pdo: &Pdo, elapsed_ns: Option<u64>) -> impl WriteJson {
 fn identifier(bus: &[u8], id: CanId, one: &Identifier, elapsed_ns: Option<u64>) -> impl WriteJson {
     let (least, greatest) = one.length;
     obj! {
-        "kind": "summary_identifier",
-        "bus": named(bus),
-        "id": id,
-        "ext": id.is_extended(),
-        "frames": one.frames,
-        "rate": rate(one.frames, elapsed_ns),
-        "interval": spread(&one.interval),
-        "length_min": least,
+        "kind": "summary_identifier", "bus": named(bus), "id": id, "ext": id.is_extended(), "frames": one.frames,
+        "rate": rate(one.frames, elapsed_ns), "interval": spread(&one.interval), "length_min": least,
         "length_max": greatest,
     }
-}
-
-pub(in crate::tables) fn can_id(out: &mut Vec<u8>, id: CanId) {
-    put!(out; ",\"id\":");
-    id.write_json(out);
-    put!(out; ",\"ext\":", if id.is_extended() { "true" } else { "false" });
 }
 
 fn finding(setting: Setting<'_>, (code, severity): (Code, Severity), raised: &Raised) -> impl WriteJson {
     let rule = code.rule();
     let names = setting.buses.names().enumerate().filter(|(bus, _)| raised.buses >> bus & 1 == 1);
     obj! {
-        "kind": "summary_finding",
-        "code": rule.id,
-        "name": rule.name,
-        "severity": severity.name(),
+        "kind": "summary_finding", "code": rule.id, "name": rule.name, "severity": severity.name(),
         "message": setting.lang.of(rule.message),
-        "count": raised.count,
-        "first_frame": raised.first.number(),
-        "first_line": raised.first.line,
-        "first_t": moment(setting, raised.first.t_ns),
-        "last_frame": raised.last.number(),
-        "last_line": raised.last.line,
-        "last_t": moment(setting, raised.last.t_ns),
+        "count": raised.count, "first_frame": raised.first.number(), "first_line": raised.first.line,
+        "first_t": moment(setting, raised.first.t_ns), "last_frame": raised.last.number(),
+        "last_line": raised.last.line, "last_t": moment(setting, raised.last.t_ns),
         "buses": array(names.filter_map(|(_, name)| named(name))),
         "nodes": array((0u8..128).filter(|node| raised.nodes >> node & 1 == 1)),
     }

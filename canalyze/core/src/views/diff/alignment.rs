@@ -4,7 +4,7 @@
 //! in the same order in both. Between anchors the offset of the clocks is interpolated; without timestamps, frames are
 //! counted instead. Differences are not judged here.
 
-use super::digest::{Digest, Place};
+use super::digest::{CapturePlace, Digest};
 
 /// Timestamps from here on (in ns: 1973) are those of a clock.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
@@ -43,7 +43,7 @@ pub enum Sessions {
 }
 
 /// A moment that both captures have: its place in A and in B.
-pub type Anchor = (Place, Place);
+pub type Anchor = (CapturePlace, CapturePlace);
 
 /// An end of an item that each capture has exactly once.
 #[derive(Clone, Copy, Debug)]
@@ -75,7 +75,7 @@ pub struct Alignment {
     /// Positions in A and in B, ascending.
     chain: Vec<(i64, i64)>,
     /// Frames of the same, for a place that the other capture does not have.
-    frames: Vec<(Place, Place)>,
+    frames: Vec<(CapturePlace, CapturePlace)>,
 }
 
 impl Alignment {
@@ -200,7 +200,7 @@ impl Alignment {
     }
 
     /// Returns the frame of the other capture at or before a place of this one, by the nearest anchor.
-    pub fn beside(&self, side: usize, place: Place) -> Option<Place> {
+    pub fn beside(&self, side: usize, place: CapturePlace) -> Option<CapturePlace> {
         let mine = |pair: &Anchor| if side == 0 { pair.0 } else { pair.1 };
         let after = self.frames.partition_point(|pair| mine(pair).on(false) <= place.on(false));
         let nearest = after.checked_sub(1).and_then(|at| self.frames.get(at)).or_else(|| self.frames.first())?;
@@ -215,8 +215,8 @@ impl Alignment {
     }
 
     /// Returns the first of these places that both captures surely cover.
-    pub fn first_covered(&self, side: usize, places: impl Iterator<Item = Place>) -> Option<Place> {
-        let inside = |place: &Place| self.covers(side, place.on(self.by_time), place.on(self.by_time));
+    pub fn first_covered(&self, side: usize, places: impl Iterator<Item = CapturePlace>) -> Option<CapturePlace> {
+        let inside = |place: &CapturePlace| self.covers(side, place.on(self.by_time), place.on(self.by_time));
         places.filter(inside).min_by_key(|place| place.on(false))
     }
 

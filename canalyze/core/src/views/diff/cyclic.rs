@@ -6,8 +6,8 @@
 use std::ops::RangeInclusive;
 
 use super::alignment::Alignment;
-use super::difference::{Shows, Side, What};
-use super::digest::{CyclicStream, Place, Service, Version, alike};
+use super::difference::{CaptureSide, DifferenceKind, Shows};
+use super::digest::{CapturePlace, CyclicStream, Service, Version, alike};
 use super::found::Found;
 
 /// Minimum number of intervals of a period.
@@ -39,7 +39,7 @@ impl StreamPair<'_> {
         let paces = [self.pace(0), self.pace(1)];
         let presence = self.presence(&counted, &paces);
         if let Some(sides) = presence {
-            return found.add(What::Frames(self.service), self.node, sides);
+            return found.add(DifferenceKind::Frames(self.service), self.node, sides);
         }
         let [sure_a, sure_b] = counted.map(|(sure, _)| sure);
         if sure_a == 0 || sure_b == 0 {
@@ -51,17 +51,17 @@ impl StreamPair<'_> {
         {
             if mine.parts(others, tolerance, self.alignment) {
                 let shown = [mine.median_ns, others.median_ns];
-                return self.say(What::Period(self.service), shown, [mine, others], found);
+                return self.say(DifferenceKind::Period(self.service), shown, [mine, others], found);
             }
             if mine.varies(others, tolerance, self.alignment) {
                 let shown = [mine.spread_ns, others.spread_ns];
-                return self.say(What::Jitter(self.service), shown, [mine, others], found);
+                return self.say(DifferenceKind::Jitter(self.service), shown, [mine, others], found);
             }
         }
         self.lost(&counted, &paces, tolerance, found);
     }
 
-    fn places(&self, side: usize) -> &[Place] {
+    fn places(&self, side: usize) -> &[CapturePlace] {
         self.cyclic.get(side).map_or(&[], |stream| &stream.places)
     }
 
@@ -78,9 +78,9 @@ impl StreamPair<'_> {
     }
 
     /// Returns the first frame that the other capture covers.
-    fn first(&self, side: usize) -> Option<Place> {
+    fn first(&self, side: usize) -> Option<CapturePlace> {
         let by_time = self.alignment.by_time;
-        let covered = |place: &&Place| self.alignment.covers(side, place.on(by_time), place.on(by_time));
+        let covered = |place: &&CapturePlace| self.alignment.covers(side, place.on(by_time), place.on(by_time));
         self.places(side).iter().find(covered).copied()
     }
 
@@ -92,7 +92,7 @@ impl StreamPair<'_> {
     }
 
     /// Compares a stream that is in one capture only.
-    fn presence(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2]) -> Option<[Option<Side>; 2]> {
+    fn presence(&self, counted: &[(u64, u64); 2], paces: &[Option<Pace>; 2]) -> Option<[Option<CaptureSide>; 2]> {
         for side in [0, 1] {
             let ((sure, _), (_, other)) = (*counted.get(side)?, *counted.get(1 - side)?);
             if sure == 0 || other > 0 {
@@ -106,7 +106,7 @@ impl StreamPair<'_> {
             let at = self.first(side)?;
             let mut sides = [None, None];
             if let Some(slot) = sides.get_mut(side) {
-                *slot = Some(Side::new(at, at, Shows::Count(sure)));
+                *slot = Some(CaptureSide::new(at, at, Shows::Count(sure)));
             }
             return Some(sides);
         }
@@ -137,19 +137,19 @@ impl StreamPair<'_> {
         let Some(at) = place.or_else(|| self.first(more)) else { return };
         let shows = |side: usize, sure: u64| {
             let nearest = if side == more { Some(at) } else { self.nearest(side, at) };
-            nearest.map(|place| Side::new(place, place, Shows::Count(sure)))
+            nearest.map(|place| CaptureSide::new(place, place, Shows::Count(sure)))
         };
-        found.add(What::Frames(self.service), self.node, [shows(0, sure_a), shows(1, sure_b)]);
+        found.add(DifferenceKind::Frames(self.service), self.node, [shows(0, sure_a), shows(1, sure_b)]);
     }
 
     /// Converts a place of the other capture to the scale of this one.
-    fn here(&self, side: usize, place: Place) -> i64 {
+    fn here(&self, side: usize, place: CapturePlace) -> i64 {
         let position = place.on(self.alignment.by_time);
         if side == 0 { self.alignment.to_a(position) } else { self.alignment.to_b(position) }
     }
 
     /// Returns the frame of one capture nearest to a frame of the other one, at or behind it if possible.
-    fn nearest(&self, side: usize, other: Place) -> Option<Place> {
+    fn nearest(&self, side: usize, other: CapturePlace) -> Option<CapturePlace> {
         let (by_time, at) = (self.alignment.by_time, self.here(side, other));
         let places = self.places(side);
         let after = places.partition_point(|place| place.on(by_time) < at);
@@ -157,7 +157,7 @@ impl StreamPair<'_> {
     }
 
     /// Returns the first frame of a capture that the other one lacks, if both show the same session.
-    fn unmatched(&self, side: usize, within: i64) -> Option<Place> {
+    fn unmatched(&self, side: usize, within: i64) -> Option<CapturePlace> {
         if !self.alignment.rigid {
             return None;
         }
@@ -181,7 +181,7 @@ impl StreamPair<'_> {
         None
     }
 
-    fn say(&self, what: What, ns: [i64; 2], paces: [&Pace; 2], found: &mut Found<'_>) {
+    fn say(&self, what: DifferenceKind, ns: [i64; 2], paces: [&Pace; 2], found: &mut Found<'_>) {
         // It is at the first interval that the other one lacks.
         let [mine, others] = paces;
         let side = usize::from(others.spread_ns > mine.spread_ns);
@@ -198,7 +198,7 @@ impl StreamPair<'_> {
         let Some(at) = odd.map(|(_, next)| *next).or_else(|| self.first(side)) else { return };
         let show = |which: usize| {
             let place = if which == side { Some(at) } else { self.nearest(which, at) };
-            place.zip(ns.get(which)).map(|(place, ns)| Side::new(place, place, Shows::Time(*ns)))
+            place.zip(ns.get(which)).map(|(place, ns)| CaptureSide::new(place, place, Shows::Time(*ns)))
         };
         found.add(what, self.node, [show(0), show(1)]);
     }
@@ -220,12 +220,12 @@ impl StreamPair<'_> {
         let sides = [inside(0), inside(1)];
         let mut say = |what, pair: Option<[(&Version, Shows); 2]>| {
             let Some(pair) = pair else { return };
-            let sides = pair.map(|(version, shows)| Some(Side::new(version.first, version.first, shows)));
+            let sides = pair.map(|(version, shows)| Some(CaptureSide::new(version.first, version.first, shows)));
             found.add(what, self.node, sides);
         };
         let ids = first_apart(&sides, |version| Some(version.id), |one, other| one == other);
         let ids = ids.filter(|_| self.configured);
-        say(What::CobId(self.service), ids.map(|pair| pair.map(|version| (version, Shows::Id(version.id)))));
+        say(DifferenceKind::CobId(self.service), ids.map(|pair| pair.map(|version| (version, Shows::Id(version.id)))));
         let mapped = |version: &Version| version.mapping.clone();
         let mappings = first_apart(&sides, mapped, |one, other| alike(one, other));
         let words = |version: &Version| -> Vec<u32> {
@@ -237,13 +237,13 @@ impl StreamPair<'_> {
         let mappings = mappings.filter(|_| judged);
         let differ = mappings.is_some();
         say(
-            What::Mapping(self.service),
+            DifferenceKind::Mapping(self.service),
             mappings.map(|pair| pair.map(|version| (version, Shows::Mapping(words(version))))),
         );
         if !differ {
             let lengths = first_apart(&sides, |version| Some(version.len), |one, other| one == other);
             say(
-                What::Length(self.service),
+                DifferenceKind::Length(self.service),
                 lengths.map(|pair| pair.map(|version| (version, Shows::Length(version.len)))),
             );
         }
@@ -332,8 +332,13 @@ impl Pace {
 }
 
 /// Returns the periods of two polls in ns, if they differ.
-pub(super) fn paces(a: &[Place], b: &[Place], alignment: &Alignment, tolerance: f64) -> Option<(i64, i64)> {
-    let pace = |side: usize, places: &[Place]| {
+pub(super) fn paces(
+    a: &[CapturePlace],
+    b: &[CapturePlace],
+    alignment: &Alignment,
+    tolerance: f64,
+) -> Option<(i64, i64)> {
+    let pace = |side: usize, places: &[CapturePlace]| {
         Pace::of(places.iter().map(|place| place.on(true)).filter(|at| alignment.may_cover(side, *at)))
     };
     let (mine, other) = (pace(0, a)?, pace(1, b)?);

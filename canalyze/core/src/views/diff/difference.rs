@@ -1,6 +1,6 @@
 //! Differences of two captures: values without words.
 
-use super::digest::{Action, Kind, Place, Service};
+use super::digest::{Action, CapturePlace, ItemKind, Service};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
 use crate::rules::finding::Finding;
 
@@ -8,13 +8,13 @@ use crate::rules::finding::Finding;
 #[derive(Clone, Debug)]
 pub struct Difference {
     /// The property that differs.
-    pub what: What,
+    pub what: DifferenceKind,
     /// The bus, in A and in B.
     pub bus: [Option<BusId>; 2],
     /// The node; `None` if it is not about a node.
     pub node: Option<u8>,
     /// The content of each capture; `None` if it has nothing.
-    pub sides: [Option<Side>; 2],
+    pub sides: [Option<CaptureSide>; 2],
     /// The corresponding position in a capture that has nothing: the nearest frame before it that both have.
     pub beside: [Option<FrameRef>; 2],
     /// The number of occurrences; the first one is shown.
@@ -25,13 +25,13 @@ pub struct Difference {
 
 /// A property that can differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum What {
+pub enum DifferenceKind {
     /// A bus is in one capture only.
     Bus,
     /// A node is in one capture only.
     Node,
     /// An action is in one capture only, or differs: see [`Aspect`].
-    Item(Kind, Aspect),
+    Item(ItemKind, Aspect),
     /// A service is in one capture only, or has more frames in one.
     Frames(Service),
     /// The time between frames.
@@ -65,7 +65,7 @@ pub enum Aspect {
 
 /// The content of one capture.
 #[derive(Clone, Debug)]
-pub struct Side {
+pub struct CaptureSide {
     /// The frame that shows it: of a transfer the last one.
     pub at: FrameRef,
     /// The frame at which it begins.
@@ -95,28 +95,28 @@ pub enum Shows {
     Finding(Box<Finding>),
 }
 
-impl Side {
+impl CaptureSide {
     /// Creates a side with these places.
-    pub fn new(at: Place, since: Place, shows: Shows) -> Self {
+    pub fn new(at: CapturePlace, since: CapturePlace, shows: Shows) -> Self {
         Self { at: at.frame(), since: since.frame(), shows, pace_ns: None }
     }
 }
 
-impl What {
+impl DifferenceKind {
     /// The word in machine output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bus => "bus",
             Self::Node => "node",
-            Self::Item(Kind::Sdo(_), Aspect::Presence) => "transfer",
-            Self::Item(Kind::Sdo(_), Aspect::Outcome) => "outcome",
-            Self::Item(Kind::Sdo(_), Aspect::Mode) => "mode",
-            Self::Item(Kind::Sdo(_), Aspect::Value) => "value",
-            Self::Item(Kind::Nmt, _) => "nmt",
-            Self::Item(Kind::State, _) => "state",
-            Self::Item(Kind::Emcy, _) => "emcy",
-            Self::Item(Kind::Drive(_), _) => "drive_state",
-            Self::Item(Kind::LssMaster | Kind::LssSlave, _) => "lss",
+            Self::Item(ItemKind::Sdo(_), Aspect::Presence) => "transfer",
+            Self::Item(ItemKind::Sdo(_), Aspect::Outcome) => "outcome",
+            Self::Item(ItemKind::Sdo(_), Aspect::Mode) => "mode",
+            Self::Item(ItemKind::Sdo(_), Aspect::Value) => "value",
+            Self::Item(ItemKind::Nmt, _) => "nmt",
+            Self::Item(ItemKind::State, _) => "state",
+            Self::Item(ItemKind::Emcy, _) => "emcy",
+            Self::Item(ItemKind::Drive(_), _) => "drive_state",
+            Self::Item(ItemKind::LssMaster | ItemKind::LssSlave, _) => "lss",
             Self::Frames(_) => "frames",
             Self::Period(_) => "period",
             Self::Jitter(_) => "jitter",

@@ -18,7 +18,7 @@ use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::Mapping;
 use crate::world::dictionary::Described;
-use crate::world::drive::{self, State};
+use crate::world::drive::{self, DriveState};
 use crate::world::event::{Event, ProcessData, Signals, What};
 
 /// Maximum number of items of one capture: some 100 bytes each.
@@ -40,13 +40,13 @@ const VERSIONS: usize = 256;
 
 /// A position in a capture. Small, since there are many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Place {
+pub struct CapturePlace {
     no: u32,
     line: u32,
     t_ns: i64,
 }
 
-impl Place {
+impl CapturePlace {
     /// Returns the place of a frame. Numbers above 4 billion are not kept.
     pub fn of(at: FrameRef) -> Self {
         let line = at.line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
@@ -77,7 +77,7 @@ pub enum Action {
     /// Error control shows another NMT state.
     State(u8),
     /// A statusword shows another state of an axis.
-    Drive(Option<State>),
+    Drive(Option<DriveState>),
     /// An emergency: code and error register.
     Emcy(u16, u8),
     /// An LSS frame.
@@ -115,16 +115,16 @@ pub struct TransferDigest {
 #[derive(Clone, Debug)]
 pub struct Item {
     /// The last frame of it.
-    pub at: Place,
+    pub at: CapturePlace,
     /// The first frame of it.
-    pub since: Place,
+    pub since: CapturePlace,
     /// The action.
     pub action: Action,
 }
 
 /// A sequence of items. Items of different senders are in different sequences, since an echo may come late.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
+pub enum ItemKind {
     /// NMT commands.
     Nmt,
     /// Boot-ups and NMT states.
@@ -166,16 +166,16 @@ pub struct Version {
     /// The mapping of its content, if known.
     pub mapping: Option<Arc<Mapping>>,
     /// Its first frame.
-    pub first: Place,
+    pub first: CapturePlace,
     /// Its last frame.
-    pub last: Place,
+    pub last: CapturePlace,
 }
 
 /// The frames of one service of one node.
 #[derive(Clone, Debug, Default)]
 pub struct CyclicStream {
     /// In order.
-    pub places: Vec<Place>,
+    pub places: Vec<CapturePlace>,
     /// The forms it had, in order.
     pub versions: Vec<Version>,
 }
@@ -186,19 +186,19 @@ pub struct BusDigest {
     /// Frames.
     pub frames: u64,
     /// The first frame of each node and the number of its frames, by node-ID.
-    pub nodes: BTreeMap<u8, (Place, u64)>,
+    pub nodes: BTreeMap<u8, (CapturePlace, u64)>,
     /// The last node of each identifier.
     pub ids: BTreeMap<CanId, Option<u8>>,
     /// By node and kind.
-    pub items: BTreeMap<(u8, Kind), Vec<Item>>,
+    pub items: BTreeMap<(u8, ItemKind), Vec<Item>>,
     /// The place from which on the state of a node, or of an axis, is known.
-    pub known: BTreeMap<(u8, Kind), Place>,
+    pub known: BTreeMap<(u8, ItemKind), CapturePlace>,
     /// By node and service.
     pub cyclic: BTreeMap<(u8, Service), CyclicStream>,
     /// By rule, node and object.
     pub findings: BTreeMap<(Code, Option<u8>, Option<Mux>), Vec<Finding>>,
     states: BTreeMap<u8, u8>,
-    drives: BTreeMap<(u8, u8), Option<State>>,
+    drives: BTreeMap<(u8, u8), Option<DriveState>>,
 }
 
 /// The data of a capture that are kept.
@@ -211,9 +211,9 @@ pub struct Digest {
     /// Frames.
     pub frames: u64,
     /// Its first frame.
-    pub first: Place,
+    pub first: CapturePlace,
     /// Its last frame, or the frame at which the digest was full.
-    pub last: Place,
+    pub last: CapturePlace,
     /// Every frame has a timestamp.
     pub stamped: bool,
     /// The least number of digits of timestamps.
@@ -244,7 +244,7 @@ impl CyclicStream {
 
 impl BusDigest {
     /// Returns every place that is kept, in no order.
-    pub fn places(&self) -> impl Iterator<Item = Place> {
+    pub fn places(&self) -> impl Iterator<Item = CapturePlace> {
         let items = self.items.values().flatten().flat_map(|item| [item.since, item.at]);
         items.chain(self.cyclic.values().flat_map(|stream| stream.places.iter().copied()))
     }
@@ -279,7 +279,7 @@ impl Digest {
         if self.is_full() {
             return;
         }
-        let at = Place::of(frame.reference());
+        let at = CapturePlace::of(frame.reference());
         if self.frames == 0 {
             (self.first, self.stamped, self.decimals) = (at, true, 9);
         }
@@ -293,7 +293,7 @@ impl Digest {
         if self.is_full() {
             return;
         }
-        let at = Place::of(frame.reference());
+        let at = CapturePlace::of(frame.reference());
         let line = self.lines.entry(frame.bus).or_default();
         line.frames += 1;
         let node = events.first().and_then(|event| event.node);
@@ -330,7 +330,7 @@ impl Digest {
     }
 
     /// Returns every place that is kept, in no order.
-    pub fn places(&self) -> impl Iterator<Item = Place> {
+    pub fn places(&self) -> impl Iterator<Item = CapturePlace> {
         self.lines.values().flat_map(BusDigest::places)
     }
 
@@ -372,10 +372,10 @@ impl Digest {
                 && matches!(transfer.outcome.status, Status::Incomplete | Status::Open)
                 && !self.waited(transfer),
         };
-        let (at, since) = (Place::of(transfer.last), Place::of(transfer.first));
+        let (at, since) = (CapturePlace::of(transfer.last), CapturePlace::of(transfer.first));
         self.add(
             transfer.bus,
-            (transfer.node, Kind::Sdo(transfer.channel)),
+            (transfer.node, ItemKind::Sdo(transfer.channel)),
             Item { at, since, action: Action::Transfer(Box::new(moved)) },
         );
     }
@@ -388,35 +388,35 @@ impl Digest {
         }
     }
 
-    fn add(&mut self, bus: BusId, key: (u8, Kind), item: Item) {
+    fn add(&mut self, bus: BusId, key: (u8, ItemKind), item: Item) {
         self.items += 1;
         self.lines.entry(bus).or_default().items.entry(key).or_default().push(item);
     }
 
     fn message(&mut self, message: &Message, frame: &Frame, event: &Event) {
-        let at = Place::of(event.at);
+        let at = CapturePlace::of(event.at);
         let one = |action| Item { at, since: at, action };
         match *message {
             Message::Nmt { command, node } => {
                 // Numbers above 127 are not node-IDs.
                 let node = if node <= 127 { node } else { 0 };
-                self.add(frame.bus, (node, Kind::Nmt), one(Action::Nmt(command)));
+                self.add(frame.bus, (node, ItemKind::Nmt), one(Action::Nmt(command)));
             }
             Message::BootUp { node } => {
                 self.state(frame.bus, node, 0, at);
-                self.add(frame.bus, (node, Kind::State), one(Action::BootUp));
+                self.add(frame.bus, (node, ItemKind::State), one(Action::BootUp));
             }
             Message::Heartbeat { node, state, .. } => {
                 if self.state(frame.bus, node, state, at) {
-                    self.add(frame.bus, (node, Kind::State), one(Action::State(state)));
+                    self.add(frame.bus, (node, ItemKind::State), one(Action::State(state)));
                 }
                 self.pass(frame, (node, Service::ErrorControl), at, None);
             }
             Message::Emcy { node, code, register, .. } => {
-                self.add(frame.bus, (node, Kind::Emcy), one(Action::Emcy(code, register)));
+                self.add(frame.bus, (node, ItemKind::Emcy), one(Action::Emcy(code, register)));
             }
             Message::Lss { from_master, .. } => {
-                let kind = if from_master { Kind::LssMaster } else { Kind::LssSlave };
+                let kind = if from_master { ItemKind::LssMaster } else { ItemKind::LssSlave };
                 self.add(frame.bus, (0, kind), one(Action::Lss(frame.head())));
             }
             Message::Sync { .. } => self.pass(frame, (0, Service::Sync), at, None),
@@ -432,13 +432,13 @@ impl Digest {
     }
 
     /// Records a state. Returns true if it differs from the one before.
-    fn state(&mut self, bus: BusId, node: u8, state: u8, at: Place) -> bool {
+    fn state(&mut self, bus: BusId, node: u8, state: u8, at: CapturePlace) -> bool {
         let line = self.lines.entry(bus).or_default();
-        line.known.entry((node, Kind::State)).or_insert(at);
+        line.known.entry((node, ItemKind::State)).or_insert(at);
         line.states.insert(node, state).is_some_and(|before| before != state)
     }
 
-    fn process_data(&mut self, data: &ProcessData, frame: &Frame, at: Place) {
+    fn process_data(&mut self, data: &ProcessData, frame: &Frame, at: CapturePlace) {
         let mapping = match &data.content {
             Signals::Mapped(mapping, _) => Some(mapping),
             Signals::ByConsumer(..) | Signals::None(_) => None,
@@ -446,19 +446,19 @@ impl Digest {
         self.pass(frame, (data.node, Service::Pdo(data.transmit, data.number)), at, mapping);
         let Some(mapping) = mapping.filter(|_| data.transmit) else { return };
         for mapped in &mapping.entries {
-            if drive::Object::at(mapped.index) == Some(drive::Object::Statusword)
+            if drive::DriveObject::at(mapped.index) == Some(drive::DriveObject::Statusword)
                 && mapped.is_whole()
                 && let Some(raw) = mapping.raw(mapped, frame.payload())
             {
                 let axis = drive::axis(mapped.index).unwrap_or(0);
-                self.drive(frame.bus, (data.node, axis), State::of(raw as u16), at);
+                self.drive(frame.bus, (data.node, axis), DriveState::of(raw as u16), at);
             }
         }
     }
 
-    fn drive(&mut self, bus: BusId, (node, axis): (u8, u8), state: Option<State>, at: Place) {
+    fn drive(&mut self, bus: BusId, (node, axis): (u8, u8), state: Option<DriveState>, at: CapturePlace) {
         let line = self.lines.entry(bus).or_default();
-        let key = (node, Kind::Drive(axis));
+        let key = (node, ItemKind::Drive(axis));
         line.known.entry(key).or_insert(at);
         if line.drives.insert((node, axis), state).is_some_and(|before| before != state) {
             self.add(bus, key, Item { at, since: at, action: Action::Drive(state) });
@@ -466,7 +466,7 @@ impl Digest {
     }
 
     /// Takes a frame of a stream.
-    fn pass(&mut self, frame: &Frame, key: (u8, Service), at: Place, mapping: Option<&Arc<Mapping>>) {
+    fn pass(&mut self, frame: &Frame, key: (u8, Service), at: CapturePlace, mapping: Option<&Arc<Mapping>>) {
         self.places += 1;
         let stream = self.lines.entry(frame.bus).or_default().cyclic.entry(key).or_default();
         stream.places.push(at);

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::alignment::Alignment;
-use super::difference::{Aspect, Difference, Shows, Side, What};
-use super::digest::{Action, Kind, Place};
+use super::difference::{Aspect, CaptureSide, Difference, DifferenceKind, Shows};
+use super::digest::{Action, CapturePlace, ItemKind};
 use super::likeness::symbol;
 use crate::bytes::frame::BusId;
 
@@ -40,41 +40,38 @@ impl<'a> Found<'a> {
     }
 
     /// Adds a difference.
-    pub(super) fn add(&mut self, what: What, node: Option<u8>, sides: [Option<Side>; 2]) {
+    pub(super) fn add(&mut self, what: DifferenceKind, node: Option<u8>, sides: [Option<CaptureSide>; 2]) {
         let key = self.key(what, node, &sides);
         let by_time = self.alignment.by_time;
-        let place = |side: usize| sides.get(side).and_then(Option::as_ref).map(|side| Place::of(side.since));
+        let place = |side: usize| sides.get(side).and_then(Option::as_ref).map(|side| CapturePlace::of(side.since));
         let shown = |side: usize| sides.get(side).and_then(Option::as_ref);
-        let on_a = |side: usize, place: Place| match side {
+        let on_a = |side: usize, place: CapturePlace| match side {
             0 => place.on(by_time),
             _ => self.alignment.to_a(place.on(by_time)),
         };
-        let is_cyclic = matches!(what, What::Period(_) | What::Jitter(_));
-        let order = match (place(0).map(|place| on_a(0, place)), place(1).map(|place| on_a(1, place))) {
-            // Numbers of frames: the position is that of a frame that only the capture with more of them has.
-            (Some(a), Some(b)) if matches!(what, What::Frames(_)) => {
-                if count(shown(0)) >= count(shown(1)) {
-                    a
-                } else {
-                    b
+        let is_cyclic = matches!(what, DifferenceKind::Period(_) | DifferenceKind::Jitter(_));
+        let order =
+            match (place(0).map(|place| on_a(0, place)), place(1).map(|place| on_a(1, place))) {
+                // Numbers of frames: the position is that of a frame that only the capture with more of them has.
+                (Some(a), Some(b)) if matches!(what, DifferenceKind::Frames(_)) => {
+                    if count(shown(0)) >= count(shown(1)) { a } else { b }
                 }
-            }
-            // The outcome of a transfer shows at its end; the reason of an interruption came before.
-            (Some(_), Some(_)) if matches!(what, What::Item(Kind::Sdo(_), Aspect::Outcome)) => {
-                let ends = [0, 1].map(|side| shown(side).map(|one| on_a(side, Place::of(one.at))));
-                ends.into_iter().flatten().max().unwrap_or(i64::MIN)
-            }
-            // If one capture has a frame and the other one has none, the other one's is shown beside it.
-            (Some(a), Some(b)) if is_cyclic => a.max(b),
-            (Some(a), Some(b)) => a.min(b),
-            (Some(one), None) | (None, Some(one)) => one,
-            (None, None) => i64::MIN,
-        };
+                // The outcome of a transfer shows at its end; the reason of an interruption came before.
+                (Some(_), Some(_)) if matches!(what, DifferenceKind::Item(ItemKind::Sdo(_), Aspect::Outcome)) => {
+                    let ends = [0, 1].map(|side| shown(side).map(|one| on_a(side, CapturePlace::of(one.at))));
+                    ends.into_iter().flatten().max().unwrap_or(i64::MIN)
+                }
+                // If one capture has a frame and the other one has none, the other one's is shown beside it.
+                (Some(a), Some(b)) if is_cyclic => a.max(b),
+                (Some(a), Some(b)) => a.min(b),
+                (Some(one), None) | (None, Some(one)) => one,
+                (None, None) => i64::MIN,
+            };
         // A missing bus, or node, comes before its missing content; a finding behind its subject.
         let rank = match what {
-            What::Bus => 0,
-            What::Node => 1,
-            What::Finding => 3,
+            DifferenceKind::Bus => 0,
+            DifferenceKind::Node => 1,
+            DifferenceKind::Finding => 3,
             _ => 2,
         };
         let order = (order, rank, place(0).or(place(1)).map_or(0, |place| place.on(false) as u32));
@@ -94,7 +91,8 @@ impl<'a> Found<'a> {
         let mut beside = [None; 2];
         for (side, slot) in beside.iter_mut().enumerate() {
             if place(side).is_none() {
-                *slot = place(1 - side).and_then(|other| self.alignment.beside(1 - side, other)).map(Place::frame);
+                *slot =
+                    place(1 - side).and_then(|other| self.alignment.beside(1 - side, other)).map(CapturePlace::frame);
             }
         }
         self.known.insert(key, self.all.len());
@@ -103,7 +101,7 @@ impl<'a> Found<'a> {
 
     /// Returns true if a node of this bus was configured, commanded or reset differently.
     pub(super) fn configured(&self, node: Option<u8>) -> bool {
-        let concerns = |side: &Side| match &side.shows {
+        let concerns = |side: &CaptureSide| match &side.shows {
             Shows::Action(Action::Transfer(moved)) => {
                 moved.mux.is_none_or(|mux| matches!(mux.index, 0x1005 | 0x1010 | 0x1011 | 0x1400..=0x1BFF | 0x1F22))
             }
@@ -115,7 +113,7 @@ impl<'a> Found<'a> {
     }
 
     /// Returns a key that is equal for differences with the same content.
-    fn key(&self, what: What, node: Option<u8>, sides: &[Option<Side>; 2]) -> u64 {
+    fn key(&self, what: DifferenceKind, node: Option<u8>, sides: &[Option<CaptureSide>; 2]) -> u64 {
         let mut hasher = DefaultHasher::new();
         (what, node, self.bus).hash(&mut hasher);
         for side in sides {
@@ -134,7 +132,7 @@ impl<'a> Found<'a> {
     }
 }
 
-fn count(side: Option<&Side>) -> u64 {
+fn count(side: Option<&CaptureSide>) -> u64 {
     match side.map(|side| &side.shows) {
         Some(Shows::Count(frames)) => *frames,
         _ => 0,

@@ -17,8 +17,8 @@ use std::collections::BTreeMap;
 use super::align::align;
 use super::alignment::{Alignment, Anchor, Shared};
 use super::cyclic;
-use super::difference::{Aspect, Shows, Side, What};
-use super::digest::{Action, Item, Kind, Place, TransferDigest};
+use super::difference::{Aspect, CaptureSide, DifferenceKind, Shows};
+use super::digest::{Action, CapturePlace, Item, ItemKind, TransferDigest};
 use super::found::Found;
 use super::likeness::{likeness, symbol};
 use crate::sdo::transfer::{Direction, Status};
@@ -132,13 +132,13 @@ impl Habits {
 pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
     let habits = Habits::of([a.iter(), b.iter()]);
     let unique = |items: &[Item]| {
-        let mut symbols: Vec<(u64, bool, [Place; 2])> = items
+        let mut symbols: Vec<(u64, bool, [CapturePlace; 2])> = items
             .iter()
             .filter(|item| !is_cut(item))
             .map(|item| (symbol(&item.action, false, false), habits.varies(item).0, [item.since, item.at]))
             .collect();
         symbols.sort_by_key(|(symbol, _, [since, _])| (*symbol, since.on(false)));
-        let mut once: Vec<(u64, bool, [Place; 2])> = Vec::new();
+        let mut once: Vec<(u64, bool, [CapturePlace; 2])> = Vec::new();
         for group in symbols.chunk_by(|one, other| one.0 == other.0) {
             if let [only] = group {
                 once.push(*only);
@@ -147,7 +147,7 @@ pub(super) fn shared(a: &[Item], b: &[Item], into: &mut Vec<Shared>) -> usize {
         once
     };
     let (of_a, of_b) = (unique(a), unique(b));
-    let varied = |once: &[(u64, bool, [Place; 2])]| once.iter().filter(|(_, varied, _)| *varied).count();
+    let varied = |once: &[(u64, bool, [CapturePlace; 2])]| once.iter().filter(|(_, varied, _)| *varied).count();
     let telling = varied(&of_a).min(varied(&of_b));
     for (symbol, varied, ends) in of_a {
         if let Ok(place) = of_b.binary_search_by_key(&symbol, |(symbol, ..)| *symbol)
@@ -184,11 +184,11 @@ fn is_cut(item: &Item) -> bool {
 
 /// The items that are compared at once: one kind of items of one node.
 pub(super) struct Streams<'a> {
-    pub(super) kind: Kind,
+    pub(super) kind: ItemKind,
     pub(super) node: u8,
     pub(super) items: [&'a [Item]; 2],
     /// The place from which on each capture knows the state.
-    pub(super) known: [Option<Place>; 2],
+    pub(super) known: [Option<CapturePlace>; 2],
     pub(super) alignment: &'a Alignment,
 }
 
@@ -317,7 +317,7 @@ impl Streams<'_> {
     fn both(&self, a: &Item, b: &Item, habits: &Habits, found: &mut Found<'_>) {
         let sides = || [Some(side_of(a)), Some(side_of(b))];
         let (Action::Transfer(one), Action::Transfer(other)) = (&a.action, &b.action) else {
-            found.add(What::Item(self.kind, Aspect::Value), Some(self.node), sides());
+            found.add(DifferenceKind::Item(self.kind, Aspect::Value), Some(self.node), sides());
             return;
         };
         if self.hides(0, a, one, b) || self.hides(1, b, other, a) {
@@ -337,7 +337,7 @@ impl Streams<'_> {
             } else {
                 return;
             };
-        found.add(What::Item(self.kind, aspect), Some(self.node), sides());
+        found.add(DifferenceKind::Item(self.kind, aspect), Some(self.node), sides());
     }
 
     /// Returns true if a capture shows `item` only in part, since the rest of it is beyond its edge: `other` is its
@@ -370,7 +370,7 @@ impl Streams<'_> {
         if let Some(slot) = sides.get_mut(side) {
             *slot = Some(side_of(item));
         }
-        found.add(What::Item(self.kind, Aspect::Presence), Some(self.node), sides);
+        found.add(DifferenceKind::Item(self.kind, Aspect::Presence), Some(self.node), sides);
     }
 
     /// Returns true if the other capture would surely show it.
@@ -380,11 +380,11 @@ impl Streams<'_> {
         let other_knows = self.known.get(1 - side).copied().flatten().map(|place| place.on(by_time));
         let here = |known: i64| if side == 0 { self.alignment.to_a(known) } else { self.alignment.to_b(known) };
         let close = self.alignment.slack.0.saturating_add(if by_time { CLOSE_NS } else { EDGE });
-        let unknown = matches!(self.kind, Kind::State | Kind::Drive(_))
+        let unknown = matches!(self.kind, ItemKind::State | ItemKind::Drive(_))
             && !matches!(item.action, Action::BootUp)
             && other_knows.is_none_or(|known| since <= here(known).saturating_add(close));
         // A channel that was configured before the other capture began is unknown there.
-        let unknown = unknown || (self.alignment.begins_apart() && matches!(self.kind, Kind::Sdo(Some(_))));
+        let unknown = unknown || (self.alignment.begins_apart() && matches!(self.kind, ItemKind::Sdo(Some(_))));
         !unknown && !is_cut(item) && self.alignment.covers(side, since, item.at.on(by_time))
     }
 
@@ -399,7 +399,7 @@ impl Streams<'_> {
             }
         }
         for [a, b] in polls.values() {
-            let places = |items: &[&Item]| -> Vec<Place> { items.iter().map(|item| item.at).collect() };
+            let places = |items: &[&Item]| -> Vec<CapturePlace> { items.iter().map(|item| item.at).collect() };
             let (Some(one), Some(other)) = (a.first(), b.first()) else { continue };
             if !self.alignment.by_time {
                 continue;
@@ -410,12 +410,12 @@ impl Streams<'_> {
                     side.pace_ns = Some(ns);
                     Some(side)
                 });
-                found.add(What::Poll, Some(self.node), sides);
+                found.add(DifferenceKind::Poll, Some(self.node), sides);
             }
         }
     }
 }
 
-fn side_of(item: &Item) -> Side {
-    Side::new(item.at, item.since, Shows::Action(item.action.clone()))
+fn side_of(item: &Item) -> CaptureSide {
+    CaptureSide::new(item.at, item.since, Shows::Action(item.action.clone()))
 }

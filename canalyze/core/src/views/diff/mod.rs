@@ -23,8 +23,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use self::alignment::{Alignment, Anchor, Sessions};
 use self::cyclic::StreamPair;
-use self::difference::{Difference, Shows, Side, What};
-use self::digest::{BusDigest, CyclicStream, Digest, Kind, Place, Service, Version};
+use self::difference::{CaptureSide, Difference, DifferenceKind, Shows};
+use self::digest::{BusDigest, CapturePlace, CyclicStream, Digest, ItemKind, Service, Version};
 use self::found::Found;
 use self::items::Streams;
 use self::stories::StoryDifference;
@@ -34,7 +34,7 @@ use crate::sdo::wire::Mux;
 
 /// Settings of a comparison.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct DiffSettings {
     /// The tolerance of periods, as a fraction of the shorter one.
     pub tolerance: f64,
     /// Names of buses that are one bus: in A, in B.
@@ -70,7 +70,7 @@ const CHANCE: usize = 20;
 type Raised = (Code, Option<u8>, Option<Mux>);
 
 /// Compares two captures.
-pub fn compare(a: &Digest, b: &Digest, settings: &Settings) -> Comparison {
+pub fn compare(a: &Digest, b: &Digest, settings: &DiffSettings) -> Comparison {
     let pairs = paired(a, b, &settings.buses);
     let (anchors, sessions, vague) = anchors(a, b, &pairs);
     let mut alignment = Alignment::new(a, b, anchors, sessions);
@@ -169,11 +169,11 @@ fn anchors(a: &Digest, b: &Digest, pairs: &[(Option<BusId>, Option<BusId>)]) -> 
 }
 
 /// Compares one bus of both captures.
-fn lines(lines: [&BusDigest; 2], digests: [&Digest; 2], settings: &Settings, found: &mut Found<'_>) {
+fn lines(lines: [&BusDigest; 2], digests: [&Digest; 2], settings: &DiffSettings, found: &mut Found<'_>) {
     let [a, b] = lines;
     let apart = strangers(lines, found);
     let alignment = found.alignment;
-    let keys: BTreeSet<(u8, Kind)> = a.items.keys().chain(b.items.keys()).copied().collect();
+    let keys: BTreeSet<(u8, ItemKind)> = a.items.keys().chain(b.items.keys()).copied().collect();
     for (node, kind) in keys.into_iter().filter(|(node, _)| !apart.contains(node)) {
         let items = lines.map(|line| line.items.get(&(node, kind)).map_or(&[][..], |items| items));
         let known = lines.map(|line| line.known.get(&(node, kind)).copied());
@@ -210,20 +210,20 @@ fn strangers(lines: [&BusDigest; 2], found: &mut Found<'_>) -> BTreeSet<u8> {
             let sent =
                 mine.cyclic.iter().filter(|((of, _), _)| of == node).flat_map(|(_, stream)| stream.places.iter());
             let done = mine.items.iter().filter(|((of, _), _)| of == node).flat_map(|(_, items)| items.iter());
-            let mut places: Vec<Place> = sent.copied().chain(done.map(|item| item.since)).collect();
+            let mut places: Vec<CapturePlace> = sent.copied().chain(done.map(|item| item.since)).collect();
             places.push(*first);
             places.sort_by_key(|place| place.on(false));
-            let covers = |place: &&Place| found.alignment.covers(side, place.on(by_time), place.on(by_time));
+            let covers = |place: &&CapturePlace| found.alignment.covers(side, place.on(by_time), place.on(by_time));
             let last = found.alignment.covered.get(side).map_or(i64::MAX, |covered| covered.1);
-            let blurred = |place: &&Place| found.alignment.is_blurred() && place.on(by_time) <= last;
+            let blurred = |place: &&CapturePlace| found.alignment.is_blurred() && place.on(by_time) <= last;
             let covered = places.iter().find(covers).or(places.first().filter(blurred));
             match covered {
                 Some(at) => {
                     let mut sides = [None, None];
                     if let Some(slot) = sides.get_mut(side) {
-                        *slot = Some(Side::new(*at, *at, Shows::Count(*frames)));
+                        *slot = Some(CaptureSide::new(*at, *at, Shows::Count(*frames)));
                     }
-                    found.add(What::Node, Some(*node), sides);
+                    found.add(DifferenceKind::Node, Some(*node), sides);
                 }
                 None => found.outside(side, 1),
             }
@@ -275,11 +275,11 @@ fn absent(lines: [Option<&BusDigest>; 2], found: &mut Found<'_>) {
             .alignment
             .first_covered(side, line.places())
             .or(first(line).filter(|_| line.places().next().is_none()));
-        *slot = at.map(|at| Side::new(at, at, Shows::Count(line.frames)));
+        *slot = at.map(|at| CaptureSide::new(at, at, Shows::Count(line.frames)));
     }
     match sides {
         [None, None] => found.outside(usize::from(lines.first().is_none_or(Option::is_none)), 1),
-        sides => found.add(What::Bus, None, sides),
+        sides => found.add(DifferenceKind::Bus, None, sides),
     }
 }
 
@@ -301,8 +301,8 @@ fn findings(lines: [&BusDigest; 2], digests: [&Digest; 2], apart: &BTreeSet<u8>,
                 continue;
             }
             let covered = |finding: &&Finding| {
-                let at = Place::of(finding.at).on(by_time);
-                let since = finding.cause.map_or(at, |cause| Place::of(cause).on(by_time));
+                let at = CapturePlace::of(finding.at).on(by_time);
+                let since = finding.cause.map_or(at, |cause| CapturePlace::of(cause).on(by_time));
                 finding.at.no > 0 && found.alignment.covers(side, since.min(at), at)
             };
             let counts = |one: &&Finding| one.severity() >= Severity::Warning && (all_timed || !is_timed(one));
@@ -312,24 +312,24 @@ fn findings(lines: [&BusDigest; 2], digests: [&Digest; 2], apart: &BTreeSet<u8>,
                 found.outside(side, 1);
                 continue;
             }
-            let at = Place::of(first.at);
+            let at = CapturePlace::of(first.at);
             if is_of_cut(mine, *node, at, side, found.alignment) {
                 found.outside(side, 1);
                 continue;
             }
             let mut sides = [None, None];
             if let Some(slot) = sides.get_mut(side) {
-                *slot = Some(Side::new(at, at, Shows::Finding(Box::new((*first).clone()))));
+                *slot = Some(CaptureSide::new(at, at, Shows::Finding(Box::new((*first).clone()))));
             }
-            found.add(What::Finding, *node, sides);
+            found.add(DifferenceKind::Finding, *node, sides);
         }
     }
 }
 
 /// Returns true if a finding is about a transfer that the other capture does not show completely.
-fn is_of_cut(line: &BusDigest, node: Option<u8>, at: Place, side: usize, alignment: &Alignment) -> bool {
+fn is_of_cut(line: &BusDigest, node: Option<u8>, at: CapturePlace, side: usize, alignment: &Alignment) -> bool {
     let by_time = alignment.by_time;
-    let streams = line.items.iter().filter(|((of, kind), _)| Some(*of) == node && matches!(kind, Kind::Sdo(_)));
+    let streams = line.items.iter().filter(|((of, kind), _)| Some(*of) == node && matches!(kind, ItemKind::Sdo(_)));
     let mut around = streams
         .flat_map(|(_, items)| items)
         .filter(|item| item.since.on(false) <= at.on(false) && at.on(false) <= item.at.on(false).saturating_add(1));

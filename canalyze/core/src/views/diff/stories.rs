@@ -6,14 +6,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Settings;
+use super::DiffSettings;
 use super::alignment::Alignment;
-use super::digest::{Digest, Place};
+use super::digest::{CapturePlace, Digest};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Quantity;
 use crate::sdo::wire::Mux;
 use crate::stories::incident::{Incident, Status};
-use crate::stories::kinds::Kind;
+use crate::stories::kinds::IncidentKind;
 
 /// Commands and repeated frames this long before an incident may explain it, in ns.
 const CONTEXT_NS: i64 = 3_000_000_000;
@@ -59,9 +59,9 @@ impl Differs {
 }
 
 /// The key of matching incidents.
-type Key = (Kind, (Option<u8>, u128), (Option<u8>, u8), Option<(bool, u16)>, Option<(u16, u8)>);
+type StoryKey = (IncidentKind, (Option<u8>, u128), (Option<u8>, u8), Option<(bool, u16)>, Option<(u16, u8)>);
 
-fn key(one: &Incident) -> Key {
+fn key(one: &Incident) -> StoryKey {
     let object = one.facts.iter().find_map(|(name, value)| match value {
         Quantity::Object(Mux { index, sub }) if *name == "object" => Some((*index, *sub)),
         _ => None,
@@ -81,17 +81,17 @@ enum Needs {
     Everything,
 }
 
-fn needs(kind: Kind) -> Needs {
-    use Kind::{
+fn needs(kind: IncidentKind) -> Needs {
+    use IncidentKind::{
         BusOff, BusTrouble, CommunicationError, HeartbeatStopped, LeftOperational, LssRefused, LssUnanswered,
         NodeRestarted, NodeSilent, Overrun, RequestUnanswered, RestartLoop, SegmentLost, WireError,
     };
     match kind {
         _ if family(kind) == Family::Refusal => Needs::Nothing,
         RequestUnanswered | LssRefused | LssUnanswered | WireError => Needs::Nothing,
-        Kind::DeviceError | CommunicationError | BusTrouble | Overrun => Needs::Nothing,
+        IncidentKind::DeviceError | CommunicationError | BusTrouble | Overrun => Needs::Nothing,
         NodeSilent | SegmentLost | HeartbeatStopped | NodeRestarted | RestartLoop | LeftOperational => Needs::Context,
-        Kind::AxisFault | BusOff => Needs::Context,
+        IncidentKind::AxisFault | BusOff => Needs::Context,
         _ => Needs::Everything,
     }
 }
@@ -102,13 +102,15 @@ enum Family {
     Refusal,
     Error,
     Service,
-    Own(Kind),
+    Own(IncidentKind),
 }
 
-fn family(kind: Kind) -> Family {
-    use Kind::{AccessRefused, LengthRefused, MappingRefused, ObjectRefused, StateRefused, ValueRefused, WriteRefused};
-    use Kind::{AxisFault, BusTrouble, CommunicationError, DeviceError, Overrun, RpdoTimeout};
-    use Kind::{DamagedTransfer, LateAnswer, RequestUnanswered, TwoClients};
+fn family(kind: IncidentKind) -> Family {
+    use IncidentKind::{
+        AccessRefused, LengthRefused, MappingRefused, ObjectRefused, StateRefused, ValueRefused, WriteRefused,
+    };
+    use IncidentKind::{AxisFault, BusTrouble, CommunicationError, DeviceError, Overrun, RpdoTimeout};
+    use IncidentKind::{DamagedTransfer, LateAnswer, RequestUnanswered, TwoClients};
     match kind {
         AccessRefused | LengthRefused | MappingRefused | ObjectRefused | StateRefused => Family::Refusal,
         ValueRefused | WriteRefused => Family::Refusal,
@@ -119,14 +121,14 @@ fn family(kind: Kind) -> Family {
 }
 
 /// One capture during the comparison.
-struct Side<'a> {
+struct Compared<'a> {
     /// 0 or 1.
     number: usize,
     digest: &'a Digest,
     alignment: &'a Alignment,
 }
 
-impl<'a> Side<'a> {
+impl<'a> Compared<'a> {
     fn get(&self, place: usize) -> Option<&'a Incident> {
         self.digest.incidents.get(place)
     }
@@ -138,7 +140,7 @@ impl<'a> Side<'a> {
             return false;
         }
         let before = if self.alignment.begins_apart() && needs == Needs::Context { CONTEXT_NS } else { 0 };
-        let (from, to) = (Place::of(one.begin).on(true), Place::of(to).on(true));
+        let (from, to) = (CapturePlace::of(one.begin).on(true), CapturePlace::of(to).on(true));
         self.alignment.covers(self.number, from.saturating_sub(before), to)
     }
 
@@ -150,8 +152,8 @@ impl<'a> Side<'a> {
     /// Returns the position of a frame on the scale of A.
     fn on_a(&self, at: FrameRef) -> i64 {
         match self.number {
-            0 => Place::of(at).on(true),
-            _ => self.alignment.to_a(Place::of(at).on(true)),
+            0 => CapturePlace::of(at).on(true),
+            _ => self.alignment.to_a(CapturePlace::of(at).on(true)),
         }
     }
 
@@ -170,10 +172,10 @@ impl<'a> Side<'a> {
     }
 
     /// Returns the incidents of a bus that the other capture may have, too, by their keys.
-    fn of_bus(&self, bus: Option<BusId>) -> BTreeMap<Key, Vec<usize>> {
-        let mut found: BTreeMap<Key, Vec<usize>> = BTreeMap::new();
+    fn of_bus(&self, bus: Option<BusId>) -> BTreeMap<StoryKey, Vec<usize>> {
+        let mut found: BTreeMap<StoryKey, Vec<usize>> = BTreeMap::new();
         for (place, one) in self.digest.incidents.iter().enumerate().filter(|(_, one)| Some(one.bus) == bus) {
-            if self.alignment.may_cover(self.number, Place::of(one.begin).on(true)) {
+            if self.alignment.may_cover(self.number, CapturePlace::of(one.begin).on(true)) {
                 found.entry(key(one)).or_default().push(place);
             }
         }
@@ -204,19 +206,19 @@ pub(super) fn compare(
     a: &Digest,
     b: &Digest,
     pairs: &[(Option<BusId>, Option<BusId>)],
-    settings: &Settings,
+    settings: &DiffSettings,
     alignment: &Alignment,
 ) -> (Vec<StoryDifference>, [u64; 2]) {
     let (mut found, mut outside) = (Vec::new(), [0; 2]);
     if !alignment.by_time || alignment.is_blurred() || !(a.diagnosed && b.diagnosed) {
         return (found, outside);
     }
-    let sides = [Side { number: 0, digest: a, alignment }, Side { number: 1, digest: b, alignment }];
+    let sides = [Compared { number: 0, digest: a, alignment }, Compared { number: 1, digest: b, alignment }];
     let [of_a, of_b] = &sides;
     for (one, other) in pairs {
         let bus = [*one, *other];
         let (mut mine, mut others) = (of_a.of_bus(*one), of_b.of_bus(*other));
-        let keys: BTreeSet<Key> = mine.keys().chain(others.keys()).copied().collect();
+        let keys: BTreeSet<StoryKey> = mine.keys().chain(others.keys()).copied().collect();
         let mut matched: [BTreeSet<usize>; 2] = Default::default();
         let mut left: [Vec<usize>; 2] = Default::default();
         for key in keys {
@@ -272,7 +274,7 @@ pub(super) fn compare(
 
 /// Returns the properties in which an incident of A differs from its counterpart in B, as far as both captures show
 /// them.
-fn differing(sides: [&Side<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<Differs> {
+fn differing(sides: [&Compared<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<Differs> {
     let [of_a, of_b] = sides;
     let [in_a, in_b] = places;
     let (Some(a), Some(b)) = (of_a.get(in_a), of_b.get(in_b)) else { return Vec::new() };
@@ -280,7 +282,7 @@ fn differing(sides: [&Side<'_>; 2], places: [usize; 2], tolerance: f64) -> Vec<D
     if [a, b].iter().all(|one| one.status == Status::Harmless) {
         return differs;
     }
-    let shown = |side: &Side<'_>, one: &Incident| one.end.is_none_or(|end| side.covers(one, end));
+    let shown = |side: &Compared<'_>, one: &Incident| one.end.is_none_or(|end| side.covers(one, end));
     let both_shown = shown(of_a, a) && shown(of_b, b);
     let is_known = [a, b].iter().all(|one| one.status != Status::Unknown);
     if a.status != b.status && is_known && both_shown {

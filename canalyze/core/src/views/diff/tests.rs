@@ -5,17 +5,18 @@
 use proptest::prelude::*;
 
 use super::digest::Digest;
-use super::{Settings, compare};
+use super::{DiffSettings, compare};
 use crate::bytes::frame::{CanId, Frame, Stamp, StampForm};
-use crate::bytes::readers::Format as Input;
-use crate::session::{Format, Options, Session};
+use crate::bytes::readers::InputFormat as Input;
+use crate::session::{Options, Output, Session};
+use crate::words::Lang;
 
-fn settings() -> Settings {
-    Settings { tolerance: 0.1, buses: Vec::new() }
+fn settings() -> DiffSettings {
+    DiffSettings { tolerance: 0.1, buses: Vec::new() }
 }
 
 fn digest(frames: &[Frame]) -> Digest {
-    let mut session = Session::new(Options { format: Format::Digest, ..Options::default() });
+    let mut session = Session::new(Options::of(Lang::Zh, &[Output::Digest]));
     let mut out = Vec::new();
     session.begin(b"x", Input::Candump, true);
     for frame in frames {

@@ -6,7 +6,7 @@
 use crate::words::profiles::Profile;
 use serde::Deserialize;
 
-use super::{Closing, Place, Scene, check_node};
+use super::{Closing, EntryPlace, Scene, check_node};
 use crate::rules::expectation::{Exp011, Exp012};
 use crate::rules::finding::{Quantity, Said};
 
@@ -22,7 +22,7 @@ enum Occurs {
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct EmcyEntry {
     line: u32,
     bus: Option<String>,
     node: Option<u8>,
@@ -31,7 +31,7 @@ pub(super) struct Entry {
     occurs: Occurs,
 }
 
-impl Entry {
+impl EmcyEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_node(self.line, self.node)
     }
@@ -49,22 +49,22 @@ impl Entry {
 
 /// An expectation and whether it was met.
 #[derive(Debug)]
-struct Watched {
-    entry: Entry,
-    place: Place,
+struct WatchedEmcy {
+    entry: EmcyEntry,
+    place: EntryPlace,
     seen: bool,
 }
 
 /// All expectations of emergencies.
 #[derive(Debug)]
-pub(super) struct Emergencies {
-    all: Vec<Watched>,
+pub(super) struct EmcyExpectations {
+    all: Vec<WatchedEmcy>,
 }
 
-impl Emergencies {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
-        let all = entries.iter().map(|entry| Watched {
-            place: Place::new(file, entry.line, entry.bus.as_ref(), entry.node),
+impl EmcyExpectations {
+    pub(super) fn new(file: &str, entries: &[EmcyEntry]) -> Self {
+        let all = entries.iter().map(|entry| WatchedEmcy {
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), entry.node),
             entry: entry.clone(),
             seen: false,
         });
@@ -74,7 +74,7 @@ impl Emergencies {
     /// Takes an EMCY.
     pub(super) fn emcy(&mut self, node: u8, (code, profile): (u16, Profile), scene: &mut Scene<'_>) {
         let name = scene.name;
-        let fitting = |one: &&mut Watched| one.place.holds(name, Some(node)) && one.entry.fits(code);
+        let fitting = |one: &&mut WatchedEmcy| one.place.holds(name, Some(node)) && one.entry.fits(code);
         let mut allowed = None;
         for one in self.all.iter_mut().filter(fitting).filter(|one| one.entry.occurs != Occurs::Never) {
             one.seen = true;

@@ -6,7 +6,7 @@
 use serde::Deserialize;
 
 use super::rhythm::{Period, Rhythm};
-use super::{Breach, Closing, Place, Scene, check_node, check_times, raise};
+use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, raise};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp009, Exp015};
 use crate::wire::message::Message;
@@ -16,7 +16,7 @@ use crate::world::event::Event;
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct HeartbeatEntry {
     line: u32,
     bus: Option<String>,
     node: u8,
@@ -24,7 +24,7 @@ pub(super) struct Entry {
     tolerance_ns: i64,
 }
 
-impl Entry {
+impl HeartbeatEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_node(self.line, Some(self.node))?;
         check_times(self.line, &[Some(self.period_ns)], &[Some(self.tolerance_ns)])
@@ -33,8 +33,8 @@ impl Entry {
 
 /// An expectation and the heartbeats that it is about.
 #[derive(Debug)]
-struct Watched {
-    place: Place,
+struct WatchedHeartbeats {
+    place: EntryPlace,
     node: u8,
     period: Period,
     rhythms: Vec<(BusId, Rhythm)>,
@@ -43,13 +43,13 @@ struct Watched {
 /// All expectations of heartbeats.
 #[derive(Debug)]
 pub(super) struct Heartbeats {
-    all: Vec<Watched>,
+    all: Vec<WatchedHeartbeats>,
 }
 
 impl Heartbeats {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
-        let all = entries.iter().map(|entry| Watched {
-            place: Place::new(file, entry.line, entry.bus.as_ref(), Some(entry.node)),
+    pub(super) fn new(file: &str, entries: &[HeartbeatEntry]) -> Self {
+        let all = entries.iter().map(|entry| WatchedHeartbeats {
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), Some(entry.node)),
             node: entry.node,
             period: Period { ns: entry.period_ns, tolerance_ns: entry.tolerance_ns },
             rhythms: Vec::new(),
@@ -93,7 +93,7 @@ impl Heartbeats {
     /// Reports heartbeats that are overdue at `now_ns`. Findings are at `at`.
     pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
         for one in &mut self.all {
-            let Watched { place, period, rhythms, .. } = one;
+            let WatchedHeartbeats { place, period, rhythms, .. } = one;
             for (bus, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, *period) else { continue };
                 let Period { ns: expected, tolerance_ns: tolerance } = *period;
@@ -119,7 +119,7 @@ impl Heartbeats {
     }
 }
 
-impl Watched {
+impl WatchedHeartbeats {
     fn beat(&mut self, extra: bool, scene: &mut Scene<'_>) {
         let known = self.rhythms.iter().position(|(bus, _)| *bus == scene.bus);
         let index = known.unwrap_or_else(|| {

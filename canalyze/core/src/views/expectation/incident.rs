@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::{Breach, Closing, Place, check_node, check_times, mistake};
+use super::{Breach, Closing, EntryPlace, check_node, check_times, mistake};
 use crate::bytes::frame::FrameRef;
 use crate::bytes::select::Select;
 use crate::rules::Problem;
@@ -29,7 +29,7 @@ type Problems = (Arc<[Problem]>, u64);
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct IncidentEntry {
     line: u32,
     bus: Option<String>,
     node: Option<u8>,
@@ -42,7 +42,7 @@ pub(super) struct Entry {
     cause: Option<String>,
 }
 
-impl Entry {
+impl IncidentEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_node(self.line, self.node)?;
         check_times(self.line, &[self.ends_within_ns], &[])?;
@@ -73,16 +73,16 @@ fn is_wild(byte: u8) -> bool {
 /// An expectation, ready for use.
 #[derive(Debug)]
 struct Expected {
-    entry: Entry,
-    place: Place,
+    entry: IncidentEntry,
+    place: EntryPlace,
     kind: Option<Select>,
     cause: Option<Select>,
 }
 
 impl Expected {
-    fn new(file: &str, entry: &Entry) -> Self {
+    fn new(file: &str, entry: &IncidentEntry) -> Self {
         Self {
-            place: Place::new(file, entry.line, entry.bus.as_ref(), entry.node),
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), entry.node),
             kind: entry.kind.as_deref().map(Select::parse),
             cause: entry.cause.as_deref().map(Select::parse),
             entry: entry.clone(),
@@ -108,12 +108,12 @@ impl Expected {
 
 /// All expectations of problems.
 #[derive(Debug)]
-pub(super) struct Incidents {
+pub(super) struct IncidentExpectations {
     all: Vec<Expected>,
 }
 
-impl Incidents {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
+impl IncidentExpectations {
+    pub(super) fn new(file: &str, entries: &[IncidentEntry]) -> Self {
         Self { all: entries.iter().map(|entry| Expected::new(file, entry)).collect() }
     }
 

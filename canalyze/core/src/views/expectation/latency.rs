@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::state::commanded;
-use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
+use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp013, Exp015};
 use crate::sdo::transfer::{Transfer, TransferId};
@@ -22,7 +22,7 @@ const PENDING: usize = 1024;
 /// A measured latency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Of {
+enum Measure {
     Sdo,
     Sync,
     Nmt,
@@ -31,25 +31,25 @@ enum Of {
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct LatencyEntry {
     line: u32,
     bus: Option<String>,
     node: Option<u8>,
-    of: Of,
+    of: Measure,
     index: Option<u16>,
     sub: Option<u8>,
     pdo: Option<u16>,
     max_ns: i64,
 }
 
-impl Entry {
+impl LatencyEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_node(self.line, self.node)?;
         check_times(self.line, &[], &[Some(self.max_ns)])?;
         if self.sub.is_some() && self.index.is_none() {
             return mistake(self.line, "sub without index");
         }
-        if self.index.is_some() && self.of != Of::Sdo || self.pdo.is_some() && self.of != Of::Sync {
+        if self.index.is_some() && self.of != Measure::Sdo || self.pdo.is_some() && self.of != Measure::Sync {
             return mistake(self.line, "index or pdo");
         }
         Ok(())
@@ -63,9 +63,9 @@ impl Entry {
 
 /// An expectation and whether there was anything to measure.
 #[derive(Debug)]
-struct Watched {
-    entry: Entry,
-    place: Place,
+struct WatchedLatency {
+    entry: LatencyEntry,
+    place: EntryPlace,
     measured: bool,
 }
 
@@ -81,7 +81,7 @@ struct Ordered {
 
 /// A node of one bus.
 #[derive(Clone, Copy, Debug, Default)]
-struct Known {
+struct KnownNode {
     shown: Option<u8>,
     ordered: Option<Ordered>,
 }
@@ -89,24 +89,30 @@ struct Known {
 /// All expectations of latencies.
 #[derive(Debug)]
 pub(super) struct Latencies {
-    all: Vec<Watched>,
+    all: Vec<WatchedLatency>,
     sdo: bool,
     nmt: bool,
     /// Requests without a response so far.
     pending: Vec<(TransferId, BusId, FrameRef)>,
     /// Nodes that were seen, by bus and node-ID.
-    nodes: BTreeMap<(BusId, u8), Known>,
+    nodes: BTreeMap<(BusId, u8), KnownNode>,
 }
 
 impl Latencies {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
-        let all = entries.iter().map(|entry| Watched {
-            place: Place::new(file, entry.line, entry.bus.as_ref(), entry.node),
+    pub(super) fn new(file: &str, entries: &[LatencyEntry]) -> Self {
+        let all = entries.iter().map(|entry| WatchedLatency {
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), entry.node),
             entry: entry.clone(),
             measured: false,
         });
         let has = |of| entries.iter().any(|entry| entry.of == of);
-        Self { all: all.collect(), sdo: has(Of::Sdo), nmt: has(Of::Nmt), pending: Vec::new(), nodes: BTreeMap::new() }
+        Self {
+            all: all.collect(),
+            sdo: has(Measure::Sdo),
+            nmt: has(Measure::Nmt),
+            pending: Vec::new(),
+            nodes: BTreeMap::new(),
+        }
     }
 
     /// Takes a frame of an SDO channel.
@@ -125,7 +131,7 @@ impl Latencies {
                 let Some(requested) = requested.filter(|_| step.place == Stands::Due) else { return };
                 let Some((now, then)) = scene.at.t_ns.zip(requested.t_ns) else { return };
                 let mux = step.mux.or(step.command.mux());
-                let about = |entry: &Entry| entry.of == Of::Sdo && entry.is_about(mux);
+                let about = |entry: &LatencyEntry| entry.of == Measure::Sdo && entry.is_about(mux);
                 let found = now.saturating_sub(then);
                 self.measure(about, Some(node), found, scene, |expected, scene| {
                     let breach = scene.breach(Exp013::Response { expected, found }).about(requested);
@@ -144,7 +150,7 @@ impl Latencies {
     pub(super) fn process_data(&mut self, data: &ProcessData, scene: &mut Scene<'_>) {
         let Some(delay) = data.sync.and_then(|placed| placed.delay_ns).filter(|_| data.transmit) else { return };
         let number = data.number;
-        let about = |entry: &Entry| entry.of == Of::Sync && entry.pdo.is_none_or(|wanted| wanted == number);
+        let about = |entry: &LatencyEntry| entry.of == Measure::Sync && entry.pdo.is_none_or(|wanted| wanted == number);
         self.measure(about, Some(data.node), delay, scene, |expected, scene| {
             scene.breach(Exp013::Sync { expected, found: delay, pdo: (true, number) })
         });
@@ -196,7 +202,7 @@ impl Latencies {
         if ordered.told || !shown && state == BOOT_UP {
             return;
         }
-        let about = |entry: &Entry| entry.of == Of::Nmt && (shown || waited > entry.max_ns);
+        let about = |entry: &LatencyEntry| entry.of == Measure::Nmt && (shown || waited > entry.max_ns);
         let raised = self.measure(about, Some(node), waited, scene, |expected, scene| {
             let (found, command) = (waited, ordered.command);
             let breach = if shown {
@@ -211,14 +217,14 @@ impl Latencies {
         }
     }
 
-    fn known(&mut self, bus: BusId, node: u8) -> &mut Known {
+    fn known(&mut self, bus: BusId, node: u8) -> &mut KnownNode {
         self.nodes.entry((bus, node)).or_default()
     }
 
     /// Compares a time with the expectations. Returns true if it is too long for any of them.
     fn measure(
         &mut self,
-        about: impl Fn(&Entry) -> bool,
+        about: impl Fn(&LatencyEntry) -> bool,
         node: Option<u8>,
         found: i64,
         scene: &mut Scene<'_>,

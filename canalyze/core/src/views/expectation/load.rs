@@ -5,7 +5,7 @@
 
 use serde::Deserialize;
 
-use super::{Closing, Place, Scene, check_times, mistake};
+use super::{Closing, EntryPlace, Scene, check_times, mistake};
 use crate::bytes::frame::{BusId, Frame};
 use crate::rules::expectation::{Exp014, Exp015};
 use crate::views::summary::bits;
@@ -19,7 +19,7 @@ const SET_BACK_NS: i64 = 1_000_000_000;
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct LoadEntry {
     line: u32,
     bus: Option<String>,
     max_percent: f64,
@@ -27,7 +27,7 @@ pub(super) struct Entry {
     window_ns: Option<i64>,
 }
 
-impl Entry {
+impl LoadEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_times(self.line, &[self.window_ns], &[])?;
         if self.bit_rate == Some(0) || !(0.0..=100.0).contains(&self.max_percent) {
@@ -39,7 +39,7 @@ impl Entry {
 
 /// The load of one bus.
 #[derive(Debug)]
-struct Measured {
+struct MeasuredLoad {
     bus: BusId,
     window: Window,
     /// The start of its time, and the greatest timestamp, in ns.
@@ -51,25 +51,25 @@ struct Measured {
 
 /// An expectation and its measurement.
 #[derive(Debug)]
-struct Watched {
-    place: Place,
+struct WatchedLoad {
+    place: EntryPlace,
     max_percent: f64,
     bit_rate: Option<u32>,
     window_ns: i64,
-    buses: Vec<Measured>,
+    buses: Vec<MeasuredLoad>,
 }
 
 /// All expectations of the load.
 #[derive(Debug)]
 pub(super) struct Loads {
-    all: Vec<Watched>,
+    all: Vec<WatchedLoad>,
 }
 
 impl Loads {
     /// `bit_rate`, in bit/s, is the default for expectations without one.
-    pub(super) fn new(file: &str, entries: &[Entry], bit_rate: Option<u32>) -> Self {
-        let all = entries.iter().map(|entry| Watched {
-            place: Place::new(file, entry.line, entry.bus.as_ref(), None),
+    pub(super) fn new(file: &str, entries: &[LoadEntry], bit_rate: Option<u32>) -> Self {
+        let all = entries.iter().map(|entry| WatchedLoad {
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), None),
             max_percent: entry.max_percent,
             bit_rate: entry.bit_rate.or(bit_rate).filter(|rate| *rate > 0),
             window_ns: entry.window_ns.unwrap_or(WINDOW_NS),
@@ -101,10 +101,10 @@ impl Loads {
     }
 }
 
-impl Watched {
+impl WatchedLoad {
     fn take(&mut self, bits: u64, now_ns: i64, scene: &mut Scene<'_>) {
         let Some(bit_rate) = self.bit_rate else { return };
-        let fresh = |window_ns| Measured {
+        let fresh = |window_ns| MeasuredLoad {
             bus: scene.bus,
             window: Window::new(window_ns),
             start_ns: now_ns,

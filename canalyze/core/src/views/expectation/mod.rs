@@ -43,15 +43,15 @@ use crate::world::event::{Event, What};
 #[serde(deny_unknown_fields, default)]
 pub struct Expectations {
     file: String,
-    sdo: Vec<sdo::Entry>,
-    state: Vec<state::Entry>,
-    signal: Vec<signal::Entry>,
-    heartbeat: Vec<heartbeat::Entry>,
-    sync: Vec<sync::Entry>,
-    emcy: Vec<emcy::Entry>,
-    incident: Vec<incident::Entry>,
-    latency: Vec<latency::Entry>,
-    load: Vec<load::Entry>,
+    sdo: Vec<sdo::SdoEntry>,
+    state: Vec<state::StateEntry>,
+    signal: Vec<signal::SignalEntry>,
+    heartbeat: Vec<heartbeat::HeartbeatEntry>,
+    sync: Vec<sync::SyncEntry>,
+    emcy: Vec<emcy::EmcyEntry>,
+    incident: Vec<incident::IncidentEntry>,
+    latency: Vec<latency::LatencyEntry>,
+    load: Vec<load::LoadEntry>,
 }
 
 impl Expectations {
@@ -64,15 +64,15 @@ impl Expectations {
     /// Converts the normalized form.
     pub fn normalized(form: serde_json::Value) -> Result<Self, String> {
         let read = Self::deserialize(form).map_err(|mistake| mistake.to_string())?;
-        read.sdo.iter().try_for_each(sdo::Entry::check)?;
-        read.state.iter().try_for_each(state::Entry::check)?;
-        read.signal.iter().try_for_each(signal::Entry::check)?;
-        read.heartbeat.iter().try_for_each(heartbeat::Entry::check)?;
-        read.sync.iter().try_for_each(sync::Entry::check)?;
-        read.emcy.iter().try_for_each(emcy::Entry::check)?;
-        read.incident.iter().try_for_each(incident::Entry::check)?;
-        read.latency.iter().try_for_each(latency::Entry::check)?;
-        read.load.iter().try_for_each(load::Entry::check)?;
+        read.sdo.iter().try_for_each(sdo::SdoEntry::check)?;
+        read.state.iter().try_for_each(state::StateEntry::check)?;
+        read.signal.iter().try_for_each(signal::SignalEntry::check)?;
+        read.heartbeat.iter().try_for_each(heartbeat::HeartbeatEntry::check)?;
+        read.sync.iter().try_for_each(sync::SyncEntry::check)?;
+        read.emcy.iter().try_for_each(emcy::EmcyEntry::check)?;
+        read.incident.iter().try_for_each(incident::IncidentEntry::check)?;
+        read.latency.iter().try_for_each(latency::LatencyEntry::check)?;
+        read.load.iter().try_for_each(load::LoadEntry::check)?;
         Ok(read)
     }
 
@@ -84,7 +84,7 @@ impl Expectations {
 
 /// The subject of an expectation, and its line in the file.
 #[derive(Clone, Debug)]
-struct Place {
+struct EntryPlace {
     /// `boot.expect.toml:12`.
     label: Arc<str>,
     /// The bus's name; `None`: every bus.
@@ -95,7 +95,7 @@ struct Place {
     object: Option<Mux>,
 }
 
-impl Place {
+impl EntryPlace {
     fn new(file: &str, line: u32, bus: Option<&String>, node: Option<u8>) -> Self {
         Self { label: format!("{file}:{line}").into(), bus: bus.cloned(), node, object: None }
     }
@@ -166,12 +166,12 @@ impl Scene<'_> {
         Some(self.at.t_ns?.saturating_sub(self.start_ns?))
     }
 
-    fn raise(&mut self, place: &Place, breach: Breach) {
+    fn raise(&mut self, place: &EntryPlace, breach: Breach) {
         raise(self.found, place, breach);
     }
 }
 
-fn raise(found: &mut Vec<Event>, place: &Place, breach: Breach) {
+fn raise(found: &mut Vec<Event>, place: &EntryPlace, breach: Breach) {
     let Breach { what: Deviation { code, variant, said }, at, cause, bus, node, object } = breach;
     let (node, object) = (node.or(place.node), object.or(place.object));
     let unmet = Unmet { expectation: Arc::clone(&place.label), variant, said, repeated: 0 };
@@ -201,11 +201,11 @@ struct Closing<'a> {
 
 impl Closing<'_> {
     /// Returns a finding at the last frame, on the bus of an expectation if it names exactly one.
-    fn breach(&self, place: &Place, what: impl Into<Deviation>) -> Breach {
+    fn breach(&self, place: &EntryPlace, what: impl Into<Deviation>) -> Breach {
         Breach::new(what, self.last, self.bus(place))
     }
 
-    fn bus(&self, place: &Place) -> BusId {
+    fn bus(&self, place: &EntryPlace) -> BusId {
         let id = |index: usize| BusId(index as u8);
         if let Some(name) = &place.bus {
             return self.buses.names().position(|known| known == name.as_bytes()).map_or(BusId::NONE, id);
@@ -222,12 +222,12 @@ impl Closing<'_> {
     }
 
     /// Reports an expectation that cannot be checked.
-    fn unchecked(&mut self, place: &Place, why: Exp015) {
+    fn unchecked(&mut self, place: &EntryPlace, why: Exp015) {
         let breach = self.breach(place, why);
         self.raise(place, breach);
     }
 
-    fn raise(&mut self, place: &Place, breach: Breach) {
+    fn raise(&mut self, place: &EntryPlace, breach: Breach) {
         raise(self.found, place, breach);
     }
 }
@@ -237,14 +237,14 @@ impl Closing<'_> {
 pub struct Verification {
     transfers: sdo::Transfers,
     states: state::States,
-    signals: signal::Signals,
+    signals: signal::SignalExpectations,
     heartbeats: heartbeat::Heartbeats,
     syncs: sync::Syncs,
-    emergencies: emcy::Emergencies,
-    incidents: incident::Incidents,
+    emergencies: emcy::EmcyExpectations,
+    incidents: incident::IncidentExpectations,
     latencies: latency::Latencies,
     loads: load::Loads,
-    shown: shown::Shown,
+    shown: shown::ShownTransfers,
     /// The first and the last timestamp of the capture.
     start_ns: Option<i64>,
     end_ns: Option<i64>,
@@ -261,14 +261,14 @@ impl Verification {
         Self {
             transfers: sdo::Transfers::new(file, &expected.sdo),
             states: state::States::new(file, &expected.state),
-            signals: signal::Signals::new(file, &expected.signal),
+            signals: signal::SignalExpectations::new(file, &expected.signal),
             heartbeats: heartbeat::Heartbeats::new(file, &expected.heartbeat),
             syncs: sync::Syncs::new(file, &expected.sync),
-            emergencies: emcy::Emergencies::new(file, &expected.emcy),
-            incidents: incident::Incidents::new(file, &expected.incident),
+            emergencies: emcy::EmcyExpectations::new(file, &expected.emcy),
+            incidents: incident::IncidentExpectations::new(file, &expected.incident),
             latencies: latency::Latencies::new(file, &expected.latency),
             loads: load::Loads::new(file, &expected.load, bit_rate),
-            shown: shown::Shown::default(),
+            shown: shown::ShownTransfers::default(),
             start_ns: None,
             end_ns: None,
             heard: Vec::new(),
@@ -348,9 +348,9 @@ impl Verification {
     fn reconfigured(&mut self, transfer: &Transfer) {
         let Some(written) = written(transfer) else { return };
         match written {
-            Written::Heartbeat => self.heartbeats.reconfigured(transfer.bus, transfer.node),
-            Written::Pdo => self.signals.reconfigured(transfer.bus, transfer.node),
-            Written::Sync => self.syncs.lost(transfer.bus),
+            WrittenPeriod::Heartbeat => self.heartbeats.reconfigured(transfer.bus, transfer.node),
+            WrittenPeriod::Pdo => self.signals.reconfigured(transfer.bus, transfer.node),
+            WrittenPeriod::Sync => self.syncs.lost(transfer.bus),
         }
     }
 
@@ -409,19 +409,19 @@ impl Verification {
 
 /// The period that an acknowledged write has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Written {
+enum WrittenPeriod {
     Heartbeat,
     Pdo,
     Sync,
 }
 
-fn written(transfer: &Transfer) -> Option<Written> {
+fn written(transfer: &Transfer) -> Option<WrittenPeriod> {
     let index = transfer.mux?.index;
     let done = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
     match index {
-        0x1017 if done => Some(Written::Heartbeat),
-        0x1005 | 0x1006 if done => Some(Written::Sync),
-        0x1400..=0x1BFF if done => Some(Written::Pdo),
+        0x1017 if done => Some(WrittenPeriod::Heartbeat),
+        0x1005 | 0x1006 if done => Some(WrittenPeriod::Sync),
+        0x1400..=0x1BFF if done => Some(WrittenPeriod::Pdo),
         _ => None,
     }
 }

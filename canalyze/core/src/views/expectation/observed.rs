@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::rhythm::Rhythm;
-use super::signal::{Pdo, stopped, value};
+use super::signal::{PdoChoice, stopped, value};
 use super::state::{object, statusword, uploaded};
-use super::{Written, written};
+use super::{WrittenPeriod, written};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::sdo::transfer::Transfer;
 use crate::views::summary::spread::Spread;
@@ -19,7 +19,7 @@ use crate::wire::message::Message;
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::signal;
-use crate::world::drive::{self, State};
+use crate::world::drive::{self, DriveState};
 use crate::world::event::{Event, Signals as Content, What};
 
 /// Maximum number of signals, PDOs, states and so on that are kept apart.
@@ -71,7 +71,7 @@ impl Train {
 
 /// A state that was shown.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown {
+pub struct ShownState {
     /// The number of times.
     pub count: u64,
     /// The first time.
@@ -86,11 +86,11 @@ pub struct Shown {
 
 /// A state of a node, or of an axis of its drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum StateKind {
     /// In the encoding of error control.
     Nmt(u8),
     /// The axis, from 1, and its state.
-    Drive(u8, State),
+    Drive(u8, DriveState),
 }
 
 /// An emergency error code that was reported.
@@ -106,18 +106,18 @@ pub struct Reported {
 #[derive(Debug, Default)]
 pub struct Observed {
     /// Signals by bus, PDO, index and sub-index.
-    pub signals: BTreeMap<(BusId, Pdo, u16, u8), Signal>,
+    pub signals: BTreeMap<(BusId, PdoChoice, u16, u8), Signal>,
     /// PDOs.
-    pub pdos: BTreeMap<(BusId, Pdo), Train>,
+    pub pdos: BTreeMap<(BusId, PdoChoice), Train>,
     /// States by bus and node-ID.
-    pub states: BTreeMap<(BusId, u8, Kind), Shown>,
+    pub states: BTreeMap<(BusId, u8, StateKind), ShownState>,
     /// EMCYs by bus, node-ID and error code.
     pub emergencies: BTreeMap<(BusId, u8, u16), Reported>,
     /// Heartbeats by bus and node-ID.
     pub heartbeats: BTreeMap<(BusId, u8), Train>,
     /// SYNCs by bus.
     pub syncs: BTreeMap<BusId, Train>,
-    transfers: super::shown::Shown,
+    transfers: super::shown::ShownTransfers,
     /// First boot-ups.
     booted: BTreeMap<(BusId, u8), FrameRef>,
     start_ns: Option<i64>,
@@ -143,7 +143,7 @@ impl Observed {
             }
             match &event.what {
                 What::Pdo(data) => {
-                    let pdo = Pdo { node: data.node, transmit: data.transmit, number: data.number };
+                    let pdo = PdoChoice { node: data.node, transmit: data.transmit, number: data.number };
                     if let Content::Mapped(mapping, _) | Content::ByConsumer(mapping, ..) = &data.content {
                         self.signals(bus, pdo, mapping, frame);
                     }
@@ -157,7 +157,7 @@ impl Observed {
                     }
                 }
                 What::Mpdo(data) => {
-                    let pdo = Pdo { node: data.node, transmit: data.transmit, number: data.number };
+                    let pdo = PdoChoice { node: data.node, transmit: data.transmit, number: data.number };
                     self.signals(bus, pdo, &data.mapping, frame);
                 }
                 What::Message(message) => self.message(message, bus, at),
@@ -166,7 +166,7 @@ impl Observed {
         }
     }
 
-    fn signals(&mut self, bus: BusId, pdo: Pdo, mapping: &Mapping, frame: &Frame) {
+    fn signals(&mut self, bus: BusId, pdo: PdoChoice, mapping: &Mapping, frame: &Frame) {
         for mapped in mapping.entries.iter().filter(|mapped| !mapped.dummy) {
             let first = frame.reference();
             let made = || Signal { mapped: mapped.clone(), count: 0, first, range: None };
@@ -182,8 +182,8 @@ impl Observed {
 
     fn statuswords(&mut self, bus: BusId, node: u8, mapping: &Arc<Mapping>, frame: &Frame) {
         for axis in 1..=drive::AXES {
-            if let Some(state) = statusword(mapping, object(axis), frame).and_then(State::of) {
-                self.show(bus, node, Kind::Drive(axis, state), frame.reference());
+            if let Some(state) = statusword(mapping, object(axis), frame).and_then(DriveState::of) {
+                self.show(bus, node, StateKind::Drive(axis, state), frame.reference());
             }
         }
     }
@@ -191,9 +191,9 @@ impl Observed {
     fn transfer(&mut self, transfer: &Transfer, at: FrameRef) {
         let (bus, node) = (transfer.bus, transfer.node);
         match written(transfer) {
-            Some(Written::Heartbeat) => self.interrupt_heartbeats(bus, node),
-            Some(Written::Pdo) => self.interrupt_pdos(bus, node),
-            Some(Written::Sync) => {
+            Some(WrittenPeriod::Heartbeat) => self.interrupt_heartbeats(bus, node),
+            Some(WrittenPeriod::Pdo) => self.interrupt_pdos(bus, node),
+            Some(WrittenPeriod::Sync) => {
                 if let Some(train) = self.syncs.get_mut(&bus) {
                     train.rhythm.interrupt();
                 }
@@ -202,8 +202,8 @@ impl Observed {
         }
         let Some((index, word)) = uploaded(transfer) else { return };
         let axis = (1..=drive::AXES).find(|axis| object(*axis) == index);
-        if let Some((axis, state)) = axis.zip(State::of(word)) {
-            self.show(bus, node, Kind::Drive(axis, state), at);
+        if let Some((axis, state)) = axis.zip(DriveState::of(word)) {
+            self.show(bus, node, StateKind::Drive(axis, state), at);
         }
     }
 
@@ -226,14 +226,14 @@ impl Observed {
             Message::BootUp { node } => {
                 self.booted.entry((bus, node)).or_insert(at);
                 self.interrupt_heartbeats(bus, node);
-                self.show(bus, node, Kind::Nmt(BOOT_UP), at);
+                self.show(bus, node, StateKind::Nmt(BOOT_UP), at);
                 // The node's drive starts anew.
                 for ((of, id, kind), shown) in &mut self.states {
-                    shown.left |= *of == bus && *id == node && matches!(kind, Kind::Drive(..));
+                    shown.left |= *of == bus && *id == node && matches!(kind, StateKind::Drive(..));
                 }
             }
             Message::Heartbeat { node, state, guarding, previous, .. } => {
-                self.show(bus, node, Kind::Nmt(state), at);
+                self.show(bus, node, StateKind::Nmt(state), at);
                 if !guarding && let Some(train) = kept(&mut self.heartbeats, (bus, node), Train::default) {
                     train.beat(at, previous.is_some_and(|before| before != state));
                 }
@@ -244,14 +244,14 @@ impl Observed {
     }
 
     /// Records a shown state; others of the same kind are left.
-    fn show(&mut self, bus: BusId, node: u8, kind: Kind, at: FrameRef) {
+    fn show(&mut self, bus: BusId, node: u8, kind: StateKind, at: FrameRef) {
         let since = |then: Option<i64>| Some(at.t_ns?.saturating_sub(then?));
         let since_start_ns = since(self.start_ns);
         let since_boot_up_ns = since(self.booted.get(&(bus, node)).and_then(|booted| booted.t_ns));
         for ((of, id, other), shown) in &mut self.states {
             shown.left |= *of == bus && *id == node && *other != kind && alike(*other, kind);
         }
-        let made = || Shown { count: 0, first: at, since_start_ns, since_boot_up_ns: None, left: false };
+        let made = || ShownState { count: 0, first: at, since_start_ns, since_boot_up_ns: None, left: false };
         if let Some(shown) = kept(&mut self.states, (bus, node, kind), made) {
             shown.count += 1;
             shown.since_boot_up_ns = shown.since_boot_up_ns.or(since_boot_up_ns);
@@ -287,10 +287,10 @@ impl Observed {
 }
 
 /// Returns true if two states exclude each other.
-fn alike(one: Kind, other: Kind) -> bool {
+fn alike(one: StateKind, other: StateKind) -> bool {
     match (one, other) {
-        (Kind::Nmt(_), Kind::Nmt(_)) => true,
-        (Kind::Drive(one, _), Kind::Drive(other, _)) => one == other,
+        (StateKind::Nmt(_), StateKind::Nmt(_)) => true,
+        (StateKind::Drive(one, _), StateKind::Drive(other, _)) => one == other,
         _ => false,
     }
 }

@@ -5,8 +5,8 @@
 
 use serde::Deserialize;
 
-use super::value::{Same, Value, found};
-use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
+use super::value::{ExpectedValue, Same, found};
+use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp001, Exp002, Exp003, Exp004, Exp015};
 use crate::rules::finding::{Quantity, Said};
@@ -33,14 +33,14 @@ enum Outcome {
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct SdoEntry {
     line: u32,
     bus: Option<String>,
     node: u8,
     index: u16,
     sub: u8,
     direction: Option<Way>,
-    value: Option<Value>,
+    value: Option<ExpectedValue>,
     outcome: Option<Outcome>,
     abort: Option<u32>,
     sequence: Option<String>,
@@ -48,7 +48,7 @@ pub(super) struct Entry {
     within_ns: Option<i64>,
 }
 
-impl Entry {
+impl SdoEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_node(self.line, Some(self.node))?;
         check_times(self.line, &[], &[self.within_ns])?;
@@ -86,7 +86,7 @@ impl Entry {
         {
             return Fit::Elsewhere;
         }
-        let valued = |value: &Value| match value.is_of(transfer) {
+        let valued = |value: &ExpectedValue| match value.is_of(transfer) {
             Same::Yes => Fit::Fits,
             Same::Unknown => Fit::Undecided,
             Same::No => Fit::Other(Other::Value(found(transfer, Some(value)))),
@@ -148,7 +148,7 @@ enum Other {
 
 /// The frames of a transfer.
 #[derive(Clone, Copy, Debug)]
-struct Sighting {
+struct TransferSighting {
     at: FrameRef,
     bus: BusId,
 }
@@ -156,20 +156,20 @@ struct Sighting {
 /// An expectation and its progress.
 #[derive(Debug)]
 struct Progress {
-    entry: Entry,
-    place: Place,
+    entry: SdoEntry,
+    place: EntryPlace,
     /// The number of matching transfers (for a step of a sequence: in its place).
     done: u64,
     /// The last of these.
-    completed: Option<Sighting>,
+    completed: Option<TransferSighting>,
     /// It came, but its value is not completely known.
-    undecided: Option<Sighting>,
+    undecided: Option<TransferSighting>,
     /// It came before its place in the sequence.
-    early: Option<Sighting>,
+    early: Option<TransferSighting>,
     /// The transfer that came instead.
-    other: Option<(Sighting, Other)>,
+    other: Option<(TransferSighting, Other)>,
     /// It began, but was not completed.
-    cut: Option<Sighting>,
+    cut: Option<TransferSighting>,
     late: bool,
     /// It has a time limit, and came without a timestamp.
     untimed: bool,
@@ -186,7 +186,7 @@ impl Progress {
 
     /// Records a matching transfer.
     fn come(&mut self, decided: bool, scene: &mut Scene<'_>) {
-        let seen = Sighting { at: scene.at, bus: scene.bus };
+        let seen = TransferSighting { at: scene.at, bus: scene.bus };
         if !decided {
             self.undecided.get_or_insert(seen);
         }
@@ -217,7 +217,7 @@ impl Progress {
     }
 
     fn forbid(&self, scene: &mut Scene<'_>) {
-        let value = self.entry.value.as_ref().map(Value::said);
+        let value = self.entry.value.as_ref().map(ExpectedValue::said);
         let occurred = value.map_or(Exp004::Occurred, |found| Exp004::OccurredWith { found });
         scene.raise(&self.place, scene.breach(occurred));
     }
@@ -292,7 +292,7 @@ pub(super) struct Transfers {
 }
 
 impl Transfers {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
+    pub(super) fn new(file: &str, entries: &[SdoEntry]) -> Self {
         let mut sequences: Vec<Sequence> = Vec::new();
         for (place, entry) in entries.iter().enumerate() {
             let Some(name) = &entry.sequence else { continue };
@@ -302,9 +302,9 @@ impl Transfers {
             }
         }
         let all = entries.iter().map(|entry| Progress {
-            place: Place {
+            place: EntryPlace {
                 object: Some(Mux { index: entry.index, sub: entry.sub }),
-                ..Place::new(file, entry.line, entry.bus.as_ref(), Some(entry.node))
+                ..EntryPlace::new(file, entry.line, entry.bus.as_ref(), Some(entry.node))
             },
             entry: entry.clone(),
             done: 0,
@@ -331,14 +331,14 @@ impl Transfers {
             },
         ));
         let asked_for = fits.iter().any(|fit| matches!(fit, Fit::Fits | Fit::Undecided));
-        let seen = Sighting { at: scene.at, bus: scene.bus };
+        let seen = TransferSighting { at: scene.at, bus: scene.bus };
         for (one, fit) in all.iter_mut().zip(fits.iter()) {
             match fit {
                 Fit::Fits | Fit::Undecided if one.entry.sequence.is_none() => {
                     one.come(matches!(fit, Fit::Fits), scene);
                 }
                 Fit::Other(other) if !asked_for && !one.is_done() => one.other = Some((seen, other.clone())),
-                Fit::Cut => one.cut = Some(Sighting { at: transfer.first, bus: scene.bus }),
+                Fit::Cut => one.cut = Some(TransferSighting { at: transfer.first, bus: scene.bus }),
                 _ => {}
             }
         }
@@ -398,7 +398,7 @@ impl Sequence {
             self.done += usize::from(one.is_done());
             return;
         }
-        let seen = Sighting { at: scene.at, bus: scene.bus };
+        let seen = TransferSighting { at: scene.at, bus: scene.bus };
         for step in open.filter(|step| fit(**step).is_some()) {
             if let Some(one) = all.get_mut(*step) {
                 one.early = Some(seen);

@@ -13,11 +13,11 @@ const KEPT: usize = 1024;
 
 /// Shown transfers that are not announced yet.
 #[derive(Debug, Default)]
-pub(super) struct Shown {
+pub(super) struct ShownTransfers {
     waiting: Vec<Arc<Transfer>>,
 }
 
-impl Shown {
+impl ShownTransfers {
     /// Returns the transfer that an event shows, unless it was shown before.
     pub(super) fn next(&mut self, what: &What) -> Option<Arc<Transfer>> {
         match what {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::rhythm::{Period, Rhythm};
-use super::{Breach, Closing, Place, Scene, check_times, mistake, raise};
+use super::{Breach, Closing, EntryPlace, Scene, check_times, mistake, raise};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::bytes::select::Select;
 use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
@@ -30,7 +30,7 @@ const PRECISION: f64 = 1e-9;
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct SignalEntry {
     line: u32,
     bus: Option<String>,
     select: String,
@@ -40,7 +40,7 @@ pub(super) struct Entry {
     tolerance_ns: Option<i64>,
 }
 
-impl Entry {
+impl SignalEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_times(self.line, &[self.period_ns], &[self.tolerance_ns])?;
         if Select::parse(&self.select).is_everything() {
@@ -58,7 +58,7 @@ impl Entry {
 
 /// A PDO of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Pdo {
+pub struct PdoChoice {
     /// The node that has the PDO.
     pub node: u8,
     /// Transmit or receive, seen from the node.
@@ -67,7 +67,7 @@ pub struct Pdo {
     pub number: u16,
 }
 
-impl Pdo {
+impl PdoChoice {
     /// Its form in a finding.
     fn named(self) -> (bool, u16) {
         (self.transmit, self.number)
@@ -76,8 +76,8 @@ impl Pdo {
 
 /// An expectation and its progress.
 #[derive(Debug)]
-struct Watched {
-    place: Place,
+struct WatchedSignal {
+    place: EntryPlace,
     select: Select,
     /// The expression in the file.
     expression: String,
@@ -85,31 +85,31 @@ struct Watched {
     max: Option<f64>,
     period: Option<Period>,
     seen: bool,
-    rhythms: Vec<(BusId, Pdo, Rhythm)>,
+    rhythms: Vec<(BusId, PdoChoice, Rhythm)>,
 }
 
 /// The expected signals of a mapping.
 #[derive(Debug)]
 struct Chosen {
     mapping: Arc<Mapping>,
-    pdo: Pdo,
+    pdo: PdoChoice,
     /// The expectation, and the index in the mapping, in order of the expectations.
     picks: Vec<(usize, usize)>,
 }
 
 /// All expectations of signals.
 #[derive(Debug)]
-pub(super) struct Signals {
-    all: Vec<Watched>,
+pub(super) struct SignalExpectations {
+    all: Vec<WatchedSignal>,
     chosen: Vec<Chosen>,
     /// PDOs that came without a known mapping.
-    unmapped: Vec<Pdo>,
+    unmapped: Vec<PdoChoice>,
 }
 
-impl Signals {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
-        let all = entries.iter().map(|entry| Watched {
-            place: Place::new(file, entry.line, entry.bus.as_ref(), None),
+impl SignalExpectations {
+    pub(super) fn new(file: &str, entries: &[SignalEntry]) -> Self {
+        let all = entries.iter().map(|entry| WatchedSignal {
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), None),
             select: Select::parse(&entry.select),
             expression: entry.select.clone(),
             min: entry.min,
@@ -126,7 +126,7 @@ impl Signals {
         if self.all.is_empty() {
             return;
         }
-        let pdo = Pdo { transmit: data.transmit, number: data.number, node: data.node };
+        let pdo = PdoChoice { transmit: data.transmit, number: data.number, node: data.node };
         match &data.content {
             Content::Mapped(mapping, from) | Content::ByConsumer(mapping, from, ..) if !from.is_unconfirmed() => {
                 let known = self.chosen.iter().position(|one| Arc::ptr_eq(&one.mapping, mapping) && one.pdo == pdo);
@@ -155,13 +155,13 @@ impl Signals {
 
     /// Takes a multiplex PDO, which has one signal that may differ in every frame.
     pub(super) fn multiplexed(&mut self, data: &Addressed, frame: &Frame, scene: &mut Scene<'_>) {
-        let pdo = Pdo { transmit: data.transmit, number: data.number, node: data.node };
+        let pdo = PdoChoice { transmit: data.transmit, number: data.number, node: data.node };
         let picks = self.picks(pdo, &data.mapping);
         take(&mut self.all, &picks, pdo, &data.mapping, frame, scene);
     }
 
-    fn picks(&self, pdo: Pdo, mapping: &Mapping) -> Vec<(usize, usize)> {
-        let Pdo { transmit, number, node } = pdo;
+    fn picks(&self, pdo: PdoChoice, mapping: &Mapping) -> Vec<(usize, usize)> {
+        let PdoChoice { transmit, number, node } = pdo;
         let mut picks = Vec::new();
         for (place, mapped) in mapping.entries.iter().enumerate().filter(|(_, mapped)| !mapped.dummy) {
             let names = signal::names(transmit, number, node, mapped);
@@ -194,7 +194,7 @@ impl Signals {
 
     fn interrupt(&mut self, of: BusId, node: Option<u8>) {
         let rhythms = self.all.iter_mut().flat_map(|one| &mut one.rhythms);
-        let concerned = |bus: BusId, pdo: &Pdo| bus == of && node.is_none_or(|node| node == pdo.node);
+        let concerned = |bus: BusId, pdo: &PdoChoice| bus == of && node.is_none_or(|node| node == pdo.node);
         for (_, _, rhythm) in rhythms.filter(|(bus, pdo, _)| concerned(*bus, pdo)) {
             rhythm.interrupt();
         }
@@ -202,7 +202,7 @@ impl Signals {
 
     /// Reports PDOs that are overdue at `now_ns`. Findings are at `at`.
     pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
-        for Watched { place, period, rhythms, .. } in &mut self.all {
+        for WatchedSignal { place, period, rhythms, .. } in &mut self.all {
             let Some(period) = *period else { continue };
             for (bus, pdo, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, period) else { continue };
@@ -231,9 +231,9 @@ impl Signals {
     }
 }
 
-impl Watched {
+impl WatchedSignal {
     /// Returns true if a signal of a PDO of unknown mapping could be meant.
-    fn may_mean(&self, pdo: Pdo) -> bool {
+    fn may_mean(&self, pdo: PdoChoice) -> bool {
         self.expression.split(',').any(|pattern| {
             let pattern = pattern.trim();
             let Some((node, rest)) = pattern.split_once('.') else { return true };
@@ -254,9 +254,9 @@ fn is_pdo(name: &str) -> bool {
 
 /// Takes the expected signals of a PDO.
 fn take(
-    all: &mut [Watched],
+    all: &mut [WatchedSignal],
     picks: &[(usize, usize)],
-    pdo: Pdo,
+    pdo: PdoChoice,
     mapping: &Mapping,
     frame: &Frame,
     scene: &mut Scene<'_>,
@@ -276,8 +276,8 @@ fn take(
     }
 }
 
-impl Watched {
-    fn beat(&mut self, pdo: Pdo, scene: &mut Scene<'_>) {
+impl WatchedSignal {
+    fn beat(&mut self, pdo: PdoChoice, scene: &mut Scene<'_>) {
         let Some(period) = self.period else { return };
         let known = self.rhythms.iter().position(|(bus, one, _)| *bus == scene.bus && *one == pdo);
         let index = match known {
@@ -297,7 +297,7 @@ impl Watched {
         }
     }
 
-    fn judge(&self, value: f64, pdo: Pdo, mapped: &Mapped, scene: &mut Scene<'_>) {
+    fn judge(&self, value: f64, pdo: PdoChoice, mapped: &Mapped, scene: &mut Scene<'_>) {
         let beyond = |limit: f64, by: f64| by > limit.abs().max(value.abs()) * PRECISION;
         let (node, pdo, found) = (pdo.node, pdo.named(), value);
         let below = self.min.filter(|min| beyond(*min, min - value));

@@ -5,7 +5,7 @@
 
 use serde::Deserialize;
 
-use super::{Breach, Closing, Place, Scene, check_node, check_times, mistake};
+use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::expectation::{Exp005, Exp006, Exp015};
 use crate::rules::finding::Quantity;
@@ -13,7 +13,7 @@ use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::Mapping;
-use crate::world::drive::{self, State};
+use crate::world::drive::{self, DriveState};
 use crate::world::event::{ProcessData, Signals};
 
 /// Statusword of the first axis.
@@ -45,13 +45,13 @@ impl TryFrom<String> for Nmt {
 /// A state of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
-struct Drive(State);
+struct Drive(DriveState);
 
 impl TryFrom<String> for Drive {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
-        let state = State::ALL.into_iter().find(|state| state.name() == name);
+        let state = DriveState::ALL.into_iter().find(|state| state.name() == name);
         state.map(Self).ok_or_else(|| format!("drive={name:?}"))
     }
 }
@@ -69,7 +69,7 @@ enum Since {
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct StateEntry {
     line: u32,
     bus: Option<String>,
     node: u8,
@@ -81,7 +81,7 @@ pub(super) struct Entry {
     stays: Option<bool>,
 }
 
-impl Entry {
+impl StateEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_node(self.line, Some(self.node))?;
         check_times(self.line, &[], &[self.by_ns])?;
@@ -111,7 +111,7 @@ impl Entry {
 enum Target {
     Nmt(u8),
     /// The state, and the object that shows it.
-    Drive(State, u16),
+    Drive(DriveState, u16),
 }
 
 impl Target {
@@ -125,7 +125,7 @@ impl Target {
     fn is_shown_by(self, shown: Quantity) -> bool {
         match (self, shown) {
             (Self::Nmt(wanted), Quantity::State(state)) => wanted == state,
-            (Self::Drive(wanted, _), Quantity::Statusword(word)) => State::of(word) == Some(wanted),
+            (Self::Drive(wanted, _), Quantity::Statusword(word)) => DriveState::of(word) == Some(wanted),
             _ => false,
         }
     }
@@ -133,7 +133,7 @@ impl Target {
 
 /// A node of one bus.
 #[derive(Clone, Copy, Debug)]
-struct Track {
+struct NodeTrack {
     bus: BusId,
     /// The last state shown.
     shown: Option<Quantity>,
@@ -153,10 +153,10 @@ struct Track {
 /// An expectation and its progress.
 #[derive(Debug)]
 struct Progress {
-    entry: Entry,
-    place: Place,
+    entry: StateEntry,
+    place: EntryPlace,
     target: Target,
-    tracks: Vec<Track>,
+    tracks: Vec<NodeTrack>,
     /// It was reached in time, or has no time limit.
     timely: bool,
     /// Timestamps are missing where it was reached.
@@ -172,11 +172,11 @@ struct Progress {
 }
 
 impl Progress {
-    fn track(&mut self, bus: BusId) -> Option<&mut Track> {
+    fn track(&mut self, bus: BusId) -> Option<&mut NodeTrack> {
         if let Some(place) = self.tracks.iter().position(|track| track.bus == bus) {
             return self.tracks.get_mut(place);
         }
-        self.tracks.push(Track {
+        self.tracks.push(NodeTrack {
             bus,
             shown: None,
             booted: None,
@@ -281,7 +281,7 @@ impl Progress {
 
     /// Notes that frames of a bus are missing: the state may have been reached meanwhile.
     fn lose(&mut self, bus: BusId) {
-        let reached = |track: &Track| match self.entry.since {
+        let reached = |track: &NodeTrack| match self.entry.since {
             Some(Since::BootUp) => track.reached_since || track.booted.is_none() && track.reached,
             _ => track.reached,
         };
@@ -369,10 +369,10 @@ pub(super) struct States {
 }
 
 impl States {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
+    pub(super) fn new(file: &str, entries: &[StateEntry]) -> Self {
         let all = entries.iter().map(|entry| Progress {
             entry: entry.clone(),
-            place: Place::new(file, entry.line, entry.bus.as_ref(), Some(entry.node)),
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), Some(entry.node)),
             target: entry.target(),
             tracks: Vec::new(),
             timely: false,
@@ -434,7 +434,7 @@ impl States {
         for one in self.of(data.node, scene.name) {
             if let Target::Drive(_, object) = one.target
                 && let Some(word) = statusword(mapping, object, frame)
-                && State::of(word).is_some()
+                && DriveState::of(word).is_some()
             {
                 one.show(Quantity::Statusword(word), scene);
             }
@@ -447,7 +447,7 @@ impl States {
         for one in self.of(transfer.node, scene.name) {
             if let Target::Drive(_, object) = one.target
                 && object == index
-                && State::of(word).is_some()
+                && DriveState::of(word).is_some()
             {
                 one.show(Quantity::Statusword(word), scene);
             }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::rhythm::{Period, Rhythm};
-use super::{Breach, Closing, Place, Scene, check_times, raise};
+use super::{Breach, Closing, EntryPlace, Scene, check_times, raise};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp010, Exp015};
 use crate::world::event::Event;
@@ -11,14 +11,14 @@ use crate::world::event::Event;
 /// An expectation in the form of the file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Entry {
+pub(super) struct SyncEntry {
     line: u32,
     bus: Option<String>,
     period_ns: i64,
     tolerance_ns: i64,
 }
 
-impl Entry {
+impl SyncEntry {
     pub(super) fn check(&self) -> Result<(), String> {
         check_times(self.line, &[Some(self.period_ns)], &[Some(self.tolerance_ns)])
     }
@@ -26,8 +26,8 @@ impl Entry {
 
 /// An expectation and the SYNCs that it is about.
 #[derive(Debug)]
-struct Watched {
-    place: Place,
+struct WatchedSync {
+    place: EntryPlace,
     period: Period,
     rhythms: Vec<(BusId, Rhythm)>,
 }
@@ -35,13 +35,13 @@ struct Watched {
 /// All expectations of SYNC.
 #[derive(Debug)]
 pub(super) struct Syncs {
-    all: Vec<Watched>,
+    all: Vec<WatchedSync>,
 }
 
 impl Syncs {
-    pub(super) fn new(file: &str, entries: &[Entry]) -> Self {
-        let all = entries.iter().map(|entry| Watched {
-            place: Place::new(file, entry.line, entry.bus.as_ref(), None),
+    pub(super) fn new(file: &str, entries: &[SyncEntry]) -> Self {
+        let all = entries.iter().map(|entry| WatchedSync {
+            place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), None),
             period: Period { ns: entry.period_ns, tolerance_ns: entry.tolerance_ns },
             rhythms: Vec::new(),
         });
@@ -50,7 +50,7 @@ impl Syncs {
 
     /// Takes a SYNC.
     pub(super) fn sync(&mut self, scene: &mut Scene<'_>) {
-        for Watched { place, period, rhythms } in self.all.iter_mut().filter(|one| one.place.is_on(scene.name)) {
+        for WatchedSync { place, period, rhythms } in self.all.iter_mut().filter(|one| one.place.is_on(scene.name)) {
             let known = rhythms.iter().position(|(bus, _)| *bus == scene.bus);
             let index = known.unwrap_or_else(|| {
                 rhythms.push((scene.bus, Rhythm::default()));
@@ -76,7 +76,7 @@ impl Syncs {
 
     /// Reports SYNCs that are overdue at `now_ns`. Findings are at `at`.
     pub(super) fn overdue(&mut self, now_ns: i64, at: FrameRef, found: &mut Vec<Event>) {
-        for Watched { place, period, rhythms } in &mut self.all {
+        for WatchedSync { place, period, rhythms } in &mut self.all {
             for (bus, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, *period) else { continue };
                 let Period { ns: expected, tolerance_ns: tolerance } = *period;

@@ -23,7 +23,7 @@ const DOUBLE: f64 = 1.0 / (1_u64 << 50) as f64;
 /// An expected value.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Value {
+pub(super) enum ExpectedValue {
     /// A number, by value.
     Number(Number),
     /// Text, without NULs at its end.
@@ -68,7 +68,7 @@ impl From<bool> for Same {
     }
 }
 
-impl Value {
+impl ExpectedValue {
     /// Compares a successful transfer with it.
     pub(super) fn is_of(&self, transfer: &Transfer) -> Same {
         if transfer.data.hole {
@@ -118,10 +118,10 @@ impl Value {
 }
 
 /// Returns the value of a transfer for a finding, in the form of the expected one.
-pub(super) fn found(transfer: &Transfer, expected: Option<&Value>) -> Said {
+pub(super) fn found(transfer: &Transfer, expected: Option<&ExpectedValue>) -> Said {
     let kept = transfer.data.kept.as_slice();
     let bytes = || Said::Bytes(kept.get(..SHOWN).unwrap_or(kept).into());
-    if let Some(Value::Data(_)) = expected {
+    if let Some(ExpectedValue::Data(_)) = expected {
         return bytes();
     }
     match od::decode(transfer.data_type(), kept) {
@@ -212,7 +212,7 @@ mod tests {
     }
 
     fn is(json: &str, index: u16, bytes: &[u8]) -> Same {
-        let value: Value = serde_json::from_str(json).unwrap();
+        let value: ExpectedValue = serde_json::from_str(json).unwrap();
         value.is_of(&transfer(index, bytes))
     }
 
@@ -253,14 +253,14 @@ mod tests {
             assert_eq!(is(json, index, bytes), Same::from(same), "{json} {index:04X} {bytes:02X?}");
         }
         for json in [r#"{"data":"E80"}"#, r#"{"data":"x0"}"#, r#"{"number":"1"}"#, r#"{"other":1}"#, "1"] {
-            assert!(serde_json::from_str::<Value>(json).is_err(), "{json}");
+            assert!(serde_json::from_str::<ExpectedValue>(json).is_err(), "{json}");
         }
     }
 
     #[test]
     fn what_is_not_whole_cannot_be_decided() {
         let mut long = transfer(0x2000, &[0x41; 70_000]);
-        let value = |json| serde_json::from_str::<Value>(json).unwrap();
+        let value = |json| serde_json::from_str::<ExpectedValue>(json).unwrap();
         assert_eq!(value(r#"{"text":"A"}"#).is_of(&long), Same::No);
         let same = format!(r#"{{"data":"{}"}}"#, "41".repeat(70_000));
         assert_eq!(value(&same).is_of(&long), Same::Unknown);

@@ -22,12 +22,12 @@ pub(super) struct Looks {
     /// All values are text.
     text: bool,
     /// Numbers of the greatest width.
-    numbers: Option<Numbers>,
+    numbers: Option<NumberSeries>,
 }
 
 /// Numbers of one width.
 #[derive(Clone, Copy, Debug)]
-struct Numbers {
+struct NumberSeries {
     bits: u32,
     /// Least and greatest, read as unsigned.
     unsigned: (u64, u64),
@@ -62,10 +62,14 @@ impl Looks {
         let signed = (raw << unused).cast_signed() >> unused;
         self.numbers = Some(match self.numbers {
             Some(known) if known.bits > bits => known,
-            Some(Numbers { bits: width, unsigned: (least, most), signed: (low, high) }) if width == bits => {
-                Numbers { bits, unsigned: (least.min(raw), most.max(raw)), signed: (low.min(signed), high.max(signed)) }
+            Some(NumberSeries { bits: width, unsigned: (least, most), signed: (low, high) }) if width == bits => {
+                NumberSeries {
+                    bits,
+                    unsigned: (least.min(raw), most.max(raw)),
+                    signed: (low.min(signed), high.max(signed)),
+                }
             }
-            _ => Numbers { bits, unsigned: (raw, raw), signed: (signed, signed) },
+            _ => NumberSeries { bits, unsigned: (raw, raw), signed: (signed, signed) },
         });
     }
 
@@ -120,7 +124,7 @@ impl Looks {
     }
 
     fn has_sign(&self) -> bool {
-        self.numbers.is_some_and(|Numbers { unsigned: (least, most), signed: (low, high), .. }| {
+        self.numbers.is_some_and(|NumberSeries { unsigned: (least, most), signed: (low, high), .. }| {
             low < -1 && high >= 0 && low.abs_diff(high).saturating_mul(CLOSER) < most - least
         })
     }

@@ -4,16 +4,16 @@
 //! All of it is in terms of bytes, since the types with which it is compared are not known here. Descriptions are not
 //! used.
 
-use super::sighting::{Content, Sighting, Source};
-use super::{Held, hold};
+use super::sighting::{Content, ObjectSighting, Source};
+use super::{HeldValue, hold};
 use crate::sdo::transfer::Direction;
 use crate::world::configuration::number;
 
 /// Properties of an object by SDO.
 #[derive(Clone, Debug, Default)]
-pub struct Measured {
+pub struct MeasuredObject {
     /// The first value read, unless something had written the object before.
-    pub first: Option<Held>,
+    pub first: Option<HeldValue>,
     /// It was read after a boot-up of the node without lost frames in between.
     pub booted: bool,
     /// Something may have written the object.
@@ -33,9 +33,9 @@ struct Extremes {
     real: Option<[u64; 2]>,
 }
 
-impl Measured {
+impl MeasuredObject {
     /// Takes a sighting of the object. `booted`: the capture shows a boot-up of its node before.
-    pub(super) fn take(&mut self, sighting: &Sighting<'_>, booted: bool) {
+    pub(super) fn take(&mut self, sighting: &ObjectSighting<'_>, booted: bool) {
         let direction = match sighting.source {
             Source::Read => Direction::Upload,
             Source::Written => Direction::Download,
@@ -108,7 +108,7 @@ fn widened<T: PartialOrd>([least, most]: [u64; 2], raw: u64, of: impl Fn(u64) ->
 
 /// Frames of one identifier that carry a PDO.
 #[derive(Clone, Copy, Debug)]
-pub struct Pdo {
+pub struct PdoFrames {
     /// The last node that had the PDO.
     pub node: u8,
     /// Transmit or receive, seen from the node.
@@ -121,7 +121,7 @@ pub struct Pdo {
     pub lengths: (u8, u8),
 }
 
-impl Pdo {
+impl PdoFrames {
     pub(super) fn new((node, transmit, number): (u8, bool, u16), length: u8) -> Self {
         Self { node, transmit, number, frames: 0, lengths: (length, length) }
     }

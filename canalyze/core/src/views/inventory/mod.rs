@@ -15,8 +15,8 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use self::inferred::Looks;
-pub use self::measured::{Measured, Pdo};
-use self::sighting::{Content, Sighting, Source};
+pub use self::measured::{MeasuredObject, PdoFrames};
+use self::sighting::{Content, ObjectSighting, Source};
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
 use crate::sdo::transfer::{Abort, Direction, Transfer};
 use crate::sdo::wire::Mux;
@@ -71,7 +71,7 @@ impl TypeFrom {
 
 /// A value as seen.
 #[derive(Clone, Debug)]
-pub enum Value {
+pub enum SeenValue {
     /// The first bytes of a value, at most [`KEPT`], and its size in bytes.
     Bytes(Vec<u8>, u64),
     /// Bits of a PDO, the first lowest, and their number.
@@ -80,21 +80,21 @@ pub enum Value {
 
 /// A value and its origin.
 #[derive(Clone, Debug)]
-pub struct Held {
+pub struct HeldValue {
     /// The value.
-    pub value: Value,
+    pub value: SeenValue,
     /// The service that carried it.
     pub source: Source,
     /// The frame that completed it.
     pub at: FrameRef,
 }
 
-impl Held {
+impl HeldValue {
     /// The value as seen.
     pub fn content(&self) -> Content<'_> {
         match &self.value {
-            Value::Bytes(kept, size) => Content::Bytes(kept, *size),
-            Value::Bits(raw, bits) => Content::Bits(*raw, *bits),
+            SeenValue::Bytes(kept, size) => Content::Bytes(kept, *size),
+            SeenValue::Bits(raw, bits) => Content::Bits(*raw, *bits),
         }
     }
 }
@@ -126,7 +126,7 @@ pub struct Aborted {
 
 /// The observations of one object.
 #[derive(Clone, Debug)]
-pub struct Object {
+pub struct ObservedObject {
     /// The number of sightings by [`Source`].
     counts: [u64; Source::ALL.len()],
     /// The first frame that shows something of it.
@@ -134,17 +134,17 @@ pub struct Object {
     /// The last frame.
     pub last: FrameRef,
     /// Its last value.
-    pub value: Option<Held>,
+    pub value: Option<HeldValue>,
     /// The last value that was written and accepted.
-    written: Option<Held>,
+    written: Option<HeldValue>,
     /// Two of its values differ, although nothing was written in between.
     pub varies: bool,
     /// The value of the last unanswered write, if no value was seen since.
-    pub requested: Option<Held>,
+    pub requested: Option<HeldValue>,
     /// Aborted requests by code, in the order of first occurrences.
     pub aborted: Vec<Aborted>,
     /// Properties by SDO that a description may define otherwise.
-    pub measured: Measured,
+    pub measured: MeasuredObject,
     looks: Looks,
     /// Its description and profile; known from [`Inventory::settle`] on.
     pub described: Described,
@@ -152,7 +152,7 @@ pub struct Object {
     pub in_force: InForce,
 }
 
-impl Object {
+impl ObservedObject {
     fn new(at: FrameRef) -> Self {
         Self {
             counts: [0; Source::ALL.len()],
@@ -163,7 +163,7 @@ impl Object {
             varies: false,
             requested: None,
             aborted: Vec::new(),
-            measured: Measured::default(),
+            measured: MeasuredObject::default(),
             looks: Looks::default(),
             described: Described::default(),
             in_force: InForce::default(),
@@ -209,7 +209,7 @@ impl Object {
 
     /// Returns its configured value: the last one that was written and accepted. `None` if it was not written, and for
     /// commands and process data that PDOs also write.
-    pub fn configured(&self, mux: Mux) -> Option<&Held> {
+    pub fn configured(&self, mux: Mux) -> Option<&HeldValue> {
         self.written.as_ref().filter(|_| !is_command(mux) && self.count(Source::Rpdo) == 0)
     }
 
@@ -252,8 +252,8 @@ impl Object {
         standard.map(|data_type| (data_type, from)).or_else(|| Some((self.looks.inferred()?, TypeFrom::Inferred)))
     }
 
-    fn take(&mut self, sighting: &Sighting<'_>, booted: bool) {
-        let Sighting { at, source, .. } = *sighting;
+    fn take(&mut self, sighting: &ObjectSighting<'_>, booted: bool) {
+        let ObjectSighting { at, source, .. } = *sighting;
         self.last = at;
         self.measured.take(sighting, booted);
         if let Some(count) = self.counts.get_mut(source as usize) {
@@ -294,42 +294,44 @@ fn is_command(Mux { index, sub }: Mux) -> bool {
     match index {
         0x1003 => sub == 0,
         0x1010 | 0x1011 | 0x1023..=0x1026 | 0x1F50 | 0x1F51 => true,
-        _ => drive::Object::at(index) == Some(drive::Object::Controlword),
+        _ => drive::DriveObject::at(index) == Some(drive::DriveObject::Controlword),
     }
 }
 
 /// Keeps a value, in the memory of the previous one if possible.
-fn hold(place: &mut Option<Held>, content: Content<'_>, source: Source, at: FrameRef) {
+fn hold(place: &mut Option<HeldValue>, content: Content<'_>, source: Source, at: FrameRef) {
     let value = match content {
         Content::None => return,
-        Content::Bits(raw, bits) => Value::Bits(raw, bits),
+        Content::Bits(raw, bits) => SeenValue::Bits(raw, bits),
         Content::Bytes(bytes, size) => {
             let mut kept = match place.take() {
-                Some(Held { value: Value::Bytes(kept, _), .. }) => kept,
+                Some(HeldValue { value: SeenValue::Bytes(kept, _), .. }) => kept,
                 _ => Vec::new(),
             };
             kept.clear();
             kept.extend_from_slice(bytes.get(..KEPT).unwrap_or(bytes));
-            Value::Bytes(kept, size)
+            SeenValue::Bytes(kept, size)
         }
     };
-    *place = Some(Held { value, source, at });
+    *place = Some(HeldValue { value, source, at });
 }
 
 /// The objects of one node.
 #[derive(Clone, Debug, Default)]
-pub struct Node {
+pub struct NodeObjects {
     /// By index and sub-index.
-    pub objects: BTreeMap<Mux, Object>,
+    pub objects: BTreeMap<Mux, ObservedObject>,
     /// The number of sightings of objects for which there was no room.
     pub further: u64,
 }
 
-impl Node {
+impl NodeObjects {
     /// Returns the last number that an object of at most four bytes was seen to hold.
     pub fn number(&self, index: u16, sub: u8) -> Option<u32> {
         match &self.objects.get(&Mux { index, sub })?.value.as_ref()?.value {
-            Value::Bytes(bytes, 1..=4) => configuration::number(bytes).and_then(|number| u32::try_from(number).ok()),
+            SeenValue::Bytes(bytes, 1..=4) => {
+                configuration::number(bytes).and_then(|number| u32::try_from(number).ok())
+            }
             _ => None,
         }
     }
@@ -337,11 +339,11 @@ impl Node {
     /// Returns the last text that an object was seen to hold.
     pub fn text(&self, index: u16, sub: u8) -> Option<&str> {
         match &self.objects.get(&Mux { index, sub })?.value.as_ref()?.value {
-            Value::Bytes(bytes, _) => match od::decode(Some(DataType::VisibleString), bytes) {
+            SeenValue::Bytes(bytes, _) => match od::decode(Some(DataType::VisibleString), bytes) {
                 od::Value::Text(text) => Some(text),
                 _ => None,
             },
-            Value::Bits(..) => None,
+            SeenValue::Bits(..) => None,
         }
     }
 }
@@ -351,9 +353,9 @@ impl Node {
 pub struct Inventory {
     filter: Filter,
     /// By bus and node-ID.
-    pub nodes: BTreeMap<(BusId, u8), Node>,
+    pub nodes: BTreeMap<(BusId, u8), NodeObjects>,
     /// PDOs by bus and identifier.
-    pub pdos: BTreeMap<(BusId, CanId), Pdo>,
+    pub pdos: BTreeMap<(BusId, CanId), PdoFrames>,
     /// Nodes whose boot-up the capture shows, with all frames since.
     booted: BTreeSet<(BusId, u8)>,
     kept: usize,
@@ -370,7 +372,7 @@ impl Inventory {
         sighting::each(frame, events, &mut |sighting| self.take(&sighting));
         for event in events {
             if let What::Pdo(data) = &event.what {
-                let new = || Pdo::new((data.node, data.transmit, data.number), frame.len);
+                let new = || PdoFrames::new((data.node, data.transmit, data.number), frame.len);
                 self.pdos.entry((frame.bus, frame.id)).or_insert_with(new).take(frame.len);
             }
         }
@@ -392,7 +394,7 @@ impl Inventory {
 
     /// Takes a transfer that has ended.
     pub fn transfer(&mut self, transfer: &Transfer) {
-        if let Some(sighting) = Sighting::of(transfer) {
+        if let Some(sighting) = ObjectSighting::of(transfer) {
             self.take(&sighting);
         }
     }
@@ -402,8 +404,8 @@ impl Inventory {
         self.booted.contains(&(bus, node))
     }
 
-    fn take(&mut self, sighting: &Sighting<'_>) {
-        let Sighting { bus, node, object, at, .. } = *sighting;
+    fn take(&mut self, sighting: &ObjectSighting<'_>) {
+        let ObjectSighting { bus, node, object, at, .. } = *sighting;
         if !self.filter.takes_object(node, object) {
             return;
         }
@@ -417,7 +419,7 @@ impl Inventory {
             return;
         }
         self.kept += 1;
-        node.objects.entry(object).or_insert_with(|| Object::new(at)).take(sighting, booted);
+        node.objects.entry(object).or_insert_with(|| ObservedObject::new(at)).take(sighting, booted);
     }
 
     /// Takes the present knowledge of the nodes: descriptions of objects and their values in force.

@@ -26,7 +26,7 @@ const LAST_NODE: u8 = 127;
 
 /// A PDO on one of its identifiers: its node, direction and number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Whose {
+pub struct PdoOwner {
     /// The bus.
     pub bus: BusId,
     /// The identifier.
@@ -65,7 +65,7 @@ pub struct Timing {
 
 /// The properties of a PDO.
 #[derive(Clone, Debug)]
-pub struct Pdo {
+pub struct KnownPdo {
     /// The content of its bytes.
     pub content: Content,
     /// The frames contradict its only known mapping, the default one of an EDS.
@@ -82,7 +82,7 @@ pub struct Pdo {
     pub further: u64,
 }
 
-impl Default for Pdo {
+impl Default for KnownPdo {
     fn default() -> Self {
         Self {
             content: Content::Unknown,
@@ -96,7 +96,7 @@ impl Default for Pdo {
     }
 }
 
-impl Pdo {
+impl KnownPdo {
     fn read_by(&mut self, mapping: &Arc<Mapping>, from: Provenance) {
         match &self.content {
             Content::Mapped(known, _) if Arc::ptr_eq(known, mapping) => return,
@@ -124,14 +124,14 @@ fn is_same(one: &Mapping, other: &Mapping) -> bool {
 
 /// The PDOs of all buses.
 #[derive(Debug, Default)]
-pub struct Pdos {
+pub struct PdoInventory {
     /// By bus and identifier.
-    pub pdos: BTreeMap<Whose, Pdo>,
+    pub pdos: BTreeMap<PdoOwner, KnownPdo>,
     /// The number of PDOs for which there was no room.
     pub further: u64,
 }
 
-impl Pdos {
+impl PdoInventory {
     /// Takes a frame and its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event]) {
         for event in events {
@@ -145,7 +145,7 @@ impl Pdos {
 
     fn process_data(&mut self, frame: &Frame, data: &ProcessData) {
         let ProcessData { transmit, node, number, .. } = *data;
-        let Some(pdo) = self.pdo(Whose { bus: frame.bus, id: frame.id, transmit, node, number }) else { return };
+        let Some(pdo) = self.pdo(PdoOwner { bus: frame.bus, id: frame.id, transmit, node, number }) else { return };
         pdo.frames += 1;
         match &data.content {
             Signals::Mapped(mapping, from) | Signals::ByConsumer(mapping, from, ..) => pdo.read_by(mapping, *from),
@@ -155,7 +155,7 @@ impl Pdos {
 
     fn multiplexed(&mut self, frame: &Frame, data: &Addressed) {
         let Addressed { transmit, node, number, content, from, .. } = *data;
-        let Some(pdo) = self.pdo(Whose { bus: frame.bus, id: frame.id, transmit, node, number }) else { return };
+        let Some(pdo) = self.pdo(PdoOwner { bus: frame.bus, id: frame.id, transmit, node, number }) else { return };
         pdo.frames += 1;
         pdo.changes += u64::from(matches!(pdo.content, Content::Mapped(..)));
         pdo.content = Content::Multiplex { destination: content.destination, from };
@@ -169,7 +169,7 @@ impl Pdos {
         for known in (1..=LAST_NODE).filter_map(|id| state.node(id)) {
             for pdo in known.pdos().iter().filter(|pdo| pdo.cob.0.valid) {
                 let whose =
-                    Whose { bus, id: pdo.cob.0.id, transmit: pdo.transmit, node: known.id(), number: pdo.number };
+                    PdoOwner { bus, id: pdo.cob.0.id, transmit: pdo.transmit, node: known.id(), number: pdo.number };
                 let Some(kept) = self.pdo(whose) else { continue };
                 let value = |of: Option<(u16, Provenance)>| of.map(|(value, _)| value);
                 kept.timing = Timing {
@@ -191,7 +191,7 @@ impl Pdos {
         }
     }
 
-    fn pdo(&mut self, whose: Whose) -> Option<&mut Pdo> {
+    fn pdo(&mut self, whose: PdoOwner) -> Option<&mut KnownPdo> {
         if self.pdos.len() >= MOST && !self.pdos.contains_key(&whose) {
             self.further += 1;
             return None;
@@ -206,7 +206,7 @@ fn is_shown(from: Provenance) -> bool {
 }
 
 /// Adds the blocks of sub-indices in the object scanner list of a source.
-fn scanned(node: &Node, pdo: &mut Pdo) {
+fn scanned(node: &Node, pdo: &mut KnownPdo) {
     for (list, entry) in SCANNER_LIST.flat_map(|list| (1..=0xFE).map(move |entry| (list, entry))) {
         let Some((word, _)) = node.value(list, entry) else { continue };
         let [sub, low, high, count, ..] = word.to_le_bytes();

@@ -120,7 +120,7 @@ impl Content<'_> {
 
 /// An observation of an object.
 #[derive(Clone, Copy, Debug)]
-pub struct Sighting<'a> {
+pub struct ObjectSighting<'a> {
     /// The bus.
     pub bus: BusId,
     /// The node that has the object.
@@ -135,7 +135,7 @@ pub struct Sighting<'a> {
     pub shown: Shown<'a>,
 }
 
-impl<'a> Sighting<'a> {
+impl<'a> ObjectSighting<'a> {
     /// Returns the sighting of a transfer that has ended; `None` if its object is unknown.
     pub fn of(transfer: &'a Transfer) -> Option<Self> {
         let by_server = transfer.outcome.abort.is_some_and(|abort| abort.by == Side::Server);
@@ -186,7 +186,7 @@ impl<'a> Sighting<'a> {
 }
 
 /// Passes on the objects that a frame shows, except by transfers that end with it.
-pub fn each(frame: &Frame, events: &[Event], take: &mut dyn FnMut(Sighting<'_>)) {
+pub fn each(frame: &Frame, events: &[Event], take: &mut dyn FnMut(ObjectSighting<'_>)) {
     for event in events {
         match &event.what {
             What::Pdo(data) => match &data.content {
@@ -204,7 +204,7 @@ pub fn each(frame: &Frame, events: &[Event], take: &mut dyn FnMut(Sighting<'_>))
                 let source = if data.content.destination { Source::Rpdo } else { Source::Tpdo };
                 signals(frame, &data.mapping, (data.content.node, source), take);
             }
-            What::Message(Message::Emcy { node, register, profile, .. }) => take(Sighting {
+            What::Message(Message::Emcy { node, register, profile, .. }) => take(ObjectSighting {
                 bus: event.bus,
                 node: *node,
                 object: REGISTER,
@@ -217,13 +217,13 @@ pub fn each(frame: &Frame, events: &[Event], take: &mut dyn FnMut(Sighting<'_>))
     }
 }
 
-fn signals(frame: &Frame, mapping: &Mapping, (node, source): (u8, Source), take: &mut dyn FnMut(Sighting<'_>)) {
+fn signals(frame: &Frame, mapping: &Mapping, (node, source): (u8, Source), take: &mut dyn FnMut(ObjectSighting<'_>)) {
     let payload = frame.payload();
     for mapped in mapping.entries.iter().filter(|mapped| !mapped.dummy) {
         let bits = mapping.raw(mapped, payload).map(|raw| Shown::Bits(mapped, raw));
         let octets = || mapping.octets(mapped, payload).map(|bytes| Shown::Octets(mapped, bytes));
         let Some(shown) = bits.or_else(octets) else { continue };
         let object = Mux { index: mapped.index, sub: mapped.sub };
-        take(Sighting { bus: frame.bus, node, object, at: frame.reference(), source, shown });
+        take(ObjectSighting { bus: frame.bus, node, object, at: frame.reference(), source, shown });
     }
 }

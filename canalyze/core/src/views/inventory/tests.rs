@@ -27,7 +27,7 @@ fn transfer(direction: Direction, bytes: &[u8], status: Status, abort: Option<(u
     transfer
 }
 
-fn seen(transfers: &[Transfer]) -> Object {
+fn seen(transfers: &[Transfer]) -> ObservedObject {
     let mut inventory = Inventory::default();
     transfers.iter().for_each(|one| inventory.transfer(one));
     inventory.nodes[&(BusId(0), 5)].objects[&OBJECT].clone()
@@ -90,8 +90,8 @@ fn what_there_is() {
 fn an_unconfirmed_write_is_no_value() {
     let asked = transfer(Direction::Download, &[7, 0], Status::Incomplete, None);
     let object = seen(&[read(&[5, 0]), asked.clone()]);
-    assert!(matches!(&object.value, Some(Held { value: Value::Bytes(bytes, 2), .. }) if bytes == &[5, 0]));
-    assert!(matches!(&object.requested, Some(Held { value: Value::Bytes(bytes, 2), .. }) if bytes == &[7, 0]));
+    assert!(matches!(&object.value, Some(HeldValue { value: SeenValue::Bytes(bytes, 2), .. }) if bytes == &[5, 0]));
+    assert!(matches!(&object.requested, Some(HeldValue { value: SeenValue::Bytes(bytes, 2), .. }) if bytes == &[7, 0]));
     assert_eq!((object.values(), object.count(Source::Unconfirmed)), (1, 1));
     assert!(seen(&[asked, written(&[7, 0])]).requested.is_none());
     // Both sides completed it, but the data are invalid.
@@ -110,7 +110,7 @@ fn an_unconfirmed_write_is_no_value() {
 fn what_is_written_and_accepted_is_configured() {
     let configured = |all: &[Transfer], mux| {
         let held = seen(all).configured(mux)?.value.clone();
-        if let Value::Bytes(bytes, _) = held { Some(bytes) } else { None }
+        if let SeenValue::Bytes(bytes, _) = held { Some(bytes) } else { None }
     };
     assert_eq!(configured(&[written(&[1]), written(&[2]), read(&[3])], OBJECT), Some(vec![2]));
     assert_eq!(configured(&[read(&[3])], OBJECT), None);
@@ -140,7 +140,7 @@ fn a_value_varies_where_nobody_has_written_it() {
 fn what_was_read_before_any_write() {
     let first = |all: &[Transfer]| {
         let held = seen(all).measured.first?;
-        if let Value::Bytes(bytes, _) = held.value { Some(bytes) } else { None }
+        if let SeenValue::Bytes(bytes, _) = held.value { Some(bytes) } else { None }
     };
     assert_eq!(first(&[read(&[1]), read(&[2]), written(&[3])]), Some(vec![1]));
     assert_eq!(first(&[written(&[3]), read(&[3])]), None);
@@ -211,7 +211,9 @@ fn memory_is_bounded() {
     let kept: usize = inventory.nodes.values().map(|node| node.objects.len()).sum();
     let further: u64 = inventory.nodes.values().map(|node| node.further).sum();
     assert_eq!((kept, further), (MOST, 300 * 500 - MOST as u64));
-    let Some(Held { value: Value::Bytes(bytes, 8000), .. }) = seen(&[read(&[7; 8000])]).value else { panic!() };
+    let Some(HeldValue { value: SeenValue::Bytes(bytes, 8000), .. }) = seen(&[read(&[7; 8000])]).value else {
+        panic!()
+    };
     assert_eq!(bytes.len(), KEPT);
 }
 

@@ -7,14 +7,14 @@ const SET_BACK_NS: i64 = 1_000_000_000;
 
 /// The time of a capture; `None` without timestamps.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Clock {
+pub(super) struct CaptureClock {
     /// Now, in ns.
     pub(super) now_ns: Option<i64>,
     /// The first timestamp, in ns.
     pub(super) start_ns: Option<i64>,
 }
 
-impl Clock {
+impl CaptureClock {
     /// Takes the time of a frame.
     pub(super) fn frame(&mut self, t_ns: i64) {
         let back = self.now_ns.is_some_and(|now| now.saturating_sub(t_ns) >= SET_BACK_NS);

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use crate::bytes::frame::BusId;
 use crate::rules::finding::{Code, Facts, Finding};
 use crate::sdo::wire::Mux;
-use crate::tables::jsonl::{self, Setting};
-use crate::words::digits::put;
+use crate::tables::jsonl::Setting;
+use crate::tables::jsonl::obj::{WriteJson, array, obj, text, written};
 use crate::words::findings;
 
 /// Maximum number of rows.
@@ -20,11 +20,11 @@ const SHOWN: u64 = 10;
 /// Maximum number of kinds that are counted; findings of further kinds all have rows.
 const KINDS: usize = 4096;
 
-type Kind = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
+type FindingKey = (Code, BusId, Option<u8>, Option<Mux>, Option<Arc<str>>, bool);
 
-/// A row: the object in JSON without its count.
+/// A row: its keys in JSON but for its count.
 #[derive(Debug)]
-struct Row {
+struct FindingRow {
     json: Vec<u8>,
     count: u64,
 }
@@ -33,8 +33,8 @@ struct Row {
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     /// The number of findings of each kind, and the number of its last row.
-    kinds: BTreeMap<Kind, (u64, u64)>,
-    rows: VecDeque<Row>,
+    kinds: BTreeMap<FindingKey, (u64, u64)>,
+    rows: VecDeque<FindingRow>,
     /// The number of rows that are no longer kept.
     gone: u64,
 }
@@ -65,34 +65,27 @@ impl Findings {
             self.gone += 1;
         }
         let count = if let Facts::Unmet(unmet) = &finding.facts { unmet.repeated.max(1) } else { 1 };
-        self.rows.push_back(Row { json: json(setting, finding), count });
+        self.rows.push_back(FindingRow { json: json(setting, finding), count });
         true
     }
 
-    /// Appends the rows, oldest first, as a JSON list.
-    pub(super) fn list(&self, out: &mut Vec<u8>) {
-        for (place, row) in self.rows.iter().enumerate() {
-            put!(out; if place > 0 { "," } else { "[" });
-            out.extend_from_slice(&row.json);
-            put!(out; row.count, "}");
-        }
-        put!(out; if self.rows.is_empty() { "[]" } else { "]" });
+    /// Returns the rows, oldest first.
+    pub(super) fn list(&self) -> impl WriteJson {
+        array(self.rows.iter().map(|row| obj! { _: written(&row.json), "count": row.count }))
     }
 }
 
 fn json(setting: Setting<'_>, finding: &Finding) -> Vec<u8> {
     let mut out = Vec::with_capacity(256);
-    let rule = finding.code.rule();
-    put!(&mut out; "{\"code\":\"", rule.id, "\",\"severity\":\"", finding.severity().name(), "\",\"frame\":");
-    jsonl::number_or_null(&mut out, (finding.at.no > 0).then_some(finding.at.no));
-    put!(&mut out; ",\"t_ns\":");
-    jsonl::signed_or_null(&mut out, finding.at.t_ns);
-    put!(&mut out; ",\"bus\":");
-    jsonl::name(&mut out, setting.buses.name(finding.bus));
-    put!(&mut out; ",\"node\":");
-    jsonl::number_or_null(&mut out, finding.node.map(u64::from));
-    put!(&mut out; ",\"text\":");
-    jsonl::quoted(&mut out, |text| findings::placed(text, setting.lang, finding, finding.at.no));
-    put!(&mut out; ",\"count\":");
+    obj! {
+        "code": finding.code.rule().id,
+        "severity": finding.severity().name(),
+        "frame": finding.at.number(), "t_ns": finding.at.t_ns,
+        "bus": setting.buses.name(finding.bus),
+        "node": finding.node,
+        "text": text(|out| findings::placed(out, setting.lang, finding, finding.at.no)),
+    }
+    .inline()
+    .write_json(&mut out);
     out
 }

@@ -3,14 +3,14 @@
 //! While the capture continues, they are shown as if it had ended now; those that may still change are marked. Problems
 //! are not judged here, and nothing is kept between snapshots.
 
-use super::clock::Clock;
+use super::clock::CaptureClock;
 use super::{Known, Monitor};
 use crate::bytes::frame::BusId;
 use crate::stories::incident::{Incident, IncidentId, Status, members};
 use crate::stories::rank::{is_root, stories};
 use crate::stories::{Diagnosis, advice};
-use crate::tables::jsonl::{self, Setting};
-use crate::words::digits::put;
+use crate::tables::jsonl::Setting;
+use crate::tables::jsonl::obj::{WriteJson, array, obj, text};
 use crate::words::{Lang, incidents as words};
 
 /// Maximum number of rows.
@@ -18,7 +18,7 @@ const ROWS: usize = 256;
 
 /// The present incidents.
 pub(super) struct Incidents<'a> {
-    clock: Clock,
+    clock: CaptureClock,
     /// The diagnosis while the capture continues; `None` without problems.
     told: Option<&'a Diagnosis>,
     /// The diagnosis as if the capture had ended now.
@@ -42,25 +42,20 @@ impl<'a> Incidents<'a> {
         beyond + self.order.len().saturating_sub(ROWS) as u64
     }
 
-    /// Appends the rows as a JSON list.
-    pub(super) fn list(&self, out: &mut Vec<u8>, setting: Setting<'_>) {
-        put!(out; "[");
-        for (place, (one, depth)) in self.rows().take(ROWS).enumerate() {
-            put!(out; if place > 0 { "," } else { "" });
-            self.row(out, setting, one, depth);
-        }
-        put!(out; "]");
+    /// Returns the rows.
+    pub(super) fn list(&self, setting: Setting<'a>) -> impl WriteJson {
+        array(self.rows().take(ROWS).map(move |(one, depth)| self.row(setting, one, depth)))
     }
 
-    /// Appends the first incident of a node that is not over, or null.
-    pub(super) fn of_node(&self, out: &mut Vec<u8>, lang: Lang, bus: BusId, node: u8) {
+    /// Returns the first incident that concerns a node and is not over.
+    pub(super) fn of_node(&self, lang: Lang, bus: BusId, node: u8) -> Option<impl WriteJson> {
         let mine = |one: &&Incident| {
             one.bus == bus && one.subject.concerns(node) && matches!(one.status, Status::Stands | Status::Unknown)
         };
-        let Some(one) = self.rows().map(|(one, _)| one).find(mine) else { return put!(out; "null") };
-        put!(out; "{\"id\":", u64::from(one.number), ",\"word\":");
-        jsonl::quoted(out, |text| put!(text; lang.of(one.kind.row().words)));
-        put!(out; ",\"provisional\":", jsonl::truth(self.is_provisional(one)), "}");
+        let one = self.rows().map(|(one, _)| one).find(mine)?;
+        Some(obj! {
+            "id": one.number, "word": lang.of(one.kind.row().words), "provisional": self.is_provisional(one),
+        })
     }
 
     fn rows(&self) -> impl Iterator<Item = (&Incident, u64)> {
@@ -73,41 +68,32 @@ impl<'a> Incidents<'a> {
         self.told.is_some_and(|told| !told.is_over()) && (one.status == Status::Unknown || !settled)
     }
 
-    fn row(&self, out: &mut Vec<u8>, setting: Setting<'_>, one: &Incident, depth: u64) {
+    fn row<'b>(&'b self, setting: Setting<'a>, one: &'b Incident, depth: u64) -> impl WriteJson {
         let row = one.kind.row();
-        put!(out; "{\"id\":", u64::from(one.number), ",\"kind\":\"", row.name, "\",\"word\":");
-        jsonl::quoted(out, |text| put!(text; setting.lang.of(row.words)));
-        put!(out; ",\"status\":\"", one.status.name(), "\",\"provisional\":", jsonl::truth(self.is_provisional(one)));
-        put!(out; ",\"impact\":\"", one.impact().name(), "\",\"grade\":\"", one.grade.name(), "\",\"bus\":");
-        jsonl::name(out, setting.buses.name(one.bus));
-        put!(out; ",\"node\":");
-        jsonl::number_or_null(out, one.subject.node.map(u64::from));
-        put!(out; ",\"nodes\":[");
-        for (place, node) in members(one.subject.nodes).enumerate() {
-            put!(out; if place > 0 { "," } else { "" }, node);
-        }
-        put!(out; "],\"frame\":", one.begin.no, ",\"t_ns\":");
-        jsonl::signed_or_null(out, one.begin.t_ns);
-        put!(out; ",\"noticed\":", one.noticed.no, ",\"end_frame\":");
-        jsonl::number_or_null(out, one.end.map(|end| end.no));
-        put!(out; ",\"end_ns\":");
-        jsonl::signed_or_null(out, one.end.and_then(|end| end.t_ns));
         let link = one.cause.filter(|_| !is_root(one));
-        put!(out; ",\"depth\":", depth, ",\"cause\":");
-        let number = |cause| self.now.map(|now| u64::from(now.ledger().number(cause)));
-        jsonl::number_or_null(out, link.and_then(|link| number(link.cause)));
-        put!(out; ",\"cause_grade\":");
-        jsonl::name_or_null(out, link.map_or("", |link| link.grade.name()).as_bytes());
-        put!(out; ",\"delay_ns\":");
-        jsonl::signed_or_null(out, link.and_then(|link| link.delay_ns));
-        put!(out; ",\"text\":");
-        jsonl::quoted(out, |text| words::title(text, setting.lang, one, self.clock.start_ns));
-        put!(out; ",\"checks\":[");
         let shown = self.now.map(|now| now.shown()).unwrap_or_default();
-        for (place, check) in advice::of(one, shown).iter().enumerate() {
-            put!(out; if place > 0 { "," } else { "" });
-            jsonl::quoted(out, |text| put!(text; setting.lang.of(check.words)));
+        obj! {
+            "id": one.number, "kind": row.name,
+            "word": setting.lang.of(row.words),
+            "status": one.status.name(),
+            /// It may still change.
+            "provisional": self.is_provisional(one),
+            "impact": one.impact().name(),
+            "grade": one.grade.name(),
+            "bus": setting.buses.name(one.bus),
+            "node": one.subject.node,
+            "nodes": array(members(one.subject.nodes)),
+            "frame": one.begin.no, "t_ns": one.begin.t_ns, "noticed": one.noticed.no,
+            "end_frame": one.end.map(|end| end.no),
+            "end_ns": one.end.and_then(|end| end.t_ns),
+            /// One more than that of its cause.
+            "depth": depth,
+            "cause": link.and_then(|link| Some(self.now?.ledger().number(link.cause))),
+            "cause_grade": link.map(|link| link.grade.name()),
+            "delay_ns": link.and_then(|link| link.delay_ns),
+            "text": text(move |out| words::title(out, setting.lang, one, self.clock.start_ns)),
+            "checks": array(advice::of(one, shown).into_iter().map(move |check| setting.lang.of(check.words))),
+            "count": one.repeats.count,
         }
-        put!(out; "],\"count\":", one.repeats.count, "}");
     }
 }

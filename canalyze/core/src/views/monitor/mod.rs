@@ -18,11 +18,11 @@ mod wire;
 
 use std::sync::Arc;
 
-use self::clock::Clock;
+use self::clock::CaptureClock;
 use self::findings::Findings;
-use self::objects::Objects;
+use self::objects::ObjectLines;
 use self::page::Identity;
-use self::trace::{Place, Trace};
+use self::trace::{FramePlace, Trace};
 use self::transfers::Transfers;
 use self::wire::Wire;
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, FrameRef, Kind};
@@ -60,11 +60,11 @@ pub struct Known<'a> {
 /// The state of a capture that is shown.
 #[derive(Debug)]
 pub struct Monitor {
-    clock: Clock,
+    clock: CaptureClock,
     summary: Summary,
     /// By bus.
     wires: Vec<Wire>,
-    objects: Objects,
+    objects: ObjectLines,
     transfers: Transfers,
     findings: Findings,
     identity: Identity,
@@ -80,10 +80,10 @@ impl Monitor {
     /// Creates an empty view.
     pub fn new(lang: Lang, network: &Arc<Network>) -> Self {
         Self {
-            clock: Clock::default(),
+            clock: CaptureClock::default(),
             summary: Summary::new(Arc::clone(network)),
             wires: Vec::new(),
-            objects: Objects::default(),
+            objects: ObjectLines::default(),
             transfers: Transfers::default(),
             findings: Findings::default(),
             identity: Identity::default(),
@@ -132,7 +132,7 @@ impl Monitor {
         let (no, t_ns, bus, id, kind) = (frame.no, frame.t_ns, frame.bus, frame.id, frame.kind);
         let node = own.as_ref().and_then(|own| own.node);
         let (object, mapping) = own.as_ref().map_or((None, None), objects);
-        let place = Place { frame: no, t_ns, bus, id, kind, service, node, object, mapping, code: None };
+        let place = FramePlace { frame: no, t_ns, bus, id, kind, service, node, object, mapping, code: None };
         self.data.clear();
         if kind == Kind::Remote {
             put!(&mut self.data; "remote request");
@@ -196,18 +196,18 @@ impl Monitor {
         self.clock.advance(now_ns);
     }
 
-    /// Returns the view without the trace as one JSON object; its keys are documented in `snapshot.rs`.
+    /// Returns the view without the trace as one JSON object; declared in `snapshot.rs`.
     pub fn snapshot(&self, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
         snapshot::snapshot(self, setting, known)
     }
 
-    /// Returns the page of one node as one JSON object; its keys are documented in `page.rs`.
+    /// Returns the page of one node as one JSON object; declared in `page.rs`.
     pub fn page(&self, setting: Setting<'_>, known: &[Bus], (bus, node): (BusId, u8)) -> Vec<u8> {
         self.identity.page(setting, known.get(usize::from(bus.0)), (bus, node))
     }
 
     /// Returns lines of the trace, oldest first.
-    pub fn trace(&self, wanted: Wanted<'_>, buses: &Buses, clock: filter::Clock) -> Vec<Line> {
+    pub fn trace(&self, wanted: Wanted<'_>, buses: &Buses, clock: filter::FilterClock) -> Vec<Line> {
         self.trace.lines(wanted, buses, clock)
     }
 
@@ -244,7 +244,7 @@ impl Monitor {
     }
 
     /// Traces the lines below a frame's own one, or without a frame.
-    fn below(&mut self, events: &[Event], place: &Place) {
+    fn below(&mut self, events: &[Event], place: &FramePlace) {
         for event in events.iter().filter(|event| !is_own(&event.what)) {
             self.said.clear();
             self.lines.aside(&mut self.said, event, place.frame);
@@ -255,15 +255,15 @@ impl Monitor {
                 let code = finding.map(|finding| finding.code);
                 let object = finding.and_then(|finding| finding.object).or(place.object);
                 let severity = finding.map(|finding| finding.severity());
-                self.trace.push(Place { code, object, ..place.clone() }, severity, false, &[], words);
+                self.trace.push(FramePlace { code, object, ..place.clone() }, severity, false, &[], words);
             }
         }
     }
 
     /// Returns the place of a line without a frame.
-    fn nowhere(&self, bus: BusId, node: Option<u8>) -> Place {
+    fn nowhere(&self, bus: BusId, node: Option<u8>) -> FramePlace {
         let FrameRef { no, .. } = self.last;
-        Place {
+        FramePlace {
             frame: no,
             t_ns: self.clock.now_ns,
             bus,

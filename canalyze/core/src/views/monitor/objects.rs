@@ -31,29 +31,29 @@ const IDS: usize = 2048;
 
 /// The key of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Key {
+pub(super) struct LineKey {
     /// The bus.
     pub(super) bus: BusId,
     /// The identifier; the greatest one for error frames.
     pub(super) id: CanId,
     /// Data, remote or error.
-    pub(super) form: Form,
+    pub(super) form: LineForm,
 }
 
 /// The type of the frames of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Form {
+pub(super) enum LineForm {
     Data,
     Remote,
     Error,
 }
 
-impl Key {
+impl LineKey {
     fn of(frame: &Frame) -> Self {
         let form = match frame.kind {
-            Kind::Data | Kind::Fd { .. } => Form::Data,
-            Kind::Remote => Form::Remote,
-            Kind::Error => return Self { bus: frame.bus, id: CanId::extended(u32::MAX), form: Form::Error },
+            Kind::Data | Kind::Fd { .. } => LineForm::Data,
+            Kind::Remote => LineForm::Remote,
+            Kind::Error => return Self { bus: frame.bus, id: CanId::extended(u32::MAX), form: LineForm::Error },
         };
         Self { bus: frame.bus, id: frame.id, form }
     }
@@ -92,7 +92,7 @@ impl Label {
 
 /// One line.
 #[derive(Clone, Debug)]
-pub(super) struct Object {
+pub(super) struct ObjectLine {
     pub(super) label: Label,
     pub(super) service: &'static str,
     pub(super) node: Option<u8>,
@@ -115,7 +115,7 @@ pub(super) struct Object {
     marks: [Option<FrameRef>; 3],
 }
 
-impl Object {
+impl ObjectLine {
     fn new() -> Self {
         Self {
             label: Label::Service("foreign"),
@@ -217,20 +217,25 @@ impl Object {
 
 /// All lines.
 #[derive(Debug, Default)]
-pub(super) struct Objects {
-    all: Vec<Object>,
-    places: BTreeMap<Key, usize>,
+pub(super) struct ObjectLines {
+    all: Vec<ObjectLine>,
+    places: BTreeMap<LineKey, usize>,
     /// The index of the data frames of each 11-bit identifier, by bus: the fast path of nearly every frame.
     by_id: Vec<Vec<u16>>,
     /// The number of lines of 29-bit identifiers without a meaning.
     foreign: usize,
-    further: BTreeSet<Key>,
+    further: BTreeSet<LineKey>,
 }
 
-impl Objects {
+impl ObjectLines {
     /// Takes a frame with its own event. Returns its line, if there is one.
-    pub(super) fn take(&mut self, frame: &Frame, own: Option<&Event>, service: &'static str) -> Option<&mut Object> {
-        let place = self.place(Key::of(frame), service)?;
+    pub(super) fn take(
+        &mut self,
+        frame: &Frame,
+        own: Option<&Event>,
+        service: &'static str,
+    ) -> Option<&mut ObjectLine> {
+        let place = self.place(LineKey::of(frame), service)?;
         let object = self.all.get_mut(place)?;
         object.take(frame);
         object.service = service;
@@ -239,8 +244,8 @@ impl Objects {
         Some(object)
     }
 
-    fn place(&mut self, key: Key, service: &'static str) -> Option<usize> {
-        let quick = !key.id.is_extended() && key.form == Form::Data;
+    fn place(&mut self, key: LineKey, service: &'static str) -> Option<usize> {
+        let quick = !key.id.is_extended() && key.form == LineForm::Data;
         let bus = usize::from(key.bus.0);
         if quick {
             while self.by_id.len() <= bus {
@@ -262,7 +267,7 @@ impl Objects {
         }
         let place = self.all.len();
         self.foreign += usize::from(foreign);
-        self.all.push(Object::new());
+        self.all.push(ObjectLine::new());
         self.places.insert(key, place);
         // It may have come without a meaning before, and been counted.
         self.further.remove(&key);
@@ -282,7 +287,7 @@ impl Objects {
     }
 
     /// Returns all lines by bus, 11-bit identifiers before 29-bit ones.
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&Key, &Object)> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&LineKey, &ObjectLine)> {
         self.places.iter().filter_map(|(key, place)| Some((key, self.all.get(*place)?)))
     }
 

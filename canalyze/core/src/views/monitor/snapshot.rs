@@ -2,82 +2,52 @@
 //!
 //! Times are integers of ns, null for never and without timestamps; rates have one decimal. Keys are only ever added,
 //! never renamed. Nothing is changed here.
-//!
-//! | of | keys |
-//! |---|---|
-//! | the object | `now_ns start_ns tally buses nodes objects objects_more transfers findings incidents incidents_more` |
-//! | `tally` | see `Session::tally` |
-//! | `buses` | `name frames frames_per_s bits_per_s bit_rate load_percent error_frames dropped state` |
-//! | `nodes` | `bus node name state state_text frames sent frames_per_s unknown heartbeat_age_ns heartbeat_period_ns silent guarded emcy boot_ups drive findings incident` |
-//! | `objects` | `bus id ext rtr service node name count last_ns period_ns jitter_ns rate len data changed text severity` |
-//! | `transfers` | `running`: `transfer bus node direction mode index sub name size bytes since_ns`; `done`: `transfer bus node direction mode index sub name size value text status abort first_frame last_frame t_ns duration_ns` |
-//! | `findings` | `code severity frame t_ns bus node text count` |
-//! | `incidents` | `id kind word status provisional impact grade bus node nodes frame t_ns noticed end_frame end_ns depth cause cause_grade delay_ns text checks count` |
-//!
-//! `state` of a bus is null, `error-warning`, `error-passive` or `bus-off`; of a node as in `summary`, the last one that it
-//! reported: `unknown` is true if the bus was away since, so that it may have changed;
-//! `silent` is `heartbeat` or `guarding` if the node should have been heard since and was not, else null. `emcy` is null or
-//! the last emergency `{"code","text","t_ns","active"}`, where `active` counts the active errors: 0 once all are
-//! cleared. `changed` has FF for a byte that changed in the last second, else 00.
-//! `jitter_ns` is the greatest deviation of the last 16 intervals from their mean; a single interval has none. `severity`
-//! is that of the worst finding about frames of the object in the last 10 s. `count` of a finding is above 1 if it
-//! represents more of its kind that have no rows of their own. `incidents` are in reading order, each cause before its
-//! consequences, which have one more `depth`; while the capture continues they are as if it had ended now, and those
-//! that may still change are `provisional`. `incident` of a node is null or the first one about it that is not over:
-//! `{"id","word","provisional"}`, where `word` is its kind.
 
 use super::incidents::Incidents;
-use super::objects::{Form, Key, Label, Object};
+use super::objects::{Label, LineForm, LineKey, ObjectLine};
 use super::trace::identifier;
-use super::wire::{Emergency, ErrorState, Live, Wire};
+use super::transfers;
+use super::wire::{ErrorState, LastEmergency, Live, Wire};
 use super::{Known, Monitor};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Severity;
 use crate::sdo::wire::Side;
-use crate::tables::jsonl::{self, Setting};
+use crate::tables::jsonl::Setting;
+use crate::tables::jsonl::obj::{WriteJson, array, hex2, hex4, obj, raw, text, written};
 use crate::views::summary;
 use crate::wire::emcy;
 use crate::wire::error_control;
-use crate::words::digits::{Hex, Joined, put};
-use crate::words::{Lang, escape, terms};
+use crate::words::digits::{Joined, put};
+use crate::words::{Lang, terms};
 use crate::world::bus::Bus;
 
 /// Maximum number of running transfers that are listed.
 const RUNNING: usize = 256;
 
-/// Writes the object.
+/// Returns the object.
 pub(super) fn snapshot(monitor: &Monitor, setting: Setting<'_>, known: Known<'_>) -> Vec<u8> {
     let mut out = Vec::with_capacity(64 << 10);
-    put!(&mut out; "{\"now_ns\":");
-    jsonl::signed_or_null(&mut out, monitor.clock.now_ns);
-    put!(&mut out; ",\"start_ns\":");
-    jsonl::signed_or_null(&mut out, monitor.clock.start_ns);
-    put!(&mut out; ",\"tally\":");
-    out.extend_from_slice(known.tally);
-    put!(&mut out; ",\"buses\":[");
     let incidents = Incidents::new(monitor, known);
     let view = View { monitor, setting, known: known.buses, incidents: &incidents };
-    view.buses(&mut out);
-    put!(&mut out; "],\"nodes\":[");
-    view.nodes(&mut out);
-    put!(&mut out; "],\"objects\":[");
-    for (place, (key, object)) in monitor.objects.iter().enumerate() {
-        put!(&mut out; if place > 0 { "," } else { "" });
-        view.object(&mut out, key, object);
+    obj! {
+        "now_ns": monitor.clock.now_ns, "start_ns": monitor.clock.start_ns,
+        /// See `Session::tally`.
+        "tally": written(known.tally),
+        "buses": array(setting.buses.names().enumerate().map(|(place, name)| view.bus(BusId(place as u8), name))),
+        "nodes": view.nodes(),
+        "objects": array(monitor.objects.iter().map(|(key, object)| view.object(key, object))),
+        "objects_more": monitor.objects.more(),
+        "transfers": obj! { "running": view.running(), "done": monitor.transfers.list() },
+        "findings": monitor.findings.list(),
+        /// In the order of reading, each cause before its effects; while the capture goes on, as if it were over now.
+        "incidents": incidents.list(setting),
+        "incidents_more": incidents.more(),
     }
-    put!(&mut out; "],\"objects_more\":", monitor.objects.more(), ",\"transfers\":{\"running\":[");
-    view.running(&mut out);
-    put!(&mut out; "],\"done\":");
-    monitor.transfers.list(&mut out);
-    put!(&mut out; "},\"findings\":");
-    monitor.findings.list(&mut out);
-    put!(&mut out; ",\"incidents\":");
-    incidents.list(&mut out, setting);
-    put!(&mut out; ",\"incidents_more\":", incidents.more(), "}");
+    .write_json(&mut out);
     out
 }
 
-/// The sources of a snapshot.
+/// The context of all records.
 struct View<'a> {
     monitor: &'a Monitor,
     setting: Setting<'a>,
@@ -85,89 +55,81 @@ struct View<'a> {
     incidents: &'a Incidents<'a>,
 }
 
-impl View<'_> {
-    fn buses(&self, out: &mut Vec<u8>) {
+impl<'a> View<'a> {
+    fn bus(&self, id: BusId, name: &'a [u8]) -> impl WriteJson + use<'a> {
         let bit_rate = self.monitor.summary.network.bit_rate;
-        for (place, name) in self.setting.buses.names().enumerate() {
-            let id = BusId(place as u8);
-            let counted = self.monitor.summary.buses.get(&id);
-            let wire = self.monitor.wires.get(place);
-            put!(out; if place > 0 { "," } else { "" }, "{\"name\":");
-            jsonl::name(out, name);
-            put!(out; ",\"frames\":", counted.map_or(0, |bus| bus.frames), ",\"frames_per_s\":");
-            tenths_or_null(out, wire.and_then(|wire| self.lately(&wire.rate)));
-            let bits = wire.and_then(|wire| self.lately(&wire.load));
-            put!(out; ",\"bits_per_s\":");
-            jsonl::number_or_null(out, bits.map(|tenths| tenths / 10));
-            put!(out; ",\"bit_rate\":");
-            jsonl::number_or_null(out, bit_rate.map(u64::from));
-            put!(out; ",\"load_percent\":");
-            // Tenths of bits a second divided by bits a second are tenths, too.
-            let percent = bits.zip(bit_rate).map(|(bits, rate)| bits.saturating_mul(100) / u64::from(rate.max(1)));
-            tenths_or_null(out, percent);
-            put!(out; ",\"error_frames\":", counted.map_or(0, |bus| bus.errors));
-            put!(out; ",\"dropped\":", counted.map_or(0, |bus| bus.dropped), ",\"state\":");
-            let state = wire.and_then(|wire| wire.state).map_or("", ErrorState::name);
-            jsonl::name_or_null(out, state.as_bytes());
-            put!(out; "}");
+        let counted = self.monitor.summary.buses.get(&id);
+        let wire = self.monitor.wires.get(usize::from(id.0));
+        let bits = wire.and_then(|wire| self.lately(&wire.load));
+        // Tenths of bits a second over bits a second are tenths, too.
+        let percent = bits.zip(bit_rate).map(|(bits, rate)| bits.saturating_mul(100) / u64::from(rate.max(1)));
+        obj! {
+            "name": name,
+            "frames": counted.map_or(0, |bus| bus.frames),
+            "frames_per_s": wire.and_then(|wire| self.lately(&wire.rate)).map(tenths),
+            "bits_per_s": bits.map(|tenths| tenths / 10),
+            "bit_rate": bit_rate,
+            "load_percent": percent.map(tenths),
+            "error_frames": counted.map_or(0, |bus| bus.errors),
+            "dropped": counted.map_or(0, |bus| bus.dropped),
+            /// `error-warning`, `error-passive` or `bus-off`.
+            "state": wire.and_then(|wire| wire.state).map(ErrorState::name),
         }
     }
 
-    fn nodes(&self, out: &mut Vec<u8>) {
-        let mut first = true;
-        let unknown = Live::default();
-        for (bus, counted) in &self.monitor.summary.buses {
+    fn nodes(&self) -> impl WriteJson {
+        array(self.monitor.summary.buses.iter().flat_map(move |(bus, counted)| {
             let wire: Option<&Wire> = self.monitor.wires.get(usize::from(bus.0));
-            for (id, node) in counted.nodes() {
-                put!(out; if std::mem::take(&mut first) { "" } else { "," });
-                let live = wire.and_then(|wire| wire.nodes.get(id)).unwrap_or(&unknown);
-                self.node(out, *bus, id, node, live);
-            }
-        }
+            counted.nodes().map(move |(id, node)| {
+                raw(move |out| {
+                    let unknown = Live::default();
+                    let live = wire.and_then(|wire| wire.nodes.get(id)).unwrap_or(&unknown);
+                    self.node((*bus, id), node, live).write_json(out);
+                })
+            })
+        }))
     }
 
-    fn node(&self, out: &mut Vec<u8>, bus: BusId, id: u8, node: &summary::node::Node, live: &Live) {
+    fn node<'b>(
+        &'b self,
+        (bus, id): (BusId, u8),
+        node: &'b summary::node::NodeSummary,
+        live: &'b Live,
+    ) -> impl WriteJson {
         let Setting { lang, buses, .. } = self.setting;
         let known = self.known.get(usize::from(bus.0));
-        put!(out; "{\"bus\":");
-        jsonl::name(out, buses.name(bus));
-        let read = node.device_name.as_deref();
-        let name = self.monitor.summary.described(buses.name(bus), id).or(read).unwrap_or("");
-        put!(out; ",\"node\":", id, ",\"name\":");
-        escape::json(out, name.as_bytes());
-        put!(out; ",\"state\":");
         let state = node.states().state;
-        match state {
-            Some(state) => put!(out; "\"", Hex::<2>(u64::from(state)), "\""),
-            None => put!(out; "null"),
-        }
-        let word = state.and_then(|state| error_control::state(lang, state)).unwrap_or("");
-        put!(out; ",\"state_text\":\"", word, "\",\"frames\":", node.frames, ",\"sent\":", node.sent);
-        put!(out; ",\"frames_per_s\":");
-        tenths_or_null(out, self.lately(&live.rate));
-        put!(out; ",\"unknown\":", jsonl::truth(live.unknown), ",\"heartbeat_age_ns\":");
-        jsonl::signed_or_null(out, self.monitor.clock.since(live.beat_ns));
-        put!(out; ",\"heartbeat_period_ns\":");
-        jsonl::signed_or_null(out, known.and_then(|bus| bus.heartbeat_period(id)));
-        let silent =
-            known.and_then(|bus| bus.silent(id, self.monitor.clock.now_ns)).map_or("", |control| control.name());
-        put!(out; ",\"silent\":");
-        jsonl::name_or_null(out, silent.as_bytes());
-        put!(out; ",\"guarded\":", jsonl::truth(node.guarded), ",\"emcy\":");
-        emergency(out, lang, live.emergency);
-        put!(out; ",\"boot_ups\":", node.boot_ups, ",\"drive\":");
-        self.drive(out, known, id, live, !silent.is_empty());
-        put!(out; ",\"findings\":");
+        let silent = known.and_then(|bus| bus.silent(id, self.monitor.clock.now_ns)).map(|control| control.name());
         let [_, warning, error] = live.findings;
-        put!(out; "{\"error\":", error, ",\"warning\":", warning, "},\"incident\":");
-        self.incidents.of_node(out, lang, bus, id);
-        put!(out; "}");
+        let name = self.monitor.summary.described(buses.name(bus), id);
+        obj! {
+            "bus": buses.name(bus),
+            "node": id,
+            "name": name.or(node.device_name.as_deref()).unwrap_or(""),
+            /// The last one that it sent, as in `summary`.
+            "state": state.map(hex2),
+            "state_text": state.and_then(|state| error_control::state(lang, state)).unwrap_or(""),
+            "frames": node.frames, "sent": node.sent,
+            "frames_per_s": self.lately(&live.rate).map(tenths),
+            /// The bus was away since: the node may be in any state.
+            "unknown": live.unknown,
+            "heartbeat_age_ns": self.monitor.clock.since(live.beat_ns),
+            "heartbeat_period_ns": known.and_then(|bus| bus.heartbeat_period(id)),
+            /// `heartbeat` or `guarding` where it should have been heard since and was not.
+            "silent": silent,
+            "guarded": node.guarded,
+            "emcy": live.emergency.map(|one| emergency(lang, one)),
+            "boot_ups": node.boot_ups,
+            "drive": self.drive(known, id, live, silent.is_some()),
+            "findings": obj! { "error": error, "warning": warning },
+            /// The first that concerns it and is not over.
+            "incident": self.incidents.of_node(lang, bus, id),
+        }
     }
 
-    /// Writes the state of a drive; of several axes with their numbers. The last reported state is dropped once its
-    /// node is lost, unless it was reported when the next heartbeat was already overdue: then the node continues
-    /// without heartbeats.
-    fn drive(&self, out: &mut Vec<u8>, known: Option<&Bus>, node: u8, live: &Live, silent: bool) {
+    /// The state of a drive; of several axes with their numbers. What it reported last holds no more once its node is lost,
+    /// unless it was reported when the next heartbeat was overdue already: the node goes on without them.
+    fn drive<'b>(&'b self, known: Option<&'b Bus>, node: u8, live: &Live, silent: bool) -> Option<impl WriteJson> {
         let period = known.and_then(|bus| bus.heartbeat_period(node));
         let holds = |at: FrameRef| {
             let since = live.beat_ns.and_then(|beat| Some(at.t_ns?.saturating_sub(beat)));
@@ -175,69 +137,57 @@ impl View<'_> {
         };
         let reports = known.into_iter().flat_map(|bus| bus.drive_reports(node)).filter(|(_, _, at)| holds(*at));
         let states: Vec<_> = reports.map(|(axis, state, _)| (axis, state)).collect();
-        if states.is_empty() {
-            return put!(out; "null");
-        }
-        put!(out; "\"");
-        for (place, (axis, state)) in states.iter().enumerate() {
-            put!(out; if place > 0 { ", " } else { "" });
-            if states.len() > 1 || *axis > 0 {
-                put!(out; axis + 1, ": ");
+        let lang = self.setting.lang;
+        let several = states.len() > 1;
+        let is_there = !states.is_empty();
+        let words = move |out: &mut Vec<u8>| {
+            for (place, (axis, state)) in states.iter().enumerate() {
+                put!(out; if place > 0 { ", " } else { "" });
+                if several || *axis > 0 {
+                    put!(out; axis + 1, ": ");
+                }
+                put!(out; terms::drive::state(lang, *state));
             }
-            put!(out; terms::drive::state(self.setting.lang, *state));
-        }
-        put!(out; "\"");
+        };
+        is_there.then(|| text(words))
     }
 
-    fn object(&self, out: &mut Vec<u8>, key: &Key, object: &Object) {
+    fn object<'b>(&'b self, key: &'b LineKey, object: &'b ObjectLine) -> impl WriteJson {
         let Setting { lang, buses, .. } = self.setting;
-        let error = key.form == Form::Error;
-        put!(out; "{\"bus\":");
-        jsonl::name(out, buses.name(key.bus));
-        put!(out; ",\"id\":\"");
-        identifier(out, object.id, error);
-        put!(out; "\",\"ext\":", jsonl::truth(object.id.is_extended() && !error));
-        put!(out; ",\"rtr\":", jsonl::truth(key.form == Form::Remote), ",\"service\":\"", object.service);
-        put!(out; "\",\"node\":");
-        jsonl::number_or_null(out, object.node.map(u64::from));
-        put!(out; ",\"name\":\"");
-        label(out, lang, object.label);
-        put!(out; "\",\"count\":", object.count, ",\"last_ns\":");
-        jsonl::signed_or_null(out, object.last.t_ns);
+        let now_ns = self.monitor.clock.now_ns;
+        let error = key.form == LineForm::Error;
         let (period, jitter) = object.period().unzip();
-        let jitter = jitter.flatten();
-        put!(out; ",\"period_ns\":");
-        jsonl::signed_or_null(out, period);
-        put!(out; ",\"jitter_ns\":");
-        jsonl::signed_or_null(out, jitter);
-        put!(out; ",\"rate\":");
-        tenths_or_null(out, self.lately(&object.rate));
-        put!(out; ",\"len\":", object.len, ",\"data\":\"", Joined(object.data()), "\",\"changed\":\"");
-        for changed in object.changed(self.monitor.clock.now_ns) {
-            put!(out; if changed { "FF" } else { "00" });
+        obj! {
+            "bus": buses.name(key.bus),
+            "id": text(move |out| identifier(out, object.id, error)),
+            "ext": object.id.is_extended() && !error,
+            "rtr": key.form == LineForm::Remote,
+            "service": object.service, "node": object.node,
+            "name": text(move |out| label(out, lang, object.label)),
+            "count": object.count, "last_ns": object.last.t_ns, "period_ns": period,
+            /// The largest difference of one of the last 16 periods from their mean; one period alone has none.
+            "jitter_ns": jitter.flatten(),
+            "rate": self.lately(&object.rate).map(tenths),
+            "len": object.len,
+            "data": Joined(object.data()),
+            /// FF for a byte that changed in the last second, else 00.
+            "changed": text(move |out| {
+                object.changed(now_ns).for_each(|changed| put!(out; if changed { "FF" } else { "00" }));
+            }),
+            "text": &*object.text,
+            /// That of the worst finding about frames of the object in the last 10 s.
+            "severity": object.severity(now_ns).map(Severity::name),
         }
-        put!(out; "\",\"text\":");
-        escape::json(out, &object.text);
-        put!(out; ",\"severity\":");
-        let severity = object.severity(self.monitor.clock.now_ns).map_or("", Severity::name);
-        jsonl::name_or_null(out, severity.as_bytes());
-        put!(out; "}");
     }
 
-    fn running(&self, out: &mut Vec<u8>) {
+    fn running(&self) -> impl WriteJson {
         let running = self.known.iter().flat_map(Bus::running).take(RUNNING);
-        for (place, (transfer, described)) in running.enumerate() {
-            put!(out; if place > 0 { "," } else { "" }, "{\"transfer\":", transfer.id.0, ",\"bus\":");
-            jsonl::name(out, self.setting.buses.name(transfer.bus));
-            put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
-            put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-            jsonl::sdo::object(out, self.setting.lang, transfer.mux, &described);
-            put!(out; ",\"size\":");
-            jsonl::number_or_null(out, transfer.data.size_indicated.map(u64::from));
-            put!(out; ",\"bytes\":", transfer.data.size, ",\"since_ns\":");
-            jsonl::signed_or_null(out, transfer.first.t_ns);
-            put!(out; "}");
-        }
+        array(running.map(|(transfer, described)| {
+            obj! {
+                _: transfers::head(self.setting, transfer, described).inline(),
+                "size": transfer.data.size_indicated, "bytes": transfer.data.size, "since_ns": transfer.first.t_ns,
+            }
+        }))
     }
 
     /// Returns the recent amount a second in tenths; `None` without timestamps.
@@ -247,12 +197,14 @@ impl View<'_> {
     }
 }
 
-fn emergency(out: &mut Vec<u8>, lang: Lang, emergency: Option<Emergency>) {
-    let Some(Emergency { code, profile, t_ns, active }) = emergency else { return put!(out; "null") };
-    let text = emcy::code(lang, profile, code).unwrap_or("");
-    put!(out; "{\"code\":\"", Hex::<4>(u64::from(code)), "\",\"text\":\"", text, "\",\"t_ns\":");
-    jsonl::signed_or_null(out, t_ns);
-    put!(out; ",\"active\":", active, "}");
+fn emergency(lang: Lang, LastEmergency { code, profile, t_ns, active }: LastEmergency) -> impl WriteJson {
+    obj! {
+        "code": hex4(code),
+        "text": emcy::code(lang, profile, code).unwrap_or(""),
+        "t_ns": t_ns,
+        /// Errors that are present: 0 once all are taken back.
+        "active": active,
+    }
 }
 
 fn label(out: &mut Vec<u8>, lang: Lang, label: Label) {
@@ -269,9 +221,7 @@ fn label(out: &mut Vec<u8>, lang: Lang, label: Label) {
     }
 }
 
-fn tenths_or_null(out: &mut Vec<u8>, tenths: Option<u64>) {
-    match tenths {
-        Some(tenths) => put!(out; tenths / 10, ".", tenths % 10),
-        None => put!(out; "null"),
-    }
+/// Returns a number in tenths with its decimal.
+fn tenths(tenths: u64) -> impl WriteJson {
+    raw(move |out| put!(out; tenths / 10, ".", tenths % 10))
 }

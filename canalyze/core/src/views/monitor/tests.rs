@@ -8,15 +8,17 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::{Line, Wanted};
-use crate::bytes::readers::Format as Input;
-use crate::session::{Format, Options, Session};
+use crate::bytes::readers::InputFormat as Input;
+use crate::session::{Options, Output, Session};
 use crate::views::filter::Filter;
 use crate::words::Lang;
 use crate::world::network::Network;
 
 fn session(bit_rate: Option<u32>) -> Session {
     let network = Arc::new(Network { bit_rate, ..Network::default() });
-    let mut session = Session::new(Options { lang: Lang::En, format: Format::Monitor, network, ..Options::default() });
+    let mut options = Options::of(Lang::En, &[Output::Monitor]);
+    options.known.network = network;
+    let mut session = Session::new(options);
     session.begin(b"capture.log", Input::Candump, true);
     session
 }
@@ -347,7 +349,9 @@ fn no_time_is_measured_across_lost_frames() {
 #[test]
 fn a_filter_leaves_the_state_alone() {
     let filter = Filter::parse("service=emcy").unwrap();
-    let mut session = Session::new(Options { format: Format::Monitor, filter, ..Options::default() });
+    let mut options = Options::of(Lang::Zh, &[Output::Monitor]);
+    options.shown.filter = filter;
+    let mut session = Session::new(options);
     session.begin(b"capture.log", Input::Candump, true);
     feed(&mut session, &log(&[(0, "705#05"), (1, "085#2081110000000000"), (2, "185#00")]));
     end(&mut session);

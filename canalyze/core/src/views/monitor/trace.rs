@@ -11,7 +11,7 @@ use memchr::memmem::Finder;
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, Kind};
 use crate::rules::finding::{Code, Severity};
 use crate::sdo::wire::Mux;
-use crate::views::filter::{Clock, Filter, Subject};
+use crate::views::filter::{Filter, FilterClock, Subject};
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::digits::{Hex, put};
 
@@ -60,7 +60,7 @@ pub struct Wanted<'a> {
 
 /// The properties of a frame that filters use.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct FramePlace {
     pub(super) frame: u64,
     pub(super) t_ns: Option<i64>,
     pub(super) bus: BusId,
@@ -77,20 +77,20 @@ pub(super) struct Place {
 }
 
 /// A line in the form for filters.
-struct Asked<'a> {
+struct AskedLine<'a> {
     page: &'a Page,
-    row: &'a Row,
+    row: &'a TraceRow,
 }
 
-impl Asked<'_> {
-    fn passes(&self, filter: &Filter, buses: &Buses, clock: Clock) -> bool {
-        let Place { frame: no, t_ns, bus, kind, id, .. } = self.row.place;
+impl AskedLine<'_> {
+    fn passes(&self, filter: &Filter, buses: &Buses, clock: FilterClock) -> bool {
+        let FramePlace { frame: no, t_ns, bus, kind, id, .. } = self.row.place;
         let frame = Frame { no, t_ns, bus, kind, ..Frame::classic(id, &[]) };
         filter.shows(&frame, self, buses, clock)
     }
 }
 
-impl Subject for Asked<'_> {
+impl Subject for AskedLine<'_> {
     fn service(&self) -> (&str, Option<u8>) {
         (self.row.place.service, self.row.place.node)
     }
@@ -113,8 +113,8 @@ impl Subject for Asked<'_> {
 }
 
 #[derive(Debug)]
-struct Row {
-    place: Place,
+struct TraceRow {
+    place: FramePlace,
     severity: Option<Severity>,
     /// It is the frame's own line.
     own: bool,
@@ -124,7 +124,7 @@ struct Row {
 
 #[derive(Debug, Default)]
 struct Page {
-    rows: Vec<Row>,
+    rows: Vec<TraceRow>,
     text: Vec<u8>,
 }
 
@@ -144,7 +144,7 @@ pub(super) struct Trace {
 
 impl Trace {
     /// Adds a line. `own`: it is that of the frame itself.
-    pub(super) fn push(&mut self, place: Place, severity: Option<Severity>, own: bool, data: &[u8], said: &[u8]) {
+    pub(super) fn push(&mut self, place: FramePlace, severity: Option<Severity>, own: bool, data: &[u8], said: &[u8]) {
         if self.pages.back().is_none_or(|page| page.rows.len() >= PAGE || page.text.len() >= PAGE_BYTES) {
             self.turn();
         }
@@ -153,7 +153,7 @@ impl Trace {
         page.text.extend_from_slice(data);
         page.text.extend_from_slice(said);
         let text = [from, from + data.len(), page.text.len()].map(|at| at as u32);
-        page.rows.push(Row { place, severity, own, text });
+        page.rows.push(TraceRow { place, severity, own, text });
         self.lines += 1;
         self.bytes += data.len() + said.len();
     }
@@ -174,12 +174,12 @@ impl Trace {
     }
 
     /// Returns the requested lines, oldest first.
-    pub(super) fn lines(&self, wanted: Wanted<'_>, buses: &Buses, clock: Clock) -> Vec<Line> {
+    pub(super) fn lines(&self, wanted: Wanted<'_>, buses: &Buses, clock: FilterClock) -> Vec<Line> {
         let search = wanted.search.to_ascii_lowercase();
         let finder = Finder::new(search.as_bytes());
         let mut hay = Vec::new();
-        let mut passes = |page: &Page, row: &Row| {
-            if !wanted.filter.is_empty() && !(Asked { page, row }).passes(wanted.filter, buses, clock) {
+        let mut passes = |page: &Page, row: &TraceRow| {
+            if !wanted.filter.is_empty() && !(AskedLine { page, row }).passes(wanted.filter, buses, clock) {
                 return false;
             }
             if search.is_empty() {
@@ -224,7 +224,7 @@ fn last(page: &Page) -> u64 {
     page.rows.last().map_or(0, |row| row.place.frame)
 }
 
-fn line(page: &Page, row: &Row, buses: &Buses) -> Line {
+fn line(page: &Page, row: &TraceRow, buses: &Buses) -> Line {
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let mut name = Vec::new();
     id(&mut name, row);
@@ -240,7 +240,7 @@ fn line(page: &Page, row: &Row, buses: &Buses) -> Line {
     }
 }
 
-fn id(out: &mut Vec<u8>, row: &Row) {
+fn id(out: &mut Vec<u8>, row: &TraceRow) {
     if row.own {
         identifier(out, row.place.id, row.place.kind == Kind::Error);
     }

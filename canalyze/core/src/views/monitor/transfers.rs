@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 
 use crate::sdo::transfer::{Status, Transfer};
-use crate::tables::jsonl::{self, Setting};
-use crate::words::digits::put;
+use crate::tables::jsonl::obj::{Obj, Values, WriteJson, array, obj, raw, text, written};
+use crate::tables::jsonl::{Setting, sdo};
 use crate::words::transferred;
+use crate::world::dictionary::Described;
 
 /// Maximum number of transfers that are kept.
 const DONE: usize = 200;
@@ -28,35 +29,33 @@ impl Transfers {
         self.done.push_back(out);
     }
 
-    /// Appends those that are kept, oldest first, as a JSON list.
-    pub(super) fn list(&self, out: &mut Vec<u8>) {
-        for (place, one) in self.done.iter().enumerate() {
-            put!(out; if place > 0 { "," } else { "[" });
-            out.extend_from_slice(one);
-        }
-        put!(out; if self.done.is_empty() { "[]" } else { "]" });
+    /// Returns those that are kept, oldest first.
+    pub(super) fn list(&self) -> impl WriteJson {
+        array(self.done.iter().map(|one| written(one)))
+    }
+}
+
+/// Returns the first keys of a transfer.
+pub(super) fn head<'a>(setting: Setting<'a>, transfer: &'a Transfer, described: Described) -> Obj<impl Values> {
+    obj! {
+        "transfer": transfer.id.0,
+        "bus": setting.buses.name(transfer.bus),
+        "node": transfer.node, "direction": transfer.direction.name(), "mode": transfer.mode.name(),
+        _: raw(move |out| sdo::object(out, setting.lang, transfer.mux, &described)),
     }
 }
 
 fn json(out: &mut Vec<u8>, setting: Setting<'_>, transfer: &Transfer) {
-    put!(out; "{\"transfer\":", transfer.id.0, ",\"bus\":");
-    jsonl::name(out, setting.buses.name(transfer.bus));
-    put!(out; ",\"node\":", transfer.node, ",\"direction\":\"", transfer.direction.name());
-    put!(out; "\",\"mode\":\"", transfer.mode.name(), "\"");
-    jsonl::sdo::object(out, setting.lang, transfer.mux, &transfer.described);
-    put!(out; ",\"size\":", transfer.data.size, ",\"value\":");
-    if transfer.outcome.status == Status::Ok && transfer.data.kept.len() <= VALUE {
-        jsonl::sdo::json_value(out, transfer.data_type(), &transfer.data.kept);
-    } else {
-        put!(out; "null");
+    let shown = transfer.outcome.status == Status::Ok && transfer.data.kept.len() <= VALUE;
+    obj! {
+        _: head(setting, transfer, transfer.described.clone()).inline(),
+        "size": transfer.data.size,
+        "value": shown.then(|| raw(|out| sdo::json_value(out, transfer.data_type(), &transfer.data.kept))),
+        "text": text(|out| transferred::transferred(out, setting.lang, transfer)),
+        "status": transfer.outcome.status.name(),
+        "abort": raw(|out| sdo::abort_or_null(out, setting.lang, transfer.outcome.abort)),
+        "first_frame": transfer.first.no, "last_frame": transfer.last.no, "t_ns": transfer.first.t_ns,
+        "duration_ns": transfer.duration_ns(),
     }
-    put!(out; ",\"text\":");
-    jsonl::quoted(out, |text| transferred::transferred(text, setting.lang, transfer));
-    put!(out; ",\"status\":\"", transfer.outcome.status.name(), "\",\"abort\":");
-    jsonl::sdo::abort_or_null(out, setting.lang, transfer.outcome.abort);
-    put!(out; ",\"first_frame\":", transfer.first.no, ",\"last_frame\":", transfer.last.no, ",\"t_ns\":");
-    jsonl::signed_or_null(out, transfer.first.t_ns);
-    put!(out; ",\"duration_ns\":");
-    jsonl::signed_or_null(out, transfer.duration_ns());
-    put!(out; "}");
+    .write_json(out);
 }

@@ -65,7 +65,7 @@ impl ErrorState {
 
 /// The last emergency.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Emergency {
+pub(super) struct LastEmergency {
     /// The last error code that was reported and not cleared; if all are, the last of them.
     pub(super) code: u16,
     /// The profile that defines its meaning.
@@ -83,7 +83,7 @@ pub(super) struct Live {
     pub(super) rate: Recent,
     /// Its last boot-up, heartbeat or response to node guarding, in ns.
     pub(super) beat_ns: Option<i64>,
-    pub(super) emergency: Option<Emergency>,
+    pub(super) emergency: Option<LastEmergency>,
     /// By severity.
     pub(super) findings: [u64; 3],
     /// The bus was away since its state was last seen, so that it is unknown.
@@ -112,7 +112,7 @@ impl Live {
                 let t_ns = before.map_or(t_ns, |before| before.t_ns);
                 // A full list does not contain the latest one any more.
                 let count = active.iter().count();
-                self.emergency = Some(Emergency { code: code_now, profile, t_ns, active: count.max(1) });
+                self.emergency = Some(LastEmergency { code: code_now, profile, t_ns, active: count.max(1) });
             }
             _ => {}
         }

@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 use identifiers::Identifiers;
 use load::{BitTime, Load};
-use node::Node;
-use traffic::{Pdos, Sync};
+use node::NodeSummary;
+use traffic::{BusPdos, Sync};
 
 use crate::bytes::frame::{BusId, Direction, Frame, FrameRef, Kind};
 use crate::bytes::readers::Marker;
@@ -99,7 +99,7 @@ impl Capture {
 
 /// One bus.
 #[derive(Debug)]
-pub struct Bus {
+pub struct BusSummary {
     /// Frames.
     pub frames: u64,
     /// Frames sent by the capturing host, if the capture has directions.
@@ -125,15 +125,15 @@ pub struct Bus {
     /// SYNC.
     pub sync: Sync,
     /// PDOs.
-    pub pdos: Pdos,
+    pub pdos: BusPdos,
     /// CAN-IDs.
     pub identifiers: Identifiers,
-    nodes: Vec<Option<Box<Node>>>,
+    nodes: Vec<Option<Box<NodeSummary>>>,
     /// The last NMT command to all nodes, which also applies to nodes that are seen later.
     to_all: Option<(u8, FrameRef)>,
 }
 
-impl Default for Bus {
+impl Default for BusSummary {
     fn default() -> Self {
         Self {
             frames: 0,
@@ -148,7 +148,7 @@ impl Default for Bus {
             services: [0; SERVICES.len()],
             load: Load::default(),
             sync: Sync::default(),
-            pdos: Pdos::default(),
+            pdos: BusPdos::default(),
             identifiers: Identifiers::default(),
             nodes: (0..128).map(|_| None).collect(),
             to_all: None,
@@ -156,9 +156,9 @@ impl Default for Bus {
     }
 }
 
-impl Bus {
+impl BusSummary {
     /// Nodes that were seen, or only addressed, by node-ID.
-    pub fn nodes(&self) -> impl Iterator<Item = (u8, &Node)> {
+    pub fn nodes(&self) -> impl Iterator<Item = (u8, &NodeSummary)> {
         self.nodes.iter().enumerate().filter_map(|(id, node)| Some((id as u8, node.as_deref()?)))
     }
 
@@ -186,11 +186,11 @@ impl Bus {
         }
     }
 
-    fn node(&mut self, id: u8) -> Option<&mut Node> {
+    fn node(&mut self, id: u8) -> Option<&mut NodeSummary> {
         let to_all = self.to_all;
         let slot = self.nodes.get_mut(usize::from(id))?;
         Some(slot.get_or_insert_with(|| {
-            let mut node = Box::<Node>::default();
+            let mut node = Box::<NodeSummary>::default();
             if let Some((command, at)) = to_all {
                 node.command(command, at);
             }
@@ -356,7 +356,7 @@ pub struct Summary {
     /// The capture as a whole.
     pub capture: Capture,
     /// Buses with anything to count.
-    pub buses: BTreeMap<BusId, Box<Bus>>,
+    pub buses: BTreeMap<BusId, Box<BusSummary>>,
     /// Findings by rule; those that are only consequences have severity info and are counted apart.
     pub findings: BTreeMap<(Code, Severity), Raised>,
     bit_time: Option<BitTime>,
@@ -444,7 +444,7 @@ impl Summary {
         holding.max_by_key(|one| one.bus.is_some()).map(|one| one.dictionary.device.as_str())
     }
 
-    fn bus(&mut self, id: BusId) -> &mut Bus {
+    fn bus(&mut self, id: BusId) -> &mut BusSummary {
         self.buses.entry(id).or_default()
     }
 }

@@ -78,7 +78,7 @@ impl Track {
 
 /// The figures of one node.
 #[derive(Clone, Debug, Default)]
-pub struct Node {
+pub struct NodeSummary {
     /// Frames of its identifiers, to it and from it.
     pub frames: u64,
     /// Those of them that it sent.
@@ -119,7 +119,7 @@ pub struct Node {
     pending: Vec<(TransferId, i64)>,
 }
 
-impl Node {
+impl NodeSummary {
     /// Its states: those that it shows itself; the commanded ones only if it sends no state of its own.
     pub fn states(&self) -> &Track {
         if self.heartbeats > 0 { &self.shown } else { &self.commanded }

@@ -6,16 +6,18 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::session::{Format, Options, Session};
+use crate::session::{Options, Output, Rows, Session};
 use crate::words::Lang;
 use crate::world::network::Network;
 
 /// Returns the records of a capture in `candump -l` form.
 fn records(text: &str, bit_rate: Option<u32>) -> Vec<Value> {
     let network = Arc::new(Network { bit_rate, ..Network::default() });
-    let mut session = Session::new(Options { lang: Lang::En, format: Format::Summary, network, ..Options::default() });
+    let mut options = Options::of(Lang::En, &[Output::json(Rows::Summary)]);
+    options.known.network = network;
+    let mut session = Session::new(options);
     let mut out = Vec::new();
-    session.begin(b"capture.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"capture.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(text.as_bytes(), &mut out);
     session.finish(&mut out);
     String::from_utf8(out).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()

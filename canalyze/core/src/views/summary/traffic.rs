@@ -63,7 +63,7 @@ pub type PdoKey = (u8, bool, u16);
 
 /// One PDO.
 #[derive(Clone, Debug)]
-pub struct Pdo {
+pub struct PdoTraffic {
     /// The PDO.
     pub key: PdoKey,
     /// Its last identifier.
@@ -83,20 +83,20 @@ pub struct Pdo {
 
 /// The PDOs of a bus.
 #[derive(Clone, Debug)]
-pub struct Pdos {
-    all: Vec<Pdo>,
+pub struct BusPdos {
+    all: Vec<PdoTraffic>,
     places: BTreeMap<PdoKey, usize>,
     /// The index of the PDO that each 11-bit identifier last carried: the fast path of nearly every frame.
     by_id: Vec<u16>,
 }
 
-impl Default for Pdos {
+impl Default for BusPdos {
     fn default() -> Self {
         Self { all: Vec::new(), places: BTreeMap::new(), by_id: vec![u16::MAX; IDS] }
     }
 }
 
-impl Pdos {
+impl BusPdos {
     /// Takes a frame of a PDO.
     pub fn take(&mut self, key: PdoKey, placement: Option<Placement>, frame: &Frame) {
         let Some(place) = self.place(key, frame.id) else { return };
@@ -129,7 +129,7 @@ impl Pdos {
         let place = match self.places.get(&key) {
             Some(place) => *place,
             None if self.all.len() < PDOS => {
-                self.all.push(Pdo {
+                self.all.push(PdoTraffic {
                     key,
                     id,
                     frames: 0,
@@ -158,7 +158,7 @@ impl Pdos {
     }
 
     /// Returns all of them, by node, receive before transmit, and number.
-    pub fn iter(&self) -> impl Iterator<Item = &Pdo> {
+    pub fn iter(&self) -> impl Iterator<Item = &PdoTraffic> {
         self.places.values().filter_map(|place| self.all.get(*place))
     }
 }

@@ -55,7 +55,7 @@ pub enum Bound {
 
 /// The configuration commands that a slave confirms with an error code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Setting {
+pub enum LssSetting {
     /// Configure node-ID (11).
     NodeId,
     /// Configure bit timing (13).
@@ -98,7 +98,7 @@ pub enum Command {
     /// 11, 13, 17 from a slave.
     Confirmation {
         /// What it confirms.
-        of: Setting,
+        of: LssSetting,
         /// Error code, 0 = done, FF = see `specific`.
         error: u8,
         /// Implementation-specific error code.

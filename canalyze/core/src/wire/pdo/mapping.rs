@@ -72,6 +72,8 @@ pub struct Mapping {
 pub struct Written {
     /// Its name, escaped for a terminal.
     pub name: Vec<u8>,
+    /// The length of `name` without the object that tells it from others of one name.
+    pub own: usize,
     /// Its unit, escaped for a terminal; empty if none.
     pub unit: Vec<u8>,
     /// The first-axis index of a CiA 402 object whose value has words, else 0.

@@ -9,7 +9,7 @@
 use crate::bytes::frame::CanId;
 use crate::rules::{Code, RULES, Words};
 use crate::stories;
-use crate::stories::kinds::{Impact, KINDS, Kind};
+use crate::stories::kinds::{Impact, IncidentKind, KINDS};
 use crate::wire::cob_id::predefined;
 use crate::wire::emcy;
 use crate::wire::error_control;
@@ -18,7 +18,7 @@ use crate::words::digits::{Hex, put};
 use crate::words::explain::{described, term};
 use crate::words::profiles::Profile;
 use crate::words::{Lang, say, signal, terms};
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 use crate::world::network::Description;
 use crate::world::od::{self, DataType};
 
@@ -57,7 +57,7 @@ const SORTS: &[(&str, Sort)] = &[
 
 /// A kind of problem; the clause or practice on which it rests, or `-`; the rules that show it beside those that are
 /// problems by themselves; the usual cause; what ends it.
-type Problem = (Kind, &'static str, &'static [Code], Words, Words);
+type Problem = (IncidentKind, &'static str, &'static [Code], Words, Words);
 
 static PROBLEMS: &[Problem] = words!("problems");
 
@@ -199,7 +199,7 @@ fn word(out: &mut Vec<u8>, lang: Lang, index: u16, value: u32) {
         if index == 0x6041 { lang.pick("状态字 ", "statusword ") } else { lang.pick("控制字 ", "controlword ") };
     put!(out; name, Hex::<4>(u64::from(word)), "h (", Hex::<4>(u64::from(index)), "h): ");
     signal::annotation(out, lang, index, u64::from(word));
-    if index == 0x6041 && State::of(word).is_none() {
+    if index == 0x6041 && DriveState::of(word).is_none() {
         put!(out; lang.pick("不是CiA 402的状态", "no state of CiA 402"));
     }
     put!(out; "\n  CiA 402-2\n");

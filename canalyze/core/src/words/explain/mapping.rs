@@ -17,7 +17,7 @@ use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::digits::{Hex, Nibbles, Put, Spaced, binary, put};
 use crate::words::value::{self, Size};
 use crate::words::{Lang, say, signal, terms};
-use crate::world::drive::{self, Object, State};
+use crate::world::drive::{self, DriveObject, DriveState};
 
 /// Most bytes of a bit field that are shown in binary.
 const BINARY: usize = 4;
@@ -162,16 +162,16 @@ fn scale(out: &mut Vec<u8>, mapped: &Mapped, raw: u64) {
 /// CiA 402's words, bit by bit.
 fn words(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
     let word = raw as u16;
-    match Object::at(mapped.index) {
-        Some(Object::Statusword) => {
-            if let Some(state) = State::of(word) {
+    match DriveObject::at(mapped.index) {
+        Some(DriveObject::Statusword) => {
+            if let Some(state) = DriveState::of(word) {
                 let (mask, left) = state.coding();
                 put!(out; "#     ", Hex::<4>(u64::from(word)), "h & ", Hex::<4>(u64::from(mask)), "h = ");
                 put!(out; Hex::<4>(u64::from(left)), "h: ", terms::drive::state(lang, state), "\n");
             }
             set_bits(out, lang, raw, |bit| terms::find(terms::drive::STATUSWORD, lang, bit));
         }
-        Some(Object::Controlword) => {
+        Some(DriveObject::Controlword) => {
             put!(out; lang.pick("#     位7: ", "#     bit 7: "), word >> 7 & 1);
             put!(out; lang.pick(" | 位3-0: ", " | bits 3-0: "));
             binary(out, raw, 4);
@@ -179,11 +179,11 @@ fn words(out: &mut Vec<u8>, lang: Lang, mapped: &Mapped, raw: u64) {
             put!(out; drive::command(word, None).map_or("", |command| terms::drive::command(lang, command)), "\n");
             set_bits(out, lang, raw, |bit| terms::find(terms::drive::CONTROLWORD, lang, bit));
         }
-        Some(Object::SupportedModes) => set_bits(out, lang, raw, |bit| match bit {
+        Some(DriveObject::SupportedModes) => set_bits(out, lang, raw, |bit| match bit {
             16.. => Some(lang.pick("制造商定义的模式", "manufacturer-specific mode")),
             _ => Some(terms::drive::mode(lang, i8::try_from(bit).unwrap_or(i8::MAX).saturating_add(1))),
         }),
-        Some(Object::ModesOfOperation | Object::ModesOfOperationDisplay) | None => {}
+        Some(DriveObject::ModesOfOperation | DriveObject::ModesOfOperationDisplay) | None => {}
     }
 }
 

@@ -61,8 +61,8 @@ pub fn bits(out: &mut Vec<u8>, lang: Lang, mux: Mux, data: &[u8]) {
     put!(out; " | ", Bit(lang, 29), extended, " ", frame, " | ");
     let id = u64::from(word & 0x1FFF_FFFF);
     match extended {
-        0 => put!(out; Bits(lang, 10, 0), Hex::<3>(id & 0x7FF), "h\n"),
-        _ => put!(out; Bits(lang, 28, 0), Hex::<8>(id), "h\n"),
+        0 => put!(out; BitRange(lang, 10, 0), Hex::<3>(id & 0x7FF), "h\n"),
+        _ => put!(out; BitRange(lang, 28, 0), Hex::<8>(id), "h\n"),
     }
 }
 
@@ -72,26 +72,26 @@ fn other(out: &mut Vec<u8>, lang: Lang, mux: Mux, word: u32) {
     match (mux.index, mux.sub) {
         (0x1000, 0) => {
             head(out);
-            put!(out; Bits(lang, 31, 16), Hex::<4>(upper), lang.pick("h 附加信息 | ", "h additional information | "));
-            put!(out; Bits(lang, 15, 0), Hex::<4>(u64::from(lower)), lang.pick("h = 设备规范", "h = device profile "), lower, "\n");
+            put!(out; BitRange(lang, 31, 16), Hex::<4>(upper), lang.pick("h 附加信息 | ", "h additional information | "));
+            put!(out; BitRange(lang, 15, 0), Hex::<4>(u64::from(lower)), lang.pick("h = 设备规范", "h = device profile "), lower, "\n");
         }
         (0x1016, 1..=127) => {
             head(out);
             let node = word >> 16 & 0xFF;
-            put!(out; Bits(lang, 23, 16), Hex::<2>(u64::from(node)), lang.pick("h = 节点", "h = node "), node, " | ");
-            put!(out; Bits(lang, 15, 0), Hex::<4>(u64::from(lower)), "h = ", lower, " ms\n");
+            put!(out; BitRange(lang, 23, 16), Hex::<2>(u64::from(node)), lang.pick("h = 节点", "h = node "), node, " | ");
+            put!(out; BitRange(lang, 15, 0), Hex::<4>(u64::from(lower)), "h = ", lower, " ms\n");
         }
         (0x1018, 3) => {
             head(out);
-            put!(out; Bits(lang, 31, 16), lang.pick("主版本", "major revision "), upper, " | ");
-            put!(out; Bits(lang, 15, 0), lang.pick("次版本", "minor revision "), lower, "\n");
+            put!(out; BitRange(lang, 31, 16), lang.pick("主版本", "major revision "), upper, " | ");
+            put!(out; BitRange(lang, 15, 0), lang.pick("次版本", "minor revision "), lower, "\n");
         }
         (0x1600..=0x17FF | 0x1A00..=0x1BFF, 1..=64) => {
             head(out);
             let (sub, length) = (u64::from(word >> 8 & 0xFF), word & 0xFF);
-            put!(out; Bits(lang, 31, 16), lang.pick("索引", "index "), Hex::<4>(upper), "h | ");
-            put!(out; Bits(lang, 15, 8), lang.pick("子索引", "sub-index "), Hex::<2>(sub), "h | ");
-            put!(out; Bits(lang, 7, 0), lang.pick("长度", "length "), length, lang.pick("位\n", if length == 1 { " bit\n" } else { " bits\n" }));
+            put!(out; BitRange(lang, 31, 16), lang.pick("索引", "index "), Hex::<4>(upper), "h | ");
+            put!(out; BitRange(lang, 15, 8), lang.pick("子索引", "sub-index "), Hex::<2>(sub), "h | ");
+            put!(out; BitRange(lang, 7, 0), lang.pick("长度", "length "), length, lang.pick("位\n", if length == 1 { " bit\n" } else { " bits\n" }));
         }
         _ => {}
     }
@@ -107,9 +107,9 @@ impl Put for Bit {
 }
 
 /// `bits 15-0: `
-struct Bits(Lang, u8, u8);
+struct BitRange(Lang, u8, u8);
 
-impl Put for Bits {
+impl Put for BitRange {
     fn put(&self, out: &mut Vec<u8>) {
         put!(out; self.0.pick("位", "bits "), self.1, "-", self.2, ": ");
     }

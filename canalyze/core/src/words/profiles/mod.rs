@@ -13,24 +13,24 @@ use crate::world::od::DataType::{
 use crate::world::od::{self, DataType};
 
 /// An object: its index, its shape, its name in Chinese and English, the parts of a record.
-type Object = (u16, Shape, &'static str, &'static str, &'static [Part]);
+type ProfileObject = (u16, Shape, &'static str, &'static str, &'static [SubIndexName]);
 /// A sub-index with a name of its own.
-type Part = (u8, DataType, &'static str, &'static str);
+type SubIndexName = (u8, DataType, &'static str, &'static str);
 /// A kind of quantity: the profile, its first and last object.
-type Kind = (u16, u16, u16, &'static str);
+type QuantityRange = (u16, u16, u16, &'static str);
 /// An emergency error code. A row whose low byte is 00 applies to the whole high byte, as in CiA 301.
-type Emergency = (u16, &'static str, &'static str);
+type EmergencyCode = (u16, &'static str, &'static str);
 
-static CIA401: &[Object] = words!("cia401");
-static CIA402: &[Object] = words!("cia402");
-static CIA404: &[Object] = words!("cia404");
-static CIA406: &[Object] = words!("cia406");
-static CIA410: &[Object] = words!("cia410");
-static CIA418: &[Object] = words!("cia418");
-static CIA419: &[Object] = words!("cia419");
-static CIA401_EMCY: &[Emergency] = words!("cia401_emcy");
-static CIA402_EMCY: &[Emergency] = words!("cia402_emcy");
-static KINDS: &[Kind] = words!("quantities");
+static CIA401: &[ProfileObject] = words!("cia401");
+static CIA402: &[ProfileObject] = words!("cia402");
+static CIA404: &[ProfileObject] = words!("cia404");
+static CIA406: &[ProfileObject] = words!("cia406");
+static CIA410: &[ProfileObject] = words!("cia410");
+static CIA418: &[ProfileObject] = words!("cia418");
+static CIA419: &[ProfileObject] = words!("cia419");
+static CIA401_EMCY: &[EmergencyCode] = words!("cia401_emcy");
+static CIA402_EMCY: &[EmergencyCode] = words!("cia402_emcy");
+static KINDS: &[QuantityRange] = words!("quantities");
 
 /// The structure of an object.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +87,7 @@ impl Profile {
         if self.may_be_drive() { od::first_axis(index) } else { index }
     }
 
-    fn object(self, index: u16) -> Option<&'static Object> {
+    fn object(self, index: u16) -> Option<&'static ProfileObject> {
         let index = self.home(index);
         let table = match self.0 {
             0 if AMBIGUOUS.iter().any(|range| range.contains(&index)) => return None,
@@ -159,7 +159,7 @@ impl Profile {
         of(code).or_else(|| of(code & 0xFFF0)).or_else(|| of(code & 0xFF00)).map(|row| (row.1, row.2))
     }
 
-    const fn emergencies(self) -> &'static [Emergency] {
+    const fn emergencies(self) -> &'static [EmergencyCode] {
         match self.0 {
             401 => CIA401_EMCY,
             402 => CIA402_EMCY,

@@ -15,24 +15,24 @@ use super::{Depth, Lang};
 use crate::bytes::frame::Frame;
 use crate::wire;
 use crate::wire::message::Message;
-use crate::wire::role::{Nodes, Pdo};
+use crate::wire::role::{Nodes, PdoLabel};
 
 /// Appends the phrase of a message, and at other depths than brief its content. No line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, frame: &Frame) {
     let full = depth != Depth::Brief;
     match *message {
         Message::Pdo { transmit, number, node } => {
-            pdo::undecoded(out, lang, full, Pdo { lang, transmit, number, node }, frame.len);
+            pdo::undecoded(out, lang, full, PdoLabel { lang, transmit, number, node }, frame.len);
         }
         Message::Mpdo { transmit, number, node, content } => {
-            put!(out; Pdo { lang, transmit, number, node });
+            put!(out; PdoLabel { lang, transmit, number, node });
             if full {
                 put!(out; ": ");
                 pdo::multiplexed(out, lang, &content, None);
             }
         }
         Message::PdoRequest { transmit, number, node } => {
-            pdo::request(out, lang, full, Pdo { lang, transmit, number, node }, frame.len);
+            pdo::request(out, lang, full, PdoLabel { lang, transmit, number, node }, frame.len);
         }
         Message::Usdo { request, source, destination, command } => {
             usdo::parties(out, lang, request, source, Nodes(lang, destination));

@@ -3,7 +3,7 @@
 use crate::bytes::frame::Frame;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
-use crate::wire::role::{Nodes, Pdo};
+use crate::wire::role::{Nodes, PdoLabel};
 use crate::words::digits::put;
 use crate::words::value::{self, Size};
 use crate::words::{Depth, Lang, say, sentence, signal};
@@ -12,7 +12,7 @@ use crate::world::event::{Addressed, Placement, ProcessData, Signals, Unmapped};
 
 /// Appends the phrase of a PDO, and at other depths than brief its signals. No line end.
 pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessData, frame: &Frame) {
-    put!(out; Pdo { lang, transmit: data.transmit, number: data.number, node: data.node });
+    put!(out; PdoLabel { lang, transmit: data.transmit, number: data.number, node: data.node });
     if depth == Depth::Brief {
         return;
     }
@@ -24,7 +24,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessD
         }
         Signals::ByConsumer(mapping, from, node, number) => {
             signal::all(out, lang, mapping, frame.payload());
-            let consumer = Pdo { lang, transmit: false, number: *number, node: *node };
+            let consumer = PdoLabel { lang, transmit: false, number: *number, node: *node };
             say!(out, lang; zh: " (按", consumer, "的映射)"; en: " (mapped as ", consumer, ")");
             preset(out, lang, *from);
         }
@@ -43,7 +43,7 @@ pub fn process_data(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &ProcessD
 
 /// Appends the phrase of a multiplex PDO, and at other depths than brief what it carries. No line end.
 pub fn multiplex(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &Addressed) {
-    put!(out; Pdo { lang, transmit: data.transmit, number: data.number, node: data.node });
+    put!(out; PdoLabel { lang, transmit: data.transmit, number: data.number, node: data.node });
     if depth != Depth::Brief {
         put!(out; ": ");
         multiplexed(out, lang, &data.content, Some(&data.mapping));
@@ -51,7 +51,7 @@ pub fn multiplex(out: &mut Vec<u8>, lang: Lang, depth: Depth, data: &Addressed) 
 }
 
 /// A PDO without its mapping: its length.
-pub fn undecoded(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
+pub fn undecoded(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: PdoLabel, len: u8) {
     put!(out; pdo);
     if full {
         put!(out; ": ", Size(lang, len.into()));
@@ -59,7 +59,7 @@ pub fn undecoded(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
 }
 
 /// A remote request for a PDO; `len`: the length that it asks for.
-pub fn request(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: Pdo, len: u8) {
+pub fn request(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: PdoLabel, len: u8) {
     say!(out, lang; zh: "对", pdo, "的远程请求"; en: "remote request for ", pdo);
     if full {
         let size = Size(lang, len.into());

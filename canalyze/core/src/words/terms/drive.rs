@@ -2,13 +2,13 @@
 
 use super::{Row, find};
 use crate::words::Lang;
-use crate::world::drive::{Command, State};
+use crate::world::drive::{DriveCommand, DriveState};
 
 /// The states of the power drive system.
-pub static STATES: &[Row<State>] = words!("drive_states");
+pub static STATES: &[Row<DriveState>] = words!("drive_states");
 
 /// The commands of the controlword.
-pub static COMMANDS: &[Row<Command>] = words!("drive_commands");
+pub static COMMANDS: &[Row<DriveCommand>] = words!("drive_commands");
 
 /// The modes of operation that the standard defines.
 pub static MODES: &[Row<i8>] = words!("drive_modes");
@@ -20,12 +20,12 @@ pub static STATUSWORD: &[Row<u8>] = words!("statusword");
 pub static CONTROLWORD: &[Row<u8>] = words!("controlword");
 
 /// Returns the word for a state.
-pub fn state(lang: Lang, state: State) -> &'static str {
+pub fn state(lang: Lang, state: DriveState) -> &'static str {
     find(STATES, lang, state).unwrap_or_default()
 }
 
 /// Returns the word for a command.
-pub fn command(lang: Lang, command: Command) -> &'static str {
+pub fn command(lang: Lang, command: DriveCommand) -> &'static str {
     find(COMMANDS, lang, command).unwrap_or_default()
 }
 
@@ -55,14 +55,14 @@ mod tests {
         sound(MODES);
         sound(STATUSWORD);
         sound(CONTROLWORD);
-        assert!(State::ALL.iter().all(|it| !state(Lang::Zh, *it).is_empty()));
+        assert!(DriveState::ALL.iter().all(|it| !state(Lang::Zh, *it).is_empty()));
         assert_eq!((COMMANDS.len(), STATUSWORD.len(), CONTROLWORD.len()), (8, 16, 16));
     }
 
     #[test]
     fn words() {
-        assert_eq!(state(Lang::Zh, State::OperationEnabled), "运行使能");
-        assert_eq!(command(Lang::Zh, Command::EnableOperation), "使能运行");
+        assert_eq!(state(Lang::Zh, DriveState::OperationEnabled), "运行使能");
+        assert_eq!(command(Lang::Zh, DriveCommand::EnableOperation), "使能运行");
         assert_eq!(mode(Lang::Zh, 8), "循环同步位置(CSP)");
         assert_eq!(mode(Lang::En, 1), "profile position (PP)");
         assert_eq!(mode(Lang::Zh, -1), "制造商定义的模式");

@@ -5,11 +5,11 @@ use crate::words::Lang;
 use crate::words::profiles::Profile;
 
 /// Objects with one name: first and last index, zh, en, the sub-indices with names of their own.
-type Object = (u16, u16, &'static str, &'static str, &'static [Sub]);
+type ObjectRange = (u16, u16, &'static str, &'static str, &'static [Sub]);
 /// A sub-index with a name of its own: zh, en.
 type Sub = (u8, &'static str, &'static str);
 
-static OBJECTS: &[Object] = words!("objects");
+static OBJECTS: &[ObjectRange] = words!("objects");
 
 /// Returns the name of an object or of one of its sub-indices. A sub-index without a name of its own has the object's.
 pub fn object_name(lang: Lang, profile: Profile, index: u16, sub: u8) -> Option<&'static str> {

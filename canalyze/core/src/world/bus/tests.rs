@@ -1,7 +1,7 @@
 //! The object in a multiplex PDO, and the frame from which on a write holds.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
 use super::*;
-use crate::session::{Format, Options, Session};
+use crate::session::{Knowledge, Options, Output, Rows, Session};
 use crate::words::Lang;
 use crate::world::dictionary::{Access, Dictionary, Form, Preset};
 use crate::world::network::Description;
@@ -36,9 +36,10 @@ fn known(frame: &str) -> String {
         description(6, vec![object(0x2002, "Level", 6, None), object(0x2003, "Six's", 6, None)]),
     ];
     let network = Arc::new(Network { descriptions, ..Network::default() });
-    let mut session = Session::new(Options { lang: Lang::En, format: Format::Jsonl, network, ..Options::default() });
+    let known = Knowledge { network, ..Knowledge::default() };
+    let mut session = Session::new(Options { known, ..Options::of(Lang::En, &[Output::json(Rows::Frames)]) });
     let mut out = Vec::new();
-    session.begin(b"x.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"x.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(format!("(1.000000) can0 184#{frame}\n").as_bytes(), &mut out);
     session.finish(&mut out);
     let line = out.split(|byte| *byte == b'\n').next().unwrap();
@@ -74,9 +75,9 @@ fn the_object_in_a_multiplex_pdo() {
 
 /// Returns the node and number of the PDO in each frame of 281h in a capture.
 fn producers(capture: &str) -> Vec<String> {
-    let mut session = Session::new(Options { lang: Lang::En, format: Format::Jsonl, ..Options::default() });
+    let mut session = Session::new(Options::of(Lang::En, &[Output::json(Rows::Frames)]));
     let mut out = Vec::new();
-    session.begin(b"x.log", crate::bytes::readers::Format::Candump, true);
+    session.begin(b"x.log", crate::bytes::readers::InputFormat::Candump, true);
     session.feed(capture.as_bytes(), &mut out);
     session.finish(&mut out);
     let rows = out.split(|byte| *byte == b'\n').filter(|line| !line.is_empty());

@@ -13,7 +13,7 @@ const MOST: usize = 64 * 1024;
 
 /// The beginning of a file.
 #[derive(Debug, Default)]
-pub(super) struct Head {
+pub(super) struct AscHead {
     held: Vec<u8>,
     /// Number of examined bytes, in whole lines.
     looked: usize,
@@ -21,7 +21,7 @@ pub(super) struct Head {
     over: bool,
 }
 
-impl Head {
+impl AscHead {
     /// Returns true while it is held back.
     pub(super) fn is_open(&self) -> bool {
         !self.over

@@ -3,8 +3,8 @@
 //! The plain line of large files has a faster path with exactly the same result. A line is a frame only if all its
 //! columns fit.
 
-use super::words::{Fail, Way, Words, data_byte, fd_length, identifier, is_fd_length, number, stamp, way};
-use super::{Channel, Event};
+use super::words::{Fail, LineWords, Way, data_byte, fd_length, identifier, is_fd_length, number, stamp, way};
+use super::{AscChannel, Event};
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm, Stamp};
 use crate::bytes::readers::Unreadable;
 use crate::bytes::readers::candump::lex::{is_stray_byte, nibble, skip_blanks};
@@ -12,12 +12,12 @@ use crate::bytes::readers::candump::lex::{is_stray_byte, nibble, skip_blanks};
 /// Parses the plain line: stamp, channel, identifier, direction, a hexadecimal data frame, and optionally Vector's
 /// columns after it. `None` for anything else.
 #[inline(always)]
-pub(super) fn plain(line: &[u8]) -> Option<(Frame, Channel)> {
+pub(super) fn plain(line: &[u8]) -> Option<(Frame, AscChannel)> {
     let (stamp, rest) = stamp(skip_blanks(line))?;
     let (channel, rest) = match skip_blanks(rest) {
-        [ones @ b'1'..=b'9', b' ', rest @ ..] => (Channel::from(ones - b'0'), rest),
+        [ones @ b'1'..=b'9', b' ', rest @ ..] => (AscChannel::from(ones - b'0'), rest),
         [tens @ b'1'..=b'9', ones @ b'0'..=b'9', b' ', rest @ ..] => {
-            (Channel::from((tens - b'0') * 10 + (ones - b'0')), rest)
+            (AscChannel::from((tens - b'0') * 10 + (ones - b'0')), rest)
         }
         _ => return None,
     };
@@ -105,7 +105,7 @@ pub(super) fn is_error(word: &[u8]) -> bool {
 }
 
 /// Parses an event after its channel. `decimal`: the base of the header; `last`: the line has no newline.
-pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
+pub(super) fn event<'a>(mut words: LineWords<'a>, stamp: Stamp, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
     let first = words.need(Unreadable::NoFrame)?;
     if is_error(first) {
         return Ok(Event::Frame(error(stamp, None)));
@@ -158,7 +158,7 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
 }
 
 /// Finds `ID = 418119424x` at the end of the line: the number of an identifier written by name, always decimal.
-fn symbolic(mut words: Words<'_>, last: bool) -> Option<Result<CanId, Fail>> {
+fn symbolic(mut words: LineWords<'_>, last: bool) -> Option<Result<CanId, Fail>> {
     while let Some(word) = words.next() {
         if word != b"ID" || words.peek() != b"=" {
             continue;
@@ -176,7 +176,7 @@ fn symbolic(mut words: Words<'_>, last: bool) -> Option<Result<CanId, Fail>> {
 
 /// Parses the length and the data. The bytes show the meaning of the length: `8`, the raw code `D` before eight bytes,
 /// `40` before the 64 bytes of a frame that can only be CAN FD.
-fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
+fn data<'a>(mut words: LineWords<'a>, mut frame: Frame, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
     let code = words.need(Unreadable::Length)?;
     if code.len() > 2 {
         return words.fail(Unreadable::Length);
@@ -229,12 +229,12 @@ fn data<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool, last: bool) -
 }
 
 /// Returns true if the last byte of a line without a newline may have had more digits.
-pub(super) fn may_go_on(words: Words<'_>, decimal: bool) -> bool {
+pub(super) fn may_go_on(words: LineWords<'_>, decimal: bool) -> bool {
     decimal && words.is_empty() && matches!(words.last(), [b'1'..=b'9'] | [b'1'..=b'2', _])
 }
 
 /// Returns the number of data bytes that follow, at most 65.
-fn bytes(mut words: Words<'_>, decimal: bool) -> u64 {
+fn bytes(mut words: LineWords<'_>, decimal: bool) -> u64 {
     let mut count = 0;
     while count < 65 && words.next().is_some_and(|word| data_byte(word, decimal).is_some()) {
         count += 1;
@@ -243,14 +243,14 @@ fn bytes(mut words: Words<'_>, decimal: bool) -> u64 {
 }
 
 /// Fails if another byte follows a complete frame, since its length would be wrong.
-fn no_more_bytes(words: Words<'_>, decimal: bool) -> Result<(), Fail> {
+fn no_more_bytes(words: LineWords<'_>, decimal: bool) -> Result<(), Fail> {
     let next = words.peek();
     let stray = if decimal { data_byte(next, true).is_some() } else { is_stray_byte(next) };
     if stray { Err(Fail { reason: Unreadable::Length, end: false }) } else { Ok(()) }
 }
 
 /// Parses `r`, `r 8`, `r Length = ..`.
-fn remote<'a>(mut words: Words<'a>, mut frame: Frame, decimal: bool) -> Result<Event<'a>, Fail> {
+fn remote<'a>(mut words: LineWords<'a>, mut frame: Frame, decimal: bool) -> Result<Event<'a>, Fail> {
     frame.kind = Kind::Remote;
     let code = words.peek();
     if code.first().is_some_and(u8::is_ascii_digit) || code.len() == 1 {
@@ -274,8 +274,8 @@ mod tests {
 
     use proptest::prelude::*;
 
-    use super::super::words::{Words, number, stamp};
-    use super::super::{Channel, Event};
+    use super::super::words::{LineWords, number, stamp};
+    use super::super::{AscChannel, Event};
     use super::{event, plain, skip_blanks};
 
     proptest! {
@@ -285,7 +285,7 @@ mod tests {
             let Some((frame, channel)) = plain(line.as_bytes()) else { return Ok(()) };
             let text = line.trim_ascii_end().as_bytes();
             let (stamp, rest) = stamp(skip_blanks(text)).unwrap();
-            let mut words = Words::new(rest);
+            let mut words = LineWords::new(rest);
             prop_assert_eq!(number(words.next().unwrap(), true), Some(u64::from(channel)));
             let Ok(Event::Frame(general)) = event(words, stamp, false, false) else { panic!("{line:?}") };
             prop_assert_eq!(format!("{:?}", frame), format!("{:?}", general));
@@ -305,7 +305,7 @@ mod tests {
         let (frame, channel) = plain(b" 1.5 2 80x Rx d 1 fE").unwrap();
         assert_eq!(
             (frame.id, channel, frame.payload()),
-            (crate::bytes::frame::CanId::extended(0x80), Channel::from(2u8), &[0xFE][..])
+            (crate::bytes::frame::CanId::extended(0x80), AscChannel::from(2u8), &[0xFE][..])
         );
     }
 }

@@ -12,7 +12,7 @@ const DAY_NS: i64 = 86_400_000_000_000;
 
 /// The clock of a file.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Clock {
+pub(super) struct AscClock {
     relative: bool,
     /// The last time, for stamps that count from the previous event.
     sum: i64,
@@ -28,7 +28,7 @@ pub(super) struct Clock {
     unsaid: bool,
 }
 
-impl Clock {
+impl AscClock {
     /// Sets the kind of stamps by the header.
     pub(super) fn set_relative(&mut self, relative: bool) {
         self.relative = relative;
@@ -110,14 +110,14 @@ impl Clock {
 
 #[cfg(test)]
 mod tests {
-    use super::Clock;
+    use super::AscClock;
 
     const S: i64 = 1_000_000_000;
     const DATE: i64 = 1_506_784_000 * S;
 
     #[test]
     fn a_block_goes_on_or_begins_anew() {
-        let mut clock = Clock::default();
+        let mut clock = AscClock::default();
         clock.set_date(DATE);
         clock.set_date(DATE + 3 * S);
         // Three seconds after the header, and the first event agrees.
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn stamps_since_the_event_before() {
-        let mut clock = Clock::default();
+        let mut clock = AscClock::default();
         clock.set_relative(true);
         clock.set_date(DATE);
         let moments: Vec<i64> = [0, 5, 5, 10].map(|ns| clock.moment(ns)).to_vec();
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn stamps_that_are_the_time_of_day() {
-        let mut clock = Clock::default();
+        let mut clock = AscClock::default();
         let midnight = DATE - DATE % (86_400 * S);
         clock.set_date(midnight + 40_873 * S);
         let stamp = 40_874_800_000_000;
@@ -165,9 +165,9 @@ mod tests {
 
     #[test]
     fn no_date() {
-        let mut clock = Clock::default();
+        let mut clock = AscClock::default();
         assert_eq!((clock.moment(7), clock.start()), (7, None));
-        let mut clock = Clock::default();
+        let mut clock = AscClock::default();
         clock.set_date(0);
         clock.set_undated();
         assert_eq!((clock.moment(7), clock.start()), (7, None));

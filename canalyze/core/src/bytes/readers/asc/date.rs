@@ -3,7 +3,7 @@
 //! English and German in any encoding: months are recognized by their first letters, and the weekday is ignored. Local
 //! civil time is counted as if it were UTC. An incomplete date is rejected.
 
-use super::words::Words;
+use super::words::LineWords;
 use crate::bytes::calendar::{days_of, days_to};
 use crate::bytes::readers::candump::stamp::{digits, nanoseconds};
 
@@ -34,7 +34,7 @@ const MONTHS: &[(&[u8], i64)] = &[
 
 /// Returns a date in ns since 1970-01-01.
 pub(super) fn read(text: &[u8]) -> Option<i64> {
-    let mut words = Words::new(text);
+    let mut words = LineWords::new(text);
     let mut word = words.next()?;
     let month = match month(word) {
         Some(month) => month,

@@ -5,7 +5,7 @@
 
 use super::Event;
 use super::classic::{error, frame, is_error, may_go_on};
-use super::words::{Fail, Way, Words, data_byte, fd_code, identifier, number, way};
+use super::words::{Fail, LineWords, Way, data_byte, fd_code, identifier, number, way};
 use crate::bytes::frame::{CanId, Frame, Kind, Stamp};
 use crate::bytes::readers::Unreadable;
 
@@ -19,7 +19,7 @@ const BRS: u64 = 0x2000;
 const ESI: u64 = 0x4000;
 
 /// Parses a line of CAN FD after its channel. `decimal`: its numbers are decimal; `last`: it has no newline.
-pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
+pub(super) fn event<'a>(mut words: LineWords<'a>, stamp: Stamp, decimal: bool, last: bool) -> Result<Event<'a>, Fail> {
     let mut first = words.need(Unreadable::NoFrame)?;
     let mut direction = way(first);
     let old = direction.is_none() && !is_error(first);
@@ -91,7 +91,7 @@ pub(super) fn event<'a>(mut words: Words<'a>, stamp: Stamp, decimal: bool, last:
 }
 
 /// Parses a line of CAN XL after its channel.
-pub(super) fn xl_event<'a>(mut words: Words<'a>, stamp: Stamp, last: bool) -> Result<Event<'a>, Fail> {
+pub(super) fn xl_event<'a>(mut words: LineWords<'a>, stamp: Stamp, last: bool) -> Result<Event<'a>, Fail> {
     let dir = match way(words.need(Unreadable::NoFrame)?) {
         Some(Way::Request) => return Ok(Event::Passed(b"TxRq")),
         Some(Way::Frame(dir)) => dir,
@@ -127,7 +127,13 @@ fn xl_identifier(word: &[u8], extended: bool) -> Option<CanId> {
     }
 }
 
-fn xl_frame<'a>(mut words: Words<'a>, mut frame: Frame, code: u64, fd: bool, last: bool) -> Result<Event<'a>, Fail> {
+fn xl_frame<'a>(
+    mut words: LineWords<'a>,
+    mut frame: Frame,
+    code: u64,
+    fd: bool,
+    last: bool,
+) -> Result<Event<'a>, Fail> {
     let len = data(&mut words, &mut frame, false)?;
     let flags = flags(words, if fd { 2 } else { 1 }, last)?.unwrap_or_default();
     let remote = !fd && flags & RTR != 0;
@@ -142,7 +148,7 @@ fn xl_frame<'a>(mut words: Words<'a>, mut frame: Frame, code: u64, fd: bool, las
     Ok(Event::Frame(frame))
 }
 
-fn bit(words: &mut Words<'_>) -> Result<bool, Fail> {
+fn bit(words: &mut LineWords<'_>) -> Result<bool, Fail> {
     match words.need(Unreadable::NoFrame)? {
         b"0" => Ok(false),
         b"1" => Ok(true),
@@ -151,7 +157,7 @@ fn bit(words: &mut Words<'_>) -> Result<bool, Fail> {
 }
 
 /// Parses the number of bytes, always decimal, and the bytes.
-fn data(words: &mut Words<'_>, frame: &mut Frame, decimal: bool) -> Result<u64, Fail> {
+fn data(words: &mut LineWords<'_>, frame: &mut Frame, decimal: bool) -> Result<u64, Fail> {
     let word = words.need(Unreadable::Length)?;
     let Some(len) = number(word, true).filter(|len| *len <= 64) else {
         return words.fail(Unreadable::Length);
@@ -177,7 +183,7 @@ fn classic(frame: &mut Frame, code: u64, remote: bool) {
 }
 
 /// Parses the flags, which are `columns` columns after the data; `None` if the line ends with the data.
-fn flags(mut words: Words<'_>, columns: usize, last: bool) -> Result<Option<u64>, Fail> {
+fn flags(mut words: LineWords<'_>, columns: usize, last: bool) -> Result<Option<u64>, Fail> {
     if words.is_empty() {
         return Ok(None);
     }
@@ -191,7 +197,7 @@ fn flags(mut words: Words<'_>, columns: usize, last: bool) -> Result<Option<u64>
 
 /// Returns true if the numbers of a line are hexadecimal although the header says decimal, as in many programs; `None`
 /// if the line does not show it.
-pub(super) fn is_hexadecimal(mut words: Words<'_>) -> Option<bool> {
+pub(super) fn is_hexadecimal(mut words: LineWords<'_>) -> Option<bool> {
     // The direction is the first or second word; the data follow the first decimal number with as many bytes after it.
     let letters = |word: &[u8]| word.iter().any(u8::is_ascii_alphabetic);
     let first = words.next()?;

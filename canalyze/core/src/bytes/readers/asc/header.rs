@@ -2,8 +2,8 @@
 //!
 //! Header lines may be anywhere or missing.
 
-use super::words::{Fail, Words};
-use super::{Channel, date};
+use super::words::{Fail, LineWords};
+use super::{AscChannel, date};
 use crate::bytes::readers::{Contents, Unreadable};
 
 /// Maximum number of separately counted kinds of lines.
@@ -36,7 +36,7 @@ pub(super) enum Said {
 impl Header {
     /// Parses a line without a stamp that is not a comment.
     pub(super) fn line(&mut self, text: &[u8]) -> Result<Said, Fail> {
-        let mut words = Words::new(text);
+        let mut words = LineWords::new(text);
         let first = words.next().unwrap_or_default().to_ascii_lowercase();
         let value = words.rest();
         let second = words.peek().to_ascii_lowercase();
@@ -79,7 +79,7 @@ impl Header {
     }
 
     /// Parses `timestamps absolute`, which BusMaster omits.
-    fn stamps(&mut self, mut words: Words<'_>) -> Said {
+    fn stamps(&mut self, mut words: LineWords<'_>) -> Said {
         while let Some(word) = words.next() {
             if word.eq_ignore_ascii_case(b"timestamps") {
                 let relative = words.peek().eq_ignore_ascii_case(b"relative");
@@ -110,7 +110,7 @@ impl Header {
     }
 
     /// Adds a channel and its bus to the row of channels, in order of appearance.
-    pub(super) fn channel(&mut self, channel: Channel, bus: &[u8]) {
+    pub(super) fn channel(&mut self, channel: AscChannel, bus: &[u8]) {
         if !self.dialect.iter().any(|(known, _)| *known == "channels") {
             self.dialect.push(("channels", Vec::new()));
         }

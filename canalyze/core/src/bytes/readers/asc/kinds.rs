@@ -3,7 +3,7 @@
 //! A line with a time that is none of these is reported as unreadable; otherwise, frames of a program with other
 //! columns would be missed silently.
 
-use super::words::{self, Words};
+use super::words::{self, LineWords};
 
 /// Kinds with a direction or a single word, in lower case.
 const BARE: &[&[u8]] = &[b"j1939tp", b"overloadframe", b"txrq", b"li"];
@@ -45,7 +45,7 @@ const LONGEST: usize = 16;
 
 /// Returns the name under which an event is counted, by its first word and the words after it; `None` for an unknown
 /// kind. `last`: the file may be cut after it.
-pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'a [u8]> {
+pub(super) fn of<'a>(word: &'a [u8], behind: LineWords<'_>, last: bool) -> Option<&'a [u8]> {
     let name = word.split(|&byte| byte == b':').next().filter(|name| !name.is_empty()).unwrap_or(word);
     let lower = name.get(..name.len().min(LONGEST)).unwrap_or(name).to_ascii_lowercase();
     let is = |kinds: &[&[u8]]| kinds.contains(&lower.as_slice());
@@ -74,13 +74,13 @@ pub(super) fn of<'a>(word: &'a [u8], behind: Words<'_>, last: bool) -> Option<&'
 }
 
 /// Returns true if `1 Status:chip status error active` follows.
-fn is_status(mut words: Words<'_>) -> bool {
+fn is_status(mut words: LineWords<'_>) -> bool {
     words.next().is_some_and(|channel| channel.iter().all(u8::is_ascii_digit))
         && words.peek().get(..6).is_some_and(|word| word.eq_ignore_ascii_case(b"status"))
 }
 
 /// Returns true if the line contains a direction and the letter of a data or remote frame.
-fn is_meant_as_frame(mut words: Words<'_>) -> bool {
+fn is_meant_as_frame(mut words: LineWords<'_>) -> bool {
     let mut before = false;
     while let Some(word) = words.next() {
         if before && matches!(word, b"d" | b"r") {

@@ -19,19 +19,19 @@ mod words;
 
 use memchr::memchr;
 
-use self::clock::Clock;
+use self::clock::AscClock;
 use self::header::{Header, Said};
 use self::notes::Note;
 pub(crate) use self::words::fd_code;
-use self::words::{Fail, Words};
+use self::words::{Fail, LineWords};
 use super::candump::lex::skip_blanks;
 use super::lines::Begun;
 use super::listing::{self, Gaps, Omission};
-use super::{Contents, Item, Marker, Place, Unreadable};
+use super::{Contents, FilePlace, Item, Marker, Unreadable};
 use crate::bytes::frame::{BusId, Buses, Frame, Kind, Stamp};
 
 /// The number of a channel in the file.
-pub(crate) type Channel = u16;
+pub(crate) type AscChannel = u16;
 /// Maximum number of channels whose bus is remembered.
 const MAX_CHANNELS: usize = 256;
 
@@ -39,10 +39,10 @@ const MAX_CHANNELS: usize = 256;
 #[derive(Debug, Default)]
 pub struct Asc {
     /// The beginning of the file, held back until its header or its numbers show their base.
-    head: base::Head,
+    head: base::AscHead,
     header: Header,
-    clock: Clock,
-    channels: Vec<(Channel, BusId)>,
+    clock: AscClock,
+    channels: Vec<(AscChannel, BusId)>,
     /// Index of the channel of the last frame.
     last: usize,
     begun: Begun,
@@ -130,7 +130,7 @@ impl Asc {
     fn too_long(&mut self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.lines += 1;
         self.error = None;
-        sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
+        sink(Item::Unreadable { place: FilePlace::Line(self.lines), reason: Unreadable::NoFrame }, buses);
     }
 
     /// Reads one line without its newline; `last` if it had none.
@@ -165,12 +165,12 @@ impl Asc {
             }
             _ => match words::stamp(text) {
                 Some((stamp, rest)) => {
-                    let event = self.event(stamp, Words::new(rest), cut, buses, sink);
+                    let event = self.event(stamp, LineWords::new(rest), cut, buses, sink);
                     event.and_then(|()| without_further_event(rest))
                 }
                 None => match listing::omission(text) {
                     Some(omission) => {
-                        self.gaps.mark(omission, Place::Line(self.lines));
+                        self.gaps.mark(omission, FilePlace::Line(self.lines));
                         Ok(())
                     }
                     None => self.header_line(text).and_then(|()| without_further_event(text)),
@@ -181,7 +181,7 @@ impl Asc {
         let damaged = Fail { reason: Unreadable::NoFrame, end: false };
         if let Err(Fail { reason, end }) = if undamaged.is_some() { result.and(Err(damaged)) } else { result } {
             let reason = if last && end && undamaged.is_none() { Unreadable::Cut } else { reason };
-            sink(Item::Unreadable { place: Place::Line(self.lines), reason }, buses);
+            sink(Item::Unreadable { place: FilePlace::Line(self.lines), reason }, buses);
         }
     }
 
@@ -209,9 +209,9 @@ impl Asc {
             Note::Directions(known) => self.without_directions = !known,
             Note::Stamps(known) => self.without_stamps = !known,
             Note::Error(..) => self.error = Some(note),
-            Note::LeftOut(count) => self.gaps.mark(Omission { count }, Place::Line(self.lines)),
+            Note::LeftOut(count) => self.gaps.mark(Omission { count }, FilePlace::Line(self.lines)),
             Note::Dropped(count, channel, total) => {
-                let place = Place::Line(self.lines);
+                let place = FilePlace::Line(self.lines);
                 let bus = self.bus(channel, buses);
                 sink(Item::Marker(Marker::Dropped { bus, count, total, place }), buses);
             }
@@ -222,7 +222,7 @@ impl Asc {
     fn event(
         &mut self,
         mut stamp: Stamp,
-        mut words: Words<'_>,
+        mut words: LineWords<'_>,
         last: bool,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
@@ -266,7 +266,7 @@ impl Asc {
     }
 
     /// Counts an event that is not a frame, if its kind is known; `words` follow the kind.
-    fn other_event(&mut self, kind: &[u8], words: Words<'_>, last: bool) -> Result<(), Fail> {
+    fn other_event(&mut self, kind: &[u8], words: LineWords<'_>, last: bool) -> Result<(), Fail> {
         match kinds::of(kind, words, last) {
             Some(kind) => self.header.pass(kind),
             None => return Err(Fail { reason: Unreadable::NoFrame, end: words.is_empty() }),
@@ -276,7 +276,7 @@ impl Asc {
 
     /// Emits a frame.
     #[inline(always)]
-    fn give(&mut self, mut frame: Frame, channel: Channel, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+    fn give(&mut self, mut frame: Frame, channel: AscChannel, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         frame.line = Some(self.lines);
         frame.bus = match self.channels.get(self.last) {
             Some((known, bus)) if *known == channel => *bus,
@@ -312,7 +312,7 @@ impl Asc {
     }
 
     /// Returns the bus of a channel: `can0` for the first one. The invalid channel 0 has its own bus.
-    fn bus(&mut self, channel: Channel, buses: &mut Buses) -> BusId {
+    fn bus(&mut self, channel: AscChannel, buses: &mut Buses) -> BusId {
         if let Some(index) = self.channels.iter().position(|(known, _)| *known == channel) {
             self.last = index;
         } else {
@@ -332,7 +332,7 @@ fn without_further_event(text: &[u8]) -> Result<(), Fail> {
     if memchr(b'.', text).is_none() {
         return Ok(());
     }
-    let mut words = Words::new(text);
+    let mut words = LineWords::new(text);
     while let Some(word) = words.next() {
         if words::stamp(word).is_none() {
             continue;

@@ -3,8 +3,8 @@
 //! For example `// canalyze: channel 1 is vcan0`. Since they may come from any file, only these exact forms are
 //! accepted. They are written and read here, so that both sides agree.
 
-use super::Channel;
-use super::words::{Words, number};
+use super::AscChannel;
+use super::words::{LineWords, number};
 use crate::bytes::frame::{CanId, MAX_BUS_NAME};
 use crate::bytes::readers::candump::lex::{byte, nibble};
 
@@ -15,7 +15,7 @@ const SIGN: &[u8] = b"// canalyze: ";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Note {
     /// The name of the bus of a channel.
-    Channel(Channel, Vec<u8>),
+    Channel(AscChannel, Vec<u8>),
     /// The stamps count from zero, and the dates of the file are not real.
     NoDate,
     /// True if the following directions are real, false if they are only placeholders of the format.
@@ -25,7 +25,7 @@ pub(crate) enum Note {
     /// Class and data of the error frame on the next line.
     Error(CanId, Vec<u8>),
     /// Lost frames: their number, channel, and total number.
-    Dropped(u64, Channel, u64),
+    Dropped(u64, AscChannel, u64),
     /// Rows left out, and their number if known.
     LeftOut(Option<u64>),
 }
@@ -57,7 +57,7 @@ impl Note {
 
     /// Parses a comment line; `None` if it is not a note.
     pub(super) fn read(line: &[u8]) -> Option<Self> {
-        let mut words = Words::new(line.strip_prefix(SIGN)?);
+        let mut words = LineWords::new(line.strip_prefix(SIGN)?);
         let note = match words.next()? {
             b"channel" => {
                 let channel = channel(words.next()?)?;
@@ -94,7 +94,7 @@ impl Note {
     }
 }
 
-fn count_of_total(words: &mut Words<'_>) -> Option<u64> {
+fn count_of_total(words: &mut LineWords<'_>) -> Option<u64> {
     let total = count(words.next()?)?;
     (words.next()? == b"in" && words.next()? == b"total").then_some(total)
 }
@@ -112,8 +112,8 @@ fn known(word: &[u8]) -> Option<bool> {
 }
 
 /// Parses the number of a channel.
-pub(super) fn channel(word: &[u8]) -> Option<Channel> {
-    (word.len() <= 5).then(|| number(word, true)).flatten().and_then(|number| Channel::try_from(number).ok())
+pub(super) fn channel(word: &[u8]) -> Option<AscChannel> {
+    (word.len() <= 5).then(|| number(word, true)).flatten().and_then(|number| AscChannel::try_from(number).ok())
 }
 
 /// Returns a bus name in graphic ASCII characters, all others as `%` and two digits.

@@ -15,12 +15,12 @@ pub(super) struct Fail {
 
 /// An iterator over the words of a line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Words<'a> {
+pub(super) struct LineWords<'a> {
     last: &'a [u8],
     rest: &'a [u8],
 }
 
-impl<'a> Words<'a> {
+impl<'a> LineWords<'a> {
     pub(super) fn new(text: &'a [u8]) -> Self {
         Self { last: b"", rest: skip_blanks(text) }
     }

@@ -15,10 +15,10 @@ const BUSES: [&[u8]; 8] = [b"can0", b"can1", b"can2", b"can3", b"can4", b"can5",
 const FILLED: usize = 8;
 
 /// A row: its stamp, the name of its bus, and the frame.
-pub(super) type Row = (Stamp, &'static [u8], Frame);
+pub(super) type LogRow = (Stamp, &'static [u8], Frame);
 
 /// Parses a row of either program.
-pub(super) fn row(text: &[u8]) -> Option<Row> {
+pub(super) fn row(text: &[u8]) -> Option<LogRow> {
     let (first, rest) = word(text);
     match first {
         [b'0'..=b'9', ..] if first.contains(&b':') => busmaster(first, skip_blanks(rest)),
@@ -32,7 +32,7 @@ pub(super) fn is_head(text: &[u8]) -> bool {
     text.starts_with(b"Chn ") && skip_blanks(word(text).1).starts_with(b"Identifier ")
 }
 
-fn busmaster(time: &[u8], rest: &[u8]) -> Option<Row> {
+fn busmaster(time: &[u8], rest: &[u8]) -> Option<LogRow> {
     let stamp = time_of_day(time)?;
     let (side, rest) = next(rest);
     let (channel, rest) = next(rest);
@@ -55,7 +55,7 @@ fn busmaster(time: &[u8], rest: &[u8]) -> Option<Row> {
     rest.is_empty().then_some((stamp, *bus, Frame { dir: Some(dir), ..frame }))
 }
 
-fn canking(channel: usize, rest: &[u8]) -> Option<Row> {
+fn canking(channel: usize, rest: &[u8]) -> Option<LogRow> {
     let (digits, rest) = next(rest);
     let (flags, after) = next(rest);
     let named = flags.iter().all(|flag| matches!(flag, b'X' | b'R')) && !flags.is_empty();
@@ -139,13 +139,13 @@ fn next(text: &[u8]) -> (&[u8], &[u8]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Row, row};
+    use super::{LogRow, row};
     use crate::bytes::frame::{CanId, Direction, Kind};
 
     type Read = (i64, String, CanId, Kind, Option<Direction>, Vec<u8>);
 
     fn read(text: &str) -> Option<Read> {
-        let (stamp, bus, frame): Row = row(text.as_bytes())?;
+        let (stamp, bus, frame): LogRow = row(text.as_bytes())?;
         let data = if frame.kind == Kind::Remote { Vec::new() } else { frame.payload().to_vec() };
         Some((stamp.ns, String::from_utf8_lossy(bus).into_owned(), frame.id, frame.kind, frame.dir, data))
     }

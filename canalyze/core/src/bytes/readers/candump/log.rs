@@ -183,7 +183,7 @@ mod tests {
 
     use proptest::prelude::*;
 
-    use super::super::{What, general};
+    use super::super::{LineContent, general};
     use super::*;
     use crate::bytes::frame::CanId;
 
@@ -196,7 +196,7 @@ mod tests {
                 let line = general(line.as_bytes(), false);
                 prop_assert_eq!(line.bus, bus.unwrap_or(last));
                 let frame = line.frame;
-                prop_assert!(matches!(line.what, What::Frame));
+                prop_assert!(matches!(line.what, LineContent::Frame));
                 prop_assert_eq!((frame.id, frame.kind, frame.len, frame.data), (plain.id, plain.kind, plain.len, plain.data));
                 prop_assert_eq!((line.stamp, frame.length_form, frame.dir), (plain.stamp, plain.length_form, plain.dir));
             }

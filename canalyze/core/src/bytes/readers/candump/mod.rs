@@ -16,11 +16,11 @@ mod wreck;
 use memchr::{memchr, memchr3};
 
 use self::lex::{is_blank, is_hex, is_name, skip_blanks, word};
-use self::stamp::Clock;
+use self::stamp::CandumpClock;
 use self::wreck::Behind;
 use super::lines::Begun;
 use super::listing::{self, Base, Gaps, Omission};
-use super::{Item, Marker, Place, Unreadable};
+use super::{FilePlace, Item, Marker, Unreadable};
 use crate::bytes::frame::{BusId, Buses, CanId, Frame, Kind, Stamp, StampForm};
 
 /// Number of bytes of a file that are examined for the meaning of its stamps.
@@ -40,10 +40,16 @@ pub enum Stamps {
     Delta,
 }
 
+impl Stamps {
+    /// All meanings, with their names.
+    pub const NAMES: &[(&str, Self)] =
+        &[("auto", Self::Auto), ("absolute", Self::Absolute), ("zero", Self::Zero), ("delta", Self::Delta)];
+}
+
 /// A reader of one file of candump text.
 #[derive(Debug)]
 pub struct Candump {
-    clock: Clock,
+    clock: CandumpClock,
     /// The beginning of a file, held back until the meaning of its stamps is known.
     head: Option<Vec<u8>>,
     begun: Begun,
@@ -67,7 +73,7 @@ impl Candump {
     /// Creates a reader. `regular`: it is a complete file, so ambiguous stamps are decided by its first 64 KiB.
     pub fn new(stamps: Stamps, regular: bool) -> Self {
         Self {
-            clock: Clock::new(stamps),
+            clock: CandumpClock::new(stamps),
             head: (regular && stamps == Stamps::Auto).then(Vec::new),
             begun: Begun::default(),
             plain: Vec::new(),
@@ -154,7 +160,7 @@ impl Candump {
     #[cold]
     #[inline(never)]
     fn no_frame(&self, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        sink(Item::Unreadable { place: Place::Line(self.lines), reason: Unreadable::NoFrame }, buses);
+        sink(Item::Unreadable { place: FilePlace::Line(self.lines), reason: Unreadable::NoFrame }, buses);
     }
 
     /// Reads one line without its newline; `last` if it had none.
@@ -171,7 +177,11 @@ impl Candump {
             frame.bus = self.bus;
             let stamp = frame.stamp;
             let cut = last && self.behind.may_go_on(&frame, text, false);
-            let what = if cut { What::Unreadable(Fail { reason: Unreadable::Cut, end: true }) } else { What::Frame };
+            let what = if cut {
+                LineContent::Unreadable(Fail { reason: Unreadable::Cut, end: true })
+            } else {
+                LineContent::Frame
+            };
             self.give(Line { stamp, console: false, bus: b"", row: None, what, frame, tail: b"" }, buses, sink);
         } else if memchr(b'\r', text.trim_ascii()).is_some() {
             // Lines that end with a carriage return only.
@@ -192,22 +202,24 @@ impl Candump {
         if indented && let Some(error) = &self.explained {
             let (frame, bare) = (&line.frame, line.stamp.is_none() && line.bus.is_empty());
             match line.what {
-                What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) => line.what = What::Nothing,
+                LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) => line.what = LineContent::Nothing,
                 // candump -e has no words for some classes and prints the frame a second time.
-                What::Frame if bare && (frame.kind, frame.id, frame.data) == (error.kind, error.id, error.data) => {
-                    line.what = What::Nothing;
+                LineContent::Frame
+                    if bare && (frame.kind, frame.id, frame.data) == (error.kind, error.id, error.data) =>
+                {
+                    line.what = LineContent::Nothing;
                 }
                 _ => {}
             }
         }
         match line.what {
-            What::Frame if line.frame.kind == Kind::Error && line.console && !indented => {
+            LineContent::Frame if line.frame.kind == Kind::Error && line.console && !indented => {
                 self.explained = Some(line.frame);
             }
-            What::Nothing if indented => {}
+            LineContent::Nothing if indented => {}
             _ => self.explained = None,
         }
-        if let What::Unreadable(fail) = &mut line.what
+        if let LineContent::Unreadable(fail) = &mut line.what
             && last
             && (fail.end || is_begun_name(text, buses))
         {
@@ -215,18 +227,20 @@ impl Candump {
         }
         let mut tail_damaged = false;
         match line.what {
-            What::Frame if self.decimal && line.console => {
-                line.what = What::Unreadable(Fail { reason: Unreadable::Data, end: false });
+            LineContent::Frame if self.decimal && line.console => {
+                line.what = LineContent::Unreadable(Fail { reason: Unreadable::Data, end: false });
             }
-            What::Frame if last && line.tail.is_empty() && self.behind.may_go_on(&line.frame, text, line.console) => {
-                line.what = What::Unreadable(Fail { reason: Unreadable::Cut, end: true });
+            LineContent::Frame
+                if last && line.tail.is_empty() && self.behind.may_go_on(&line.frame, text, line.console) =>
+            {
+                line.what = LineContent::Unreadable(Fail { reason: Unreadable::Cut, end: true });
             }
-            What::Frame => {
+            LineContent::Frame => {
                 line.frame.bus = buses.intern(line.bus);
                 tail_damaged = !line.tail.is_empty() && wreck::is_tail_damaged(line.tail);
             }
-            What::Nothing if wreck::is_comment_damaged(plain_text(text, &mut Vec::new()), buses) => {
-                line.what = What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
+            LineContent::Nothing if wreck::is_comment_damaged(plain_text(text, &mut Vec::new()), buses) => {
+                line.what = LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
             }
             _ => {}
         }
@@ -244,30 +258,32 @@ impl Candump {
             let (moment, backward) = self.clock.moment(stamp, line.console);
             t_ns = Some(moment);
             if backward {
-                sink(Item::Marker(Marker::Backward { place: Place::Line(self.lines) }), buses);
+                sink(Item::Marker(Marker::Backward { place: FilePlace::Line(self.lines) }), buses);
             }
         }
         match (&line.what, line.row) {
-            (What::Frame | What::Dropped { .. } | What::Error, None) => self.gaps.row(buses, sink),
-            (What::Nothing | What::LeftOut(_), _) | (_, None) => {}
-            (_, Some(row)) => self.gaps.numbered(row, Place::Line(self.lines), buses, sink),
+            (LineContent::Frame | LineContent::Dropped { .. } | LineContent::Error, None) => self.gaps.row(buses, sink),
+            (LineContent::Nothing | LineContent::LeftOut(_), _) | (_, None) => {}
+            (_, Some(row)) => self.gaps.numbered(row, FilePlace::Line(self.lines), buses, sink),
         }
         let item = match line.what {
-            What::Nothing => return,
-            What::LeftOut(omission) => return self.gaps.mark(omission, Place::Line(self.lines)),
-            What::Frame => Item::Frame(Frame { line: Some(self.lines), t_ns, stamp: line.stamp, ..line.frame }),
-            What::Dropped { count, total } => Item::Marker(Marker::Dropped {
+            LineContent::Nothing => return,
+            LineContent::LeftOut(omission) => return self.gaps.mark(omission, FilePlace::Line(self.lines)),
+            LineContent::Frame => Item::Frame(Frame { line: Some(self.lines), t_ns, stamp: line.stamp, ..line.frame }),
+            LineContent::Dropped { count, total } => Item::Marker(Marker::Dropped {
                 bus: buses.intern(line.bus),
                 count,
                 total,
-                place: Place::Line(self.lines),
+                place: FilePlace::Line(self.lines),
             }),
-            What::Error => Item::Marker(Marker::Error {
+            LineContent::Error => Item::Marker(Marker::Error {
                 bus: buses.intern(line.bus),
                 stamp: line.stamp,
-                place: Place::Line(self.lines),
+                place: FilePlace::Line(self.lines),
             }),
-            What::Unreadable(Fail { reason, .. }) => Item::Unreadable { place: Place::Line(self.lines), reason },
+            LineContent::Unreadable(Fail { reason, .. }) => {
+                Item::Unreadable { place: FilePlace::Line(self.lines), reason }
+            }
         };
         sink(item, buses);
     }
@@ -279,8 +295,8 @@ pub fn line(text: &[u8], buses: &mut Buses) -> Result<Frame, Option<Unreadable>>
     let mut plain = Vec::new();
     let line = general(plain_text(text, &mut plain), false);
     match line.what {
-        What::Frame => {}
-        What::Unreadable(fail) if fail.reason != Unreadable::NoFrame => return Err(Some(fail.reason)),
+        LineContent::Frame => {}
+        LineContent::Unreadable(fail) if fail.reason != Unreadable::NoFrame => return Err(Some(fail.reason)),
         _ => return Err(None),
     }
     Ok(Frame { t_ns: line.stamp.map(|stamp| stamp.ns), stamp: line.stamp, bus: buses.intern(line.bus), ..line.frame })
@@ -296,7 +312,7 @@ struct Line<'a> {
     bus: &'a [u8],
     /// The number of the row, if any.
     row: Option<u64>,
-    what: What,
+    what: LineContent,
     /// The frame, if any, without line, stamp and time.
     frame: Frame,
     /// The text after the frame.
@@ -305,28 +321,28 @@ struct Line<'a> {
 
 impl<'a> Line<'a> {
     /// Takes the result of parsing a frame; `Ok` is the text after it.
-    fn made(&mut self, frame: Result<&'a [u8], Fail>) -> What {
+    fn made(&mut self, frame: Result<&'a [u8], Fail>) -> LineContent {
         match frame {
             Ok(tail) => {
                 self.tail = tail;
-                What::Frame
+                LineContent::Frame
             }
-            Err(fail) => What::Unreadable(fail),
+            Err(fail) => LineContent::Unreadable(fail),
         }
     }
 
     /// Returns true if it was meant as a frame or a marker of candump.
     fn is_meant(&self) -> bool {
         match self.what {
-            What::Frame | What::Dropped { .. } | What::Error => true,
-            What::Unreadable(fail) => fail.reason != Unreadable::NoFrame || self.stamp.is_some(),
-            What::Nothing | What::LeftOut(_) => false,
+            LineContent::Frame | LineContent::Dropped { .. } | LineContent::Error => true,
+            LineContent::Unreadable(fail) => fail.reason != Unreadable::NoFrame || self.stamp.is_some(),
+            LineContent::Nothing | LineContent::LeftOut(_) => false,
         }
     }
 }
 
 #[derive(Clone, Copy, Debug)]
-enum What {
+enum LineContent {
     /// Blank, a comment, a prompt.
     Nothing,
     Frame,
@@ -357,7 +373,7 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
     if text.len() < unquoted.len() {
         let line = general(text, rows);
         // Mark-up around anything else is part of it.
-        if line.is_meant() || matches!(line.what, What::LeftOut(_)) {
+        if line.is_meant() || matches!(line.what, LineContent::LeftOut(_)) {
             return line;
         }
     }
@@ -370,18 +386,20 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
         }
     }
     if let Some(item) = listing::item(text)
-        && let line @ Line { what: What::Frame, .. } = unnumbered(listing::unmarked(item))
+        && let line @ Line { what: LineContent::Frame, .. } = unnumbered(listing::unmarked(item))
     {
         return line;
     }
     let mut line = unnumbered(text);
-    if let What::Nothing | What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
+    if let LineContent::Nothing | LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
         match listing::omission(text) {
-            Some(omission) => (line.stamp, line.what) = (None, What::LeftOut(omission)),
+            Some(omission) => (line.stamp, line.what) = (None, LineContent::LeftOut(omission)),
             // A quotation without a frame is prose.
-            None if text.len() < whole.len() && line.stamp.is_none() && !holds_frame(text) => line.what = What::Nothing,
-            None if matches!(line.what, What::Nothing) && !listing::is_comment(text) && holds_frame(text) => {
-                line.what = What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
+            None if text.len() < whole.len() && line.stamp.is_none() && !holds_frame(text) => {
+                line.what = LineContent::Nothing
+            }
+            None if matches!(line.what, LineContent::Nothing) && !listing::is_comment(text) && holds_frame(text) => {
+                line.what = LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
             }
             None => {}
         }
@@ -392,10 +410,11 @@ fn general(text: &[u8], rows: bool) -> Line<'_> {
 /// Parses a line after its number.
 fn unnumbered(text: &[u8]) -> Line<'_> {
     let frame = Frame::classic(CanId::standard(0), &[]);
-    let mut line = Line { stamp: None, console: false, bus: b"", row: None, what: What::Nothing, frame, tail: b"" };
+    let mut line =
+        Line { stamp: None, console: false, bus: b"", row: None, what: LineContent::Nothing, frame, tail: b"" };
     let Some(first) = text.first() else { return line };
     if let Some((stamp, bus, frame)) = columns::row(text) {
-        return Line { stamp: Some(stamp), bus, what: What::Frame, frame, ..line };
+        return Line { stamp: Some(stamp), bus, what: LineContent::Frame, frame, ..line };
     }
     if columns::is_head(text) {
         return line;
@@ -414,8 +433,8 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
     if line.stamp.is_none()
         && let Some((stamp, rest)) = stamp::bare(text)
     {
-        let mut stamped = Line { stamp: Some(stamp), what: What::Nothing, ..line };
-        if let what @ What::Frame = words(skip_blanks(rest), &mut stamped) {
+        let mut stamped = Line { stamp: Some(stamp), what: LineContent::Nothing, ..line };
+        if let what @ LineContent::Frame = words(skip_blanks(rest), &mut stamped) {
             return Line { what, ..stamped };
         }
     }
@@ -424,14 +443,14 @@ fn unnumbered(text: &[u8]) -> Line<'_> {
         return line;
     }
     line.what = words(rest, &mut line);
-    if let What::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
+    if let LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, .. }) = line.what {
         let comment = match line.stamp {
             // (254) and the text after it.
             Some(stamp) => stamp.form == StampForm::Seconds && stamp.decimals == 0,
             None => is_prompt(text),
         };
         if comment {
-            (line.stamp, line.what) = (None, What::Nothing);
+            (line.stamp, line.what) = (None, LineContent::Nothing);
         }
     }
     line
@@ -471,7 +490,7 @@ struct Numbers {
 
 impl Numbers {
     fn take(&mut self, line: &Line<'_>) {
-        if !line.console || !matches!(line.what, What::Frame) {
+        if !line.console || !matches!(line.what, LineContent::Frame) {
             return;
         }
         let number = std::str::from_utf8(line.bus).ok().and_then(|name| name.parse().ok());
@@ -487,7 +506,7 @@ impl Numbers {
 }
 
 /// Parses the words after the stamp: interface and frame, or frame alone, in either family.
-fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
+fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> LineContent {
     let (first, after) = word(text);
     if log::is_meant(first) {
         let frame = log::frame(first, after, &mut line.frame);
@@ -517,19 +536,19 @@ fn words<'a>(text: &'a [u8], line: &mut Line<'a>) -> What {
     }
     if rest.is_empty() || !is_name(first) {
         line.console = stamped;
-        return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: rest.is_empty() && stamped });
+        return LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, end: rest.is_empty() && stamped });
     }
     line.console = true;
     if second == b"ERROR" && after.is_empty() && (stamped || first.iter().any(u8::is_ascii_digit)) {
         line.bus = first;
-        return What::Error;
+        return LineContent::Error;
     }
     let frame = console::frame(rest, &mut line.frame);
     let mut what = line.made(frame);
     match &mut what {
-        What::Frame => line.bus = first.strip_suffix(b":").unwrap_or(first),
+        LineContent::Frame => line.bus = first.strip_suffix(b":").unwrap_or(first),
         // Two words of prose are not a cut frame: a stamp, a direction or a numbered interface is required.
-        What::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
+        LineContent::Unreadable(fail) => fail.end &= stamped || first.iter().any(u8::is_ascii_digit),
         _ => {}
     }
     what
@@ -542,19 +561,19 @@ fn is_label(word: &[u8]) -> bool {
 }
 
 /// Classifies a line that begins with neither a stamp nor a letter nor a digit.
-fn without_frame(text: &[u8]) -> What {
+fn without_frame(text: &[u8]) -> LineContent {
     if is_clock(text) {
-        return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
+        return LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, end: false });
     }
     if stamp::is_meant(text) {
-        return What::Unreadable(Fail { reason: Unreadable::NoFrame, end: memchr(b')', text).is_none() });
+        return LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, end: memchr(b')', text).is_none() });
     }
     let mark = match text.first() {
         Some(first) if first.is_ascii() => first.is_ascii_punctuation(),
         // An arrow or a bullet begins a comment; a letter of another script is prose, like a Latin one.
         _ => first_char(text).is_some_and(|char| !char.is_alphanumeric() && !char.is_control()),
     };
-    if mark { What::Nothing } else { What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false }) }
+    if mark { LineContent::Nothing } else { LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, end: false }) }
 }
 
 /// Returns true for `[12:34:56.789] ...`, a time of other loggers: the text after it is meant but never candump's.
@@ -570,7 +589,7 @@ fn first_char(text: &[u8]) -> Option<char> {
 }
 
 /// Parses `dropped 3 CAN frames on 'can0' socket (total drops 5)`, where the name may include candump's filters.
-fn drops(text: &[u8]) -> (&[u8], What) {
+fn drops(text: &[u8]) -> (&[u8], LineContent) {
     let read = || {
         let (count, rest) = number(text.strip_prefix(b"dropped ")?)?;
         let rest = rest.strip_prefix(b" CAN frame")?;
@@ -579,9 +598,9 @@ fn drops(text: &[u8]) -> (&[u8], What) {
         let name = rest.get(..end)?.split(|&byte| byte == b',').next()?;
         let rest = rest.get(end..)?.strip_prefix(b"' socket (total drops ")?;
         let (total, rest) = number(rest)?;
-        rest.starts_with(b")").then_some((name, What::Dropped { count, total }))
+        rest.starts_with(b")").then_some((name, LineContent::Dropped { count, total }))
     };
-    read().unwrap_or((b"", What::Unreadable(Fail { reason: Unreadable::NoFrame, end: false })))
+    read().unwrap_or((b"", LineContent::Unreadable(Fail { reason: Unreadable::NoFrame, end: false })))
 }
 
 fn number(text: &[u8]) -> Option<(u64, &[u8])> {

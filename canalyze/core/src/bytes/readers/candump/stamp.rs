@@ -180,7 +180,7 @@ pub(super) fn is_closed(text: &[u8]) -> bool {
 
 /// The meaning of a capture's stamps, and the time of each line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Clock {
+pub(super) struct CandumpClock {
     deltas: bool,
     /// True if counting from zero is only assumed, so that a backward step has to be reported.
     assumed: bool,
@@ -188,7 +188,7 @@ pub(super) struct Clock {
     last: Option<i64>,
 }
 
-impl Clock {
+impl CandumpClock {
     pub(super) fn new(stamps: Stamps) -> Self {
         Self { deltas: stamps == Stamps::Delta, assumed: stamps == Stamps::Auto, sum: 0, last: None }
     }

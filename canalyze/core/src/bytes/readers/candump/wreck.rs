@@ -6,7 +6,7 @@
 use memchr::{memchr, memchr_iter};
 
 use super::lex::{is_blank, skip_blanks, word};
-use super::{What, general, holds_frame, plain_text, stamp, unnumbered};
+use super::{LineContent, general, holds_frame, plain_text, stamp, unnumbered};
 use crate::bytes::frame::{Buses, Frame, Kind};
 use crate::bytes::readers::{Unreadable, listing};
 
@@ -52,7 +52,7 @@ pub(super) fn is_tail_damaged(tail: &[u8]) -> bool {
     let stamped = |at: usize| {
         let line = unnumbered(behind(at));
         let meant = match line.what {
-            What::Unreadable(fail) => fail.reason != Unreadable::NoFrame,
+            LineContent::Unreadable(fail) => fail.reason != Unreadable::NoFrame,
             _ => line.is_meant(),
         };
         meant && line.stamp.is_some_and(|stamp| stamp.decimals > 0)
@@ -68,7 +68,7 @@ pub(super) fn is_tail_damaged(tail: &[u8]) -> bool {
 }
 
 fn is_frame(text: &[u8]) -> bool {
-    matches!(unnumbered(text).what, What::Frame)
+    matches!(unnumbered(text).what, LineContent::Frame)
 }
 
 /// The end of the bytes so far, which shows the usual length of frames and the presence of directions. It is not
@@ -119,7 +119,7 @@ impl Behind {
         let (mut longest, mut directed, mut plain) = (None, false, Vec::new());
         for line in before.get(whole..).unwrap_or_default().split(|&byte| byte == b'\n') {
             let line = general(plain_text(line, &mut plain), false);
-            if let What::Frame = line.what {
+            if let LineContent::Frame = line.what {
                 if line.frame.id == frame.id {
                     longest = longest.max(Some(line.frame.len));
                 }

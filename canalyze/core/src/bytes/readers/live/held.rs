@@ -10,7 +10,7 @@ pub(super) const MOST: usize = 1 << 18;
 
 /// The held items.
 #[derive(Debug, Default)]
-pub(super) struct Held {
+pub(super) struct HeldItems {
     /// True if there are several buses.
     pub(super) joins: bool,
     /// The items with the times that they wait for, in ns.
@@ -21,7 +21,7 @@ pub(super) struct Held {
     until: Option<i64>,
 }
 
-impl Held {
+impl HeldItems {
     /// Takes an item of a bus and passes it on at once if the bus is alone. It waits for its stamp, but at least as
     /// long as earlier items of its bus; an item without a stamp follows these.
     pub(super) fn take(&mut self, bus: u8, item: Item, mut give: impl FnMut(Item)) {

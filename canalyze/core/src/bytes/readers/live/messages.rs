@@ -40,18 +40,18 @@ impl Layout {
     }
 
     /// Iterates over the messages of a block.
-    pub(super) fn messages(self, body: &[u8]) -> impl Iterator<Item = Message<'_>> {
+    pub(super) fn messages(self, body: &[u8]) -> impl Iterator<Item = LiveMessage<'_>> {
         let headers = body.len() / (self.size + SLOT) * self.size;
         let (headers, slots) = body.split_at_checked(headers).unwrap_or_default();
         let both = headers.chunks_exact(self.size).zip(slots.chunks_exact(SLOT));
         both.filter_map(move |(header, slot)| self.message(header, slot))
     }
 
-    fn message<'a>(self, header: &[u8], slot: &'a [u8]) -> Option<Message<'a>> {
+    fn message<'a>(self, header: &[u8], slot: &'a [u8]) -> Option<LiveMessage<'a>> {
         let (frame, control) = slot.split_at_checked(FRAME)?;
         let (flags, len) = (u32_at(header, self.flags)?, u32_at(header, self.len)? as usize);
         let frame = frame.get(..len).filter(|_| matches!(len, CLASSIC | FRAME) && flags & CUT == 0);
-        let mut message = Message { frame, flags, kernel: None, hardware: None, overflow: None };
+        let mut message = LiveMessage { frame, flags, kernel: None, hardware: None, overflow: None };
         let control = control.get(..self.word(header, self.control_len)?).filter(|_| flags & CONTROL_CUT == 0);
         self.control(control.unwrap_or_default(), &mut message);
         Some(message)
@@ -59,7 +59,7 @@ impl Layout {
 
     /// Parses the control messages: a length (including its head), a level and a kind, and the data, padded to whole
     /// words.
-    fn control(self, mut rest: &[u8], message: &mut Message<'_>) {
+    fn control(self, mut rest: &[u8], message: &mut LiveMessage<'_>) {
         let head = (self.word + 8).next_multiple_of(self.word);
         loop {
             let level = u32_at(rest, self.word);
@@ -104,7 +104,7 @@ const RXQ_OVFL: u32 = 40;
 
 /// One message.
 #[derive(Debug)]
-pub(super) struct Message<'a> {
+pub(super) struct LiveMessage<'a> {
     /// The received bytes, if they are a frame.
     frame: Option<&'a [u8]>,
     flags: u32,
@@ -115,7 +115,7 @@ pub(super) struct Message<'a> {
     pub(super) overflow: Option<u32>,
 }
 
-impl Message<'_> {
+impl LiveMessage<'_> {
     /// Returns the frame with the kernel's stamp, without a bus.
     pub(super) fn frame(&self) -> Result<Frame, Unreadable> {
         // In µs, as candump writes it.

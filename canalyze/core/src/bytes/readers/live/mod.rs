@@ -29,10 +29,10 @@ mod messages;
 #[cfg(test)]
 mod tests;
 
-use self::held::Held;
+use self::held::HeldItems;
 use self::messages::Layout;
 use super::packed::Packed;
-use super::{Damage, DamageKind, Item, Marker, Place, in_pieces};
+use super::{Damage, DamageKind, FilePlace, Item, Marker, in_pieces};
 use crate::bytes::frame::{BusId, Buses, Frame};
 
 /// Size of a head in bytes.
@@ -60,7 +60,7 @@ pub mod kind {
 
 /// The state of one bus.
 #[derive(Clone, Copy, Debug)]
-struct Channel {
+struct LiveChannel {
     id: BusId,
     /// The count of losses of its socket, since it was opened.
     overflow: u32,
@@ -78,14 +78,14 @@ pub struct Live {
     /// Number of bytes of the stream before `rest`.
     taken: u64,
     /// Buses by the stream's own index.
-    channels: Vec<Option<Channel>>,
-    held: Held,
+    channels: Vec<Option<LiveChannel>>,
+    held: HeldItems,
     broken: bool,
 }
 
 impl Default for Live {
     fn default() -> Self {
-        Self { rest: Vec::new(), taken: 0, channels: vec![None; BUSES], held: Held::default(), broken: false }
+        Self { rest: Vec::new(), taken: 0, channels: vec![None; BUSES], held: HeldItems::default(), broken: false }
     }
 }
 
@@ -138,7 +138,7 @@ impl Live {
         let cut = (!self.rest.is_empty()).then_some(self.rest.len() as u64);
         self.interrupt(buses, sink);
         if let Some(bytes) = cut.filter(|_| !self.broken) {
-            let place = Place::Byte(self.taken);
+            let place = FilePlace::Byte(self.taken);
             sink(Item::Damaged(Damage { place, kind: DamageKind::Cut, bytes: Some(bytes), frames: None }), buses);
         }
     }
@@ -162,7 +162,7 @@ impl Live {
             let body = behind.get(..size).filter(|_| sound);
             if body.and_then(|body| self.block(head, body, buses, sink)).is_none() {
                 self.held.release(None, |item| sink(item, buses));
-                let place = Place::Byte(self.taken);
+                let place = FilePlace::Byte(self.taken);
                 sink(Item::Damaged(Damage { place, kind: DamageKind::Rest, bytes: None, frames: None }), buses);
                 self.broken = true;
                 return bytes.len();
@@ -182,7 +182,7 @@ impl Live {
                 let id = buses.intern(body);
                 // Its total of losses continues after a gap.
                 let lost = slot.filter(|known| known.id == id).map_or(0, |known| known.lost);
-                *slot = Some(Channel { id, overflow: 0, lost, ahead: None });
+                *slot = Some(LiveChannel { id, overflow: 0, lost, ahead: None });
                 self.held.joins = self.channels.iter().flatten().count() > 1;
                 return Some(());
             }
@@ -212,7 +212,7 @@ impl Live {
                     };
                     give(match frame {
                         Ok(frame) => Item::Frame(Frame { bus: channel.id, ..frame }),
-                        Err(reason) => Item::Unreadable { place: Place::Live, reason },
+                        Err(reason) => Item::Unreadable { place: FilePlace::Live, reason },
                     });
                 }
             }
@@ -235,11 +235,11 @@ impl Live {
     }
 }
 
-impl Channel {
+impl LiveChannel {
     /// Adds lost frames and returns their marker.
     fn dropped(&mut self, count: u64) -> Item {
         self.lost = self.lost.saturating_add(count);
-        Item::Marker(Marker::Dropped { bus: self.id, count, total: self.lost, place: Place::Live })
+        Item::Marker(Marker::Dropped { bus: self.id, count, total: self.lost, place: FilePlace::Live })
     }
 
     /// Processes the socket's count of losses, modulo 2^32.

@@ -28,14 +28,14 @@ const MOST_PENDING: usize = 1024;
 pub(super) struct Echoes {
     /// True if a bus has topics of both directions.
     pub(super) sought: bool,
-    buses: Vec<Bus>,
+    buses: Vec<EchoBus>,
     /// The first frame that has not been examined.
     pub(super) next: usize,
 }
 
 /// One bus.
 #[derive(Debug, Default)]
-struct Bus {
+struct EchoBus {
     /// True if the driver receives its own frames; `None` until known.
     echoes: Option<bool>,
     /// Sent frames without an echo so far.
@@ -98,7 +98,7 @@ impl Echoes {
         let Some(frame) = held.get(place) else { return };
         let index = usize::from(frame.bus.0);
         if self.buses.len() <= index {
-            self.buses.resize_with(index + 1, Bus::default);
+            self.buses.resize_with(index + 1, EchoBus::default);
         }
         let Some(bus) = self.buses.get_mut(index) else { return };
         match frame.dir {
@@ -110,7 +110,7 @@ impl Echoes {
     }
 }
 
-impl Bus {
+impl EchoBus {
     fn sent(&mut self, held: &mut [Held], place: usize) {
         self.judge(held, held.get(place).map(|frame| frame.t_ns));
         let Some(frame) = held.get(place) else { return };

@@ -1,6 +1,6 @@
-//! A type of messages, as a file defines it, with the plans by which they are read as frames.
+//! A type of messages in a file, with the plans to read it.
 //!
-//! A plan is made once for each encoding, and for each set of fields that the user names: not for each topic.
+//! There is a plan for each encoding and each set of fields that the user names, not for each topic.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::choice::Role;
 use super::plan::{self, Plan};
 use super::schema;
 
-/// Plans that are kept of one type.
+/// Maximum number of kept plans of one type.
 const MOST_PLANS: usize = 16;
 
 /// A type.
@@ -17,20 +17,20 @@ const MOST_PLANS: usize = 16;
 pub(super) struct Schema {
     pub(super) name: String,
     pub(super) encoding: String,
-    pub(super) text: String,
-    /// The damaged chunk that it comes from.
-    pub(super) doubt: Option<u64>,
-    /// It stands under a check sum that holds.
+    text: String,
+    /// True if one of its definitions has the name of a known type of frames.
+    pub(super) known: bool,
+    /// True if a check sum covers its definition.
     pub(super) checked: bool,
-    /// Where it stands under none.
-    pub(super) plain: Option<u64>,
-    /// Plans made of it, by the messages' encoding and the fields that the user names.
-    pub(super) plans: Vec<Planned>,
+    /// Offset of the first definition that contradicts it.
+    pub(super) contested: Option<u64>,
+    /// Its plans, by the messages' encoding and the fields that the user names.
+    plans: Vec<Planned>,
 }
 
-/// How messages of a type are read as frames, once that was found out.
+/// The plan for one encoding and set of fields.
 #[derive(Debug)]
-pub(super) struct Planned {
+struct Planned {
     /// Their encoding.
     wire: String,
     /// The fields that the user names.
@@ -39,7 +39,21 @@ pub(super) struct Planned {
 }
 
 impl Schema {
-    /// How messages of it are read as frames, in this encoding and by these fields.
+    pub(super) fn new(name: String, encoding: String, text: String, checked: bool) -> Self {
+        let known = plan::is_known(&schema::plain(&name));
+        Self { name, encoding, text, known, checked, contested: None, plans: Vec::new() }
+    }
+
+    /// Compares it with another definition of the same number. One without a text only has a name.
+    pub(super) fn compare(&mut self, name: &str, encoding: &str, text: &str, at: u64) {
+        let other = !self.text.is_empty() && self.text != text;
+        if other || self.name != name || self.encoding != encoding {
+            self.contested.get_or_insert(at);
+            self.known |= plan::is_known(&schema::plain(name));
+        }
+    }
+
+    /// Returns the plan to read its messages in this encoding and by these fields.
     pub(super) fn plan(&mut self, wire: &str, asked: &[(Role, &str)]) -> Option<Arc<Plan>> {
         let names =
             |one: &Planned| one.asked.iter().map(|(role, name)| (*role, name.as_str())).eq(asked.iter().copied());
@@ -63,10 +77,5 @@ impl Schema {
             _ => return None,
         };
         Plan::new(&schema::plain(&self.name), text, wire, asked)
-    }
-
-    /// Whether it is a type of frames, however its messages are encoded.
-    pub(super) fn seems_frames(&self) -> bool {
-        plan::is_known(&schema::plain(&self.name))
     }
 }

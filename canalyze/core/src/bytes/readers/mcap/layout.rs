@@ -1,19 +1,19 @@
-//! The two types that nearly all captures are of, read by hand: the steps of `plan` in a straight line.
+//! The two types of nearly all captures, read directly: the steps of `plan` in a straight line.
 //!
-//! Only for little-endian messages; `plan` reads the others. Both must give the same.
+//! Only for little-endian messages; `plan` reads the others, with the same result.
 
 use super::bytes::{Bytes, Wire};
 use super::fields::Fields;
 use crate::bytes::frame::CanId;
 
-/// `can_msgs/Frame`, of ROS 1 and 2.
+/// `can_msgs/Frame` of ROS 1 and 2.
 pub(super) const CAN_FRAME: &str =
     "std_msgs/Header header\nuint32 id\nbool is_rtr\nbool is_extended\nbool is_error\nuint8 dlc\nuint8[8] data";
 /// `ros2_socketcan_msgs/FdFrame`.
 pub(super) const FD_FRAME: &str =
     "std_msgs/Header header\nuint32 id\nbool is_extended\nbool is_error\nuint8 len\nuint8[<=64] data";
 
-/// A type that is read by hand.
+/// A type that is read directly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Layout {
     Can,
@@ -21,22 +21,7 @@ pub(super) enum Layout {
 }
 
 impl Layout {
-    pub(super) const ALL: [Layout; 2] = [Layout::Can, Layout::Fd];
-
-    /// A type of this layout.
-    pub(super) fn definition(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Can => ("can_msgs/Frame", CAN_FRAME),
-            Self::Fd => ("ros2_socketcan_msgs/FdFrame", FD_FRAME),
-        }
-    }
-
-    /// Whether its frames are FD frames, whatever their length.
-    pub(super) fn fd(self) -> Option<bool> {
-        (self == Self::Fd).then_some(true)
-    }
-
-    /// The fields of a message; `None` where it is not all there, or in the other byte order.
+    /// Returns the fields of a message; `None` if it is incomplete or in the other byte order.
     #[inline(always)]
     pub(super) fn read(self, wire: Wire, message: &[u8]) -> Option<Fields<'_>> {
         let mut rest = Bytes(message);
@@ -47,7 +32,7 @@ impl Layout {
         let stamp_ns = Some(nanoseconds(rest.u32()?, rest.u32()?));
         let name = rest.counted()?;
         if wire == Wire::Cdr {
-            // What comes before is a multiple of four.
+            // The bytes before are a multiple of four.
             rest.take(name.len().wrapping_neg() & 3)?;
         }
         let id = u64::from(rest.u32()?);
@@ -75,8 +60,8 @@ impl Layout {
     }
 }
 
-/// The plainest message by far, without the steps between: a classic data frame of at most eight bytes that nothing in
-/// the message contradicts. Its stamp, identifier, length and data; `None` for [`Layout::read`] to look at.
+/// Reads the most common message: a consistent classic data frame of at most eight bytes. Returns its stamp,
+/// identifier, length and data; `None` leaves it to [`Layout::read`].
 #[inline(always)]
 pub(super) fn plain(message: &[u8]) -> Option<(i64, CanId, u8, [u8; 8])> {
     let (head, rest) = message.split_first_chunk::<16>()?;
@@ -95,7 +80,7 @@ pub(super) fn plain(message: &[u8]) -> Option<(i64, CanId, u8, [u8; 8])> {
     Some((stamp_ns, id, len, data))
 }
 
-/// ns of a stamp; seconds are signed, and so may be negative.
+/// Returns a stamp in ns; seconds are signed and may be negative.
 #[inline(always)]
 pub(super) fn nanoseconds(seconds: u32, ns: u32) -> i64 {
     i64::from(seconds as i32) * 1_000_000_000 + i64::from(ns)

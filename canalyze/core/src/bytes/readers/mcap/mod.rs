@@ -1,17 +1,17 @@
-//! MCAP: the container of ROS recordings, of whose topics some hold CAN frames.
+//! MCAP: the container of ROS recordings, some of whose topics hold CAN frames.
 //!
-//! `walk` cuts the input into records, `chunk` unpacks and checks them, `schema` and `plan` find out once for each type
-//! how its messages are frames, `fields` makes the frame, `topic` says its bus, `clock` its time, `order` sorts, and
-//! `echo` finds what is there twice. `defined` keeps the types and topics, and says which are to be believed; `summary`
-//! is what the end of the file says of it, where that can be read first.
-//! This file puts these together. A topic whose messages are no frames is only listed. Of protobuf, FlatBuffers and
-//! JSON no messages are read.
+//! `walk` cuts the input into records, `chunk` decompresses and checks them, `defined` keeps the types and topics,
+//! `schema` and `plan` find the frames in a type's messages once for each type, `fields` makes the frame, `topic` finds
+//! its bus, `clock` its time, `order` sorts, `echo` finds frames that are there twice, and `lost` counts the missing
+//! ones. This file combines them. Topics without frames are only listed. Messages of protobuf, FlatBuffers and JSON are
+//! not read.
 //!
-//! Nothing of a chunk is believed before its check sum is; only of the last one, that is cut off, what can be unpacked
-//! is taken. A damaged chunk is passed over alone. Files name types and topics once, in their first chunk, and mostly
-//! again at their end: messages of a topic that is not named, or by a damaged chunk only, wait for that (`waiting`).
+//! The content of a chunk is used only after its check sum, except for the decompressible beginning of a last chunk
+//! that is cut off. A damaged chunk is skipped alone, with its definitions: the messages of topics that it defines are
+//! counted and reported, not read.
 //!
-//! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are kept.
+//! Limits: records and chunks up to 256 MiB, see `walk` and `chunk`; definitions of at most [`MOST_TEXT`] bytes are
+//! kept.
 
 mod bytes;
 mod choice;
@@ -27,11 +27,9 @@ mod lost;
 mod order;
 mod plan;
 mod schema;
-mod summary;
 #[cfg(test)]
 mod tests;
 mod topic;
-mod waiting;
 mod walk;
 
 use std::collections::BTreeMap;
@@ -42,66 +40,60 @@ use self::bytes::Bytes;
 #[cfg(test)]
 use self::bytes::Wire;
 use self::chunk::{Packing, Unpacker};
-use self::defined::{Channel, Defined, Took, Trust};
+use self::defined::Defined;
 use self::fields::BusField;
 use self::held::Held;
 use self::lost::Lost;
 use self::order::Order;
 #[cfg(test)]
 use self::plan::Plan;
-use self::summary::Summary;
-use self::waiting::Waiting;
-use self::walk::{HEAD, Read, Record, Step, Walk, inner, op};
-use super::{Contents, Damage, DamageKind, Item, Place, Unreadable};
+use self::walk::{HEAD, Record, Step, Walk, inner, op};
+use super::{Contents, Damage, DamageKind, FilePlace, Item, Unreadable};
 #[cfg(test)]
 use crate::bytes::frame::BusId;
 use crate::bytes::frame::Buses;
 
-/// The longest text of a header that is kept.
+/// Maximum length of a kept text of a header, in bytes.
 const MOST_NAME: usize = 1024;
-/// Kinds of records that are counted apart.
+/// Maximum number of separately counted kinds of records.
 const MOST_KINDS: usize = 63;
-/// The input is taken in pieces of this size, so that no more of it is held.
+/// Size of the pieces in which the input is processed, to bound the memory, in bytes.
 const PIECE: usize = 1 << 20;
-/// Outside of chunks frames wait for earlier ones for so long, by the time of recording.
+/// Time for which frames outside chunks wait for earlier ones, by the time of recording, in ns.
 const WAIT_NS: i64 = 1_000_000_000;
-/// And are looked at whenever that many have come.
+/// Number of such frames after which they are examined.
 const ROUND: u32 = 1024;
 
-/// A reader of MCAP. One for each file.
+/// A reader of one MCAP file.
 #[derive(Debug)]
 pub struct Mcap {
     walk: Walk,
     file: File,
 }
 
-/// What is known of a file, and what of it waits.
+/// The state of a file, with its waiting frames.
 #[derive(Debug)]
 struct File {
     defined: Defined,
     unpacker: Unpacker,
     order: Order,
-    /// How far frames lag behind their recording, at most.
+    /// Maximum lag of frames behind their recording, in ns.
     lag_ns: i64,
-    /// When the last message outside of chunks was recorded, and how many have come.
+    /// Time of recording of the last message outside chunks, and the number of such messages.
     loose: (i64, u32),
-    /// Messages of channels whose definition was lost, and may be repeated at the end of the file.
-    waiting: Waiting,
     lost: Lost,
-    /// The end of the file was looked at before: what it counts is known, or is not to be believed.
-    foreseen: bool,
-    /// A part is lost up to the end.
+    /// True if a part up to the end is lost.
     rest_lost: bool,
     over: bool,
     profile: Vec<u8>,
     library: Vec<u8>,
-    /// By compression.
+    /// Number of chunks by compression.
     chunks: [u64; 3],
     passed_over: BTreeMap<u8, u64>,
 }
 
 impl Mcap {
-    /// A reader at the beginning of a file.
+    /// Creates a reader at the beginning of a file.
     pub fn new(choice: Choice) -> Self {
         let file = File {
             defined: Defined::new(choice),
@@ -109,9 +101,7 @@ impl Mcap {
             order: Order::new(),
             lag_ns: 0,
             loose: (i64::MIN, 0),
-            waiting: Waiting::default(),
             lost: Lost::default(),
-            foreseen: false,
             rest_lost: false,
             over: false,
             profile: Vec::new(),
@@ -122,14 +112,7 @@ impl Mcap {
         Self { walk: Walk::new(), file }
     }
 
-    /// Takes the end of the file, from its summary on, before anything else of it: see `summary`.
-    pub fn foresee(&mut self, end: &[u8]) {
-        let mut summary = Summary::read(end);
-        self.file.lost.counted = summary.as_mut().and_then(|summary| summary.messages.take());
-        (self.file.defined.summary, self.file.foreseen) = (summary, true);
-    }
-
-    /// Takes the next bytes, in any chunking.
+    /// Feeds the next bytes, in any chunking.
     pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         for piece in bytes.chunks(PIECE) {
             self.walk.push(piece);
@@ -137,7 +120,7 @@ impl Mcap {
         }
     }
 
-    /// Takes the end of the file.
+    /// Ends the file.
     pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         if std::mem::replace(&mut self.file.over, true) {
             return;
@@ -147,25 +130,26 @@ impl Mcap {
         let whole = self.walk.is_whole() || self.file.rest_lost || self.walk.offset() == 0;
         let (at, bytes) = cut.unwrap_or((self.walk.offset(), 0));
         if !whole || cut.is_some() {
-            let (place, bytes) = (Place::Byte(at), Some(bytes));
+            let (place, bytes) = (FilePlace::Byte(at), Some(bytes));
             sink(Item::Damaged(Damage { place, kind: DamageKind::Cut, bytes, frames: None }), buses);
         }
         self.walk.stop();
     }
 
-    /// Takes the end of what was read so far, where the reading was broken off.
+    /// Ends an interrupted file.
     pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.file.over = true;
         self.file.end(false, buses, sink);
         self.walk.stop();
     }
 
-    /// What it knows of the file beyond frames.
+    /// Returns the facts about the file beyond its frames.
     pub fn contents(&self) -> Contents {
         self.file.contents()
     }
 
-    /// Reads what is there. At the end: where the input is cut, and how much of a record is left there.
+    /// Reads the available input. At the end returns the offset at which the input is cut, and the number of bytes of
+    /// the incomplete record.
     fn turn(&mut self, done: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) -> Option<(u64, u64)> {
         let Self { walk, file } = self;
         loop {
@@ -180,7 +164,6 @@ impl Mcap {
                     if record.op == op::CHUNK {
                         file.rescue(walk.body(record), record.at, buses, sink);
                     }
-                    file.catch_up(buses, sink);
                     return Some((record.at, record.len as u64));
                 }
                 Step::Record(record) => {
@@ -189,9 +172,7 @@ impl Mcap {
                         Went::Message(log_ns) => walk.near(log_ns),
                         Went::Fine | Went::Wrong => {}
                     }
-                    for id in std::mem::take(&mut file.defined.changed) {
-                        walk.mark(id, file.defined.channel(id).map_or(Read::Unknown, Channel::read));
-                    }
+                    file.defined.fresh.drain(..).for_each(|id| walk.mark(id));
                     walk.went(record, !matches!(went, Went::Wrong));
                 }
             }
@@ -199,82 +180,43 @@ impl Mcap {
     }
 }
 
-/// What became of a record.
+/// The result of reading a record.
 #[derive(Clone, Copy, Debug)]
 enum Went {
     Fine,
-    /// It is no record of its type: its length is wrong.
+    /// Not a valid record of its type: its length is wrong.
     Wrong,
-    /// It is a message, recorded then.
+    /// A message with this time of recording.
     Message(u64),
 }
 
 impl File {
-    /// A file begins, perhaps after another: nothing of that holds.
+    /// Begins a file, perhaps after another one.
     fn begin(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        self.settle(buses, sink);
-        self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        self.lost.reported = false;
+        self.end(true, buses, sink);
+        self.lost = Lost::default();
         self.defined.begin();
     }
 
-    /// `whole`: all of the file was read.
+    /// Ends a file. `whole`: it was read completely.
     fn end(&mut self, whole: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
-        self.catch_up(buses, sink);
-        self.defined.accept();
-        self.catch_up(buses, sink);
         self.order.release_all(&mut |frame| sink(Item::Frame(frame), buses));
-        let mut say = |at, kind, frames| {
-            sink(Item::Damaged(Damage { place: Place::Byte(at), kind, bytes: None, frames: Some(frames) }), buses);
-        };
-        for (at, frames) in self.defined.doubts() {
-            say(at, DamageKind::Definition, frames);
-        }
-        let waiting = self.waiting.rest().map(|(id, at)| (at, self.waiting.count(id)));
-        let undefined = waiting.chain(self.defined.unfit()).reduce(|one, other| (one.0.min(other.0), one.1 + other.1));
-        if let Some((at, messages)) = undefined {
-            say(at, DamageKind::Undefined, messages);
-        }
-        if whole && let Some(missing) = self.lost.missing(&self.defined, &self.waiting) {
-            say(0, DamageKind::Missing, missing);
-        }
-    }
-
-    /// Reads the messages that waited for their channel, as far as it is known by now.
-    fn catch_up(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.defined.ready.is_empty() {
-            return;
-        }
-        let ready = std::mem::take(&mut self.defined.ready);
-        for message in self.waiting.take(&ready) {
-            self.message(&message.body, message.at, buses, sink);
-        }
-        if self.defined.both_sides && !self.library.starts_with(b"canalyze") {
-            self.order.seek_echoes();
-        }
-    }
-
-    /// A message of a channel that is not known, or not well enough.
-    #[cold]
-    fn wait(&mut self, id: u16, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        if self.defined.channel(id).is_none() && self.defined.recall(id) {
-            self.catch_up(buses, sink);
-            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
-                return self.message(body, at, buses, sink);
+        let missing = self.lost.missing(&self.defined).filter(|_| whole);
+        let found = [
+            (DamageKind::Definition, self.defined.contradiction()),
+            (DamageKind::Undefined, self.defined.unread()),
+            (DamageKind::Missing, missing.map(|missing| (0, missing))),
+        ];
+        for (kind, found) in found {
+            if let Some((at, frames)) = found {
+                let (place, frames) = (FilePlace::Byte(at), Some(frames));
+                sink(Item::Damaged(Damage { place, kind, bytes: None, frames }), buses);
             }
         }
-        if !self.waiting.has_room(body) {
-            self.defined.accept();
-            self.catch_up(buses, sink);
-            if self.defined.channel(id).is_some_and(|channel| !channel.waits) {
-                return self.message(body, at, buses, sink);
-            }
-        }
-        self.waiting.push(id, body, at);
     }
 
-    /// Says that a part is lost: what is held came before it.
+    /// Reports a lost part, after the held frames, which came before it.
     fn damaged(&mut self, damage: Damage, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         let reported = std::mem::replace(&mut self.lost.reported, true);
@@ -287,7 +229,7 @@ impl File {
         sink(Item::Damaged(Damage { frames, ..damage }), buses);
     }
 
-    /// Says what is known by now of a damaged chunk.
+    /// Reports the known facts about a damaged chunk.
     fn settle(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let Some(damage) = self.lost.settle(&self.defined) else { return };
         self.damaged(damage, buses, sink);
@@ -297,13 +239,10 @@ impl File {
         if record.op != op::MESSAGE_INDEX {
             self.settle(buses, sink);
         }
-        if !self.defined.ready.is_empty() && !matches!(record.op, op::SCHEMA | op::CHANNEL) {
-            self.catch_up(buses, sink);
-        }
         let fine = |read: Option<()>| if read.is_some() { Went::Fine } else { Went::Wrong };
         match record.op {
             op::HEADER => fine(self.header(body)),
-            op::SCHEMA | op::CHANNEL => self.definition(record, body, buses, sink),
+            op::SCHEMA | op::CHANNEL => fine(self.definition(record.op, body, record.at, false)),
             op::MESSAGE => self.loose_message(record, body, buses, sink),
             op::CHUNK => self.chunk(record, body, buses, sink),
             op::MESSAGE_INDEX => {
@@ -311,9 +250,7 @@ impl File {
                 Went::Fine
             }
             op::STATISTICS => {
-                if !self.foreseen {
-                    self.lost.counted = summary::statistics(body);
-                }
+                self.lost.counted = lost::statistics(body);
                 Went::Fine
             }
             op::FOOTER | op::DATA_END | op::CHUNK_INDEX => Went::Fine,
@@ -334,31 +271,19 @@ impl File {
         Some(())
     }
 
-    /// A type or a topic outside of chunks.
-    fn definition(
-        &mut self,
-        record: Record,
-        body: &[u8],
-        buses: &mut Buses,
-        sink: &mut impl FnMut(Item, &Buses),
-    ) -> Went {
-        let Some(took) = self.defined(record.op, body, Trust::Plain(record.at)) else { return Went::Wrong };
-        if took == Took::Corrected {
-            let (place, bytes) = (Place::Byte(record.at), Some(record.len as u64));
-            self.damaged(Damage { place, kind: DamageKind::Structure, bytes, frames: Some(0) }, buses, sink);
+    /// Reads the definition of a type or a topic; `None` if it is malformed. `at`: offset of its record or chunk.
+    fn definition(&mut self, op: u8, body: &[u8], at: u64, checked: bool) -> Option<()> {
+        if op == op::SCHEMA {
+            return self.defined.schema(body, at, checked);
         }
-        Went::Fine
+        self.defined.define(body, at, checked)?;
+        if self.defined.both_sides && !self.library.starts_with(b"canalyze") {
+            self.order.seek_echoes();
+        }
+        Some(())
     }
 
-    /// Takes a definition; what became of it, or `None` where it is none.
-    fn defined(&mut self, op: u8, body: &[u8], trust: Trust) -> Option<Took> {
-        match op {
-            op::SCHEMA => self.defined.schema(body, trust),
-            _ => self.defined.define(body, trust).map(|(_, took)| took),
-        }
-    }
-
-    /// A message outside of chunks.
+    /// Reads a message outside chunks.
     fn loose_message(
         &mut self,
         record: Record,
@@ -386,13 +311,13 @@ impl File {
         Went::Message(log_ns)
     }
 
-    /// A message, of whose content only the first bytes need to be there where nobody reads it.
+    /// Reads a message; if its topic is not read, the first bytes are enough.
     #[inline(always)]
     fn message(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let mut rest = Bytes(body);
         let Some(id) = rest.u16() else { return };
-        let channel = self.defined.channel_mut(id).filter(|channel| !channel.waits);
-        let Some(channel) = channel else { return self.wait(id, body, at, buses, sink) };
+        let channel = self.defined.channel_mut(id).filter(|channel| !channel.lacking);
+        let Some(channel) = channel else { return self.defined.skip(id, at) };
         channel.messages += 1;
         let Some(plan) = &channel.plan else { return };
         let times = (rest.u32(), rest.u64(), rest.u64());
@@ -411,7 +336,7 @@ impl File {
         let read = fields.and_then(|fields| fields.frame().map(|frame| (fields, frame)));
         let (fields, mut frame) = match read {
             Ok(read) => read,
-            Err(reason) => return sink(Item::Unreadable { place: Place::Byte(at), reason }, buses),
+            Err(reason) => return sink(Item::Unreadable { place: FilePlace::Byte(at), reason }, buses),
         };
         let t_ns = channel.source.time(fields.stamp_ns, publish, log);
         self.lag_ns = self.lag_ns.max(log.saturating_sub(t_ns));
@@ -428,9 +353,9 @@ impl File {
         let Some(head) = chunk::head(body) else { return Went::Wrong };
         let packed = body.get(head.size..).unwrap_or_default();
         let mut unpacker = std::mem::take(&mut self.unpacker);
-        let place = Place::Byte(record.at);
+        let place = FilePlace::Byte(record.at);
         let went = match unpacker.unpack(&head, packed) {
-            // Without a check sum nothing says which of the two lengths is right.
+            // Without a check sum nothing shows which of the two lengths is right.
             _ if record.doubtful && head.crc == 0 => Went::Wrong,
             Err(_) if record.doubtful => Went::Wrong,
             Ok(records) => {
@@ -443,19 +368,14 @@ impl File {
                 }
                 let before = signed(head.start_ns).saturating_sub(self.lag_ns);
                 self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
-                let trust = if head.crc == 0 { Trust::Plain(record.at) } else { Trust::Checked };
-                let (left, corrected) = self.records(records, (record.at, trust), buses, sink);
-                let parts = [(corrected, Some(0)), (left, None)];
-                for (bytes, frames) in parts.into_iter().filter(|(bytes, _)| *bytes > 0) {
-                    let (kind, bytes) = (DamageKind::Structure, Some(bytes as u64));
-                    self.damaged(Damage { place, kind, bytes, frames }, buses, sink);
+                let left = self.records(records, record.at, head.crc != 0, buses, sink);
+                if left > 0 {
+                    let (kind, bytes) = (DamageKind::Structure, Some(left as u64));
+                    self.damaged(Damage { place, kind, bytes, frames: None }, buses, sink);
                 }
                 Went::Fine
             }
             Err(kind) => {
-                self.defined.recall_all();
-                self.definitions(unpacker.rescue(&head, packed), record.at);
-                self.catch_up(buses, sink);
                 let damage = Damage { place, kind, bytes: Some(record.len as u64), frames: None };
                 self.lost.chunk(damage);
                 Went::Fine
@@ -465,7 +385,8 @@ impl File {
         went
     }
 
-    /// The beginning of the last chunk, that is cut off. Its packed bytes may end in zeros that were never written.
+    /// Reads the beginning of a last chunk that is cut off. Its compressed bytes may end in zeros that were never
+    /// written.
     fn rescue(&mut self, body: &[u8], at: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         self.settle(buses, sink);
         let Some(head) = chunk::head(body) else { return };
@@ -475,52 +396,32 @@ impl File {
         let before = signed(head.start_ns).saturating_sub(self.lag_ns);
         self.order.release(before, &mut |frame| sink(Item::Frame(frame), buses));
         let mut unpacker = std::mem::take(&mut self.unpacker);
-        self.records(unpacker.rescue(&head, packed), (at, Trust::Plain(at)), buses, sink);
+        self.records(unpacker.rescue(&head, packed), at, false, buses, sink);
         self.unpacker = unpacker;
     }
 
-    /// The records in a chunk: the bytes at its end that are none, and those of definitions that are damaged.
+    /// Reads the records in a chunk; returns the number of bytes at its end that are not a record.
     fn records(
         &mut self,
         records: &[u8],
-        (at, trust): (u64, Trust),
+        at: u64,
+        checked: bool,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
-    ) -> (usize, usize) {
-        let (mut rest, mut corrected) = (records, 0);
+    ) -> usize {
+        let mut rest = records;
         while let Some((op, body, after)) = inner(rest) {
             match op {
-                op::MESSAGE => {
-                    if !self.defined.ready.is_empty() {
-                        self.catch_up(buses, sink);
-                    }
-                    self.message(body, at, buses, sink);
-                }
-                op::SCHEMA | op::CHANNEL => {
-                    if let Some(Took::Corrected) = self.defined(op, body, trust) {
-                        corrected += HEAD + body.len();
-                    }
-                }
+                op::MESSAGE => self.message(body, at, buses, sink),
+                op::SCHEMA | op::CHANNEL => _ = self.definition(op, body, at, checked),
                 _ => {}
             }
             rest = after;
         }
-        self.catch_up(buses, sink);
-        (rest.len(), corrected)
+        rest.len()
     }
 
-    /// Takes only what the damaged chunk that begins here defines, where nothing is known of it.
-    fn definitions(&mut self, records: &[u8], at: u64) {
-        let mut rest = records;
-        while let Some((op, body, after)) = inner(rest) {
-            if matches!(op, op::SCHEMA | op::CHANNEL) {
-                self.defined(op, body, Trust::Damaged(at));
-            }
-            rest = after;
-        }
-    }
-
-    /// A message index: it says how many messages were in a chunk that is lost.
+    /// Reads a message index, with the number of messages in a lost chunk.
     fn index(&mut self, body: &[u8]) {
         let mut rest = Bytes(body);
         let (Some(id), Some(size)) = (rest.u16(), rest.u32()) else { return };
@@ -538,8 +439,7 @@ impl File {
         dialect.push(("chunks", chunks.to_string().into_bytes()));
         let echoes = Some((b"Echo".to_vec(), self.order.echoes())).filter(|(_, count)| *count > 0);
         let passed_over = self.passed_over.iter().map(|(op, count)| (kind_name(*op), *count)).chain(echoes).collect();
-        let topics = self.defined.topics(|id| self.waiting.count(id));
-        Contents { dialect, passed_over, topics }
+        Contents { dialect, passed_over, topics: self.defined.topics() }
     }
 }
 

@@ -1,130 +1,170 @@
-//! How a frame is read from messages of a type: the fields found once, then the steps through each message.
+//! The way to read frames from the messages of a type: its fields are found once, then each message is read in steps.
 //!
-//! A type is read by its fields, known or not by name: an identifier and data, and a sign that it is CAN. The steps end
-//! behind the last field that is wanted. `can_msgs/Frame` and `ros2_socketcan_msgs/FdFrame` have readers of their own,
-//! in `layout`, taken where the steps are theirs exactly.
-
-use std::sync::OnceLock;
+//! The fields are those of a type known by its name, or those that the user names; all of them have to be present. The
+//! steps end after the last of them. `can_msgs/Frame` and `ros2_socketcan_msgs/FdFrame` have faster readers in
+//! `layout`, used if the steps are the same.
 
 use super::bytes::Wire;
 use super::choice::Role;
 use super::fields::{BusField, Fields};
-use super::layout;
+use super::layout::{self, Layout};
 use super::schema::{Definitions, Field, Kind, Many};
 
-/// Types that are known, where a file does not bring their definition along (or in a language that is not read).
-const KNOWN: &[(&str, &str)] = &[
-    ("can_msgs/Frame", layout::CAN_FRAME),
-    ("ros2_socketcan_msgs/FdFrame", layout::FD_FRAME),
-    (
-        "dataspeed_can_msgs/Frame",
-        "std_msgs/Header header\nuint32 id\nbool extended\nbool fdf\nbool brs\nbool esi\nbool rtr\nuint8[<=64] data",
-    ),
+/// A known type of frames.
+struct KnownType {
+    name: &'static str,
+    /// Its definition, for files without one (or in a language that is not supported).
+    text: &'static str,
+    fields: &'static [(Role, &'static str)],
+    layout: Option<Layout>,
+    fd: Option<bool>,
+}
+
+const CAN_FIELDS: &[(Role, &str)] = &[
+    (Role::Id, "id"),
+    (Role::Ext, "is_extended"),
+    (Role::Rtr, "is_rtr"),
+    (Role::Err, "is_error"),
+    (Role::Len, "dlc"),
+    (Role::Data, "data"),
+];
+const FD_FIELDS: &[(Role, &str)] =
+    &[(Role::Id, "id"), (Role::Ext, "is_extended"), (Role::Err, "is_error"), (Role::Len, "len"), (Role::Data, "data")];
+const DATASPEED: &str =
+    "std_msgs/Header header\nuint32 id\nbool extended\nbool fdf\nbool brs\nbool esi\nbool rtr\nuint8[<=64] data";
+const DATASPEED_FIELDS: &[(Role, &str)] = &[
+    (Role::Id, "id"),
+    (Role::Ext, "extended"),
+    (Role::Rtr, "rtr"),
+    (Role::Fd, "fdf"),
+    (Role::Brs, "brs"),
+    (Role::Esi, "esi"),
+    (Role::Data, "data"),
+];
+const DATASPEED_SIZED: &[(Role, &str)] = &[
+    (Role::Id, "id"),
+    (Role::Ext, "extended"),
+    (Role::Rtr, "rtr"),
+    (Role::Fd, "fdf"),
+    (Role::Brs, "brs"),
+    (Role::Esi, "esi"),
+    (Role::Len, "size"),
+    (Role::Data, "data"),
+];
+const DATASPEED_NESTED: &[(Role, &str)] =
+    &[(Role::Id, "msg.id"), (Role::Ext, "msg.extended"), (Role::Len, "msg.dlc"), (Role::Data, "msg.data")];
+
+const KNOWN: &[KnownType] = &[
+    KnownType {
+        name: "can_msgs/Frame",
+        text: layout::CAN_FRAME,
+        fields: CAN_FIELDS,
+        layout: Some(Layout::Can),
+        fd: None,
+    },
+    KnownType {
+        name: "ros2_socketcan_msgs/FdFrame",
+        text: layout::FD_FRAME,
+        fields: FD_FIELDS,
+        layout: Some(Layout::Fd),
+        fd: Some(true),
+    },
+    dataspeed("dataspeed_can_msgs/Frame", DATASPEED, DATASPEED_FIELDS),
+    dataspeed("dataspeed_can_msgs/Frame16", "", DATASPEED_SIZED),
+    dataspeed("dataspeed_can_msgs/Frame32", "", DATASPEED_SIZED),
+    dataspeed("dataspeed_can_msgs/Frame48", "", DATASPEED_SIZED),
+    dataspeed("dataspeed_can_msgs/Frame64", "", DATASPEED_SIZED),
+    dataspeed("dataspeed_can_msgs/CanMessageStamped", "", DATASPEED_NESTED),
 ];
 
-/// Names of fields, by what they are. The first that is there counts.
-const ALIASES: &[(Role, &[&str])] = &[
-    (Role::Id, &["can_id", "arbitration_id", "id", "message_id", "frame_id"]),
-    (Role::Data, &["data", "payload", "bytes"]),
-    (Role::Ext, &["is_extended", "extended", "is_ext", "ide", "is_extended_id"]),
-    (Role::Rtr, &["is_rtr", "rtr", "is_remote", "is_remote_frame"]),
-    (Role::Err, &["is_error", "error", "err", "is_error_frame"]),
-    (Role::Len, &["dlc", "len", "size", "length", "data_length"]),
-    (Role::Fd, &["fdf", "is_fd", "fd"]),
-    (Role::Brs, &["brs", "bitrate_switch"]),
-    (Role::Esi, &["esi", "error_state_indicator"]),
-    (Role::Bus, &["bus", "channel", "interface", "can_interface_id"]),
-];
-/// Fields that only CAN frames have: one of them makes an identifier with data a frame.
-const SIGNS: &[&str] = &[
-    "can_id",
-    "arbitration_id",
-    "is_extended",
-    "extended",
-    "is_ext",
-    "ide",
-    "is_extended_id",
-    "is_rtr",
-    "rtr",
-    "dlc",
-    "fdf",
-    "is_fd",
-    "brs",
-    "esi",
-];
-/// Types in types, at most; and steps of all of them.
+const fn dataspeed(name: &'static str, text: &'static str, fields: &'static [(Role, &'static str)]) -> KnownType {
+    KnownType { name, text, fields, layout: None, fd: None }
+}
+
+fn known(name: &str) -> Option<&'static KnownType> {
+    KNOWN.iter().find(|known| known.name == name)
+}
+
+/// The path of the driver's time, unless the user names another.
+const STAMP: &str = "header.stamp";
+/// Maximum depth of nested types, and maximum number of all steps.
 const DEPTH: usize = 8;
 const MOST_STEPS: usize = 1024;
 
 /// One step through a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Step {
-    /// Numbers of this size, so many.
+enum PlanStep {
+    /// `count` numbers of this size, skipped.
     Pass { size: u8, count: u32 },
-    /// A sequence of numbers of this size.
+    /// A sequence of numbers of this size, skipped.
     PassSequence { size: u8 },
-    /// A text.
+    /// A text, skipped.
     PassText,
-    /// So many times, or as often as the message says.
-    Repeat { count: Option<u32>, steps: Vec<Step> },
-    /// A number that is wanted.
+    /// `count` repetitions, or as many as the message says.
+    Repeat { count: Option<u32>, steps: Vec<PlanStep> },
+    /// A wanted number.
     Number { size: u8, role: Role },
     /// Seconds and nanoseconds.
     Stamp,
-    /// A text that is wanted: the bus.
+    /// The wanted text: the bus.
     Text,
     /// The payload: an array, or a sequence.
     Data { count: Option<u32> },
 }
 
-/// How messages of one type are read.
+/// The way to read messages of one type.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     wire: Wire,
-    steps: Vec<Step>,
-    fast: Option<layout::Layout>,
+    steps: Vec<PlanStep>,
+    fast: Option<Layout>,
     fd: Option<bool>,
     len_is_code: bool,
-    /// For people: `id=id data=data`.
+    /// The fields for people: `id=id data=data`.
     pub(super) read_as: String,
 }
 
-/// A field that is wanted, by its path from the message: the numbers of fields.
+/// The path of field indexes from the message to a wanted field, and its role.
 type Wanted = (Vec<usize>, Role);
 
 impl Plan {
-    /// The plan for a type of this name; `None` where its messages are no frames. `asked`: fields the user named.
+    /// Makes the plan for a type of this name; `None` if its messages are not frames. `asked`: fields that the user
+    /// named.
     pub(super) fn new(name: &str, text: Option<&str>, wire: Wire, asked: &[(Role, &str)]) -> Option<Self> {
-        let text = text.filter(|text| !text.trim().is_empty());
-        let text = text.or_else(|| KNOWN.iter().find(|(known, _)| *known == name).map(|(_, text)| *text))?;
-        let definitions = Definitions::read(name, text, wire == Wire::Ros1);
-        let mut wanted = Vec::new();
-        if !group(&definitions, &definitions.fields, &mut Vec::new(), asked, &mut wanted) {
+        // A user who names identifier and data describes the whole type.
+        let has = |fields: &[(Role, &str)], role| fields.iter().any(|(of, _)| *of == role);
+        let whole = has(asked, Role::Id) && has(asked, Role::Data);
+        let known = known(name).filter(|_| !whole);
+        let text = text.filter(|text| !text.trim().is_empty()).or(known.map(|known| known.text))?;
+        let mut fields: Vec<(Role, &str)> = Vec::new();
+        for field in asked.iter().chain(known.map_or(&[][..], |known| known.fields)) {
+            if !has(&fields, field.0) {
+                fields.push(*field);
+            }
+        }
+        if !has(&fields, Role::Id) || !has(&fields, Role::Data) {
             return None;
         }
-        stamp(&definitions, asked, &mut wanted);
-        let mut made = Making { definitions: &definitions, wanted: &wanted, found: 0, steps: 0 };
-        let steps = made.steps(&definitions.fields, &mut Vec::new())?;
-        let names: Vec<String> = Role::NAMES
-            .iter()
-            .filter_map(|(word, role)| {
-                let (path, _) = wanted.iter().find(|(_, wanted)| wanted == role)?;
-                Some(format!("{word}={}", path_name(&definitions, path)))
-            })
-            .collect();
-        let kind = name.rsplit('/').next().unwrap_or(name).to_ascii_lowercase();
-        let has_fd = wanted.iter().any(|(_, role)| *role == Role::Fd);
-        let len_is_code = names.iter().any(|name| name.ends_with("dlc"));
-        let fd = (!has_fd && kind.contains("fd")).then_some(true);
-        let mut plan = Self { wire, steps, fast: None, fd, len_is_code, read_as: names.join(" ") };
-        plan.fast = layout::Layout::ALL.into_iter().find(|layout| {
-            let (name, text) = layout.definition();
-            fd == layout.fd() && own_steps(*layout, name, text, wire) == Some(plan.steps.as_slice())
+        let definitions = Definitions::read(name, text, wire == Wire::Ros1);
+        if !has(&fields, Role::Stamp) && resolve(&definitions, Role::Stamp, STAMP).is_some() {
+            fields.push((Role::Stamp, STAMP));
+        }
+        let steps = steps(&definitions, &fields)?;
+        let names = Role::NAMES.iter().filter_map(|(word, role)| {
+            let (_, path) = fields.iter().find(|(of, _)| of == role)?;
+            Some(format!("{word}={path}"))
         });
-        Some(plan)
+        let read_as = names.collect::<Vec<_>>().join(" ");
+        let len_is_code = fields.iter().any(|(role, path)| *role == Role::Len && path.ends_with("dlc"));
+        let own = |known: &&KnownType| {
+            let definitions = Definitions::read(name, known.text, wire == Wire::Ros1);
+            self::steps(&definitions, &fields).as_ref() == Some(&steps)
+        };
+        let fast = known.filter(own).and_then(|known| known.layout);
+        Some(Self { wire, steps, fast, fd: known.and_then(|known| known.fd), len_is_code, read_as })
     }
 
-    /// The fields of a message; `None` where it is shorter than its type.
+    /// Returns the fields of a message; `None` if it is shorter than its type.
     #[inline(always)]
     pub(super) fn read<'a>(&self, message: &'a [u8]) -> Option<Fields<'a>> {
         if let Some(layout) = self.fast
@@ -135,10 +175,10 @@ impl Plan {
         self.by_steps(message)
     }
 
-    /// Whether [`layout::plain`] may read its messages.
+    /// Returns true if [`layout::plain`] may read its messages.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
-        self.fast == Some(layout::Layout::Can) && self.wire == Wire::Cdr
+        self.fast == Some(Layout::Can) && self.wire == Wire::Cdr
     }
 
     #[cfg(test)]
@@ -167,141 +207,47 @@ impl Plan {
     }
 }
 
-/// Whether a type of this name holds CAN frames, as far as is known.
+/// Returns true if a type of this name is known to hold CAN frames.
 pub(super) fn is_known(name: &str) -> bool {
-    KNOWN.iter().any(|(known, _)| *known == name)
+    known(name).is_some()
 }
 
-/// The steps of a definition of our own, found out once.
-fn own_steps(layout: layout::Layout, name: &str, text: &str, wire: Wire) -> Option<&'static [Step]> {
-    type Steps = OnceLock<Option<Vec<Step>>>;
-    static STEPS: [[Steps; 2]; 2] = [const { [const { OnceLock::new() }; 2] }; 2];
-    let of_layout = STEPS.get(usize::from(layout == layout::Layout::Fd))?;
-    let own = of_layout.get(usize::from(wire == Wire::Ros1))?;
-    own.get_or_init(|| steps_of(name, text, wire)).as_deref()
+/// Makes the steps to these fields; `None` if the type lacks one.
+fn steps(definitions: &Definitions, fields: &[(Role, &str)]) -> Option<Vec<PlanStep>> {
+    let wanted = fields.iter().map(|(role, path)| Some((resolve(definitions, *role, path)?, *role)));
+    let wanted: Vec<Wanted> = wanted.collect::<Option<_>>()?;
+    Making { definitions, wanted: &wanted, found: 0, steps: 0 }.steps(&definitions.fields, &mut Vec::new())
 }
 
-fn steps_of(name: &str, text: &str, wire: Wire) -> Option<Vec<Step>> {
-    let definitions = Definitions::read(name, text, wire == Wire::Ros1);
-    let mut wanted = Vec::new();
-    group(&definitions, &definitions.fields, &mut Vec::new(), &[], &mut wanted);
-    stamp(&definitions, &[], &mut wanted);
-    Making { definitions: &definitions, wanted: &wanted, found: 0, steps: 0 }
-        .steps(&definitions.fields, &mut Vec::new())
-}
-
-/// Finds the fields of a frame: in the message itself, else in the first type in it that has them.
-fn group(
-    definitions: &Definitions,
-    fields: &[Field],
-    path: &mut Vec<usize>,
-    asked: &[(Role, &str)],
-    wanted: &mut Vec<Wanted>,
-) -> bool {
-    let mut found: Vec<(usize, Role)> = Vec::new();
-    for (role, aliases) in ALIASES {
-        let fits = |name: &&str| fields.iter().position(|field| field.name == *name && can_be(field, *role));
-        let own = asked.iter().find(|(of, _)| of == role).map(|(_, name)| *name);
-        let at = match own {
-            Some(name) => {
-                let prefix = path_name(definitions, path);
-                let within = name.strip_prefix(&prefix).map(|rest| rest.trim_start_matches('.')).unwrap_or(name);
-                fields.iter().position(|field| field.name == within && can_be_asked(field, *role))
-            }
-            None => aliases.iter().find_map(fits),
+/// Finds a field by its path (`msg.id`); `None` if there is none, or it cannot have this role.
+fn resolve(definitions: &Definitions, role: Role, path: &str) -> Option<Vec<usize>> {
+    let (mut fields, mut found, mut last) = (definitions.fields.as_slice(), Vec::new(), None);
+    for name in path.split('.') {
+        let at = fields.iter().position(|field| field.name == name)?;
+        let field = fields.get(at)?;
+        fields = match &field.kind {
+            Kind::Message(name) if field.many == Many::One => definitions.of(name).unwrap_or_default(),
+            _ => &[],
         };
-        found.extend(at.map(|at| (at, *role)));
+        found.push(at);
+        last = Some(field);
     }
-    let has = |role| found.iter().any(|(_, found)| *found == role);
-    let named = asked.iter().any(|(role, _)| matches!(role, Role::Id | Role::Data));
-    let sign = found.iter().any(|(at, _)| fields.get(*at).is_some_and(|field| SIGNS.contains(&field.name.as_str())));
-    if has(Role::Id) && has(Role::Data) && (named || sign) {
-        wanted.extend(found.into_iter().map(|(at, role)| ([path.as_slice(), &[at]].concat(), role)));
-        return true;
-    }
-    if path.len() + 1 >= DEPTH {
-        return false;
-    }
-    for (at, field) in fields.iter().enumerate() {
-        if let (Kind::Message(name), Many::One) = (&field.kind, field.many)
-            && let Some(inner) = definitions.of(name)
-        {
-            path.push(at);
-            let fine = group(definitions, inner, path, asked, wanted);
-            path.pop();
-            if fine {
-                return true;
-            }
-        }
-    }
-    false
+    last.filter(|field| can_be(field, role)).map(|_| found)
 }
 
 fn can_be(field: &Field, role: Role) -> bool {
     match (role, &field.kind, field.many) {
-        (Role::Id, Kind::Number { size, integer: true }, Many::One) => *size >= 2,
-        (Role::Data, Kind::Number { size: 1, integer: true }, Many::Fixed(count)) => count <= 64,
-        (Role::Data, Kind::Number { size: 1, integer: true }, Many::Sequence(most)) => {
-            most.is_none_or(|most| most <= 64)
-        }
+        (Role::Data, Kind::Number { size: 1, .. }, Many::Fixed(_) | Many::Sequence(_)) => true,
         (Role::Bus, Kind::Text, Many::One) => true,
-        (Role::Id | Role::Data, ..) => false,
-        (Role::Len | Role::Bus, Kind::Number { integer, .. }, Many::One) => *integer,
+        (Role::Stamp, Kind::Message(name), Many::One) => matches!(name.as_str(), "builtin_interfaces/Time" | "time"),
+        (Role::Data | Role::Stamp, ..) => false,
+        (Role::Id | Role::Len | Role::Bus, Kind::Number { integer, .. }, Many::One) => *integer,
         (_, Kind::Number { .. }, Many::One) => true,
         _ => false,
     }
 }
 
-fn can_be_asked(field: &Field, role: Role) -> bool {
-    let bytes = matches!((&field.kind, field.many), (Kind::Number { size: 1, .. }, Many::Fixed(_) | Many::Sequence(_)));
-    let number = matches!((&field.kind, field.many), (Kind::Number { integer: true, .. }, Many::One));
-    match role {
-        Role::Data => bytes,
-        Role::Id => number,
-        _ => can_be(field, role),
-    }
-}
-
-/// Finds the driver's time: in a header, else beside the other fields.
-fn stamp(definitions: &Definitions, asked: &[(Role, &str)], wanted: &mut Vec<Wanted>) {
-    let own = asked.iter().find(|(role, _)| *role == Role::Stamp).map(|(_, name)| *name);
-    for (at, field) in definitions.fields.iter().enumerate() {
-        let (Kind::Message(name), Many::One) = (&field.kind, field.many) else { continue };
-        let called = own.map_or(matches!(field.name.as_str(), "stamp" | "timestamp" | "time"), |own| own == field.name);
-        if is_time(name) && called {
-            return wanted.push((vec![at], Role::Stamp));
-        }
-        let inner = definitions.of(name).unwrap_or_default();
-        let within = inner.iter().position(|inner| match (&inner.kind, own) {
-            (Kind::Message(kind), None) => name == "std_msgs/Header" && is_time(kind),
-            (Kind::Message(kind), Some(own)) => is_time(kind) && own == format!("{}.{}", field.name, inner.name),
-            _ => false,
-        });
-        if let Some(within) = within {
-            return wanted.push((vec![at, within], Role::Stamp));
-        }
-    }
-}
-
-fn is_time(name: &str) -> bool {
-    matches!(name, "builtin_interfaces/Time" | "time")
-}
-
-fn path_name(definitions: &Definitions, path: &[usize]) -> String {
-    let mut fields = definitions.fields.as_slice();
-    let mut names = Vec::new();
-    for at in path {
-        let Some(field) = fields.get(*at) else { break };
-        names.push(field.name.as_str());
-        fields = match &field.kind {
-            Kind::Message(name) => definitions.of(name).unwrap_or_default(),
-            _ => &[],
-        };
-    }
-    names.join(".")
-}
-
-/// The making of steps.
+/// The state of making steps.
 struct Making<'a> {
     definitions: &'a Definitions,
     wanted: &'a [Wanted],
@@ -310,8 +256,8 @@ struct Making<'a> {
 }
 
 impl Making<'_> {
-    /// The steps through these fields, up to the last that is wanted; `None` where that cannot be.
-    fn steps(&mut self, fields: &[Field], path: &mut Vec<usize>) -> Option<Vec<Step>> {
+    /// Makes the steps through these fields, up to the last wanted one; `None` if that is impossible.
+    fn steps(&mut self, fields: &[Field], path: &mut Vec<usize>) -> Option<Vec<PlanStep>> {
         if path.len() > DEPTH {
             return None;
         }
@@ -331,7 +277,7 @@ impl Making<'_> {
         Some(steps)
     }
 
-    fn field(&mut self, field: &Field, path: &mut Vec<usize>, steps: &mut Vec<Step>) -> Option<()> {
+    fn field(&mut self, field: &Field, path: &mut Vec<usize>, steps: &mut Vec<PlanStep>) -> Option<()> {
         let role = self.wanted.iter().find(|(wanted, _)| wanted == path).map(|(_, role)| *role);
         self.found += usize::from(role.is_some());
         let count = match field.many {
@@ -341,19 +287,19 @@ impl Making<'_> {
         };
         let step = match (&field.kind, role) {
             (Kind::Unknown, _) => return None,
-            (_, Some(Role::Stamp)) => Step::Stamp,
-            (Kind::Text, Some(_)) => Step::Text,
-            (Kind::Number { .. }, Some(Role::Data)) => Step::Data { count },
-            (Kind::Number { size, .. }, Some(role)) => Step::Number { size: *size, role },
+            (_, Some(Role::Stamp)) => PlanStep::Stamp,
+            (Kind::Text, Some(_)) => PlanStep::Text,
+            (Kind::Number { .. }, Some(Role::Data)) => PlanStep::Data { count },
+            (Kind::Number { size, .. }, Some(role)) => PlanStep::Number { size: *size, role },
             (Kind::Number { size, .. }, None) => match count {
-                Some(count) => Step::Pass { size: *size, count },
-                None => Step::PassSequence { size: *size },
+                Some(count) => PlanStep::Pass { size: *size, count },
+                None => PlanStep::PassSequence { size: *size },
             },
-            (Kind::Text, None) if field.many == Many::One => Step::PassText,
-            (Kind::Text, None) => Step::Repeat { count, steps: vec![Step::PassText] },
+            (Kind::Text, None) if field.many == Many::One => PlanStep::PassText,
+            (Kind::Text, None) => PlanStep::Repeat { count, steps: vec![PlanStep::PassText] },
             (Kind::Message(name), _) => {
                 let inner = match name.as_str() {
-                    "time" | "duration" => vec![Step::Pass { size: 4, count: 2 }],
+                    "time" | "duration" => vec![PlanStep::Pass { size: 4, count: 2 }],
                     name => {
                         let inner = self.definitions.of(name)?;
                         self.steps(inner, path)?
@@ -363,11 +309,11 @@ impl Making<'_> {
                     steps.extend(inner);
                     return Some(());
                 }
-                // Of a type without fields there is nothing to pass over.
+                // A type without fields takes no bytes.
                 if inner.is_empty() {
                     return None;
                 }
-                Step::Repeat { count, steps: inner }
+                PlanStep::Repeat { count, steps: inner }
             }
         };
         steps.push(step);
@@ -380,7 +326,7 @@ impl Making<'_> {
 struct At<'a> {
     body: &'a [u8],
     at: usize,
-    /// Numbers are aligned to their size, but to no more than this.
+    /// Maximum alignment of numbers, which are aligned to their size.
     align: usize,
     big: bool,
 }
@@ -413,7 +359,7 @@ impl<'a> At<'a> {
         self.take(usize::try_from(count).ok()?.checked_mul(usize::from(size))?).map(|_| ())
     }
 
-    /// A text, without the zero that CDR ends it with.
+    /// Reads a text without the final zero of CDR.
     fn text(&mut self) -> Option<&'a [u8]> {
         let len = self.number(4)?;
         let text = self.take(usize::try_from(len).ok()?)?;
@@ -421,23 +367,23 @@ impl<'a> At<'a> {
     }
 }
 
-fn run<'a>(steps: &[Step], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<()> {
+fn run<'a>(steps: &[PlanStep], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<()> {
     for step in steps {
         match step {
-            Step::Pass { size, count } => at.pass(*size, u64::from(*count))?,
-            Step::PassSequence { size } => {
+            PlanStep::Pass { size, count } => at.pass(*size, u64::from(*count))?,
+            PlanStep::PassSequence { size } => {
                 let count = at.number(4)?;
                 at.pass(*size, count)?;
             }
-            Step::PassText => {
+            PlanStep::PassText => {
                 at.text()?;
             }
-            Step::Repeat { count, steps } => {
+            PlanStep::Repeat { count, steps } => {
                 let count = match count {
                     Some(count) => u64::from(*count),
                     None => at.number(4)?,
                 };
-                // Every round takes at least a byte, so the message ends before the count does any harm.
+                // Every round takes at least a byte, so the message ends before a wrong count does harm.
                 for _ in 0..count {
                     let before = at.at;
                     run(steps, at, fields)?;
@@ -446,7 +392,7 @@ fn run<'a>(steps: &[Step], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<(
                     }
                 }
             }
-            Step::Number { size, role } => {
+            PlanStep::Number { size, role } => {
                 let value = at.number(*size)?;
                 match role {
                     Role::Id => fields.id = value,
@@ -461,12 +407,12 @@ fn run<'a>(steps: &[Step], at: &mut At<'a>, fields: &mut Fields<'a>) -> Option<(
                     Role::Data | Role::Stamp => {}
                 }
             }
-            Step::Stamp => {
+            PlanStep::Stamp => {
                 let (seconds, ns) = (at.number(4)? as u32, at.number(4)?);
                 fields.stamp_ns = Some(layout::nanoseconds(seconds, ns as u32));
             }
-            Step::Text => fields.bus = Some(BusField::Name(at.text()?)),
-            Step::Data { count } => {
+            PlanStep::Text => fields.bus = Some(BusField::Name(at.text()?)),
+            PlanStep::Data { count } => {
                 let count = match count {
                     Some(count) => u64::from(*count),
                     None => at.number(4)?,

@@ -1,4 +1,4 @@
-//! Laws that hold for any input; files of other programs' writers are in `tests/test_mcap.py`.
+//! Laws that hold for any input; files of other programs' writers are tested in `tests/test_mcap.py`.
 //!
 //! The files here are made by hand, with the record layout of the specification.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
@@ -37,7 +37,7 @@ fn definitions() -> Vec<u8> {
     [record(op::SCHEMA, &schema), record(op::CHANNEL, &channel)].concat()
 }
 
-/// A chunk of these records. Packing: 0 none, 1 zstd, 2 lz4.
+/// Makes a chunk of these records. Packing: 0 none, 1 zstd, 2 lz4.
 fn chunk(records: &[u8], packing: u8) -> Vec<u8> {
     let (name, packed): (&[u8], _) = match packing {
         0 => (b"", records.to_vec()),
@@ -58,7 +58,7 @@ fn chunk(records: &[u8], packing: u8) -> Vec<u8> {
     record(op::CHUNK, &body)
 }
 
-/// A file of chunks with so many messages each; the first holds the definitions.
+/// Makes a file of chunks with this number of messages each; the first one holds the definitions.
 fn file(chunks: u32, messages: u32, packing: u8) -> Vec<u8> {
     let mut file = walk::MAGIC.to_vec();
     file.extend(record(op::HEADER, &[counted(b"ros2"), counted(b"test")].concat()));
@@ -157,7 +157,7 @@ proptest! {
     #[test]
     fn any_definition(text in "((std_msgs/Header header|uint32 id|bool fdf|uint8\\[\\] data|string s|X x|=====\nMSG: a/X|[a-z]{1,3}\\[<=[0-9]{1,12}\\] y)\n){0,12}", message in prop::collection::vec(any::<u8>(), 0..80)) {
         for wire in [Wire::Cdr, Wire::Ros1] {
-            if let Some(plan) = Plan::new("a/B", Some(&text), wire, &[]) {
+            if let Some(plan) = Plan::new("a/B", Some(&text), wire, &[(Role::Id, "id"), (Role::Data, "data")]) {
                 let _ = plan.read(&message).map(|fields| fields.frame());
             }
         }
@@ -168,7 +168,7 @@ proptest! {
         let head: &[u8] = &[0, 1, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, name, 0, 0, 0];
         let at = usize::from(name.next_multiple_of(4)) + 8;
         let mut message = [head, &rest].concat();
-        // Where an FD frame has the length of its data.
+        // Offset of the data length in an FD frame.
         if let Some(slot) = message.get_mut(head.len() + at..head.len() + at + 4) {
             slot.copy_from_slice(&u32::from(len).to_le_bytes());
         }
@@ -182,7 +182,7 @@ proptest! {
         }
     }
 
-    // The path of nearly every frame must never differ from the one that knows all cases.
+    // If the path of nearly every frame differed from the general one, frames would be wrong.
     #[test]
     fn a_plain_message_is_no_other_frame(
         name in 0..9u8,

@@ -1,29 +1,29 @@
-//! The records of a file, one after the other, from bytes in any chunking; and how to go on after damage.
+//! The records of a file in order, from bytes in any chunking, and the recovery after damage.
 //!
-//! A record is handed over when all of it has arrived. What nobody reads (indexes, attachments) is passed over without
-//! being kept. Where no record can be, the next place is looked for where one surely is. Must not: know what
-//! messages mean, nor keep more than a record and one piece of input.
+//! A record is returned when it is complete. Unused records (indexes, attachments) are skipped without being kept. At
+//! an impossible record, the search continues for the next place with a certain one. Memory holds at most a record and
+//! a piece of input.
 //!
 //! Limits: a record that has to be kept is at most [`MAX_RECORD`] bytes, a message of frames at most [`MAX_MESSAGE`].
 
 use crc32fast::Hasher;
 
 use super::bytes::Bytes;
-use crate::bytes::readers::{Damage, DamageKind, Place};
+use crate::bytes::readers::{Damage, DamageKind, FilePlace};
 
 pub(super) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
-/// A longer record is none (256 MiB): chunks are 1 to 16 MiB as a rule.
+/// Maximum length of a record, in bytes (256 MiB); chunks usually have 1 to 16 MiB.
 pub(super) const MAX_RECORD: u64 = 256 << 20;
-/// A message that is read as a frame and is longer than this is none.
+/// Maximum length of a message with a frame, in bytes.
 pub(super) const MAX_MESSAGE: u64 = 64 << 10;
-/// Schemas and channels are text.
+/// Maximum length of a schema or channel, in bytes, which are text.
 const MAX_TEXT: u64 = 16 << 20;
-/// Bytes after a place that are looked at to tell whether a record stands there.
+/// Number of bytes that are examined to recognize a record.
 const LOOK: usize = 64;
-/// A message this far in time from the one before is not taken for one where the walk was lost.
+/// Maximum distance in time to the previous message, in ns, of a message that is accepted in a search.
 const NEAR_NS: u64 = 86_400_000_000_000;
 
-/// Types of records.
+/// The types of records.
 pub(super) mod op {
     pub(crate) const HEADER: u8 = 0x01;
     pub(crate) const FOOTER: u8 = 0x02;
@@ -42,82 +42,71 @@ pub(super) mod op {
     pub(crate) const DATA_END: u8 = 0x0F;
 }
 
-/// What comes next.
+/// The next step.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
-    /// Nothing, until more bytes have come.
+    /// More bytes are needed.
     More,
-    /// A file begins: nothing of the one before it holds.
+    /// A file begins; nothing of the previous one applies.
     Begin,
-    /// A record. [`Walk::body`] has its bytes; [`Walk::went`] says how it went.
+    /// A record: [`Walk::body`] returns its bytes, [`Walk::went`] takes the result.
     Record(Record),
-    /// The record in whose middle the input ends.
+    /// A record that the end of the input cuts off.
     Cut(Record),
-    /// A part in which no record stands.
+    /// A part without a record.
     Damaged(Damage),
 }
 
-/// A record in what is held.
+/// A record in the held bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
     /// Its offset in the file.
     pub(super) at: u64,
     pub(super) op: u8,
-    /// Its bytes with its own head; of a record that is passed over only the first.
+    /// Its length with its own head; for a skipped record only its first bytes.
     pub(super) len: usize,
-    /// Its own length was wrong, and that of its content was taken: only a check sum can tell.
+    /// True if its own length was wrong and that of its content was taken; only a check sum can decide.
     pub(super) doubtful: bool,
 }
 
-/// Bytes of the type and length before a record.
+/// Size of the type and length before a record, in bytes.
 pub(super) const HEAD: usize = 9;
-
-/// What is read of the messages of a channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Read {
-    /// They are kept as far as they may be frames: their definition may come later.
-    Unknown,
-    /// All of it: they are frames.
-    Frames,
-    /// Nothing.
-    Nothing,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// Before the sign at the beginning.
+    /// Before the magic at the beginning.
     Magic,
     Records,
-    /// In a record that nobody reads, with so many bytes to go.
+    /// Within a skipped record, with this number of bytes to go.
     Passing(u64),
     /// In zeros, from this offset on.
     Zeros(u64),
     /// Damaged from this offset on.
     Lost(u64),
-    /// After the sign at the end.
+    /// After the magic at the end.
     Over,
 }
 
-/// The walk over one input.
+/// The walk through one input.
 #[derive(Debug)]
 pub(super) struct Walk {
     held: Vec<u8>,
-    /// What of it is done with.
+    /// Number of consumed bytes in `held`.
     from: usize,
-    /// Offset of what is held.
+    /// Offset of `held` in the input.
     at: u64,
-    /// Nothing comes before so many bytes are there.
+    /// Minimum number of bytes for the next step.
     need: usize,
     state: State,
-    /// Whether the end was as it should be.
+    /// True if the end was as it should be.
     whole: bool,
-    /// What is known of channels, by their numbers.
-    reads: Vec<Read>,
-    /// When the last message outside of chunks was recorded.
+    /// Channels of frames, by their IDs.
+    frames: Vec<bool>,
+    /// Time of recording of the last message outside chunks.
     near_ns: Option<u64>,
-    /// The data of the file are over: only records of its summary follow.
+    /// True after the end of the data: only records of the summary follow.
     data_ended: bool,
-    /// The check sum of the data so far, and where in what is held it ends; not where anything was lost.
+    /// The check sum of the data so far, and its end in `held`; `None` after a loss.
     sum: Option<Hasher>,
     summed: usize,
 }
@@ -131,7 +120,7 @@ impl Walk {
             need: 0,
             state: State::Magic,
             whole: true,
-            reads: Vec::new(),
+            frames: Vec::new(),
             near_ns: None,
             data_ended: false,
             sum: None,
@@ -139,7 +128,7 @@ impl Walk {
         }
     }
 
-    /// Takes the next bytes of the input.
+    /// Adds the next bytes of the input.
     pub(super) fn push(&mut self, mut bytes: &[u8]) {
         if self.from > 0 {
             self.add_up();
@@ -161,32 +150,32 @@ impl Walk {
         self.held.extend_from_slice(bytes);
     }
 
-    /// Says what is read of the messages of a channel.
-    pub(super) fn mark(&mut self, channel: u16, read: Read) {
+    /// Marks a channel as one of frames, whose messages are kept.
+    pub(super) fn mark(&mut self, channel: u16) {
         let index = usize::from(channel);
-        if self.reads.len() <= index {
-            self.reads.resize(index + 1, Read::Unknown);
+        if self.frames.len() <= index {
+            self.frames.resize(index + 1, false);
         }
-        if let Some(known) = self.reads.get_mut(index) {
-            *known = read;
+        if let Some(frames) = self.frames.get_mut(index) {
+            *frames = true;
         }
     }
 
-    fn read(&self, channel: u16) -> Read {
-        self.reads.get(usize::from(channel)).copied().unwrap_or(Read::Unknown)
+    fn has_frames(&self, channel: u16) -> bool {
+        self.frames.get(usize::from(channel)).copied().unwrap_or_default()
     }
 
-    /// Whether the input ended as a whole file does, perhaps with zeros after it.
+    /// Returns true if the input ended like a complete file, perhaps followed by zeros.
     pub(super) fn is_whole(&self) -> bool {
         self.whole
     }
 
-    /// Where the walk is.
+    /// Returns the current offset.
     pub(super) fn offset(&self) -> u64 {
         self.at + self.from as u64
     }
 
-    /// What is left: forget it.
+    /// Stops, discarding the rest.
     pub(super) fn stop(&mut self) {
         (self.held, self.from, self.need, self.whole, self.state) = (Vec::new(), 0, 0, true, State::Over);
     }
@@ -195,13 +184,13 @@ impl Walk {
         self.held.get(self.from..).unwrap_or_default()
     }
 
-    /// The content of a record: all of it, or of one that is passed over its first bytes.
+    /// Returns the content of a record, or the first bytes of a skipped one.
     pub(super) fn body(&self, record: Record) -> &[u8] {
         let rest = self.rest();
         rest.get(HEAD..record.len.min(rest.len())).unwrap_or_default()
     }
 
-    /// A record is done with. `fine`: it was one; else the next is looked for from its beginning.
+    /// Finishes a record. If it was not `fine`, the search for the next one starts at its beginning.
     pub(super) fn went(&mut self, record: Record, fine: bool) {
         if !fine {
             self.lose();
@@ -214,12 +203,12 @@ impl Walk {
         }
     }
 
-    /// When the last message was recorded that stood outside of chunks.
+    /// Records the time of a message outside chunks.
     pub(super) fn near(&mut self, log_ns: u64) {
         self.near_ns = Some(log_ns);
     }
 
-    /// Takes what is done with into the check sum.
+    /// Adds consumed bytes to the check sum.
     fn add_up(&mut self) {
         if let (Some(sum), Some(done)) = (&mut self.sum, self.held.get(self.summed..self.from)) {
             sum.update(done);
@@ -227,18 +216,18 @@ impl Walk {
         self.summed = self.from;
     }
 
-    /// What is wrong with the data where they end: nothing else showed it so far.
+    /// Returns the damage that only the end of the data shows.
     fn end_of_data(&mut self, op: u8) -> Option<Step> {
         self.add_up();
         let sum = self.sum.take()?.finalize();
         let crc = self.rest().get(HEAD..).and_then(|body| Bytes(body).u32()).unwrap_or_default();
         let kind = match op {
-            // Some record's length has taken in the end of the data.
+            // The wrong length of a record has covered the end of the data.
             op::FOOTER if !self.data_ended => DamageKind::Structure,
             op::DATA_END if crc != 0 && crc != sum => DamageKind::Unlocated,
             _ => return None,
         };
-        Some(Step::Damaged(Damage { place: Place::Byte(self.offset()), kind, bytes: None, frames: None }))
+        Some(Step::Damaged(Damage { place: FilePlace::Byte(self.offset()), kind, bytes: None, frames: None }))
     }
 
     fn advance(&mut self, count: usize) {
@@ -246,14 +235,14 @@ impl Walk {
         self.need = 0;
     }
 
-    /// No record can stand here.
+    /// Begins a search, since no record is possible here.
     fn lose(&mut self) {
         self.state = State::Lost(self.offset());
         (self.whole, self.sum) = (false, None);
         self.advance(1);
     }
 
-    /// What comes next. `done`: no more bytes will come.
+    /// Returns the next step. `done`: no more bytes follow.
     pub(super) fn next(&mut self, done: bool) -> Step {
         loop {
             let have = self.rest().len();
@@ -274,7 +263,7 @@ impl Walk {
         }
     }
 
-    /// So many bytes are needed; `Some` where they have not come yet.
+    /// Requires `count` bytes; returns a step if they are missing.
     fn want(&mut self, count: usize, done: bool) -> Option<Step> {
         if self.rest().len() >= count {
             return None;
@@ -283,7 +272,7 @@ impl Walk {
         Some(if done { self.cut(0) } else { Step::More })
     }
 
-    /// The input ends here, in the middle of a record if anything is left of it.
+    /// Handles the end of the input, within a record if any bytes are left.
     fn cut(&mut self, op: u8) -> Step {
         let have = self.rest().len();
         if have == 0 {
@@ -302,6 +291,7 @@ impl Walk {
             self.advance(MAGIC.len());
             self.state = State::Records;
             (self.whole, self.data_ended) = (false, false);
+            self.frames.clear();
             return Some(Step::Begin);
         }
         if MAGIC.starts_with(self.rest()) {
@@ -396,7 +386,7 @@ impl Walk {
         }
     }
 
-    /// What has to be kept of a record that begins here, by its type and its length.
+    /// Returns the part of a record to keep, by its type and its length.
     fn kept(&self, op: u8, len: u64) -> Kept {
         let whole = |most: u64, least: u64| match usize::try_from(len) {
             Ok(len) if (least..=most).contains(&(len as u64)) => Kept::Whole { len, doubtful: false },
@@ -415,8 +405,7 @@ impl Walk {
             op::CHUNK => chunk(body, len),
             op::MESSAGE => match Bytes(body).u16() {
                 None if len >= 22 => Kept::More(HEAD + 2),
-                Some(channel) if self.read(channel) == Read::Frames => whole(MAX_MESSAGE, 22),
-                Some(channel) if self.read(channel) == Read::Unknown && len <= MAX_MESSAGE => whole(MAX_MESSAGE, 22),
+                Some(channel) if self.has_frames(channel) => whole(MAX_MESSAGE, 22),
                 _ => head(2, (22..=MAX_RECORD).contains(&len)),
             },
             op::MESSAGE_INDEX => match index(Bytes(body)) {
@@ -447,7 +436,7 @@ impl Walk {
         Some(Step::More)
     }
 
-    /// A zero tail is what a file system leaves after a loss of power, and no damage.
+    /// Skips trailing zeros, which a file system leaves after a loss of power and which are not damage.
     fn zeros(&mut self, since: u64) -> Option<Step> {
         let count = self.rest().iter().take_while(|byte| **byte == 0).count();
         self.advance(count);
@@ -459,7 +448,7 @@ impl Walk {
         None
     }
 
-    /// Looks for the next place where a record surely stands.
+    /// Searches for the next place that is certainly a record.
     fn search(&mut self, since: u64, done: bool) -> Option<Step> {
         let rest = self.rest();
         let last = if done { rest.len() } else { rest.len().saturating_sub(LOOK) };
@@ -467,7 +456,7 @@ impl Walk {
         self.advance(found.unwrap_or(last));
         self.need = LOOK + 1;
         let damage = |kind, end: u64| {
-            Step::Damaged(Damage { place: Place::Byte(since), kind, bytes: Some(end - since), frames: None })
+            Step::Damaged(Damage { place: FilePlace::Byte(since), kind, bytes: Some(end - since), frames: None })
         };
         match found {
             Some(_) => {
@@ -483,7 +472,7 @@ impl Walk {
         }
     }
 
-    /// Whether a record stands here, beyond reasonable doubt.
+    /// Returns true if there is certainly a record here.
     fn surely(&self, here: &[u8]) -> bool {
         let mut rest = Bytes(here);
         let Some(op) = rest.take(1).and_then(<[u8]>::first) else { return false };
@@ -512,13 +501,13 @@ impl Walk {
         body.u32()?;
         let (log, publish) = (body.u64()?, body.u64()?);
         let near = self.near_ns?;
-        let known = self.read(channel) == Read::Frames;
+        let known = self.has_frames(channel);
         let close = log.abs_diff(near) < NEAR_NS && publish.abs_diff(near) < NEAR_NS;
         Some(known && close && (22..=MAX_MESSAGE).contains(&len))
     }
 }
 
-/// The first of the records in a chunk, or in what is like one: its type, its content, what follows.
+/// Returns the first record in a chunk or similar bytes: its type, its content, the rest.
 #[inline(always)]
 pub(super) fn inner(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let mut rest = Bytes(records);
@@ -528,27 +517,27 @@ pub(super) fn inner(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     Some((op, body, rest.0))
 }
 
-/// How much of a record is kept.
+/// The part of a record to keep.
 #[derive(Clone, Copy, Debug)]
 enum Kept {
-    /// It is no record.
+    /// Not a record.
     No,
-    /// It cannot be told before so many bytes of it are there.
+    /// Unknown before this number of bytes is available.
     More(usize),
-    /// The first bytes of its content; the rest is passed over.
+    /// The first bytes of its content; the rest is skipped.
     Head(usize),
     /// All of its content, of this length.
     Whole { len: usize, doubtful: bool },
 }
 
-/// What follows the channel in a message index: its size, of whole entries.
+/// Returns the size of a message index after its channel, if it has whole entries.
 fn index(mut body: Bytes<'_>) -> Option<u64> {
     body.u16()?;
     let size = body.u32()?;
     (size % 16 == 0).then_some(u64::from(size))
 }
 
-/// Whether a record stands in front of the end of the data only.
+/// Returns true for records that are possible only before the end of the data.
 fn is_of_data(op: u8) -> bool {
     matches!(
         op,
@@ -556,16 +545,16 @@ fn is_of_data(op: u8) -> bool {
     )
 }
 
-/// A chunk says its length twice; where its own is wrong that of its content may be right.
+/// Decides on a chunk, which gives its length twice: if its own is wrong, that of its content may be right.
 fn chunk(body: &[u8], len: u64) -> Kept {
     let Some(head) = super::chunk::head(body) else {
-        // More than the head of any chunk that can be read.
+        // Longer than the head of any supported chunk.
         let unknown = body.len() >= LOOK - HEAD;
         return if unknown { Kept::No } else { Kept::More(LOOK) };
     };
     let inner = head.len.saturating_add(head.size as u64);
     if !head.is_sound() || inner > MAX_RECORD {
-        // An unknown compression: the length is all there is.
+        // An unknown compression: only the outer length is known.
         let alone = inner == len && len <= MAX_RECORD;
         return if alone { Kept::Whole { len: len as usize, doubtful: false } } else { Kept::No };
     }

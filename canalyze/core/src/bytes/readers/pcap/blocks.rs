@@ -9,11 +9,11 @@ use pcap_parser::{
     parse_interfacestatisticsblock_be, parse_interfacestatisticsblock_le, parse_sectionheaderblock,
 };
 
-use super::interface::{Clock, Interface, Packet};
+use super::interface::{Interface, InterfaceClock, Packet};
 use super::tally::{Passed, Tally};
-use super::{Order, Step};
+use super::{ByteOrder, RecordStep};
 use crate::bytes::frame::{Buses, Direction};
-use crate::bytes::readers::{Damage, DamageKind, Item, Place, Unreadable};
+use crate::bytes::readers::{Damage, DamageKind, FilePlace, Item, Unreadable};
 
 const SECTION: u32 = 0x0A0D_0D0A;
 const INTERFACE: u32 = 1;
@@ -39,7 +39,7 @@ const MAX_INTERFACES: usize = 4096;
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     /// `None` before the first section header.
-    order: Option<Order>,
+    order: Option<ByteOrder>,
     interfaces: Vec<Interface>,
     seeking: Option<Seeking>,
 }
@@ -54,10 +54,10 @@ struct Seeking {
 
 /// The beginning of a block.
 #[derive(Clone, Copy, Debug)]
-struct Head {
+struct BlockHead {
     kind: u32,
     len: usize,
-    order: Order,
+    order: ByteOrder,
 }
 
 impl Blocks {
@@ -76,7 +76,7 @@ impl Blocks {
         tally: &mut Tally,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
-    ) -> Step {
+    ) -> RecordStep {
         if self.seeking.is_some() {
             return self.seek(bytes, at, last, buses, sink);
         }
@@ -96,22 +96,22 @@ impl Blocks {
         };
         if sound.is_none() {
             let bytes = Some(head.len as u64);
-            let damage = Damage { place: Place::Byte(at), kind: DamageKind::Structure, bytes, frames: None };
+            let damage = Damage { place: FilePlace::Byte(at), kind: DamageKind::Structure, bytes, frames: None };
             sink(Item::Damaged(damage), buses);
         }
-        Step::Took(head.len)
+        RecordStep::Took(head.len)
     }
 
     /// Parses the beginning of a block; `None` if it is invalid.
     #[inline(always)]
-    fn head(&self, [k0, k1, k2, k3, l0, l1, l2, l3, mark @ ..]: &[u8; SHORTEST]) -> Option<Head> {
+    fn head(&self, [k0, k1, k2, k3, l0, l1, l2, l3, mark @ ..]: &[u8; SHORTEST]) -> Option<BlockHead> {
         let [kind, len] = [[*k0, *k1, *k2, *k3], [*l0, *l1, *l2, *l3]];
         let order = match self.order {
             // The type of a section header is the same in both orders.
             _ if u32::from_le_bytes(kind) == SECTION => order(*mark)?,
             order => order?,
         };
-        Some(Head { kind: order.u32(kind), len: order.u32(len) as usize, order })
+        Some(BlockHead { kind: order.u32(kind), len: order.u32(len) as usize, order })
     }
 
     /// Reads a packet block of the old or the new form; `None` if it is invalid.
@@ -119,7 +119,7 @@ impl Blocks {
     fn packet(
         &mut self,
         body: &[u8],
-        head: Head,
+        head: BlockHead,
         at: u64,
         tally: &mut Tally,
         buses: &mut Buses,
@@ -156,7 +156,7 @@ impl Blocks {
         }
         let packet = Packet { units: Some(units), data, size: order.u32(*size), dir, at };
         let Some(interface) = self.interfaces.get_mut(number as usize) else {
-            sink(Item::Unreadable { place: Place::Byte(at), reason: Unreadable::NoFrame }, buses);
+            sink(Item::Unreadable { place: FilePlace::Byte(at), reason: Unreadable::NoFrame }, buses);
             return Some(());
         };
         if lost > 0 {
@@ -172,7 +172,7 @@ impl Blocks {
         &mut self,
         block: &[u8],
         body: &[u8],
-        head: Head,
+        head: BlockHead,
         at: u64,
         tally: &mut Tally,
         buses: &mut Buses,
@@ -180,7 +180,7 @@ impl Blocks {
     ) -> Option<()> {
         if head.kind != SECTION && self.is_like_packet(body, head.order) {
             tally.pass(Passed::Block(head.kind));
-            sink(Item::Unreadable { place: Place::Byte(at), reason: Unreadable::NoFrame }, buses);
+            sink(Item::Unreadable { place: FilePlace::Byte(at), reason: Unreadable::NoFrame }, buses);
             return Some(());
         }
         match head.kind {
@@ -190,7 +190,7 @@ impl Blocks {
                 let (size, rest) = body.split_first_chunk::<4>()?;
                 let size = head.order.u32(*size);
                 let Some(interface) = self.interfaces.first_mut() else {
-                    sink(Item::Unreadable { place: Place::Byte(at), reason: Unreadable::NoFrame }, buses);
+                    sink(Item::Unreadable { place: FilePlace::Byte(at), reason: Unreadable::NoFrame }, buses);
                     return Some(());
                 };
                 let most = if interface.snaplen > 0 { size.min(interface.snaplen) } else { size };
@@ -203,7 +203,7 @@ impl Blocks {
             kind => {
                 tally.pass(Passed::Block(kind));
                 if !is_assigned(kind) {
-                    sink(Item::Unreadable { place: Place::Byte(at), reason: Unreadable::NoFrame }, buses);
+                    sink(Item::Unreadable { place: FilePlace::Byte(at), reason: Unreadable::NoFrame }, buses);
                 }
                 Some(())
             }
@@ -212,7 +212,7 @@ impl Blocks {
 
     /// Returns true if a block of another type has the structure of a packet of one of the interfaces, so that its type
     /// is damaged.
-    fn is_like_packet(&self, body: &[u8], order: Order) -> bool {
+    fn is_like_packet(&self, body: &[u8], order: ByteOrder) -> bool {
         let word = |at: usize| body.get(at..at + 4).and_then(|word| word.try_into().ok()).map(|word| order.u32(word));
         let (Some(interface), Some(captured), Some(size)) = (word(0), word(12), word(16)) else { return false };
         (interface as usize) < self.interfaces.len()
@@ -220,7 +220,7 @@ impl Blocks {
             && (captured as usize) <= body.len().saturating_sub(20)
     }
 
-    fn section(&mut self, block: &[u8], order: Order, tally: &mut Tally) -> Option<()> {
+    fn section(&mut self, block: &[u8], order: ByteOrder, tally: &mut Tally) -> Option<()> {
         self.order = Some(order);
         self.interfaces.clear();
         let (_, section) = parse_sectionheaderblock(block).ok()?;
@@ -233,13 +233,13 @@ impl Blocks {
         Some(())
     }
 
-    fn interface(&mut self, block: &[u8], order: Order, tally: &mut Tally) -> Option<()> {
+    fn interface(&mut self, block: &[u8], order: ByteOrder, tally: &mut Tally) -> Option<()> {
         if self.interfaces.len() >= MAX_INTERFACES {
             return Some(());
         }
         let parsed = match order {
-            Order::Little => parse_interfacedescriptionblock_le(block),
-            Order::Big => parse_interfacedescriptionblock_be(block),
+            ByteOrder::Little => parse_interfacedescriptionblock_le(block),
+            ByteOrder::Big => parse_interfacedescriptionblock_be(block),
         };
         let Ok((_, described)) = parsed else {
             self.unknown_interface();
@@ -253,28 +253,34 @@ impl Blocks {
             _ => format!("can{}", self.interfaces.len()).into_bytes(),
         };
         let (link_type, snaplen) = (described.linktype.0 as u16, described.snaplen);
-        self.interfaces.push(Interface::new(&name, link_type, snaplen, Clock::new(resolution, offset_s), tally));
+        self.interfaces.push(Interface::new(
+            &name,
+            link_type,
+            snaplen,
+            InterfaceClock::new(resolution, offset_s),
+            tally,
+        ));
         Some(())
     }
 
     /// Keeps the index of an interface with an unreadable description, since later ones are known by their number.
     fn unknown_interface(&mut self) {
         if self.interfaces.len() < MAX_INTERFACES {
-            self.interfaces.push(Interface::new(b"", u16::MAX, 0, Clock::new(6, 0), &mut Tally::default()));
+            self.interfaces.push(Interface::new(b"", u16::MAX, 0, InterfaceClock::new(6, 0), &mut Tally::default()));
         }
     }
 
     fn statistics(
         &mut self,
         block: &[u8],
-        order: Order,
+        order: ByteOrder,
         at: u64,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
     ) -> Option<()> {
         let parsed = match order {
-            Order::Little => parse_interfacestatisticsblock_le(block),
-            Order::Big => parse_interfacestatisticsblock_be(block),
+            ByteOrder::Little => parse_interfacestatisticsblock_le(block),
+            ByteOrder::Big => parse_interfacestatisticsblock_be(block),
         };
         let (_, statistics) = parsed.ok()?;
         // Lost by the interface, lost by the operating system.
@@ -296,9 +302,9 @@ impl Blocks {
         need: usize,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
-    ) -> Step {
+    ) -> RecordStep {
         if !last {
-            return Step::Need(need);
+            return RecordStep::Need(need);
         }
         // Either the file was cut, or the length is wrong and covers other blocks.
         self.seeking = Some(Seeking { from: at, cut: true });
@@ -313,7 +319,7 @@ impl Blocks {
         last: bool,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
-    ) -> Step {
+    ) -> RecordStep {
         let head = bytes.first_chunk().and_then(|start| self.head(start));
         if head.is_some_and(|head| head.kind == INTERFACE) {
             self.unknown_interface();
@@ -331,7 +337,7 @@ impl Blocks {
         last: bool,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
-    ) -> Step {
+    ) -> RecordStep {
         let mut passed = bytes.len();
         let mut found = false;
         for (place, start) in bytes.windows(SHORTEST).enumerate() {
@@ -341,14 +347,14 @@ impl Blocks {
             }
             match bytes.get(place..place + head.len) {
                 Some(block) if body(block, head).is_some() => (passed, found) = (place, true),
-                None if !last => return if place > 0 { Step::Took(place) } else { Step::Need(head.len) },
+                None if !last => return if place > 0 { RecordStep::Took(place) } else { RecordStep::Need(head.len) },
                 _ => continue,
             }
             break;
         }
         if !found && !last {
             let kept = SHORTEST - 1;
-            return if bytes.len() > kept { Step::Took(bytes.len() - kept) } else { Step::Need(SHORTEST) };
+            return if bytes.len() > kept { RecordStep::Took(bytes.len() - kept) } else { RecordStep::Need(SHORTEST) };
         }
         if let Some(Seeking { from, cut }) = self.seeking.take() {
             let kind = match (found, cut) {
@@ -357,23 +363,23 @@ impl Blocks {
                 (false, false) => DamageKind::Rest,
             };
             let bytes = Some(at + passed as u64 - from);
-            sink(Item::Damaged(Damage { place: Place::Byte(from), kind, bytes, frames: None }), buses);
+            sink(Item::Damaged(Damage { place: FilePlace::Byte(from), kind, bytes, frames: None }), buses);
         }
-        Step::Took(passed)
+        RecordStep::Took(passed)
     }
 }
 
 /// Returns the content between the two lengths of a whole block; `None` if they differ.
 #[inline(always)]
-fn body(block: &[u8], head: Head) -> Option<&[u8]> {
+fn body(block: &[u8], head: BlockHead) -> Option<&[u8]> {
     let (rest, length) = block.split_last_chunk::<4>()?;
     (head.order.u32(*length) as usize == head.len).then_some(rest.get(8..)?)
 }
 
-fn order(mark: [u8; 4]) -> Option<Order> {
+fn order(mark: [u8; 4]) -> Option<ByteOrder> {
     match mark {
-        [0x4D, 0x3C, 0x2B, 0x1A] => Some(Order::Little),
-        [0x1A, 0x2B, 0x3C, 0x4D] => Some(Order::Big),
+        [0x4D, 0x3C, 0x2B, 0x1A] => Some(ByteOrder::Little),
+        [0x1A, 0x2B, 0x3C, 0x4D] => Some(ByteOrder::Big),
         _ => None,
     }
 }
@@ -381,11 +387,11 @@ fn order(mark: [u8; 4]) -> Option<Order> {
 /// The options of a packet, up to the first incomplete one.
 struct Options<'a> {
     rest: &'a [u8],
-    order: Order,
+    order: ByteOrder,
 }
 
 impl<'a> Options<'a> {
-    fn new(rest: &'a [u8], order: Order) -> Self {
+    fn new(rest: &'a [u8], order: ByteOrder) -> Self {
         Self { rest, order }
     }
 }
@@ -408,7 +414,7 @@ fn option<'a>(options: &'a [PcapNGOption<'_>], code: u16) -> Option<&'a [u8]> {
 }
 
 /// Returns a number of 64 bits, or 0 if it is invalid.
-fn number_of(value: &[u8], order: Order) -> u64 {
+fn number_of(value: &[u8], order: ByteOrder) -> u64 {
     value.try_into().map_or(0, |value| order.u64(value))
 }
 

@@ -5,7 +5,7 @@
 //! file are therefore examined before any is emitted: an identifier of 11 bits has two zero bytes, whose side is
 //! significant. No record is judged alone.
 
-use super::Order;
+use super::ByteOrder;
 use crate::bytes::frame::{Frame, Kind};
 use crate::bytes::readers::Unreadable;
 
@@ -38,8 +38,8 @@ pub(super) enum Reading {
 }
 
 impl Reading {
-    pub(super) fn order(self) -> Order {
-        if self == Self::Little { Order::Little } else { Order::Big }
+    pub(super) fn order(self) -> ByteOrder {
+        if self == Self::Little { ByteOrder::Little } else { ByteOrder::Big }
     }
 }
 

@@ -4,16 +4,16 @@
 
 use std::io::Write;
 
-use super::Order;
+use super::ByteOrder;
 use super::identifiers::Reading;
 use super::link::{self, Failed, Link};
 use super::tally::{Passed, Tally};
 use crate::bytes::frame::{BusId, Buses, Direction, MAX_BUS_NAME, Stamp, StampForm};
-use crate::bytes::readers::{Item, Marker, Place, Unreadable};
+use crate::bytes::readers::{FilePlace, Item, Marker, Unreadable};
 
 /// The unit and offset of an interface's stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Clock {
+pub(super) struct InterfaceClock {
     /// if_tsresol: a power of ten, or of two if the upper bit is set.
     resolution: u8,
     scale: Scale,
@@ -29,7 +29,7 @@ enum Scale {
     Binary(u8),
 }
 
-impl Clock {
+impl InterfaceClock {
     /// Creates a clock from if_tsresol and if_tsoffset, the latter in s.
     pub(super) fn new(resolution: u8, offset_s: i64) -> Self {
         let scale = match resolution {
@@ -86,7 +86,7 @@ pub(super) struct Packet<'a> {
 /// An interface.
 #[derive(Debug)]
 pub(super) struct Interface {
-    pub(super) clock: Clock,
+    pub(super) clock: InterfaceClock,
     pub(super) snaplen: u32,
     link: Link,
     name: Box<[u8]>,
@@ -98,7 +98,7 @@ pub(super) struct Interface {
 }
 
 impl Interface {
-    pub(super) fn new(name: &[u8], link_type: u16, snaplen: u32, clock: Clock, tally: &mut Tally) -> Self {
+    pub(super) fn new(name: &[u8], link_type: u16, snaplen: u32, clock: InterfaceClock, tally: &mut Tally) -> Self {
         let name = name.get(..MAX_BUS_NAME).unwrap_or(name);
         tally.interface(name, link_type, &clock.name(), snaplen);
         let link = Link::new(link_type);
@@ -110,7 +110,7 @@ impl Interface {
     pub(super) fn packet(
         &mut self,
         packet: Packet<'_>,
-        order: Order,
+        order: ByteOrder,
         tally: &mut Tally,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
@@ -133,7 +133,7 @@ impl Interface {
             Ok((mut frame, interface)) => {
                 frame.bus = self.bus(interface, buses);
                 if frame.bus == BusId::BEYOND {
-                    let place = Place::Byte(packet.at);
+                    let place = FilePlace::Byte(packet.at);
                     return sink(Item::Unreadable { place, reason: Unreadable::Bus }, buses);
                 }
                 frame.dir = packet.dir.or(frame.dir);
@@ -145,7 +145,7 @@ impl Interface {
             Err(Failed::Passed(kind)) => tally.pass(kind),
             Err(Failed::Unreadable(reason)) => {
                 tally.orders.failed(reason);
-                sink(Item::Unreadable { place: Place::Byte(packet.at), reason }, buses);
+                sink(Item::Unreadable { place: FilePlace::Byte(packet.at), reason }, buses);
             }
         }
     }
@@ -158,7 +158,7 @@ impl Interface {
         }
         self.dropped = self.dropped.saturating_add(count);
         let bus = self.numbered.map_or_else(|| self.bus(None, buses), |(_, bus)| bus);
-        let place = Place::Byte(at);
+        let place = FilePlace::Byte(at);
         sink(Item::Marker(Marker::Dropped { bus, count, total: self.dropped, place }), buses);
     }
 

@@ -5,9 +5,9 @@
 
 use pcap_parser::parse_pcap_header;
 
-use super::interface::{Clock, Interface, Packet};
+use super::interface::{Interface, InterfaceClock, Packet};
 use super::tally::Tally;
-use super::{Order, Step};
+use super::{ByteOrder, RecordStep};
 use crate::bytes::frame::Buses;
 use crate::bytes::readers::Item;
 
@@ -19,7 +19,7 @@ const RECORD: usize = 16;
 /// The header of the file, once read.
 #[derive(Debug, Default)]
 pub(super) struct Legacy {
-    open: Option<(Order, Interface)>,
+    open: Option<(ByteOrder, Interface)>,
 }
 
 impl Legacy {
@@ -31,34 +31,34 @@ impl Legacy {
         tally: &mut Tally,
         buses: &mut Buses,
         sink: &mut impl FnMut(Item, &Buses),
-    ) -> Step {
+    ) -> RecordStep {
         let Some((order, interface)) = &mut self.open else { return self.header(bytes, tally) };
         let order = *order;
-        let Some((head, rest)) = bytes.split_first_chunk::<RECORD>() else { return Step::Need(RECORD) };
+        let Some((head, rest)) = bytes.split_first_chunk::<RECORD>() else { return RecordStep::Need(RECORD) };
         let (words, _) = head.as_chunks::<4>();
-        let [seconds, fraction, captured, size] = *words else { return Step::Lost };
+        let [seconds, fraction, captured, size] = *words else { return RecordStep::Lost };
         let [seconds, fraction, captured, size] = [seconds, fraction, captured, size].map(|word| order.u32(word));
         if captured > size || captured > LONGEST {
-            return Step::Lost;
+            return RecordStep::Lost;
         }
-        let Some(data) = rest.get(..captured as usize) else { return Step::Need(RECORD + captured as usize) };
+        let Some(data) = rest.get(..captured as usize) else { return RecordStep::Need(RECORD + captured as usize) };
         let units = u64::from(seconds) * interface.clock.per_second() + u64::from(fraction);
         interface.packet(Packet { units: Some(units), data, size, dir: None, at }, order, tally, buses, sink);
-        Step::Took(RECORD + captured as usize)
+        RecordStep::Took(RECORD + captured as usize)
     }
 
-    fn header(&mut self, bytes: &[u8], tally: &mut Tally) -> Step {
-        let Some(head) = bytes.get(..HEADER) else { return Step::Need(HEADER) };
-        let Ok((_, header)) = parse_pcap_header(head) else { return Step::Lost };
-        let order = if header.is_bigendian() { Order::Big } else { Order::Little };
+    fn header(&mut self, bytes: &[u8], tally: &mut Tally) -> RecordStep {
+        let Some(head) = bytes.get(..HEADER) else { return RecordStep::Need(HEADER) };
+        let Ok((_, header)) = parse_pcap_header(head) else { return RecordStep::Lost };
+        let order = if header.is_bigendian() { ByteOrder::Big } else { ByteOrder::Little };
         if header.is_modified_format() {
-            return Step::Lost;
+            return RecordStep::Lost;
         }
         // The upper half is the length of the check sums at the end of packets.
         let link_type = header.network.0 as u16;
-        let clock = Clock::new(if header.is_nanosecond_precision() { 9 } else { 6 }, 0);
+        let clock = InterfaceClock::new(if header.is_nanosecond_precision() { 9 } else { 6 }, 0);
         tally.version(header.version_major, header.version_minor, order);
         self.open = Some((order, Interface::new(b"can0", link_type, header.snaplen, clock, tally)));
-        Step::Took(HEADER)
+        RecordStep::Took(HEADER)
     }
 }

@@ -4,7 +4,7 @@
 //! order of the host that wrote the file, like the file's own numbers: libpcap swaps it accordingly for files from
 //! other hosts. Frames with missing bytes are rejected.
 
-use super::Order;
+use super::ByteOrder;
 use super::tally::Passed;
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind, LengthForm};
 use crate::bytes::readers::Unreadable;
@@ -56,7 +56,7 @@ impl Link {
 
 /// The frame of a packet.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct LinkFrame {
     /// The frame without its bus and time.
     pub(super) frame: Frame,
     /// The host's number of the interface, if the packet has it.
@@ -73,16 +73,16 @@ pub(super) enum Failed {
 /// Returns the frame of a packet with `bytes` captured of `size` on the wire. `orders`: the byte orders of the file's
 /// numbers, and of identifiers of LINKTYPE_CAN_SOCKETCAN.
 #[inline(always)]
-pub(super) fn frame(link: Link, bytes: &[u8], size: u32, orders: (Order, Order)) -> Result<Found, Failed> {
+pub(super) fn frame(link: Link, bytes: &[u8], size: u32, orders: (ByteOrder, ByteOrder)) -> Result<LinkFrame, Failed> {
     let (order, identifiers) = orders;
     if link == Link::SocketCan {
         let frame = socketcan(bytes, size, identifiers, None).map_err(Failed::Unreadable)?;
-        return Ok(Found { frame, interface: None });
+        return Ok(LinkFrame { frame, interface: None });
     }
     if link == Link::Upper { upper(bytes, size, order) } else { cooked(link, bytes, size, order) }
 }
 
-fn cooked(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
+fn cooked(link: Link, bytes: &[u8], size: u32, order: ByteOrder) -> Result<LinkFrame, Failed> {
     let short = Failed::Unreadable(Unreadable::Data);
     let (head, protocol, kind, interface, rest) = match link {
         Link::Cooked => {
@@ -112,11 +112,11 @@ fn cooked(link: Link, bytes: &[u8], size: u32, order: Order) -> Result<Found, Fa
         // libpcap drops the outgoing packet for that reason, so this kind shows no direction.
         _ => None,
     };
-    Ok(Found { frame, interface })
+    Ok(LinkFrame { frame, interface })
 }
 
 /// Parses a frame after tags, one of which names its kind.
-fn upper(bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
+fn upper(bytes: &[u8], size: u32, order: ByteOrder) -> Result<LinkFrame, Failed> {
     const NAME: u16 = 12;
     let other = Failed::Passed(Passed::Packet(252));
     let (mut rest, mut fd) = (bytes, None);
@@ -141,12 +141,12 @@ fn upper(bytes: &[u8], size: u32, order: Order) -> Result<Found, Failed> {
     let head = (bytes.len() - rest.len()) as u32;
     let frame = socketcan(rest, size.saturating_sub(head), order, fd.ok_or(other)?.then_some(true))
         .map_err(Failed::Unreadable)?;
-    Ok(Found { frame, interface: None })
+    Ok(LinkFrame { frame, interface: None })
 }
 
 /// Parses a frame after SocketCAN's header. `fd`: true for an FD frame, if known from elsewhere.
 #[inline(always)]
-pub(super) fn socketcan(bytes: &[u8], size: u32, order: Order, fd: Option<bool>) -> Result<Frame, Unreadable> {
+pub(super) fn socketcan(bytes: &[u8], size: u32, order: ByteOrder, fd: Option<bool>) -> Result<Frame, Unreadable> {
     let (head, payload) = bytes.split_first_chunk::<8>().ok_or(Unreadable::Data)?;
     let [i0, i1, i2, i3, len, flags, reserved, dlc] = *head;
     let id = order.u32([i0, i1, i2, i3]);

@@ -18,7 +18,7 @@ use self::blocks::Blocks;
 use self::identifiers::{Reading, Votes};
 use self::legacy::Legacy;
 use self::tally::Tally;
-use super::{Contents, Damage, DamageKind, Item, Marker, Place, Unreadable};
+use super::{Contents, Damage, DamageKind, FilePlace, Item, Marker, Unreadable};
 use crate::bytes::frame::{Buses, Frame};
 
 /// A reader of one pcap or pcapng file.
@@ -39,7 +39,7 @@ struct Trial {
 /// A stream of records.
 #[derive(Debug, Default)]
 struct Records {
-    form: Form,
+    form: PcapForm,
     /// The bytes of an incomplete record; those before `gone` are consumed.
     held: Vec<u8>,
     gone: usize,
@@ -51,7 +51,7 @@ struct Records {
 }
 
 #[derive(Debug, Default)]
-enum Form {
+enum PcapForm {
     /// Before the first bytes.
     #[default]
     Unknown,
@@ -63,7 +63,7 @@ enum Form {
 
 /// The result of reading a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
+enum RecordStep {
     /// Number of bytes consumed.
     Took(usize),
     /// Total number of bytes needed, more than available.
@@ -157,15 +157,15 @@ impl Records {
         let held = std::mem::take(&mut self.held);
         self.run(held.get(self.gone..).unwrap_or_default(), true, buses, sink);
         self.gone = 0;
-        if let Form::Lost(from) = self.form {
+        if let PcapForm::Lost(from) = self.form {
             self.rest(from, buses, sink);
-            self.form = Form::Unknown;
+            self.form = PcapForm::Unknown;
         }
     }
 
     /// Ends an interrupted file, ignoring an incomplete last record.
     fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
-        let sought = matches!(&self.form, Form::Blocks(blocks) if blocks.seeks());
+        let sought = matches!(&self.form, PcapForm::Blocks(blocks) if blocks.seeks());
         if !sought {
             self.held.clear();
             self.gone = 0;
@@ -180,31 +180,31 @@ impl Records {
             && !rest.is_empty()
         {
             let step = match &mut self.form {
-                Form::Unknown => match begin(rest) {
+                PcapForm::Unknown => match begin(rest) {
                     Some(form) => {
                         self.form = form;
                         continue;
                     }
-                    None => Step::Need(4),
+                    None => RecordStep::Need(4),
                 },
-                Form::Legacy(legacy) => legacy.step(rest, self.at, &mut self.tally, buses, sink),
-                Form::Blocks(blocks) => blocks.step(rest, self.at, last, &mut self.tally, buses, sink),
-                Form::Lost(_) => Step::Took(rest.len()),
+                PcapForm::Legacy(legacy) => legacy.step(rest, self.at, &mut self.tally, buses, sink),
+                PcapForm::Blocks(blocks) => blocks.step(rest, self.at, last, &mut self.tally, buses, sink),
+                PcapForm::Lost(_) => RecordStep::Took(rest.len()),
             };
             let taken = match step {
-                Step::Took(taken) => taken,
-                Step::Need(_) if last => {
+                RecordStep::Took(taken) => taken,
+                RecordStep::Need(_) if last => {
                     let bytes = Some(rest.len() as u64);
-                    let damage = Damage { place: Place::Byte(self.at), kind: DamageKind::Cut, bytes, frames: None };
+                    let damage = Damage { place: FilePlace::Byte(self.at), kind: DamageKind::Cut, bytes, frames: None };
                     sink(Item::Damaged(damage), buses);
                     rest.len()
                 }
-                Step::Need(need) => {
+                RecordStep::Need(need) => {
                     self.need = need;
                     break;
                 }
-                Step::Lost => {
-                    self.form = Form::Lost(self.at);
+                RecordStep::Lost => {
+                    self.form = PcapForm::Lost(self.at);
                     rest.len()
                 }
             };
@@ -217,33 +217,36 @@ impl Records {
     #[cold]
     fn rest(&self, from: u64, buses: &Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let bytes = Some(self.at - from);
-        sink(Item::Damaged(Damage { place: Place::Byte(from), kind: DamageKind::Rest, bytes, frames: None }), buses);
+        sink(
+            Item::Damaged(Damage { place: FilePlace::Byte(from), kind: DamageKind::Rest, bytes, frames: None }),
+            buses,
+        );
     }
 }
 
 /// Detects the format by the first four bytes.
-fn begin(bytes: &[u8]) -> Option<Form> {
+fn begin(bytes: &[u8]) -> Option<PcapForm> {
     Some(match bytes.first_chunk::<4>()? {
-        b"\n\r\r\n" => Form::Blocks(Box::default()),
-        _ => Form::Legacy(Legacy::default()),
+        b"\n\r\r\n" => PcapForm::Blocks(Box::default()),
+        _ => PcapForm::Legacy(Legacy::default()),
     })
 }
 
 /// Returns a frame as delivered by this host's kernel: `struct can_frame`, or `struct canfd_frame` with `fd`.
 #[inline(always)]
 pub(super) fn native(bytes: &[u8], fd: bool) -> Result<Frame, Unreadable> {
-    let order = if cfg!(target_endian = "big") { Order::Big } else { Order::Little };
+    let order = if cfg!(target_endian = "big") { ByteOrder::Big } else { ByteOrder::Little };
     link::socketcan(bytes, bytes.len() as u32, order, Some(fd))
 }
 
 /// The byte order of numbers: that of the host that wrote the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Order {
+enum ByteOrder {
     Little,
     Big,
 }
 
-impl Order {
+impl ByteOrder {
     fn u16(self, bytes: [u8; 2]) -> u16 {
         match self {
             Self::Little => u16::from_le_bytes(bytes),

@@ -4,7 +4,7 @@
 
 use std::io::Write;
 
-use super::Order;
+use super::ByteOrder;
 use super::identifiers::{Orders, Reading, Votes};
 use crate::bytes::readers::Contents;
 
@@ -73,9 +73,9 @@ impl Tally {
     }
 
     /// Adds version and byte order.
-    pub(super) fn version(&mut self, major: u16, minor: u16, order: Order) {
+    pub(super) fn version(&mut self, major: u16, minor: u16, order: ByteOrder) {
         self.note("version", format!("{major}.{minor}").as_bytes());
-        self.note("byte order", if order == Order::Big { b"big-endian" } else { b"little-endian" });
+        self.note("byte order", if order == ByteOrder::Big { b"big-endian" } else { b"little-endian" });
     }
 
     /// Adds an interface: its name, link type, resolution of stamps, and the length to which packets were cut (0 for

@@ -93,7 +93,7 @@ struct Declared {
 
 /// A channel.
 #[derive(Debug)]
-struct Channel {
+struct McapChannel {
     declared: Declared,
     schema: u16,
     messages: u64,
@@ -129,7 +129,7 @@ pub(super) struct Container {
     /// Number of bytes of the file so far.
     offset: u64,
     schemas: Vec<Declared>,
-    channels: Vec<Channel>,
+    channels: Vec<McapChannel>,
     /// Records of the current chunk.
     chunk: Vec<u8>,
     chunk_span: Option<Span>,
@@ -210,7 +210,7 @@ impl Container {
         let mut whole = Vec::new();
         record(&mut whole, op::CHANNEL, &content);
         let declared = Declared { record: whole, chunk: 0 };
-        self.channels.push(Channel { declared, schema: schema.0, messages: 0, index: Vec::new() });
+        self.channels.push(McapChannel { declared, schema: schema.0, messages: 0, index: Vec::new() });
         Some(ChannelId(id))
     }
 

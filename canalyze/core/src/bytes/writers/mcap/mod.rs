@@ -14,15 +14,16 @@
 mod cdr;
 mod container;
 mod decoded;
-mod definitions;
+mod frames;
+mod message;
 #[cfg(test)]
 mod tests;
 
 use self::cdr::Cdr;
 use self::container::{ChannelId, Container, SchemaId};
 use self::decoded::Decoded;
-use self::definitions::Definition;
-use super::{Loss, Losses, Setting};
+use self::message::{Header, RosMessage, RosValues};
+use super::{CaptureFacts, Loss, Losses};
 use crate::bytes::frame::{BusId, CanId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
 use crate::rules::finding::Finding;
@@ -53,7 +54,7 @@ impl FdSchema {
 
 /// The options of a file.
 #[derive(Clone, Debug, Default)]
-pub struct Settings {
+pub struct McapSettings {
     /// The schema of CAN FD frames.
     pub fd_schema: FdSchema,
     /// Without message indexes: almost half the size, but refused by some readers.
@@ -78,7 +79,7 @@ struct Topics {
 pub struct Mcap {
     /// The losses.
     pub losses: Losses,
-    settings: Settings,
+    settings: McapSettings,
     container: Container,
     cdr: Cdr,
     frame: Option<SchemaId>,
@@ -95,13 +96,13 @@ pub struct Mcap {
 
 impl Default for Mcap {
     fn default() -> Self {
-        Self::new(Settings::default())
+        Self::new(McapSettings::default())
     }
 }
 
 impl Mcap {
     /// Creates a writer at the beginning of a file.
-    pub fn new(settings: Settings) -> Self {
+    pub fn new(settings: McapSettings) -> Self {
         Self {
             losses: Losses::default(),
             container: Container::new(!settings.archive),
@@ -131,7 +132,7 @@ impl Mcap {
     }
 
     /// Appends a frame.
-    pub fn frame(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: &Frame) {
+    pub fn frame(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: &Frame) {
         self.begin(out);
         let moment = setting.moment(frame);
         self.now = match moment {
@@ -151,28 +152,22 @@ impl Mcap {
         }
         let Some(channel) = self.channel(setting, frame) else { return };
         let bus = self.topics.get(usize::from(frame.bus.0)).map_or("", |topics| &topics.name);
-        let cdr = self.cdr.begin().header(self.now, bus.as_bytes()).u32(frame.id.raw());
+        let (header, cdr) = (Header(self.now, bus), self.cdr.begin());
         match (frame.kind, self.settings.fd_schema) {
             (Kind::Fd { brs, esi }, FdSchema::Ros2) => {
                 if brs || esi {
                     self.losses.count(Loss::FdFlags);
                 }
-                cdr.bool(frame.id.is_extended()).bool(false).u8(frame.len).sequence(frame.payload());
+                frames::fd(header, frame).values.append(cdr);
             }
-            (Kind::Fd { brs, esi }, FdSchema::Dataspeed) => {
-                cdr.bool(frame.id.is_extended()).bool(true).bool(brs).bool(esi).bool(false).sequence(frame.payload());
-            }
-            (kind, _) => {
-                let error = kind == Kind::Error;
-                cdr.bool(kind == Kind::Remote).bool(frame.id.is_extended() && !error).bool(error);
-                cdr.u8(frame.len.min(8)).array(&if kind == Kind::Remote { [0; 8] } else { frame.head() });
-            }
+            (Kind::Fd { .. }, FdSchema::Dataspeed) => frames::dataspeed(header, frame).values.append(cdr),
+            _ => frames::classic(header, frame).values.append(cdr),
         }
         self.container.message(out, channel, self.frames as u32, self.now, self.cdr.bytes());
     }
 
     /// Appends an error marker as an error frame without a class; other markers are counted as losses.
-    pub fn marker(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, marker: &Marker) {
+    pub fn marker(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, marker: &Marker) {
         match *marker {
             Marker::Dropped { .. } | Marker::LeftOut { .. } => self.losses.count(Loss::Gap),
             Marker::Error { bus, stamp, .. } => {
@@ -185,7 +180,7 @@ impl Mcap {
     }
 
     /// Appends the events of the last frame, if decoded topics are wanted. Without a frame: later knowledge.
-    pub fn events(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, frame: Option<&Frame>, events: &[Event]) {
+    pub fn events(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, frame: Option<&Frame>, events: &[Event]) {
         if self.decoded.is_none() {
             return;
         }
@@ -194,7 +189,7 @@ impl Mcap {
             self.bus(setting, event.bus);
         }
         let Self { decoded: Some(decoded), container, cdr, topics, losses, now, .. } = self else { return };
-        let mut place = decoded::Place { out, container, cdr, losses, setting, now: *now };
+        let mut place = decoded::MessagePlace { out, container, cdr, losses, setting, now: *now };
         for event in events {
             let bus = topics.get(usize::from(event.bus.0)).map_or("", |topics| &topics.name);
             decoded.event(&mut place, bus, frame, event);
@@ -202,7 +197,7 @@ impl Mcap {
     }
 
     /// Appends a finding about the capture, which has no frame.
-    pub fn finding(&mut self, out: &mut Vec<u8>, setting: Setting<'_>, finding: &Finding) {
+    pub fn finding(&mut self, out: &mut Vec<u8>, setting: CaptureFacts<'_>, finding: &Finding) {
         if self.decoded.is_none() {
             return;
         }
@@ -210,7 +205,7 @@ impl Mcap {
         self.bus(setting, finding.bus);
         let Self { decoded: Some(decoded), container, cdr, topics, losses, now, .. } = self else { return };
         let bus = topics.get(usize::from(finding.bus.0)).map_or("", |topics| &topics.name);
-        decoded.finding(&mut decoded::Place { out, container, cdr, losses, setting, now: *now }, bus, finding);
+        decoded.finding(&mut decoded::MessagePlace { out, container, cdr, losses, setting, now: *now }, bus, finding);
     }
 
     /// Appends a chunk that is old at `now_ns` on the clock of live frames.
@@ -219,7 +214,7 @@ impl Mcap {
     }
 
     /// Appends the end of the file.
-    pub fn finish(&mut self, out: &mut Vec<u8>, _setting: Setting<'_>) {
+    pub fn finish(&mut self, out: &mut Vec<u8>, _setting: CaptureFacts<'_>) {
         self.begin(out);
         // One line for each, since names may contain anything else.
         let lines = |words: Vec<&str>| words.join("\n");
@@ -241,7 +236,7 @@ impl Mcap {
     }
 
     /// Returns the topics of a bus, naming them on first use.
-    fn bus(&mut self, setting: Setting<'_>, bus: BusId) -> Option<&mut Topics> {
+    fn bus(&mut self, setting: CaptureFacts<'_>, bus: BusId) -> Option<&mut Topics> {
         let place = usize::from(bus.0);
         if self.topics.len() <= place {
             self.topics.resize(place + 1, Topics::default());
@@ -259,7 +254,7 @@ impl Mcap {
     }
 
     /// Returns the channel of a frame, declaring it on first use.
-    fn channel(&mut self, setting: Setting<'_>, frame: &Frame) -> Option<ChannelId> {
+    fn channel(&mut self, setting: CaptureFacts<'_>, frame: &Frame) -> Option<ChannelId> {
         let fd = matches!(frame.kind, Kind::Fd { .. });
         let sent = frame.dir == Some(Direction::Tx);
         let topics = self.bus(setting, frame.bus)?;
@@ -275,12 +270,12 @@ impl Mcap {
         }
         let topic =
             format!("/{}/{}_can_bus{}", topics.name, if sent { "to" } else { "from" }, if fd { "_fd" } else { "" });
-        let (definition, slot) = match (fd, self.settings.fd_schema) {
-            (false, _) => (definitions::FRAME, &mut self.frame),
-            (true, FdSchema::Ros2) => (definitions::FD_FRAME, &mut self.fd),
-            (true, FdSchema::Dataspeed) => (definitions::DATASPEED_FRAME, &mut self.fd),
-        };
-        let schema = declare(&mut self.container, slot, definition)?;
+        let (container, header) = (&mut self.container, Header(0, ""));
+        let schema = match (fd, self.settings.fd_schema) {
+            (false, _) => declare(container, &mut self.frame, &frames::classic(header, frame)),
+            (true, FdSchema::Ros2) => declare(container, &mut self.fd, &frames::fd(header, frame)),
+            (true, FdSchema::Dataspeed) => declare(container, &mut self.fd, &frames::dataspeed(header, frame)),
+        }?;
         let channel = self.container.channel(&topic, schema, ROS2.1, &[])?;
         let [from, to] = &mut self.bus(setting, frame.bus)?.channels;
         let [classic, with_fd] = if sent { to } else { from };
@@ -293,9 +288,13 @@ impl Mcap {
 }
 
 /// Returns the ID of a schema, declaring it on first use.
-fn declare(container: &mut Container, slot: &mut Option<SchemaId>, definition: Definition) -> Option<SchemaId> {
+fn declare(
+    container: &mut Container,
+    slot: &mut Option<SchemaId>,
+    message: &RosMessage<impl RosValues>,
+) -> Option<SchemaId> {
     if slot.is_none() {
-        *slot = container.schema(definition.name, ROS2.0, &definition.text());
+        *slot = container.schema(message.name, ROS2.0, &message.definition());
     }
     *slot
 }

@@ -76,11 +76,11 @@ pub(super) fn texts(file: &[u8]) -> Vec<(String, String)> {
     schemas.map(read).collect()
 }
 
-fn write(settings: Settings, frames: &[Frame]) -> (Vec<u8>, Vec<(Loss, u64)>) {
+fn write(settings: McapSettings, frames: &[Frame]) -> (Vec<u8>, Vec<(Loss, u64)>) {
     let mut buses = Buses::default();
     buses.intern(b"can1");
     buses.intern(b"a b/c");
-    let setting = Setting { buses: &buses, date_ns: None };
+    let setting = CaptureFacts { buses: &buses, date_ns: None };
     let mut writer = Mcap::new(settings);
     let mut out = Vec::new();
     for frame in frames {
@@ -107,7 +107,7 @@ fn head() -> Vec<u8> {
 #[test]
 fn a_classic_frame() {
     let frame = plain(Frame::classic(CanId::standard(0x60A), &[0x40, 8, 0x10]));
-    let (file, losses) = write(Settings::default(), &[frame]);
+    let (file, losses) = write(McapSettings::default(), &[frame]);
     let mut data = head();
     data.extend([0x0A, 6, 0, 0, 0, 0, 0, 3, 0x40, 8, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(data.len(), 40);
@@ -129,7 +129,7 @@ fn kinds_of_frames() {
     let tails = |file: &[u8]| -> Vec<(String, Vec<u8>)> {
         messages(file).into_iter().map(|(topic, _, _, data)| (topic, data[head().len()..].to_vec())).collect()
     };
-    let (file, losses) = write(Settings::default(), &frames);
+    let (file, losses) = write(McapSettings::default(), &frames);
     let bytes = [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9];
     let long = |head: &[u8]| [head, &bytes].concat();
     let row = |topic: &str, data: Vec<u8>| (topic.to_owned(), data);
@@ -141,7 +141,8 @@ fn kinds_of_frames() {
     ];
     assert_eq!(tails(&file), expected);
     assert_eq!(losses, [(Loss::FdFlags, 2)]);
-    let (file, losses) = write(Settings { fd_schema: FdSchema::Dataspeed, ..Settings::default() }, &frames[2..3]);
+    let (file, losses) =
+        write(McapSettings { fd_schema: FdSchema::Dataspeed, ..McapSettings::default() }, &frames[2..3]);
     let data = long(&[0xF0, 0xDE, 0xBC, 0x1A, 1, 1, 1, 0, 0, 0, 0, 0, 12, 0, 0, 0]);
     assert_eq!(tails(&file), [row("/can1/from_can_bus_fd", data)]);
     assert_eq!(losses, []);
@@ -150,7 +151,7 @@ fn kinds_of_frames() {
 #[test]
 fn what_the_format_cannot_hold() {
     let bare = Frame::classic(CanId::standard(1), &[]);
-    let (file, losses) = write(Settings::default(), &[bare, bare]);
+    let (file, losses) = write(McapSettings::default(), &[bare, bare]);
     let times: Vec<_> = messages(&file).into_iter().map(|(_, _, time, _)| time).collect();
     assert_eq!(times, [0, STEP]);
     assert_eq!(losses, [(Loss::UnknownDirection, 2), (Loss::NoStamp, 2)]);
@@ -162,12 +163,12 @@ fn what_the_format_cannot_hold() {
         ..plain(bare)
     };
     let (file, losses) =
-        write(Settings::default(), &[Frame { bus: BusId(1), ..plain(bare) }, Frame { t_ns: Some(-5), ..odd }]);
+        write(McapSettings::default(), &[Frame { bus: BusId(1), ..plain(bare) }, Frame { t_ns: Some(-5), ..odd }]);
     assert_eq!(messages(&file)[1].0, "/a_b_c/from_can_bus");
     assert_eq!(messages(&file)[1].2, 0);
     assert_eq!(losses, [(Loss::BusName, 2), (Loss::NoStamp, 1), (Loss::RawDlc, 1)]);
     // After 2038 the stamp is 0 for unknown; the log time is still right.
-    let (file, losses) = write(Settings::default(), &[Frame { t_ns: Some(i64::MAX), ..plain(bare) }]);
+    let (file, losses) = write(McapSettings::default(), &[Frame { t_ns: Some(i64::MAX), ..plain(bare) }]);
     let (_, _, time, data) = messages(&file).remove(0);
     assert_eq!((time, &data[4..12]), (i64::MAX as u64, &[0; 8][..]));
     assert_eq!(losses, []);
@@ -190,7 +191,7 @@ fn summary_and_indexes() {
             Frame { t_ns: Some(i64::from(no) * 1000), ..plain(Frame::classic(id, &no.to_le_bytes())) }
         })
         .collect();
-    let (file, _) = write(Settings::default(), &frames);
+    let (file, _) = write(McapSettings::default(), &frames);
     let kinds = |file: &[u8]| {
         let mut counts = BTreeMap::new();
         for (opcode, _) in records(&file[8..file.len() - 8]) {
@@ -241,7 +242,7 @@ fn summary_and_indexes() {
     }
     assert_eq!(indexed, frames.len());
 
-    let (archive, _) = write(Settings { archive: true, ..Settings::default() }, &frames);
+    let (archive, _) = write(McapSettings { archive: true, ..McapSettings::default() }, &frames);
     assert!(!kinds(&archive).contains_key(&7) && archive.len() < file.len());
     assert_eq!(messages(&archive), messages(&file));
 }
@@ -249,7 +250,7 @@ fn summary_and_indexes() {
 #[test]
 fn every_chunk_is_readable_by_itself() {
     let frame = plain(Frame::classic(CanId::standard(1), &[1; 8]));
-    let (file, _) = write(Settings::default(), &vec![frame; 30_000]);
+    let (file, _) = write(McapSettings::default(), &vec![frame; 30_000]);
     let opened = open(&file);
     let data: Vec<u8> = opened.iter().map(|(opcode, _)| *opcode).take_while(|opcode| *opcode != 0xF).collect();
     assert_eq!(data.iter().filter(|opcode| **opcode == 3).count(), 3);
@@ -258,7 +259,7 @@ fn every_chunk_is_readable_by_itself() {
 
 #[test]
 fn an_empty_capture_is_a_whole_file() {
-    let (file, losses) = write(Settings::default(), &[]);
+    let (file, losses) = write(McapSettings::default(), &[]);
     assert_eq!(losses, []);
     let kinds: Vec<u8> = open(&file).iter().map(|(opcode, _)| *opcode).collect();
     assert_eq!(kinds, [1, 0xC, 0xF, 0xB, 0xD, 0xE, 0xE, 2]);
@@ -268,7 +269,7 @@ fn an_empty_capture_is_a_whole_file() {
 fn where_it_comes_from() {
     let mut buses = Buses::default();
     buses.intern(b"can1");
-    let setting = Setting { buses: &buses, date_ns: None };
+    let setting = CaptureFacts { buses: &buses, date_ns: None };
     let (mut writer, mut file) = (Mcap::default(), Vec::new());
     writer.source(b"folder/x.log", "candump");
     writer.frame(&mut file, setting, &plain(Frame::classic(CanId::standard(1), &[])));

@@ -2,13 +2,13 @@
 //!
 //! `checks/nmt` decides if there was a command.
 
-use super::Nodes;
+use super::NodeIncidents;
 use super::losses::lost_with;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Finding, Quantity};
-use crate::stories::incident::{Role, Subject, members};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{StepRole, Subject, members};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::trackers::AGAIN_NS;
@@ -23,30 +23,38 @@ const BACK_NS: i64 = 1_000_000_000;
 /// Maximum distance of the signs of a second node with the same node-ID, in ns.
 const DOUBLE_NS: i64 = 15_000_000_000;
 
-impl Nodes {
+impl NodeIncidents {
     /// Records a boot-up without a command (NMT003).
     pub(in crate::stories) fn restarted(&mut self, node: u8, finding: &Finding, was: bool, scene: &mut Scene<'_>) {
         let at = finding.at;
         if let Some(place) = self.waiting.get(&node).and_then(|places| places.last()).copied()
             && let Some(one) = scene.ledger.get_mut(place)
-            && matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost | Kind::NodeRestarted | Kind::RestartLoop)
+            && matches!(
+                one.kind,
+                IncidentKind::NodeSilent
+                    | IncidentKind::SegmentLost
+                    | IncidentKind::NodeRestarted
+                    | IncidentKind::RestartLoop
+            )
         {
             let back = self.returned.get(&node) == Some(&at.no);
             if !back {
                 one.again(at);
-                one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding));
+                one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
                 if one.repeats.count >= LOOP {
-                    one.kind = Kind::RestartLoop;
+                    one.kind = IncidentKind::RestartLoop;
                 }
             }
             return one.found(finding);
         }
         let silent = scene.ledger.last(scene.id, |one| {
-            one.subject.concerns(node) && one.end.is_some_and(|end| end.no == at.no) && one.kind == Kind::NodeSilent
+            one.subject.concerns(node)
+                && one.end.is_some_and(|end| end.no == at.no)
+                && one.kind == IncidentKind::NodeSilent
         });
         if let Some(one) = silent.and_then(|place| scene.ledger.get_mut(place)) {
             if one.repeats.count >= LOOP {
-                one.kind = Kind::RestartLoop;
+                one.kind = IncidentKind::RestartLoop;
             }
             return one.found(finding);
         }
@@ -54,7 +62,8 @@ impl Nodes {
             return;
         }
         let again = scene.ledger.last(scene.id, |one| {
-            one.subject.node == Some(node) && matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop)
+            one.subject.node == Some(node)
+                && matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop)
         });
         let again = again.filter(|place| scene.ledger.get(*place).is_some_and(|one| one.ended_within(at, AGAIN_NS)));
         let place = match again {
@@ -62,16 +71,16 @@ impl Nodes {
                 if let Some(one) = scene.ledger.get_mut(place) {
                     one.again(at);
                     if one.repeats.count >= LOOP {
-                        one.kind = Kind::RestartLoop;
+                        one.kind = IncidentKind::RestartLoop;
                     }
                 }
                 Some(place)
             }
-            None => scene.ledger.open(Kind::NodeRestarted, scene.id, Subject::node(node), at, at),
+            None => scene.ledger.open(IncidentKind::NodeRestarted, scene.id, Subject::node(node), at, at),
         };
         let Some(place) = place else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Sign, Saying::BootedUnasked, Some(finding));
+            one.step(at, StepRole::Sign, Saying::BootedUnasked, Some(finding));
             one.clue.because_of = finding.because_of.map(|at| at.no);
             if !was {
                 one.ends(at);
@@ -87,7 +96,7 @@ impl Nodes {
     fn comes_with_others(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) -> bool {
         let (at, Some(before)) = (finding.at, self.before.get(&node).copied()) else { return false };
         let others = scene.ledger.last(scene.id, |one| {
-            let lost = matches!(one.kind, Kind::SegmentLost | Kind::NodeSilent) && one.has("boot_up");
+            let lost = matches!(one.kind, IncidentKind::SegmentLost | IncidentKind::NodeSilent) && one.has("boot_up");
             let back = members(one.subject.nodes).filter_map(|other| self.booted.get(&other));
             let near = back.into_iter().any(|other| at.since(*other).is_some_and(|ns| ns.saturating_abs() <= BACK_NS));
             // Its last frame is older than the loss, or came while the others were being lost.
@@ -96,7 +105,7 @@ impl Nodes {
         });
         let Some(one) = others.and_then(|place| scene.ledger.get_mut(place)) else { return false };
         lost_with(one, node);
-        one.step(at, Role::Recovery, Saying::BootedUnasked, Some(finding));
+        one.step(at, StepRole::Recovery, Saying::BootedUnasked, Some(finding));
         true
     }
 
@@ -113,7 +122,8 @@ impl Nodes {
         let at = finding.about().unwrap_or(finding.at);
         let trouble = scene.ledger.last(scene.id, |one| {
             // It could hear no node while it could not be heard.
-            let lost = matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) && one.ended_within(at, REACTION_NS);
+            let lost = matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost)
+                && one.ended_within(at, REACTION_NS);
             lost && one.subject.concerns(node)
         });
         let trouble = trouble.or_else(|| {
@@ -125,13 +135,14 @@ impl Nodes {
         });
         let trouble = trouble.or_else(|| self.left_again(node, at, scene));
         let place = trouble.or_else(|| {
-            let place = scene.ledger.open(Kind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
+            let place =
+                scene.ledger.open(IncidentKind::LeftOperational, scene.id, Subject::node(node), at, finding.at)?;
             scene.ledger.get_mut(place)?.fact("state", Quantity::State(to));
             Some(place)
         });
         let Some(place) = place else { return };
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Reaction, Saying::Went { from, to }, Some(finding));
+            one.step(at, StepRole::Reaction, Saying::Went { from, to }, Some(finding));
             one.fact("left_operational", Quantity::Count(1));
             if one.clue.because_of.is_none() {
                 one.clue.because_of = finding.because_of.map(|at| at.no);
@@ -143,9 +154,9 @@ impl Nodes {
 
     /// Returns the recent incident of the same node leaving Operational. If it became Operational in between without a
     /// command, and repeatedly so, two nodes share the node-ID.
-    fn left_again(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
+    fn left_again(&mut self, node: u8, at: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let place = scene.ledger.last(scene.id, |one| {
-            let left = matches!(one.kind, Kind::LeftOperational | Kind::DuplicateNodeId);
+            let left = matches!(one.kind, IncidentKind::LeftOperational | IncidentKind::DuplicateNodeId);
             left && one.subject.node == Some(node) && (one.end.is_none() || one.ended_within(at, AGAIN_NS))
         })?;
         let since = scene.ledger.get(place)?.repeats.since;
@@ -155,10 +166,10 @@ impl Nodes {
         if one.repeats.count < LOOP || ordered {
             return Some(place);
         }
-        one.kind = Kind::DuplicateNodeId;
+        one.kind = IncidentKind::DuplicateNodeId;
         let begin = one.begin;
         let boot = scene.ledger.last(scene.id, |one| {
-            let booted = matches!(one.kind, Kind::NodeRestarted | Kind::RestartLoop);
+            let booted = matches!(one.kind, IncidentKind::NodeRestarted | IncidentKind::RestartLoop);
             booted && one.subject.node == Some(node) && one.began_within(at, DOUBLE_NS)
         });
         if let Some(boot) = boot {

@@ -2,10 +2,10 @@
 //!
 //! `checks/nmt` decides if a command had no effect.
 
-use super::Nodes;
+use super::NodeIncidents;
 use crate::rules::finding::{Code, Finding, Quantity};
-use crate::stories::incident::{Role, Subject, bit, members};
-use crate::stories::kinds::Kind;
+use crate::stories::incident::{StepRole, Subject, bit, members};
+use crate::stories::kinds::IncidentKind;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::trackers::commanded::Commanded;
@@ -15,14 +15,15 @@ const COMMANDS: u64 = 50;
 /// Maximum distance of resets that are one restart of the plant, in ns.
 const ONE_RESET_NS: i64 = 3_000_000_000;
 
-impl Nodes {
+impl NodeIncidents {
     /// Processes an NMT command to a node or to all (0); `before`: the nodes that were Operational until now.
     pub(in crate::stories) fn commanded(&mut self, command: u8, node: u8, before: u128, scene: &mut Scene<'_>) {
         let meant = if node == 0 { scene.heard.known } else { bit(node) & scene.heard.known };
         let hit = meant & before;
         if hit != 0 && command != 0x01 {
             let at = scene.at;
-            let kind = if matches!(command, 0x81 | 0x82) { Kind::CommandedReset } else { Kind::CommandedStop };
+            let kind =
+                if matches!(command, 0x81 | 0x82) { IncidentKind::CommandedReset } else { IncidentKind::CommandedStop };
             let place = match &mut self.commanded {
                 Some(commanded)
                     if scene.ledger.get(commanded.place).is_some_and(|one| one.began_within(at, ONE_RESET_NS)) =>
@@ -38,12 +39,12 @@ impl Nodes {
             };
             if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
                 one.subject.nodes |= hit;
-                if kind == Kind::CommandedReset {
+                if kind == IncidentKind::CommandedReset {
                     one.kind = kind;
                 }
                 one.clue.everyone |= node == 0;
                 one.fact("command", Quantity::Command(command));
-                one.step(at, Role::Sign, Saying::Commanded { command }, None);
+                one.step(at, StepRole::Sign, Saying::Commanded { command }, None);
             }
         }
         if command == 0x01 {
@@ -65,7 +66,7 @@ impl Nodes {
         for node in members(meant) {
             for place in self.waiting.get(&node).into_iter().flatten() {
                 if let Some(one) = scene.ledger.get_mut(*place) {
-                    one.step(at, Role::Attempt, Saying::Commanded { command }, None);
+                    one.step(at, StepRole::Attempt, Saying::Commanded { command }, None);
                 }
             }
         }
@@ -87,15 +88,15 @@ impl Nodes {
         if *count != COMMANDS {
             return;
         }
-        let kind = Kind::CommandsNotTaken;
+        let kind = IncidentKind::CommandsNotTaken;
         *place = scene.ledger.open(kind, scene.id, Subject::node(node), *first, scene.at);
     }
 
     /// Records a command without effect (NMT002) or a missing boot-up (NMT006).
     pub(in crate::stories) fn owes(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
-        let kind = if finding.code == Code::Nmt006 { Kind::NoBootUp } else { Kind::StartWithoutEffect };
+        let kind = if finding.code == Code::Nmt006 { IncidentKind::NoBootUp } else { IncidentKind::StartWithoutEffect };
         let mut begin = finding.cause.unwrap_or(finding.at);
-        if kind == Kind::StartWithoutEffect
+        if kind == IncidentKind::StartWithoutEffect
             && finding.measured().and_then(|all| all.get("command")) == Some(Quantity::Command(0x01))
             && let Some(first) = self.started.get(&node).filter(|_| !self.owing.contains_key(&node))
         {
@@ -107,7 +108,7 @@ impl Nodes {
         {
             one.again(begin);
             if let Some(Quantity::Command(command)) = finding.measured().and_then(|all| all.get("command")) {
-                one.step(begin, Role::Attempt, Saying::Commanded { command }, Some(finding));
+                one.step(begin, StepRole::Attempt, Saying::Commanded { command }, Some(finding));
             }
             return;
         }
@@ -117,7 +118,7 @@ impl Nodes {
             if let Some(command) = finding.measured().and_then(|all| all.get("command")) {
                 one.fact("command", command);
                 if let Quantity::Command(command) = command {
-                    one.step(begin, Role::Sign, Saying::Commanded { command }, Some(finding));
+                    one.step(begin, StepRole::Sign, Saying::Commanded { command }, Some(finding));
                 }
             }
         }

@@ -2,12 +2,12 @@
 //!
 //! `checks/heartbeat` decides if a heartbeat is overdue.
 
-use super::Nodes;
+use super::NodeIncidents;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Finding, Quantity};
-use crate::stories::incident::{Grade, Incident, Role, Subject, bit, members};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{Grade, Incident, StepRole, Subject, bit, members};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::trackers::AGAIN_NS;
@@ -17,7 +17,7 @@ const TOGETHER_NS: i64 = 100_000_000;
 /// Minimum time without a frame after which a node may be the one that a consumer misses, in ns.
 const UNHEARD_NS: i64 = 400_000_000;
 
-impl Nodes {
+impl NodeIncidents {
     /// Processes a frame of a node that is not a boot-up.
     pub(in crate::stories) fn heard(&mut self, node: u8, heartbeat: bool, scene: &mut Scene<'_>) {
         if self.silent.is_empty() {
@@ -27,10 +27,10 @@ impl Nodes {
         let at = scene.at;
         let Some(one) = scene.ledger.get_mut(place) else { return };
         gone(one, scene.heard.last(node), at);
-        if one.kind == Kind::HeartbeatStopped && !heartbeat {
+        if one.kind == IncidentKind::HeartbeatStopped && !heartbeat {
             return;
         }
-        one.step(at, Role::Recovery, Saying::HeardAgain, None);
+        one.step(at, StepRole::Recovery, Saying::HeardAgain, None);
         if let Some(silence) = at.since(one.repeats.since) {
             one.fact("silence", Quantity::Ns(silence));
         }
@@ -53,7 +53,7 @@ impl Nodes {
         let rest = finding.at.since(begin).unwrap_or(i64::MAX);
         let beyond = begin.since(heartbeat).unwrap_or(0);
         let goes_on = period.is_some_and(|period| beyond > period.saturating_add(period / 2) && rest < beyond);
-        let kind = if goes_on { Kind::HeartbeatStopped } else { Kind::NodeSilent };
+        let kind = if goes_on { IncidentKind::HeartbeatStopped } else { IncidentKind::NodeSilent };
         let begin = if goes_on { heartbeat } else { begin };
         let place = self.again(kind, node, begin, scene).or_else(|| self.join(node, kind, begin, period, scene));
         let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, finding.at));
@@ -66,10 +66,10 @@ impl Nodes {
             one.clue.sync = sync_clue;
             one.clue.because_of = finding.because_of.map(|at| at.no);
             if one.steps.is_empty() {
-                one.step(begin, Role::Sign, Saying::LastSign, None);
+                one.step(begin, StepRole::Sign, Saying::LastSign, None);
             }
             if at_sync {
-                one.step(sync, Role::Reaction, Saying::SyncGone, None);
+                one.step(sync, StepRole::Reaction, Saying::SyncGone, None);
             }
             if let Some(period) = period {
                 one.fact("period", Quantity::Ns(rounded(period)));
@@ -109,7 +109,7 @@ impl Nodes {
             // A node reset by command is booting.
             let reset = self.commanded.as_ref().is_some_and(|commanded| {
                 let kind = scene.ledger.get(commanded.place).map(|one| one.kind);
-                commanded.waits_for(*node) && kind == Some(Kind::CommandedReset)
+                commanded.waits_for(*node) && kind == Some(IncidentKind::CommandedReset)
             });
             *node != consumer && beats && !reset && age(*node) >= limit
         };
@@ -122,7 +122,7 @@ impl Nodes {
         let Some(node) = named.or(alone) else { return };
         let Some(beat) = scene.heard.last_heartbeat(node) else { return };
         let (begin, producer) = last_sign(node, beat, at, scene);
-        let kind = Kind::NodeSilent;
+        let kind = IncidentKind::NodeSilent;
         let again = self.again(kind, node, begin, scene);
         let Some(place) = again.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at)) else {
             return;
@@ -133,7 +133,7 @@ impl Nodes {
             one.clue.controller = scene.heard.serving & bit(node) == 0;
             (one.clue.sync_producer, one.clue.sync) = (producer, clue);
             if one.steps.is_empty() {
-                one.step(begin, Role::Sign, Saying::LastSign, None);
+                one.step(begin, StepRole::Sign, Saying::LastSign, None);
             }
             if let Some(period) = scene.bus.heartbeat_period(node) {
                 one.fact("period", Quantity::Ns(rounded(period)));
@@ -161,11 +161,13 @@ impl Nodes {
             return;
         }
         for place in self.silent.values() {
-            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind == Kind::SegmentLost) else { continue };
+            let Some(one) = scene.ledger.get_mut(*place).filter(|one| one.kind == IncidentKind::SegmentLost) else {
+                continue;
+            };
             let period = one.ns("period").unwrap_or(0);
             if last.since(one.begin).is_some_and(|since| since <= period) && away > period {
                 one.subject.nodes |= bit(node);
-                one.step(scene.at, Role::Recovery, Saying::HeardAgain, None);
+                one.step(scene.at, StepRole::Recovery, Saying::HeardAgain, None);
                 return;
             }
         }
@@ -179,7 +181,7 @@ impl Nodes {
     }
 
     /// Returns the same incident of the node if it recurs soon.
-    fn again(&mut self, kind: Kind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<Place> {
+    fn again(&mut self, kind: IncidentKind, node: u8, begin: FrameRef, scene: &mut Scene<'_>) -> Option<LedgerPlace> {
         let place = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node))?;
         let one = scene.ledger.get_mut(place)?;
         let soon = one.repeats.longest_ns.saturating_mul(10).max(AGAIN_NS);
@@ -187,7 +189,7 @@ impl Nodes {
             return None;
         }
         one.again(begin);
-        one.step(begin, Role::Sign, Saying::LastSign, None);
+        one.step(begin, StepRole::Sign, Saying::LastSign, None);
         Some(place)
     }
 
@@ -195,16 +197,16 @@ impl Nodes {
     fn join(
         &mut self,
         node: u8,
-        kind: Kind,
+        kind: IncidentKind,
         begin: FrameRef,
         period: Option<i64>,
         scene: &mut Scene<'_>,
-    ) -> Option<Place> {
+    ) -> Option<LedgerPlace> {
         let place = self.silent.values().copied().max()?;
         let since = scene.heard.last(node)?;
         // When the next heartbeat of the other was due, it was already lost, and so was this one.
-        let one = scene.ledger.get_mut(place).filter(|one| kind == Kind::NodeSilent && one.end.is_none())?;
-        if !matches!(one.kind, Kind::NodeSilent | Kind::SegmentLost) {
+        let one = scene.ledger.get_mut(place).filter(|one| kind == IncidentKind::NodeSilent && one.end.is_none())?;
+        if !matches!(one.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost) {
             return None;
         }
         let other_period = one.ns("period")?;
@@ -220,7 +222,7 @@ impl Nodes {
         if then < first {
             (one.begin, one.repeats.since) = (begin, begin);
         }
-        one.step(begin, Role::Sign, Saying::LastSign, None);
+        one.step(begin, StepRole::Sign, Saying::LastSign, None);
         Some(place)
     }
 }
@@ -252,11 +254,13 @@ fn rounded(ns: i64) -> i64 {
 /// Turns a loss of heartbeats into a silence if the node has sent nothing else for as long.
 fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
     let limit = one.ns("limit");
-    let Some(last) = last.filter(|last| one.kind == Kind::HeartbeatStopped && last.no >= one.begin.no) else { return };
+    let Some(last) = last.filter(|last| one.kind == IncidentKind::HeartbeatStopped && last.no >= one.begin.no) else {
+        return;
+    };
     if limit.is_some_and(|limit| at.since(last) > Some(limit)) && one.repeats.count == 1 {
-        one.kind = Kind::NodeSilent;
+        one.kind = IncidentKind::NodeSilent;
         (one.begin, one.repeats.since) = (last, last);
-        one.step(last, Role::Sign, Saying::LastSign, None);
+        one.step(last, StepRole::Sign, Saying::LastSign, None);
     }
 }
 
@@ -264,7 +268,7 @@ fn gone(one: &mut Incident, last: Option<FrameRef>, at: FrameRef) {
 pub(super) fn lost_with(one: &mut Incident, node: u8) {
     one.subject.nodes |= bit(node);
     if one.subject.nodes.count_ones() > 1 {
-        one.kind = Kind::SegmentLost;
+        one.kind = IncidentKind::SegmentLost;
         one.subject.node = None;
     }
 }

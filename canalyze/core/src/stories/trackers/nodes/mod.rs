@@ -13,21 +13,21 @@ use std::collections::BTreeMap;
 use super::commanded::Commanded;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Quantity;
-use crate::stories::incident::{Role, bit};
-use crate::stories::kinds::Kind;
-use crate::stories::ledger::Place;
+use crate::stories::incident::{StepRole, bit};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::wire::error_control::OPERATIONAL;
 
 /// The open incidents of the nodes of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Nodes {
-    silent: BTreeMap<u8, Place>,
+pub(in crate::stories) struct NodeIncidents {
+    silent: BTreeMap<u8, LedgerPlace>,
     /// Incidents of nodes that are back or left Operational, which end once the node is Operational.
-    waiting: BTreeMap<u8, Vec<Place>>,
+    waiting: BTreeMap<u8, Vec<LedgerPlace>>,
     /// Nodes that have to boot or to reach a state.
-    owing: BTreeMap<u8, Place>,
+    owing: BTreeMap<u8, LedgerPlace>,
     commanded: Option<Commanded>,
     /// Nodes that were Operational before their last boot-up or reset, one bit each.
     was_operational: u128,
@@ -40,12 +40,12 @@ pub(in crate::stories) struct Nodes {
     /// The last start command to each node, and to all (0).
     ordered: BTreeMap<u8, FrameRef>,
     /// RPDOs to nodes that are not Operational: the first one, their number, and the incident.
-    ignored: BTreeMap<u8, (FrameRef, u64, Option<Place>)>,
+    ignored: BTreeMap<u8, (FrameRef, u64, Option<LedgerPlace>)>,
     /// The last boot-up of each node.
     booted: BTreeMap<u8, FrameRef>,
 }
 
-impl Nodes {
+impl NodeIncidents {
     /// Records a boot-up of a node.
     pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
         let at = scene.at;
@@ -65,7 +65,7 @@ impl Nodes {
         let waits = self.waiting.remove(&node).unwrap_or_default();
         for place in &waits {
             if let Some(one) = scene.ledger.get_mut(*place) {
-                one.step(at, Role::Reaction, Saying::Booted, None);
+                one.step(at, StepRole::Reaction, Saying::Booted, None);
             }
         }
         if !waits.is_empty() {
@@ -75,7 +75,7 @@ impl Nodes {
             && let Some(one) = scene.ledger.get_mut(place)
         {
             self.returned.insert(node, at.no);
-            one.step(at, Role::Recovery, Saying::BootedUnasked, None);
+            one.step(at, StepRole::Recovery, Saying::BootedUnasked, None);
             one.fact("boot_up", Quantity::Count(1));
             if let Some(silence) = at.since(one.repeats.since) {
                 one.fact("silence", Quantity::Ns(silence));
@@ -101,14 +101,14 @@ impl Nodes {
             let others = self.waiting.values().flatten().any(|other| *other == place)
                 || self.silent.values().any(|other| *other == place);
             if let Some(one) = scene.ledger.get_mut(place) {
-                one.step(at, Role::Recovery, Saying::OperationalAgain, None);
-                if !others && one.clue.codes.is_empty() && one.kind != Kind::AxisFault {
+                one.step(at, StepRole::Recovery, Saying::OperationalAgain, None);
+                if !others && one.clue.codes.is_empty() && one.kind != IncidentKind::AxisFault {
                     one.ends(at);
                 }
             }
         }
         if let Some(place) = self.owing.get(&node).copied()
-            && scene.ledger.get(place).is_some_and(|one| one.kind == Kind::StartWithoutEffect)
+            && scene.ledger.get(place).is_some_and(|one| one.kind == IncidentKind::StartWithoutEffect)
         {
             self.owing.remove(&node);
             self.close(place, at, Saying::OperationalAgain, scene);
@@ -120,7 +120,7 @@ impl Nodes {
     }
 
     /// Returns true if an incident ends only once its node is Operational.
-    pub(in crate::stories) fn waits(&self, place: Place) -> bool {
+    pub(in crate::stories) fn waits(&self, place: LedgerPlace) -> bool {
         self.waiting.values().flatten().any(|other| *other == place)
     }
 
@@ -138,21 +138,21 @@ impl Nodes {
     }
 
     /// Returns the last boot-up of the nodes of an incident that are back without being Operational.
-    pub(in crate::stories) fn back(&self, place: Place) -> Option<FrameRef> {
+    pub(in crate::stories) fn back(&self, place: LedgerPlace) -> Option<FrameRef> {
         let waiting = self.waiting.iter().filter(|(_, places)| places.contains(&place));
         waiting.filter_map(|(node, _)| self.booted.get(node).copied()).max_by_key(|at| at.no)
     }
 
-    fn wait(&mut self, node: u8, place: Place) {
+    fn wait(&mut self, node: u8, place: LedgerPlace) {
         let places = self.waiting.entry(node).or_default();
         if !places.contains(&place) {
             places.push(place);
         }
     }
 
-    fn close(&mut self, place: Place, at: FrameRef, said: Saying, scene: &mut Scene<'_>) {
+    fn close(&mut self, place: LedgerPlace, at: FrameRef, said: Saying, scene: &mut Scene<'_>) {
         if let Some(one) = scene.ledger.get_mut(place) {
-            one.step(at, Role::Recovery, said, None);
+            one.step(at, StepRole::Recovery, said, None);
             one.ends(at);
         }
     }

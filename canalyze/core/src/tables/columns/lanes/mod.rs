@@ -24,21 +24,19 @@ mod values;
 
 use std::collections::BTreeMap;
 
-use arrow_array::types::{Int64Type, UInt64Type};
-
 use self::node::{Node, NodeState};
 use self::rows::{At, Pen, prefix};
 use self::transfers::Channels;
 use self::values::Values;
-use super::Seen;
-use super::column::{Batch, Numbers, Table, Words, columns};
-use super::cycle_numbers::CycleNumbers;
+use super::column::{Batch, Table};
+use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Side;
-use crate::tables::jsonl::Setting;
 use crate::tables::selection::Selection;
+use crate::tables::setting::Setting;
+use crate::tables::table::{Moment, U64, Word as Choice, table};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::message::Message;
 use crate::wire::nmt;
@@ -46,18 +44,34 @@ use crate::words::lane::Word;
 use crate::words::profiles::Profile;
 use crate::words::{Lang, signal, value};
 use crate::world::dictionary::Described;
-use crate::world::drive::{self, Object};
+use crate::world::drive::{self, DriveObject};
 use crate::world::event::{Event, Note, ProcessData, What};
 
-columns! {
-    /// The columns.
-    Rows {
-        lane: Words;
-        t_ns: Numbers<Int64Type>, or_null;
-        frame: Numbers<UInt64Type>;
-        cycle: Numbers<UInt64Type>;
-        state: Words, or_null;
-        class: Words, or_null;
+/// A change of a lane.
+#[derive(Clone, Copy)]
+pub(in crate::tables) struct LaneChange<'a> {
+    lane: &'a str,
+    at: At,
+    state: Option<&'a str>,
+    class: Option<&'static str>,
+}
+
+table! {
+    /// One row per change in a lane of the timeline.
+    /// 一行是时间轴上一条状态条的一次变化
+    Changes arrow "lanes", |_cx (()), one: LaneChange<'_>| {
+        /// name of the lane
+        /// 状态条的名称
+        lane: Choice = one.lane;
+        t: Moment or null = one.at.t_ns;
+        frame: U64 = one.at.frame;
+        cycle: U64 = one.at.cycle;
+        /// text shown; empty where it ends
+        /// 显示的文字；空表示不再有
+        state: Choice or null = one.state;
+        /// class of its colour
+        /// 颜色类别
+        class: Choice or null = one.class;
     }
 }
 
@@ -71,7 +85,7 @@ struct Bus {
     nodes: BTreeMap<u8, Node>,
     /// Nodes that have sent something, a bit each.
     present: u128,
-    /// Nodes of which a boot-up or a command to all says the state, and nothing else, a bit each.
+    /// Nodes whose state is known only from a boot-up or a command to all, one bit each.
     fresh: u128,
 }
 
@@ -84,10 +98,10 @@ pub(super) struct Lanes {
     channels: Channels,
 }
 
-/// What is written on.
+/// The table, and the text that is being written.
 #[derive(Debug)]
 struct Sheet {
-    table: Table<Rows>,
+    table: Table<Changes>,
     lang: Lang,
     /// Words being put together.
     text: Vec<u8>,
@@ -100,7 +114,7 @@ impl Sheet {
     }
 }
 
-/// Where a frame stands, and whether a filter lets it through.
+/// The place of a frame; `shown`: the filter lets it through.
 #[derive(Clone, Copy, Debug)]
 struct Place<'a> {
     frame: &'a Frame,
@@ -109,21 +123,22 @@ struct Place<'a> {
 }
 
 impl Lanes {
-    /// No lane yet. `selection`: which signals have one.
-    pub(super) fn new(table: Table<Rows>, lang: Lang, selection: Selection) -> Self {
-        let sheet = Sheet { table, lang, text: Vec::new() };
+    /// Returns lanes without rows. `selection`: the signals that have one.
+    pub(super) fn new(lang: Lang, selection: Selection) -> Self {
+        let sheet = Sheet { table: Table::default(), lang, text: Vec::new() };
         Self { sheet, buses: Vec::new(), values: Values::new(selection), channels: Channels::default() }
     }
+}
 
-    /// Takes a frame and what follows from it, findings among it, but for transfers; frames that are not shown, too.
-    pub(super) fn frame(&mut self, done: &mut Vec<Batch>, seen: Seen<'_>, frame: &Frame, events: &[Event]) {
-        let at = At::frame(frame, seen.cycle);
-        let place = Place { frame, at, shown: seen.shown };
-        self.know(seen.setting, frame.bus);
-        // What became due before the frame stands behind its own event.
+impl Collector for Lanes {
+    fn passing(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
+        let at = At::frame(frame, scene.cycle);
+        let place = Place { frame, at, shown: scene.shown };
+        self.know(scene.setting, frame.bus);
+        // Findings that became due before the frame are behind its own event.
         for event in events.iter().skip(1) {
             if let What::Finding(finding) = &event.what {
-                self.silence(done, finding, seen.cycle);
+                self.silence(done, finding, scene.cycle);
             }
         }
         let Some(bus) = self.buses.get_mut(usize::from(frame.bus.0)) else { return };
@@ -144,30 +159,29 @@ impl Lanes {
         }
     }
 
-    /// Takes what belongs to no frame at hand.
-    pub(super) fn asides(&mut self, done: &mut Vec<Batch>, cycles: &CycleNumbers, events: &[Event]) {
+    fn asides(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, events: &[Event]) {
         for event in events {
             if let What::Finding(finding) = &event.what {
-                self.silence(done, finding, cycles.at(finding.bus, finding.at.no));
+                self.silence(done, finding, scene.cycles.at(finding.bus, finding.at.no));
             }
         }
     }
 
-    /// Takes a finding about the capture: frames are missing.
-    pub(super) fn finding(&mut self, done: &mut Vec<Batch>, finding: &Finding) {
+    /// Frames are missing.
+    fn about_capture(&mut self, done: &mut Vec<Batch>, finding: &Finding) {
         match finding.code {
-            Code::Cap002 => self.lost(done, finding.bus),
+            Code::Cap002 => self.gap(done, finding.bus),
             Code::Cap004 | Code::Cap008 => {
                 for index in 0..self.buses.len() {
-                    self.lost(done, BusId(index as u8));
+                    self.gap(done, BusId(index as u8));
                 }
             }
             _ => {}
         }
     }
 
-    /// Frames of a bus are missing behind its last one: nobody knows what holds.
-    pub(super) fn lost(&mut self, done: &mut Vec<Batch>, id: BusId) {
+    /// Frames of a bus are missing behind its last one: no state is known any more.
+    fn gap(&mut self, done: &mut Vec<Batch>, id: BusId) {
         let Some(bus) = self.buses.get_mut(usize::from(id.0)) else { return };
         let Bus { prefix, last, nodes, fresh, .. } = bus;
         let mut pen = self.sheet.pen(done);
@@ -181,15 +195,9 @@ impl Lanes {
         self.values.end(&mut pen, id, None, *last);
     }
 
-    /// Takes a transfer that has ended.
-    pub(super) fn transfer(
-        &mut self,
-        done: &mut Vec<Batch>,
-        setting: Setting<'_>,
-        cycles: &CycleNumbers,
-        transfer: &Transfer,
-    ) {
-        self.know(setting, transfer.bus);
+    fn transfer(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, transfer: &Transfer) {
+        let cycles = scene.cycles;
+        self.know(scene.setting, transfer.bus);
         let Some(bus) = self.buses.get_mut(usize::from(transfer.bus.0)) else { return };
         let mut pen = self.sheet.pen(done);
         self.channels.take(&mut pen, &bus.prefix, cycles, transfer);
@@ -201,7 +209,7 @@ impl Lanes {
             [low, high, _, _] if mux.index == 0x1000 => {
                 node.profile = Profile::of(u32::from(u16::from_le_bytes([low, high])));
             }
-            [low, high] if Object::at(mux.index) == Some(Object::Statusword) => {
+            [low, high] if DriveObject::at(mux.index) == Some(DriveObject::Statusword) => {
                 let Described { object, profile } = &transfer.described;
                 let is_drives = match object {
                     Some(object) => signal::is_drives(&value::as_mapped(object, *profile)),
@@ -217,18 +225,22 @@ impl Lanes {
         }
     }
 
-    /// The capture is over.
-    pub(super) fn finish(&mut self, done: &mut Vec<Batch>) {
+    fn finish(&mut self, done: &mut Vec<Batch>, _: TableContext<'_>) {
         self.channels.flush(&mut self.sheet.pen(done));
         self.sheet.table.finish(done);
     }
 
-    /// The batch that runs ends.
-    pub(super) fn flush(&mut self, done: &mut Vec<Batch>) {
+    fn flush(&mut self, done: &mut Vec<Batch>) {
         self.channels.flush(&mut self.sheet.pen(done));
         self.sheet.table.flush(done);
     }
 
+    fn table(&mut self) -> &mut dyn Ends {
+        &mut self.sheet.table
+    }
+}
+
+impl Lanes {
     /// A bus has a frame.
     fn know(&mut self, setting: Setting<'_>, bus: BusId) {
         while self.buses.len() <= usize::from(bus.0) && bus != BusId::NONE {
@@ -237,7 +249,7 @@ impl Lanes {
         }
     }
 
-    /// Somebody is not heard any more, or nobody is.
+    /// A node, or every node, is silent.
     fn silence(&mut self, done: &mut Vec<Batch>, finding: &Finding, cycle: u64) {
         let since = |from: Option<i64>, name, sign: i64| {
             Some(from?.saturating_add(sign.saturating_mul(measured(finding, name)?)))
@@ -458,7 +470,7 @@ impl Bus {
 pub fn class_of(kind: &str, number: u16) -> Option<&'static str> {
     match kind {
         "nmt" => u8::try_from(number).ok().map(|state| NodeState::Shown(state).class()),
-        "drive" => drive::State::of(number).map(drive::State::name),
+        "drive" => drive::DriveState::of(number).map(drive::DriveState::name),
         _ => None,
     }
 }
@@ -468,7 +480,7 @@ fn bit(node: u8) -> u128 {
     1 << (node & 0x7F)
 }
 
-/// What a finding has measured, in ns.
+/// Returns a measured quantity of a finding, in ns.
 fn measured(finding: &Finding, name: &str) -> Option<i64> {
     match finding.measured()?.get(name)? {
         Quantity::Ns(ns) => Some(ns),

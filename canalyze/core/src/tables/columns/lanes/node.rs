@@ -1,4 +1,4 @@
-//! What the lanes of one node show: its NMT state, the states of its drive, its errors.
+//! The lanes of one node: its NMT state, the states of its drive, its errors.
 //!
 //! A state is shown, commanded or lost, and the words say which. What is not known is `unknown`, rather than what was
 //! known last. Must not: judge; that a node is lost, a rule has said.
@@ -10,18 +10,18 @@ use crate::wire::message::Errors;
 use crate::words::lane::{self, Word};
 use crate::words::profiles::Profile;
 use crate::words::terms;
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 
 /// A reset command captured so soon after a boot-up was sent before it, in ns: an echo may be late.
 const LATE_NS: i64 = 10_000_000;
 /// The same in frames, where there are no stamps.
 const LATE: u64 = 2;
-/// What a node shows so soon after a command was sent before it obeyed, in ns.
+/// A state that a node shows within this time after a command was sent before it obeyed, in ns.
 const SENT_NS: i64 = 1_000_000;
 /// So many frames of error control without toggle bit are heartbeats.
 const HEARTBEATS: u8 = 3;
 
-/// What the lane of the NMT state shows.
+/// A state in the lane of the NMT state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NodeState {
     /// The state that the node has shown.
@@ -32,7 +32,7 @@ pub(super) enum NodeState {
     BootUp,
     /// It is not heard any more.
     Lost(Word),
-    /// Nobody knows.
+    /// The state is unknown.
     Unknown(Word),
 }
 
@@ -61,12 +61,12 @@ impl NodeState {
         }
     }
 
-    /// Whether PDOs of the node go on.
+    /// Returns true if PDOs of the node go on.
     pub(super) fn has_pdos(self) -> bool {
         matches!(self, Self::Shown(OPERATIONAL) | Self::Commanded(OPERATIONAL) | Self::Unknown(Word::Sends | Word::All))
     }
 
-    /// Whether SDO can still tell the state of its drive.
+    /// Returns true if SDO can still show the state of its drive.
     pub(super) fn has_sdo(self) -> bool {
         !matches!(self, Self::Shown(STOPPED) | Self::Commanded(STOPPED))
     }
@@ -76,10 +76,10 @@ impl NodeState {
 #[derive(Debug)]
 struct Axis {
     number: u8,
-    state: Option<State>,
+    state: Option<DriveState>,
     /// It came in a PDO.
     by_pdo: bool,
-    /// The frame that told it.
+    /// The frame that shows it.
     frame: u64,
     /// Since when its lane shows it.
     since: At,
@@ -89,7 +89,7 @@ struct Axis {
 #[derive(Debug, Default)]
 pub(super) struct Node {
     id: u8,
-    /// What its lane shows, and since when.
+    /// The state in its lane, and its beginning.
     node_state: Option<NodeState>,
     since: At,
     boot_up: Option<FrameRef>,
@@ -106,7 +106,7 @@ pub(super) struct Node {
     /// By its device type.
     pub(super) profile: Profile,
     axes: Vec<Axis>,
-    /// What was told before this frame holds no more.
+    /// States from before this frame are void.
     restarted: u64,
     errors: Errors,
     /// Its lane shows errors.
@@ -119,18 +119,18 @@ impl Node {
         Self { id, ..Self::default() }
     }
 
-    /// Whether what comes now was sent after its boot-up, and after it was commanded.
+    /// Returns true if a frame now was sent after its boot-up and after the last command.
     pub(super) fn began_before(&self, frame: u64) -> bool {
         let command = self.command.map(|(_, at)| at);
         [self.boot_up, command].into_iter().flatten().all(|at| at.no + LATE < frame)
     }
 
-    /// Whether it has shown states.
+    /// Returns true if it has shown states.
     pub(super) fn is_heard(&self) -> bool {
         matches!(self.node_state, Some(NodeState::Shown(_)))
     }
 
-    /// What is known now goes into its lane; gives whether that is news. A lane that nobody may see ends instead.
+    /// Writes the state into its lane, and returns true if it is a new one. A lane that is not shown ends instead.
     pub(super) fn stand(
         &mut self,
         pen: &mut Pen<'_>,
@@ -160,7 +160,7 @@ impl Node {
         }
     }
 
-    /// It is not heard any more, since `t_ns` where that is known; or nobody is.
+    /// The node, or every node, is silent, since `t_ns` if known.
     pub(super) fn lose(&mut self, pen: &mut Pen<'_>, prefix: &str, node_state: NodeState, t_ns: Option<i64>, at: At) {
         if self.node_state.is_some() {
             let at = at.at_time(t_ns, self.since);
@@ -192,7 +192,7 @@ impl Node {
         (self.toggles, self.plain) = (false, 0);
     }
 
-    /// Whether a reset command is the echo of the one that its boot-up has answered already.
+    /// Returns true if a reset command is the echo of one that its boot-up has already answered.
     pub(super) fn has_obeyed(&self, at: FrameRef) -> bool {
         self.boot_up.is_some_and(|boot_up| match at.since(boot_up) {
             Some(age) => (0..LATE_NS).contains(&age),
@@ -218,7 +218,7 @@ impl Node {
         (present && (self.managed || self.node_state.is_some())).then_some(node_state)
     }
 
-    /// What it shows by sending PDOs where nothing has said its state.
+    /// Concludes its state from its PDOs where no message has shown it.
     pub(super) fn sends(&self) -> NodeState {
         match self.command {
             Some((OPERATIONAL, _)) => NodeState::Commanded(OPERATIONAL),
@@ -226,7 +226,7 @@ impl Node {
         }
     }
 
-    /// Whether a PDO was sent before the node could obey a command to send none.
+    /// Returns true if a PDO was sent before the node could obey a command to send none.
     pub(super) fn will_obey(&self, at: FrameRef) -> bool {
         self.command.is_some_and(|(state, command)| state != OPERATIONAL && sent_before(command, at))
     }
@@ -240,7 +240,7 @@ impl Node {
 
     /// An axis has reported a statusword, in a frame.
     pub(super) fn reports(&mut self, pen: &mut Pen<'_>, prefix: &str, (axis, by_pdo): (u8, bool), word: u16, at: At) {
-        let state = State::of(word);
+        let state = DriveState::of(word);
         let place = match self.axes.iter().position(|one| one.number == axis) {
             Some(place) => place,
             None if state.is_none() => return,
@@ -251,7 +251,7 @@ impl Node {
         };
         let (id, restarted) = (self.id, self.restarted);
         let Some(one) = self.axes.get_mut(place) else { return };
-        // Transfers may be told of after later PDOs.
+        // Transfers may be reported after later PDOs.
         if at.frame < one.frame || at.frame <= restarted {
             return;
         }
@@ -267,7 +267,7 @@ impl Node {
         }
     }
 
-    /// Nobody knows the state of its drive any more. `by_pdo`: only where a PDO told it.
+    /// The state of its drive becomes unknown. `by_pdo`: only if a PDO showed it.
     pub(super) fn end_drives(&mut self, pen: &mut Pen<'_>, prefix: &str, by_pdo: bool, at: At) {
         for one in self.axes.iter_mut().filter(|one| one.by_pdo || !by_pdo) {
             if one.state.take().is_some() {
@@ -313,7 +313,7 @@ impl Node {
         }
     }
 
-    /// What it has reported holds no more.
+    /// Its reported errors become unknown.
     pub(super) fn forget_errors(&mut self, pen: &mut Pen<'_>, prefix: &str, at: At) {
         self.errors = Errors::default();
         self.end_errors(pen, prefix, at);
@@ -331,7 +331,7 @@ impl Node {
         (self.toggles, self.asked, self.plain) = (false, false, 0);
     }
 
-    /// It is reset: what was told before holds no more.
+    /// The node is reset; its former states are void.
     pub(super) fn restart(&mut self, at: At) {
         self.restarted = at.frame;
     }
@@ -349,7 +349,7 @@ fn drive(node: u8, prefix: &str, axis: u8) -> String {
     }
 }
 
-/// Whether a node sent its state before it could obey a command.
+/// Returns true if a node sent its state before it could obey a command.
 fn sent_before(command: FrameRef, at: FrameRef) -> bool {
     at.since(command).map_or(command.no + 1 == at.no, |age| (0..SENT_NS).contains(&age))
 }

@@ -1,22 +1,22 @@
-//! How rows of `lanes` are written, the names of lanes, and where a row stands.
+//! Rows of `lanes`: their writer, their places, and the names of lanes.
 //!
 //! Must not: know what a lane is about.
 
 use std::fmt::Write;
 
-use super::Rows;
+use super::{Changes, LaneChange};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
-use crate::tables::columns::column::{Batch, Table};
+use crate::tables::columns::column::{Append, Batch, Table};
 use crate::tables::columns::cycle_numbers::CycleNumbers;
 use crate::words::Lang;
 use crate::words::escape::unsafe_on_a_terminal;
 
 /// Distinct states that a lane shows before it shows [`MANY`].
 pub(super) const DISTINCT: usize = 512;
-/// What stands for further states.
+/// The text for further states.
 pub(super) const MANY: &str = "…";
 
-/// Where a row stands: time stamp in ns, frame, SYNC cycle of its bus.
+/// The place of a row: time stamp in ns, frame, SYNC cycle of its bus.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct At {
     pub(super) t_ns: Option<i64>,
@@ -42,10 +42,10 @@ impl At {
     }
 }
 
-/// What rows are written with.
+/// The writer of rows.
 #[derive(Debug)]
 pub(super) struct Pen<'a> {
-    pub(super) table: &'a mut Table<Rows>,
+    pub(super) table: &'a mut Table<Changes>,
     pub(super) done: &'a mut Vec<Batch>,
     pub(super) lang: Lang,
     /// Words being put together; empty between two rows.
@@ -70,13 +70,7 @@ impl Pen<'_> {
 
     /// Writes a row.
     pub(super) fn row(&mut self, lane: &str, at: At, state: Option<&str>, class: Option<&'static str>) {
-        let columns = &mut self.table.columns;
-        columns.lane.word(lane);
-        columns.t_ns.append_option(at.t_ns);
-        columns.frame.append_value(at.frame);
-        columns.cycle.append_value(at.cycle);
-        columns.state.maybe(state);
-        columns.class.maybe(class);
+        self.table.columns.append((), LaneChange { lane, at, state, class });
         self.table.end_row(lane.len() + state.map_or(0, str::len), self.done);
     }
 
@@ -86,7 +80,7 @@ impl Pen<'_> {
     }
 }
 
-/// The part of a lane's name that stands for a bus, `can0/`; nothing where the capture names none.
+/// Returns the prefix of a lane's name for a bus, `can0/`; empty if the capture names none.
 pub(super) fn prefix(bus: &[u8]) -> String {
     let mut name = String::new();
     if !bus.is_empty() {

@@ -7,8 +7,8 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Int32Type, Int64Type, UInt64Type};
 use arrow_array::{Array, DictionaryArray, StringArray};
 
-use crate::bytes::readers::Format as Input;
-use crate::session::{Format, Options, Session};
+use crate::bytes::readers::InputFormat as Input;
+use crate::session::{Options, Output, Session};
 use crate::tables::columns::{Batch, Name};
 use crate::views::filter::Filter;
 use crate::words::Lang;
@@ -16,7 +16,7 @@ use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
 use crate::world::network::{Description, Network};
 
 fn options(lang: Lang) -> Options {
-    Options { lang, format: Format::Columns, tables: vec![Name::Lanes], ..Options::default() }
+    Options::of(lang, &[Output::Columns(Name::Lanes)])
 }
 
 /// `FRAME LANE CLASS STATE`, `-` for null.
@@ -117,7 +117,9 @@ fn described_as(lang: Lang, name: &str) -> Options {
     objects.sort_by_key(|object| (object.index, object.sub));
     let dictionary = Arc::new(Dictionary::new("x.eds".into(), Form::Eds, String::new(), objects));
     let descriptions = vec![Description { bus: None, node: 5, dictionary }];
-    Options { network: Arc::new(Network { descriptions, ..Network::default() }), ..options(lang) }
+    let mut options = options(lang);
+    options.known.network = Arc::new(Network { descriptions, ..Network::default() });
+    options
 }
 
 #[test]
@@ -176,7 +178,9 @@ fn no_more_than_so_many_texts() {
 fn a_filter_ends_lanes_instead_of_letting_them_lie() {
     let frames = ["705#05", "185#3702", "705#04", "185#3102", "705#04", "705#05", "185#3102"];
     let filter = Filter::parse("frame=1-2,5-7").unwrap();
-    let rows = rows(&capture(&frames), Options { filter, ..described(Lang::En) });
+    let mut options = described(Lang::En);
+    options.shown.filter = filter;
+    let rows = rows(&capture(&frames), options);
     let expected = "\
 1 nmt/can0/node5 operational Operational
 2 drive/can0/node5 operation-enabled operation enabled

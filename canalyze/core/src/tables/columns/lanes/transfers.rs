@@ -1,8 +1,8 @@
-//! What the lanes of SDO channels show: a transfer from its first frame to its last, and nothing between two.
+//! Lanes of SDO channels: each transfer from its first frame to its last.
 //!
-//! A transfer of one frame, a request that nobody has answered, lasts until the next frame after it was told of, or to
+//! A transfer of one frame, an unanswered request, lasts until the next frame after it was reported, or to
 //! the end: without a length it could not be seen.
-//! A transfer is told of when it has ended, so its rows come behind those of other lanes. Must not: follow the protocol.
+//! A transfer is reported at its end, so its rows come behind those of other lanes. Must not: follow the protocol.
 
 use std::collections::hash_map::DefaultHasher;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -28,7 +28,7 @@ type Key = (BusId, u8, Option<CanId>);
 #[derive(Debug, Default)]
 struct Lane {
     name: String,
-    /// Where its last transfer has ended, until that is written.
+    /// The end of its last transfer, until it is written.
     end: Option<At>,
     /// The only frame of its last transfer, until the bus has another one.
     single: Option<u64>,
@@ -124,7 +124,7 @@ impl Channels {
     }
 }
 
-/// Whether a text is one of the first so many.
+/// Returns true if a text is one of the first [`DISTINCT`].
 fn is_told(known: &mut HashSet<u64>, text: &[u8]) -> bool {
     let mut hasher = DefaultHasher::new();
     text.hash(&mut hasher);

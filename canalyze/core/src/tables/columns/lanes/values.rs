@@ -1,4 +1,4 @@
-//! What the lanes of signals show that are no quantities: truth values, choices, bit fields and their bits.
+//! Lanes of signals that are no quantities: truth values, choices, bit fields and their bits.
 //!
 //! PDOs whose lanes do not change cost a comparison of the payload under a mask. Must not: decide what a mapping is.
 
@@ -11,7 +11,7 @@ use crate::tables::selection::{Chosen, Selection, Whose};
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::profiles::Profile;
 use crate::words::signal;
-use crate::world::drive::{self, Object};
+use crate::world::drive::{self, DriveObject};
 use crate::world::event::{ProcessData, Signals};
 use crate::world::od::{self, DataType};
 
@@ -32,9 +32,9 @@ struct Signal {
     is_statusword: bool,
     /// Its bits have lanes of their own.
     has_bits: bool,
-    /// What its lane shows; `None` where it has ended.
+    /// The value in its lane; `None` after its end.
     raw: Option<u64>,
-    /// What it showed first since then.
+    /// The first value since then.
     first: (u64, At),
     /// The bits that have lanes.
     started: u64,
@@ -69,7 +69,7 @@ impl Signal {
         }
         let class = match (self.is_truth, self.is_statusword) {
             (true, _) => truth(raw),
-            (_, true) => drive::State::of(raw as u16).map(drive::State::name),
+            (_, true) => drive::DriveState::of(raw as u16).map(drive::DriveState::name),
             _ => None,
         };
         if self.distinct.contains(&raw) && !self.many {
@@ -124,12 +124,12 @@ fn truth(raw: u64) -> Option<&'static str> {
     }
 }
 
-/// Whether an object of CiA 401 holds the digital inputs or outputs themselves, eight, sixteen or thirty-two at once.
+/// Returns true if an object of CiA 401 holds digital inputs or outputs themselves, 8, 16 or 32 at once.
 fn is_line(index: u16) -> bool {
     matches!(index, 0x6000 | 0x6100 | 0x6120 | 0x6200 | 0x6300 | 0x6320)
 }
 
-/// Whether single bits of a value say something: of error codes, COB-IDs and identities they do not.
+/// Returns true if single bits of a value have a meaning; those of error codes, COB-IDs and identities have none.
 fn has_bits(mapped: &Mapped) -> bool {
     match mapped.index {
         0x1001 | 0x1002 => true,
@@ -191,7 +191,7 @@ impl Carrier {
         })
     }
 
-    /// Whether statuswords in it are read.
+    /// Statuswords in it are read.
     fn has_statuswords(&self) -> bool {
         !self.statuswords.is_empty() && self.is_trusted && self.last.is_some()
     }
@@ -231,9 +231,9 @@ fn key(frame: &Frame, data: &ProcessData) -> Key {
     (frame.bus, data.node, data.transmit, data.number)
 }
 
-/// Whether an entry is a drive's statusword.
+/// Returns true if an entry is a drive's statusword.
 fn is_statusword(mapped: &Mapped) -> bool {
-    mapped.sub == 0 && Object::at(mapped.index) == Some(Object::Statusword) && signal::is_drives(mapped)
+    mapped.sub == 0 && DriveObject::at(mapped.index) == Some(DriveObject::Statusword) && signal::is_drives(mapped)
 }
 
 /// A PDO of a bus.
@@ -244,7 +244,7 @@ type Key = (BusId, u8, bool, u16);
 pub(super) struct Values {
     selection: Selection,
     carriers: BTreeMap<Key, Carrier>,
-    /// How many lanes there are.
+    /// The number of lanes.
     count: usize,
 }
 
@@ -366,7 +366,7 @@ impl Values {
         }
     }
 
-    /// What the PDOs of a node, or of all nodes of a bus, have carried holds no more.
+    /// Ends the lanes of a node, or of all nodes of a bus.
     pub(super) fn end(&mut self, pen: &mut Pen<'_>, bus: BusId, node: Option<u8>, at: At) {
         self.end_since(pen, bus, node, at, at);
     }
@@ -380,7 +380,7 @@ impl Values {
     }
 }
 
-/// Whether a signal has a lane: it is no quantity, and has a number of bits that is read.
+/// Returns true if a signal has a lane: it is no quantity, and its bits can be read.
 fn is_lane(mapped: &Mapped) -> bool {
     !signal::is_quantity(mapped) && (1..=64).contains(&mapped.bits)
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::{Expectations, findings};
 use crate::bytes::frame::{CanId, Frame};
-use crate::session::{Format, Options, Session};
+use crate::session::{Format, Knowledge, Options, Session};
 use crate::words::Lang;
 
 fn maybe(name: &'static str, value: impl Strategy<Value = String> + 'static) -> BoxedStrategy<String> {
@@ -187,13 +187,12 @@ proptest! {
             0..30,
         ),
     ) {
-        for format in [Format::Jsonl, Format::Observed] {
-            let mut session = Session::new(Options {
-                format,
+        for (_, format) in Format::NAMES.iter().filter(|(name, _)| ["jsonl", "observed"].contains(name)) {
+            let known = Knowledge {
                 network: Arc::new(super::network()),
                 expectations: Some(Arc::new(Expectations::read(EVERY).unwrap())),
-                ..Options::default()
-            });
+            };
+            let mut session = Session::new(Options { known, ..Options::of(Lang::Zh, format.outputs) });
             let mut out = Vec::new();
             for (frame, now) in &frames {
                 let (id, data) = frame.split_once('#').unwrap();

@@ -13,9 +13,9 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::Expectations;
-use crate::bytes::readers::Format as Input;
+use crate::bytes::readers::InputFormat as Input;
 use crate::bytes::readers::candump::Stamps;
-use crate::session::{Format, Options, Session};
+use crate::session::{Knowledge, Options, Output, Rows, Session};
 use crate::words::Lang;
 use crate::world::dictionary::{Access, Dictionary, Form, Object, Preset};
 use crate::world::network::{Description, Network};
@@ -79,14 +79,10 @@ fn network() -> Network {
 /// Returns all findings of a capture about expectations, as JSON.
 fn findings(expected: &str, log: &str, lang: Lang, chunk: usize) -> Vec<Value> {
     let expectations = Some(Arc::new(Expectations::read(expected).unwrap()));
-    let mut session = Session::new(Options {
-        lang,
-        format: Format::Jsonl,
-        stamps: Stamps::Zero,
-        network: Arc::new(network()),
-        expectations,
-        ..Options::default()
-    });
+    let mut options = Options::of(lang, &[Output::json(Rows::Frames)]);
+    options.known = Knowledge { network: Arc::new(network()), expectations };
+    options.reading.stamps = Stamps::Zero;
+    let mut session = Session::new(options);
     let mut out = Vec::new();
     session.begin(b"x.log", Input::Candump, true);
     for bytes in log.as_bytes().chunks(chunk) {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{check, findings};
 use crate::bytes::frame::{CanId, Frame};
-use crate::session::{Format, Options, Session};
+use crate::session::{Encoding, Options, Output, Rows, Session};
 use crate::views::expectation::Expectations;
 use crate::words::Lang;
 
@@ -114,11 +114,9 @@ fn gaps_and_live_silence() {
         DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)\n\
         (5.000000) can0 705#05\n(5.000000) can0 080#\n";
     assert!(findings(json, log, Lang::En, 9).is_empty());
-    let mut session = Session::new(Options {
-        format: Format::Jsonl,
-        expectations: Some(Arc::new(Expectations::read(json).unwrap())),
-        ..Options::default()
-    });
+    let mut options = Options::of(Lang::Zh, &[Output::Rows(Rows::Frames, Encoding::Json)]);
+    options.known.expectations = Some(Arc::new(Expectations::read(json).unwrap()));
+    let mut session = Session::new(options);
     let mut out = Vec::new();
     let push = |session: &mut Session, id, now: i64, bytes: &[u8], out: &mut Vec<u8>| {
         let mut frame = Frame::classic(CanId::standard(id), bytes);

@@ -342,7 +342,7 @@ fn carriage_returns_end_lines() {
 fn rows_that_are_left_out() {
     let frame = "can0  601   [1]  40";
     let left_out = |count: Option<u64>, rows: Option<(u64, u64)>, line| {
-        format!("{:?}\n", Marker::LeftOut { count, rows, place: Place::Line(line) })
+        format!("{:?}\n", Marker::LeftOut { count, rows, place: FilePlace::Line(line) })
     };
     let one = |line: u64| format!("{line}: can0 601 1 40\n");
     let marked = |mark: &str| read(&format!("{frame}\n{mark}\n{frame}\n"));
@@ -361,7 +361,7 @@ fn numbers_of_rows() {
         |rows: &[&str]| read(&rows.iter().map(|row| format!("{row} can0  601   [1]  40\n")).collect::<String>());
     let all = |lines: u64| (1..=lines).map(|line| format!("{line}: can0 601 1 40\n")).collect::<String>();
     let with = |at: u64, lines: u64, count, rows| {
-        let marker = Marker::LeftOut { count: Some(count), rows: Some(rows), place: Place::Line(at) };
+        let marker = Marker::LeftOut { count: Some(count), rows: Some(rows), place: FilePlace::Line(at) };
         let next = format!("{at}: ");
         (all(lines) + &format!("{lines} lines\n")).replace(&next, &format!("{marker:?}\n{next}"))
     };
@@ -373,7 +373,7 @@ fn numbers_of_rows() {
     assert_eq!(numbered(&["[1]", "> [3]"]), with(2, 2, 1, (1, 3)));
     // The mark is where the numbers show the gap, and an unreadable row is a row.
     let marked = read("1) can0 601 [1] 40\n...\n9) can0 601 [1] 40\n10) can0 601 [1] 4\n11) can0 601 [1] 40\n");
-    let marker = Marker::LeftOut { count: Some(7), rows: Some((1, 9)), place: Place::Line(3) };
+    let marker = Marker::LeftOut { count: Some(7), rows: Some((1, 9)), place: FilePlace::Line(3) };
     assert_eq!(marked, format!("1: can0 601 1 40\n{marker:?}\n3: can0 601 1 40\n4! Data\n5: can0 601 1 40\n5 lines\n"));
 }
 

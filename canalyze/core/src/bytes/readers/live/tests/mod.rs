@@ -8,7 +8,7 @@ mod stream;
 use super::kind;
 use super::messages::{CONTROL, FRAME};
 use crate::bytes::frame::{Frame, Kind};
-use crate::bytes::writers::{Setting, packed::Packed};
+use crate::bytes::writers::{CaptureFacts, packed::Packed};
 
 /// Makes one block.
 pub(super) fn block(kind: u8, bus: u8, which: u8, number: i64, body: &[u8]) -> Vec<u8> {
@@ -114,7 +114,7 @@ pub(super) fn received(bus: u8, which: u8, sent: &[Sent]) -> Vec<u8> {
 }
 
 /// Makes a block of frames of python-can.
-pub(super) fn records(bus: u8, frames: &[Frame], setting: Setting<'_>) -> Vec<u8> {
+pub(super) fn records(bus: u8, frames: &[Frame], setting: CaptureFacts<'_>) -> Vec<u8> {
     let (mut writer, mut out) = (Packed::default(), Vec::new());
     for frame in frames {
         writer.frame(&mut out, setting, frame);

@@ -8,16 +8,16 @@ use serde_json::Value;
 use super::*;
 use crate::bytes::frame::{BusId, Buses, CanId};
 use crate::bytes::masks::Masks;
-use crate::bytes::readers::{Format as Input, Item, Reader, Settings};
+use crate::bytes::readers::{InputFormat as Input, Item, Reader, Settings};
 use crate::bytes::writers;
-use crate::session::{Format, Options, Session};
+use crate::session::{Knowledge, Options, Output, Rows, Session};
 use crate::words::Lang;
 
 const START: i64 = 1_700_000_000_000_000_000;
 const MS: i64 = 1_000_000;
 
-fn english(format: Format) -> Options {
-    Options { lang: Lang::En, format, ..Options::default() }
+fn english(output: Output) -> Options {
+    Options::of(Lang::En, &[output])
 }
 
 fn run_as(input: Input, options: Options, chunks: &[&[u8]]) -> Vec<u8> {
@@ -116,15 +116,15 @@ fn live_frames_read_as_their_log_does() {
         let Some((frames, buses)) = frames_of(&path) else { continue };
         compared += 1;
         let stream = live(&frames, &buses, 7);
-        let log = run(english(Format::Convert(writers::Format::Log)), &stream);
-        for format in [Format::Text, Format::Jsonl] {
+        let log = run(english(Output::Convert), &stream);
+        for format in [Output::Lines, Output::json(Rows::Frames)] {
             let of_log = run_as(Input::Candump, english(format), &[log.as_bytes()]);
             let whole = run_as(Input::Live, english(format), &[&stream]);
             for size in [1, 3, 4096] {
                 let chunks: Vec<&[u8]> = stream.chunks(size).collect();
                 assert_eq!(run_as(Input::Live, english(format), &chunks), whole, "{path:?} in {size}");
             }
-            if format == Format::Text {
+            if format == Output::Lines {
                 let texts = [&whole, &of_log].map(|out| String::from_utf8_lossy(out).into_owned());
                 assert!(texts[0] == texts[1], "{path:?}");
                 // The original log has no directions.
@@ -163,7 +163,7 @@ fn ticks_that_lag_find_nothing_further() {
     let holed = ["CAP007.log", "t20-recorder-stall.log"];
     for path in logs().into_iter().filter(|path| !holed.iter().any(|name| path.ends_with(name))) {
         let Some((frames, buses)) = frames_of(&path) else { continue };
-        let plain = findings(&run(english(Format::Jsonl), &live(&frames, &buses, 1 << 20)));
+        let plain = findings(&run(english(Output::json(Rows::Frames)), &live(&frames, &buses, 1 << 20)));
         let (mut ticked, mut twice) = (names(&buses), names(&buses));
         let mut now = frames[0].t_ns.unwrap();
         for frame in &frames {
@@ -177,9 +177,9 @@ fn ticks_that_lag_find_nothing_further() {
             ticked.extend_from_slice(&block);
             twice.extend(block);
         }
-        let found = run(english(Format::Jsonl), &ticked);
+        let found = run(english(Output::json(Rows::Frames)), &ticked);
         assert_eq!(findings(&found), plain, "{path:?}");
-        assert_eq!(run(english(Format::Jsonl), &twice), found, "{path:?}");
+        assert_eq!(run(english(Output::json(Rows::Frames)), &twice), found, "{path:?}");
     }
 }
 
@@ -190,7 +190,7 @@ fn nothing_is_found_across_a_gap() {
         for cut in [frames.len() / 3, frames.len() / 2, frames.len()] {
             for kind in [kind::GAP, kind::DROPPED] {
                 let before = live(&frames[..cut], &buses, 5);
-                let mut session = Session::new(english(Format::Jsonl));
+                let mut session = Session::new(english(Output::json(Rows::Frames)));
                 let mut out = Vec::new();
                 session.begin(b"can0", Input::Live, false);
                 session.feed(&before, &mut out);
@@ -241,7 +241,7 @@ fn ticks(from_ms: i64, to_ms: i64) -> Vec<u8> {
 
 #[test]
 fn a_heartbeat_that_stops_on_a_silent_bus_is_told_by_time_alone() {
-    let mut session = Session::new(english(Format::Text));
+    let mut session = Session::new(english(Output::Lines));
     let mut out = Vec::new();
     session.begin(b"can0", Input::Live, false);
     session.feed(&heartbeats(5), &mut out);
@@ -264,7 +264,7 @@ fn a_cable_that_is_pulled_is_told_once_and_then_who_is_lost() {
         stream.extend(heartbeat(6, no * 100 + 20));
     }
     stream.extend(ticks(1_940, 60_000));
-    let told = |stream: &[u8]| findings(&run(english(Format::Jsonl), stream));
+    let told = |stream: &[u8]| findings(&run(english(Output::json(Rows::Frames)), stream));
     assert_eq!(told(&stream), [("HBT005".to_owned(), "null ".to_owned())]);
     for no in 0..20 {
         stream.extend(heartbeat(6, 60_000 + no * 100));
@@ -285,7 +285,7 @@ fn a_node_that_stops_among_others_is_told_as_in_a_file() {
         }
         live.extend(heartbeat(6, no * 100 + 50));
     }
-    let text = run(english(Format::Text), &live);
+    let text = run(english(Output::Lines), &live);
     assert!(text.contains("HBT002"), "{text}");
 }
 
@@ -293,12 +293,12 @@ fn a_node_that_stops_among_others_is_told_as_in_a_file() {
 fn a_gap_is_no_silence() {
     let gap = block(kind::GAP, 0, 0, 0, b"");
     let stream = [heartbeats(5), gap, ticks(1_900, 30_000), heartbeat(6, 30_000), ticks(30_020, 60_000)].concat();
-    let text = run(english(Format::Text), &stream);
+    let text = run(english(Output::Lines), &stream);
     assert!(!text.contains('!') && !text.contains("HBT"), "{text}");
     // A return and another loss: one finding.
     let again = (0..5).flat_map(|no| heartbeat(5, 61_000 + no * 100)).collect();
     let stream = [stream, again, ticks(61_420, 70_000)].concat();
-    assert_eq!(run(english(Format::Text), &stream).matches("HBT").count(), 1);
+    assert_eq!(run(english(Output::Lines), &stream).matches("HBT").count(), 1);
 }
 
 #[test]
@@ -309,7 +309,7 @@ fn a_clock_that_is_set_back_at_a_gap() {
     let after: Vec<u8> = (0..20).flat_map(|no| heartbeat(5, no * 100)).collect();
     let stream =
         [named(0, "can0"), before, ticks(hour + 1_900, hour + 2_000), gap, after, ticks(1_900, 2_000)].concat();
-    assert_eq!(findings(&run(english(Format::Jsonl), &stream)), []);
+    assert_eq!(findings(&run(english(Output::json(Rows::Frames)), &stream)), []);
 }
 
 /// Returns findings above info except CAP002.
@@ -325,7 +325,7 @@ fn what_follows_a_gap_is_not_judged_by_what_was_before() {
     // Stories contain faults on purpose.
     for path in logs().into_iter().filter(|path| path.components().all(|part| part.as_os_str() != "stories")) {
         let Some((frames, buses)) = frames_of(&path) else { continue };
-        let whole = run(english(Format::Jsonl), &live(&frames, &buses, 50));
+        let whole = run(english(Output::json(Rows::Frames)), &live(&frames, &buses, 50));
         if buses.names().count() != 1 || frames.len() > 1_000 || !verdicts(&whole).is_empty() {
             continue;
         }
@@ -336,7 +336,7 @@ fn what_follows_a_gap_is_not_judged_by_what_was_before() {
                 let after = &frames[(cut + missed).min(frames.len() - 1)..];
                 let stream =
                     [live(&frames[..cut], &buses, 50), block(kind, 0, 0, 0, b""), live(after, &buses, 50)].concat();
-                for one in verdicts(&run(english(Format::Jsonl), &stream)) {
+                for one in verdicts(&run(english(Output::json(Rows::Frames)), &stream)) {
                     wrong.push(format!("{path:?} {cut} {kind} {missed}: {one}"));
                 }
             }
@@ -355,7 +355,7 @@ fn who_is_back_with_the_bus_is_not_lost() {
     for silent in (3_000..4_000).step_by(37) {
         let mut stream = [stream.clone(), ticks(1_980, silent)].concat();
         stream.extend(pair(silent).flat_map(|(node, ms)| [heartbeat(node, ms), until(START + ms * MS)].concat()));
-        assert_eq!(verdicts(&run(english(Format::Jsonl), &stream)), [""; 0], "{silent}");
+        assert_eq!(verdicts(&run(english(Output::json(Rows::Frames)), &stream)), [""; 0], "{silent}");
     }
 }
 
@@ -363,7 +363,10 @@ fn who_is_back_with_the_bus_is_not_lost() {
 fn a_time_limit_is_over_when_it_is_over() {
     let expected = |json: &str| {
         let expectations = crate::views::expectation::Expectations::read(json).unwrap();
-        Options { expectations: Some(std::sync::Arc::new(expectations)), ..english(Format::Jsonl) }
+        Options {
+            known: Knowledge { expectations: Some(std::sync::Arc::new(expectations)), ..Knowledge::default() },
+            ..english(Output::json(Rows::Frames))
+        }
     };
     let state = r#"{"file":"x","state":[{"line":1,"node":5,"state":"stopped","by_ns":2500000000}]}"#;
     let sdo = r#"{"file":"x","sdo":[{"line":1,"node":5,"index":4096,"sub":0,"within_ns":2500000000}]}"#;
@@ -389,7 +392,7 @@ fn a_time_limit_is_over_when_it_is_over() {
 
 #[test]
 fn dropped_frames_are_told_and_counted() {
-    let mut session = Session::new(english(Format::Text));
+    let mut session = Session::new(english(Output::Lines));
     let mut out = Vec::new();
     session.begin(b"can0,can1", Input::Live, false);
     let stream =
@@ -415,12 +418,14 @@ fn so_many_frames_and_no_more_are_shown() {
     let masks = Masks::parse(&["any,700:780".to_owned()]).unwrap();
     let shown =
         |options: Options| run(options, &stream).lines().filter(|line| line.starts_with("{\"kind\":\"frame\"")).count();
-    let masked = Options { masks: masks.clone(), ..english(Format::Jsonl) };
+    let mut masked = english(Output::json(Rows::Frames));
+    masked.shown.masks = masks.clone();
     let all = shown(masked.clone());
     let expected = frames.iter().filter(|frame| frame.kind != Kind::Error && frame.id.raw() & 0x780 == 0x700).count();
     assert!(all == expected && all > 3, "{all} {expected}");
     for count in [0, 1, 3, all, all + 1] {
-        let options = Options { count: Some(count as u64), ..masked.clone() };
+        let mut options = masked.clone();
+        options.shown.limit = Some(count as u64);
         assert_eq!(shown(options.clone()), count.min(all));
         for size in [1, 100] {
             let mut session = Session::new(options.clone());
@@ -448,7 +453,7 @@ fn so_many_frames_and_no_more_are_shown() {
 fn a_tally_agrees_with_what_is_told() {
     for path in logs() {
         let Some((frames, buses)) = frames_of(&path) else { continue };
-        let mut session = Session::new(english(Format::Jsonl));
+        let mut session = Session::new(english(Output::json(Rows::Frames)));
         let mut out = Vec::new();
         session.begin(b"can0", Input::Live, false);
         session.feed(&live(&frames, &buses, 9), &mut out);
@@ -475,7 +480,9 @@ fn a_tally_agrees_with_what_is_told() {
 
 #[test]
 fn a_recording_is_readable_while_it_grows() {
-    let mut session = Session::new(english(Format::Convert(writers::Format::Mcap)));
+    let mut mcap = english(Output::Convert);
+    mcap.writing.to = writers::Format::Mcap;
+    let mut session = Session::new(mcap);
     let (mut out, mut read) = (Vec::new(), Vec::new());
     session.begin(b"can0", Input::Live, false);
     session.feed(&named(0, "can0"), &mut out);
@@ -483,7 +490,7 @@ fn a_recording_is_readable_while_it_grows() {
         session.feed(&heartbeat(5, no * 100), &mut out);
         session.feed(&until(START + no * 100 * MS), &mut out);
         // The content on a disk at this time.
-        let mut reader = Session::new(english(Format::Jsonl));
+        let mut reader = Session::new(english(Output::json(Rows::Frames)));
         let mut text = Vec::new();
         reader.begin(b"x.mcap", Input::Mcap, false);
         reader.feed(&out, &mut text);
@@ -494,7 +501,7 @@ fn a_recording_is_readable_while_it_grows() {
     assert!(*read.last().unwrap() >= 40 && read[5] == 0, "{read:?}");
     // Without ticks it would be a single chunk.
     session.finish(&mut out);
-    let mut reader = Session::new(english(Format::Summary));
+    let mut reader = Session::new(english(Output::json(Rows::Summary)));
     let mut text = Vec::new();
     reader.begin(b"x.mcap", Input::Mcap, true);
     reader.feed(&out, &mut text);

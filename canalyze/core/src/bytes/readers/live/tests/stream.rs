@@ -6,7 +6,7 @@ use super::*;
 use crate::bytes::frame::{BusId, Buses, CanId, Direction, Stamp, StampForm};
 use crate::bytes::readers::live::messages::Layout;
 use crate::bytes::readers::live::{HEAD, Live, held};
-use crate::bytes::readers::{Damage, Item, Marker, Place, Unreadable};
+use crate::bytes::readers::{Damage, FilePlace, Item, Marker, Unreadable};
 
 const DAY: i64 = 1_700_000_000_000_000_000;
 
@@ -29,7 +29,7 @@ fn told(items: &[Item]) -> Vec<String> {
         Item::Frame(frame) => format!("{}:{}", frame.bus.0, frame.t_ns.unwrap_or(-1)),
         Item::Until { now_ns } => format!("until {now_ns}"),
         Item::Gap { bus, .. } => format!("gap {}", bus.0),
-        Item::Marker(Marker::Dropped { bus, count, total, place: Place::Live }) => {
+        Item::Marker(Marker::Dropped { bus, count, total, place: FilePlace::Live }) => {
             format!("dropped {} {count} {total}", bus.0)
         }
         Item::Damaged(Damage { kind, .. }) => format!("{kind:?}"),
@@ -105,7 +105,7 @@ fn every_kind_of_block() {
     let stream = [
         named(3, "can1"),
         one(3, DAY + 1_999),
-        records(3, &[frame, Frame { t_ns: None, stamp: None, ..frame }], Setting { buses: &names, date_ns: None }),
+        records(3, &[frame, Frame { t_ns: None, stamp: None, ..frame }], CaptureFacts { buses: &names, date_ns: None }),
         named(3, "can1"),
         block(kind::DROPPED, 3, 0, 5, b""),
         block(kind::DROPPED, 3, 1, 2, b""),
@@ -139,7 +139,10 @@ fn frames_that_cannot_be_are_unreadable() {
         .iter()
         .filter_map(|item| if let Item::Unreadable { reason, place } = item { Some((*reason, *place)) } else { None })
         .collect();
-    assert_eq!(reasons, [Unreadable::Data, Unreadable::Data, Unreadable::Length].map(|reason| (reason, Place::Live)));
+    assert_eq!(
+        reasons,
+        [Unreadable::Data, Unreadable::Data, Unreadable::Length].map(|reason| (reason, FilePlace::Live))
+    );
     let stamps: Vec<_> = frames(&items).iter().map(|frame| frame.t_ns).collect();
     assert_eq!(stamps, [None, Some(DAY + 4_000)]);
 }
@@ -238,7 +241,7 @@ fn no_more_is_held_than_there_is_room_for() {
 
 #[test]
 fn what_is_no_block_ends_the_stream_once() {
-    let frame = Setting { buses: &Buses::default(), date_ns: None };
+    let frame = CaptureFacts { buses: &Buses::default(), date_ns: None };
     let good = [named(0, "can0"), one(0, 1_000)].concat();
     let mut short = received(0, 0, &[Sent::new(&at(1))]);
     short[8] = 2;
@@ -262,7 +265,7 @@ fn what_is_no_block_ends_the_stream_once() {
         let (items, _) = read(&[&stream]);
         assert_eq!(told(&items), ["0:1000", "Rest"]);
         let Item::Damaged(damage) = items[1] else { panic!("{items:?}") };
-        assert_eq!(damage.place, Place::Byte(good.len() as u64));
+        assert_eq!(damage.place, FilePlace::Byte(good.len() as u64));
     }
     assert_eq!(told(&read(&[&good[..good.len() - 1]]).0), ["Cut"]);
     let (mut reader, mut buses, mut items) = (Live::default(), Buses::default(), Vec::new());

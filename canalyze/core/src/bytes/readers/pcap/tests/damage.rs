@@ -1,7 +1,7 @@
 //! Damaged files: complete parts are read, and each damage is reported once.
 
 use super::made::{block, classic, four, legacy, record, sample};
-use super::{ORDERS, Order, items, read};
+use super::{ByteOrder, ORDERS, items, read};
 
 /// Returns the number of frames, and the lines about damage.
 fn counted(text: &str) -> (usize, Vec<&str>) {
@@ -157,5 +157,5 @@ fn what_is_no_capture() {
     assert_eq!(read(b"\n\r"), "Byte(0) Cut 2\n");
     assert_eq!(read(b"\n\r\r\n(1.5) can0 601#40\n"), "Byte(0) Rest 22\n");
     assert_eq!(read(b"(1.5) can0 601#40 can0 601#40\n"), "Byte(0) Rest 30\n");
-    assert_eq!(read(&[b"\n\r\r\n............", &sample(Order::Big).bytes[..]].concat()).lines().count(), 7);
+    assert_eq!(read(&[b"\n\r\r\n............", &sample(ByteOrder::Big).bytes[..]].concat()).lines().count(), 7);
 }

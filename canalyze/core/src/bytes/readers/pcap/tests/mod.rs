@@ -9,7 +9,7 @@ use super::*;
 use crate::bytes::frame::{CanId, Direction, Frame, Kind};
 use crate::bytes::readers::Marker;
 use crate::bytes::writers::pcapng::Pcapng;
-use crate::bytes::writers::{Loss, Setting};
+use crate::bytes::writers::{CaptureFacts, Loss};
 
 mod damage;
 mod made;
@@ -97,7 +97,7 @@ fn shown(frame: &Frame, buses: &Buses) -> String {
     out
 }
 
-const ORDERS: [Order; 2] = [Order::Little, Order::Big];
+const ORDERS: [ByteOrder; 2] = [ByteOrder::Little, ByteOrder::Big];
 
 #[test]
 fn pcap_in_both_orders_and_resolutions() {
@@ -108,7 +108,7 @@ fn pcap_in_both_orders_and_resolutions() {
             assert_eq!(read(&file), format!("{stamp} can0 601 2 4008\n"));
         }
     }
-    let file = [legacy(Order::Big, false, 227), record(Order::Big, 1, 5, &[0; 5])].concat();
+    let file = [legacy(ByteOrder::Big, false, 227), record(ByteOrder::Big, 1, 5, &[0; 5])].concat();
     assert_eq!(
         items(&file, &[]),
         "Byte(24) Data\nversion: 2.4\nbyte order: big-endian\ninterface: can0: CAN_SOCKETCAN (227), 1e-6 s, snaplen 65535\n"
@@ -180,7 +180,7 @@ fn socketcan_headers() {
             Some(reason) => format!("Byte(24) {reason}\n"),
             None => format!("1000000000/6 can0 {expected}\n"),
         };
-        let file = [legacy(Order::Little, false, 227), record(Order::Little, 1, 0, &packet)].concat();
+        let file = [legacy(ByteOrder::Little, false, 227), record(ByteOrder::Little, 1, 0, &packet)].concat();
         assert_eq!(read(&file), expected, "{packet:02X?}");
     }
 }
@@ -190,8 +190,8 @@ fn cooked_packets() {
     for order in ORDERS {
         // After a cooked header the identifier is in the order of the file.
         let own = |packet: Vec<u8>| match order {
-            Order::Big => packet,
-            Order::Little => [packet[..4].iter().rev().copied().collect(), packet[4..].to_vec()].concat(),
+            ByteOrder::Big => packet,
+            ByteOrder::Little => [packet[..4].iter().rev().copied().collect(), packet[4..].to_vec()].concat(),
         };
         let can = own(classic(0x8000_0123, &[1, 2]));
         let long = own(fd(0x123, 7, &[1]));
@@ -225,7 +225,7 @@ fn cooked_packets() {
             }
         }
     }
-    let order = Order::Little;
+    let order = ByteOrder::Little;
     let file: Vec<u8> = [5, 6, 5].map(|n| record(order, 1, 0, &sll2(1, 0x0D, n, &fd(0, 4, &[])))).concat();
     let file = [legacy(order, true, 276), file].concat();
     assert_eq!(read(&file), "1000000000/9 if5 000 fd 0\n1000000000/9 if6 000 fd 0\n1000000000/9 if5 000 fd 0\n");
@@ -233,7 +233,7 @@ fn cooked_packets() {
 
 #[test]
 fn what_wireshark_makes_of_logs() {
-    let order = Order::Big;
+    let order = ByteOrder::Big;
     let tagged = |name: &[u8], packet: &[u8]| {
         let other = [&[0, 33, 0, 4][..], &[9; 4]].concat();
         [&other, &[0, 12, 0, 16][..], name, &vec![0; 16 - name.len()], &[0; 4], packet].concat()
@@ -382,7 +382,7 @@ fn direction_and_losses() {
 #[test]
 fn identifiers_in_the_wrong_byte_order() {
     let ids = [0x601, 0x581, 0x000, 0x181, 0x8181_0203, 0x4000_0701, 0x2000_0004, 0x601, 0x602];
-    for order in [Order::Little, Order::Big] {
+    for order in [ByteOrder::Little, ByteOrder::Big] {
         for blocks in [false, true] {
             let file = |swapped: bool| {
                 let head = [shb(order), made::idb(order, 227, 0, &[])].concat();
@@ -404,8 +404,8 @@ fn identifiers_in_the_wrong_byte_order() {
 #[test]
 fn records_of_another_order_among_those_of_one() {
     let file = |ids: &[u32]| {
-        let records: Vec<Vec<u8>> = ids.iter().map(|id| record(Order::Little, 1, 0, &classic(*id, &[5]))).collect();
-        [legacy(Order::Little, false, 227), records.concat()].concat()
+        let records: Vec<Vec<u8>> = ids.iter().map(|id| record(ByteOrder::Little, 1, 0, &classic(*id, &[5]))).collect();
+        [legacy(ByteOrder::Little, false, 227), records.concat()].concat()
     };
     let swapped = |id: u32| id.swap_bytes();
     for (ids, unreadable) in [
@@ -424,16 +424,16 @@ fn records_of_another_order_among_those_of_one() {
         assert_eq!(said.matches("Identifier").count(), unreadable, "{said}");
         assert_eq!(said.lines().count(), ids.len(), "{said}");
     }
-    let cooked = |id: u32| record(Order::Little, 1, 0, &sll(1, 12, &classic(id, &[5])));
-    let said = read(&[legacy(Order::Little, false, 113), [0x701, 0x181, 0x601].map(cooked).concat()].concat());
+    let cooked = |id: u32| record(ByteOrder::Little, 1, 0, &sll(1, 12, &classic(id, &[5])));
+    let said = read(&[legacy(ByteOrder::Little, false, 113), [0x701, 0x181, 0x601].map(cooked).concat()].concat());
     assert_eq!(said.matches("Identifier").count(), 3, "{said}");
 }
 
 #[test]
 fn packets_that_hold_no_identifiers() {
     let file: Vec<u8> =
-        (0..100u32).flat_map(|no| record(Order::Little, 0, no, &classic(0x1234_5678 + no, &[1]))).collect();
-    let head = legacy(Order::Little, false, 227);
+        (0..100u32).flat_map(|no| record(ByteOrder::Little, 0, no, &classic(0x1234_5678 + no, &[1]))).collect();
+    let head = legacy(ByteOrder::Little, false, 227);
     assert_eq!(read(&[head, file].concat()), "identifiers: implausible\n100 x CAN_SOCKETCAN (227)\n");
 }
 
@@ -443,7 +443,7 @@ fn memory_stays_bounded() {
         let trial = reader.trial.as_ref().map_or(0, |trial| trial.head.capacity() + trial.records.held.capacity());
         reader.records.held.capacity() + trial
     };
-    let order = Order::Little;
+    let order = ByteOrder::Little;
     // A claimed length with nothing but zeros after it.
     let claims = |kind: u32, len: u32| [shb(order), four(order, kind).to_vec(), four(order, len).to_vec()].concat();
     for (file, most) in [
@@ -461,15 +461,15 @@ fn memory_stays_bounded() {
         }
     }
     let mut reader = Pcap::default();
-    let many: Vec<u8> = (0..70u32).flat_map(|kind| made::block(Order::Little, 0x100 + kind, &[])).collect();
-    reader.feed(&[shb(Order::Little), many].concat(), &mut Buses::default(), &mut |_, _| {});
+    let many: Vec<u8> = (0..70u32).flat_map(|kind| made::block(ByteOrder::Little, 0x100 + kind, &[])).collect();
+    reader.feed(&[shb(ByteOrder::Little), many].concat(), &mut Buses::default(), &mut |_, _| {});
     let passed = reader.contents().passed_over;
     assert_eq!((passed.len(), passed.last().unwrap()), (64, &(b"...".to_vec(), 7)));
 }
 
 #[test]
 fn what_is_broken_off_is_no_fault() {
-    let file = made::sample(Order::Little);
+    let file = made::sample(ByteOrder::Little);
     for cut in 0..file.bytes.len() {
         let mut reader = Pcap::default();
         let mut count = 0;
@@ -519,11 +519,11 @@ proptest! {
             let mut frame = Frame { bus: buses.intern(names[bus]), ..frame };
             if let Some(count) = lost {
                 totals[bus] += count;
-                let marker = Marker::Dropped { bus: frame.bus, count, total: totals[bus], place: Place::Byte(0) };
-                writer.marker(&mut out, Setting { buses: &buses, date_ns: None }, &marker);
+                let marker = Marker::Dropped { bus: frame.bus, count, total: totals[bus], place: FilePlace::Byte(0) };
+                writer.marker(&mut out, CaptureFacts { buses: &buses, date_ns: None }, &marker);
                 writeln!(expected, "lost {count} {} {:?}", totals[bus], frame.bus).unwrap();
             }
-            writer.frame(&mut out, Setting { buses: &buses, date_ns: None }, &frame);
+            writer.frame(&mut out, CaptureFacts { buses: &buses, date_ns: None }, &frame);
             frame.stamp = frame.t_ns.map(|ns| crate::bytes::frame::Stamp { form: crate::bytes::frame::StampForm::Seconds, ns, width: 1, decimals: 9 });
             writeln!(expected, "{}", shown(&frame, &buses)).unwrap();
         }
@@ -549,12 +549,12 @@ proptest! {
         cuts in prop::collection::vec(0usize..50, 0..20),
     ) {
         let head = match head {
-            0 => shb(Order::Little),
-            1 => shb(Order::Big),
-            2 => legacy(Order::Little, true, 227),
-            3 => legacy(Order::Big, false, 276),
-            4 => made::sample(Order::Big).bytes,
-            5 => made::sample(Order::Little).bytes,
+            0 => shb(ByteOrder::Little),
+            1 => shb(ByteOrder::Big),
+            2 => legacy(ByteOrder::Little, true, 227),
+            3 => legacy(ByteOrder::Big, false, 276),
+            4 => made::sample(ByteOrder::Big).bytes,
+            5 => made::sample(ByteOrder::Little).bytes,
             _ => Vec::new(),
         };
         let bytes = [head, bytes].concat();
@@ -590,15 +590,15 @@ fn what_pcapng_cannot_hold() {
     let mut buses = Buses::default();
     let bus = buses.intern(b"");
     let mut out = Vec::new();
-    let setting = Setting { buses: &buses, date_ns: None };
+    let setting = CaptureFacts { buses: &buses, date_ns: None };
     let frame = Frame { bus, ..Frame::classic(CanId::standard(1), &[]) };
     writer.frame(&mut out, setting, &frame);
     writer.frame(&mut out, setting, &frame);
     writer.frame(&mut out, setting, &Frame { t_ns: Some(-1), ..frame });
-    writer.frame(&mut out, Setting { date_ns: Some(1_000_000_000), ..setting }, &Frame { t_ns: Some(1), ..frame });
-    writer.marker(&mut out, setting, &Marker::Error { bus, stamp: None, place: Place::Line(1) });
+    writer.frame(&mut out, CaptureFacts { date_ns: Some(1_000_000_000), ..setting }, &Frame { t_ns: Some(1), ..frame });
+    writer.marker(&mut out, setting, &Marker::Error { bus, stamp: None, place: FilePlace::Line(1) });
     writer.marker(&mut out, setting, &Marker::Start { date_ns: 5 });
-    writer.marker(&mut out, setting, &Marker::Dropped { bus, count: 4, total: 9, place: Place::Line(1) });
+    writer.marker(&mut out, setting, &Marker::Dropped { bus, count: 4, total: 9, place: FilePlace::Line(1) });
     writer.finish(&mut out);
     let losses: Vec<_> = writer.losses.iter().collect();
     assert_eq!(losses, [(Loss::StampDigits, 1), (Loss::NoStamp, 2), (Loss::ErrorFrame, 1)]);

@@ -122,7 +122,7 @@ const RESERVED: &[&str] = &[
 
 /// How the value of an entry is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum FieldForm {
     /// `bool`.
     Bool,
     /// A whole number of so many bytes, with or without sign.
@@ -140,7 +140,7 @@ pub(super) enum Form {
     Bytes,
 }
 
-impl Form {
+impl FieldForm {
     /// The form of an entry; `None` where it has no bits.
     pub(super) fn of(mapped: &Mapped) -> Option<Self> {
         use DataType as T;
@@ -303,7 +303,7 @@ mod tests {
     #[test]
     fn forms() {
         use DataType as T;
-        let form = |bits: u32, data_type| Form::of(&entry(0x2000_0000 | bits, "", data_type)).map(Form::name);
+        let form = |bits: u32, data_type| FieldForm::of(&entry(0x2000_0000 | bits, "", data_type)).map(FieldForm::name);
         assert_eq!(form(0, None), None);
         assert_eq!(form(1, Some(T::Boolean)), Some("bool"));
         assert_eq!(form(8, Some(T::Boolean)), Some("uint8"));
@@ -318,7 +318,7 @@ mod tests {
         assert_eq!(form(64, Some(T::VisibleString)), Some("uint8[]"));
         assert_eq!(form(128, None), Some("uint8[]"));
         let scaled = Mapped { factor: 0.1, ..entry(0x2000_0010, "", Some(T::Integer16)) };
-        assert_eq!(Form::of(&scaled).map(Form::name), Some("float64"));
+        assert_eq!(FieldForm::of(&scaled).map(FieldForm::name), Some("float64"));
     }
 
     #[test]

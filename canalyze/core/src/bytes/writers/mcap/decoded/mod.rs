@@ -21,19 +21,19 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use self::pdo::Pdos;
+use self::pdo::PdoTypes;
 use super::cdr::Cdr;
 use super::container::{ChannelId, Container, SchemaId};
-use super::definitions::Definition;
-use super::{Losses, ROS2, Setting};
+use super::message::{RosMessage, RosValues};
+use super::{CaptureFacts, Losses, ROS2};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::Finding;
 use crate::words::Lang;
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 use crate::world::event::{Event, What};
 
 /// Where messages go, and when it is.
-pub(super) struct Place<'a, 'b> {
+pub(super) struct MessagePlace<'a, 'b> {
     /// The file.
     pub(super) out: &'a mut Vec<u8>,
     /// Its records.
@@ -43,12 +43,12 @@ pub(super) struct Place<'a, 'b> {
     /// What could not be written.
     pub(super) losses: &'a mut Losses,
     /// What is known of the capture.
-    pub(super) setting: Setting<'b>,
+    pub(super) setting: CaptureFacts<'b>,
     /// The moment of the last frame.
     pub(super) now: u64,
 }
 
-impl Place<'_, '_> {
+impl MessagePlace<'_, '_> {
     /// The moment of a frame that is spoken of: that of the last one where it has no stamp.
     fn moment(&self, at: FrameRef) -> u64 {
         self.stamped(at).unwrap_or(self.now)
@@ -70,12 +70,12 @@ impl Place<'_, '_> {
 #[derive(Debug)]
 pub(super) struct Decoded {
     lang: Lang,
-    pdos: Pdos,
+    pdos: PdoTypes,
     schemas: BTreeMap<&'static str, Option<SchemaId>>,
     /// By topic. Nodes and buses are few.
     channels: BTreeMap<String, ChannelId>,
     /// The last state of each drive, by bus, node and axis.
-    drives: BTreeMap<(BusId, u8, u8), Option<State>>,
+    drives: BTreeMap<(BusId, u8, u8), Option<DriveState>>,
     /// Words being put together.
     words: Vec<u8>,
 }
@@ -84,11 +84,11 @@ impl Decoded {
     /// Nothing seen yet.
     pub(super) fn new(lang: Lang) -> Self {
         let (schemas, channels, drives) = Default::default();
-        Self { lang, pdos: Pdos::new(lang), schemas, channels, drives, words: Vec::new() }
+        Self { lang, pdos: PdoTypes::new(lang), schemas, channels, drives, words: Vec::new() }
     }
 
     /// Appends what an event says.
-    pub(super) fn event(&mut self, place: &mut Place<'_, '_>, bus: &str, frame: Option<&Frame>, event: &Event) {
+    pub(super) fn event(&mut self, place: &mut MessagePlace<'_, '_>, bus: &str, frame: Option<&Frame>, event: &Event) {
         match (&event.what, frame) {
             (What::Pdo(data), Some(frame)) => {
                 let shown = self.pdos.process_data(place, bus, event, data, frame);
@@ -105,17 +105,34 @@ impl Decoded {
     }
 
     /// Appends a finding.
-    pub(super) fn finding(&mut self, place: &mut Place<'_, '_>, bus: &str, finding: &Finding) {
+    pub(super) fn finding(&mut self, place: &mut MessagePlace<'_, '_>, bus: &str, finding: &Finding) {
         report::finding(self, place, bus, finding);
     }
 
-    /// The channel of a topic, declared when it is first needed.
-    fn channel(&mut self, place: &mut Place<'_, '_>, topic: &str, definition: Definition) -> Option<ChannelId> {
+    /// Appends a message, at this time and about this frame. The channel of its topic is declared when it is first needed.
+    fn send(
+        &mut self,
+        place: &mut MessagePlace<'_, '_>,
+        topic: &str,
+        (at, time): (FrameRef, u64),
+        message: RosMessage<impl RosValues>,
+    ) {
+        let Some(channel) = self.channel(place, topic, &message) else { return };
+        message.values.append(place.cdr.begin());
+        place.send(channel, at, time);
+    }
+
+    fn channel(
+        &mut self,
+        place: &mut MessagePlace<'_, '_>,
+        topic: &str,
+        message: &RosMessage<impl RosValues>,
+    ) -> Option<ChannelId> {
         if let Some(known) = self.channels.get(topic) {
             return Some(*known);
         }
-        let slot = self.schemas.entry(definition.name).or_default();
-        let schema = super::declare(place.container, slot, definition)?;
+        let slot = self.schemas.entry(message.name).or_default();
+        let schema = super::declare(place.container, slot, message)?;
         let channel = place.container.channel(topic, schema, ROS2.1, &[])?;
         self.channels.insert(topic.to_owned(), channel);
         Some(channel)

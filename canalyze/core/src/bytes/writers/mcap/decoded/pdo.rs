@@ -10,9 +10,10 @@
 use std::sync::Arc;
 
 use super::super::container::ChannelId;
-use super::super::{Loss, ROS2, definitions};
-use super::Place;
-use super::fields::{self, Form};
+use super::super::message::whole;
+use super::super::{Loss, ROS2};
+use super::MessagePlace;
+use super::fields::{self, FieldForm};
 use crate::bytes::frame::{BusId, Frame};
 use crate::wire::pdo::mapping::{Mapped, Mapping, Number, number};
 use crate::words::Lang;
@@ -39,7 +40,7 @@ struct Whose {
 struct Field {
     /// Place of its entry in the mapping.
     entry: usize,
-    form: Form,
+    form: FieldForm,
     /// CiA 402's object, on the first axis, where its value has words; else 0.
     words: u16,
 }
@@ -59,13 +60,13 @@ struct Type {
 
 /// The types of message of one file.
 #[derive(Debug)]
-pub(super) struct Pdos {
+pub(super) struct PdoTypes {
     lang: Lang,
     types: Vec<Type>,
     words: Vec<u8>,
 }
 
-impl Pdos {
+impl PdoTypes {
     /// None yet.
     pub(super) fn new(lang: Lang) -> Self {
         Self { lang, types: Vec::new(), words: Vec::new() }
@@ -74,7 +75,7 @@ impl Pdos {
     /// Appends the signals of a PDO; yields the statuswords in it, by axis from 0.
     pub(super) fn process_data(
         &mut self,
-        place: &mut Place<'_, '_>,
+        place: &mut MessagePlace<'_, '_>,
         bus: &str,
         event: &Event,
         data: &ProcessData,
@@ -91,7 +92,7 @@ impl Pdos {
     /// Appends the object of a multiplex PDO.
     pub(super) fn multiplexed(
         &mut self,
-        place: &mut Place<'_, '_>,
+        place: &mut MessagePlace<'_, '_>,
         bus: &str,
         event: &Event,
         data: &Addressed,
@@ -106,7 +107,7 @@ impl Pdos {
 
     fn message(
         &mut self,
-        place: &mut Place<'_, '_>,
+        place: &mut MessagePlace<'_, '_>,
         bus: &str,
         event: &Event,
         whose: Whose,
@@ -137,12 +138,12 @@ impl Pdos {
             let Some(mapped) = mapping.entries.get(field.entry) else { continue };
             let raw = mapping.raw(mapped, payload).unwrap_or(0);
             match (field.form, number(mapped.data_type, raw, mapped.bits)) {
-                (Form::Bool, _) => cdr.bool(raw != 0),
-                (Form::Whole { size, .. }, Number::Signed(read)) => cdr.number(read.cast_unsigned(), size),
-                (Form::Whole { size, .. }, _) => cdr.number(raw, size),
-                (Form::Real32, _) => cdr.u32(raw as u32),
-                (Form::Real64, read) => cdr.f64(scaled(read, mapped.factor)),
-                (Form::Bytes, _) => cdr.sequence(mapping.octets(mapped, payload).unwrap_or(&[])),
+                (FieldForm::Bool, _) => cdr.bool(raw != 0),
+                (FieldForm::Whole { size, .. }, Number::Signed(read)) => cdr.number(read.cast_unsigned(), size),
+                (FieldForm::Whole { size, .. }, _) => cdr.number(raw, size),
+                (FieldForm::Real32, _) => cdr.u32(raw as u32),
+                (FieldForm::Real64, read) => cdr.f64(scaled(read, mapped.factor)),
+                (FieldForm::Bytes, _) => cdr.sequence(mapping.octets(mapped, payload).unwrap_or(&[])),
             };
             if field.words != 0 {
                 words.clear();
@@ -160,7 +161,7 @@ impl Pdos {
     /// The place of a type, made when it is first needed; `None` when there are too many.
     fn find(
         &mut self,
-        place: &mut Place<'_, '_>,
+        place: &mut MessagePlace<'_, '_>,
         bus: &str,
         whose: Whose,
         mapping: &Arc<Mapping>,
@@ -186,7 +187,7 @@ impl Pdos {
         let version = self.types.iter().filter(|one| one.whose == whose).count() + 1;
         let (fields, text) = definition(self.lang, mapping, reach);
         let (topic, name) = names(bus, whose, version);
-        let schema = place.container.schema(&name, ROS2.0, &definitions::whole(&text));
+        let schema = place.container.schema(&name, ROS2.0, &whole(&text));
         let channel = schema.and_then(|schema| place.container.channel(&topic, schema, ROS2.1, &[]));
         self.types.push(Type { whose, mapping: Arc::clone(mapping), reach, fields, channel });
         Some(self.types.len() - 1)
@@ -236,7 +237,7 @@ fn definition(lang: Lang, mapping: &Mapping, reach: usize) -> (Vec<Field>, Strin
         if mapped.dummy {
             continue;
         }
-        let Some(form) = Form::of(mapped) else { continue };
+        let Some(form) = FieldForm::of(mapped) else { continue };
         let name = fields::name(mapped, &mut taken);
         text.push_str("# ");
         if signal::has_name(lang, mapped) {
@@ -249,7 +250,7 @@ fn definition(lang: Lang, mapping: &Mapping, reach: usize) -> (Vec<Field>, Strin
             fields::comment(&mut text, &how.unit);
         }
         text.push_str(&format!("\n{} {name}\n", form.name()));
-        let words = if matches!(form, Form::Whole { .. }) { how.words } else { 0 };
+        let words = if matches!(form, FieldForm::Whole { .. }) { how.words } else { 0 };
         if words != 0 {
             let name = fields::unique(format!("{name}_text"), &mut taken);
             text.push_str(&format!("string {name}\n"));

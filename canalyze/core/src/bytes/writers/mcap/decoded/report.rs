@@ -1,7 +1,7 @@
 //! States, emergencies, SDO transfers and findings as messages.
 
-use super::super::definitions;
-use super::{Decoded, Place};
+use super::super::message::{Header, Octets, Time, message};
+use super::{Decoded, MessagePlace};
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
@@ -9,7 +9,7 @@ use crate::wire::error_control;
 use crate::wire::message::Message;
 use crate::words::digits::put;
 use crate::words::{Depth, findings, services, terms, transferred, value};
-use crate::world::drive::State;
+use crate::world::drive::DriveState;
 use crate::world::event::Event;
 
 /// Most bytes of a transfer that its message has.
@@ -27,7 +27,7 @@ const fn level(severity: Severity) -> u8 {
 /// Appends what a frame of an error-control or an emergency service says.
 pub(super) fn message(
     decoded: &mut Decoded,
-    place: &mut Place<'_, '_>,
+    place: &mut MessagePlace<'_, '_>,
     bus: &str,
     at: FrameRef,
     message: &Message,
@@ -40,12 +40,15 @@ pub(super) fn message(
             let mut words = std::mem::take(&mut decoded.words);
             words.clear();
             services::message(&mut words, decoded.lang, Depth::Default, message, frame);
-            if let Some(channel) = decoded.channel(place, &format!("/{bus}/node{node}/emcy"), definitions::EMERGENCY) {
-                let time = place.now;
-                place.cdr.begin().header(time, bus.as_bytes()).u16(code).u8(register).array(&manufacturer);
-                place.cdr.string(&words);
-                place.send(channel, at, time);
-            }
+            let topic = format!("/{bus}/node{node}/emcy");
+            let report = message! { "canalyze_msgs/msg/Emergency" {
+                header: Header(place.now, bus),
+                code: code,
+                error_register: register,
+                manufacturer: manufacturer,
+                text: &*words,
+            }};
+            decoded.send(place, &topic, (at, place.now), report);
             // 00xx says that an error has gone.
             let severity = if code & 0xFF00 == 0 { Severity::Info } else { Severity::Error };
             log(decoded, place, bus, Some(node), at, severity, &words);
@@ -55,26 +58,30 @@ pub(super) fn message(
     }
 }
 
-fn nmt_state(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, at: FrameRef, node: u8, state: u8) {
+fn nmt_state(decoded: &mut Decoded, place: &mut MessagePlace<'_, '_>, bus: &str, at: FrameRef, node: u8, state: u8) {
     let topic = format!("/{bus}/node{node}/nmt_state");
-    let Some(channel) = decoded.channel(place, &topic, definitions::NMT_STATE) else { return };
-    let time = place.now;
-    let name = error_control::state(decoded.lang, state).unwrap_or("");
-    place.cdr.begin().header(time, bus.as_bytes()).u8(state).string(name.as_bytes());
-    place.send(channel, at, time);
+    let message = message! {
+        /// As boot-up, heartbeat and guarding show it: 0 booted (pre-operational), 4 stopped, 5 operational, 127 pre-operational.
+        "canalyze_msgs/msg/NmtState" {
+            header: Header(place.now, bus),
+            state: state,
+            name: error_control::state(decoded.lang, state).unwrap_or(""),
+        }
+    };
+    decoded.send(place, &topic, (at, place.now), message);
 }
 
 /// Appends the state of a drive, where it is another one than before.
 pub(super) fn drive_state(
     decoded: &mut Decoded,
-    place: &mut Place<'_, '_>,
+    place: &mut MessagePlace<'_, '_>,
     bus: &str,
     event: &Event,
     node: u8,
     axis: u8,
     statusword: u16,
 ) {
-    let state = State::of(statusword);
+    let state = DriveState::of(statusword);
     if decoded.drives.insert((event.bus, node, axis), state) == Some(state) {
         return;
     }
@@ -82,63 +89,99 @@ pub(super) fn drive_state(
     if axis > 0 {
         topic.push_str(&format!("_{}", axis + 1));
     }
-    let Some(channel) = decoded.channel(place, &topic, definitions::DRIVE_STATE) else { return };
-    let time = place.now;
-    let name = state.map_or("", |state| terms::drive::state(decoded.lang, state));
-    place.cdr.begin().header(time, bus.as_bytes()).u16(statusword).string(name.as_bytes());
-    place.send(channel, event.at, time);
+    let message = message! {
+        /// The state of a CiA 402 power drive system, whenever a statusword in a PDO shows another one.
+        "canalyze_msgs/msg/DriveState" {
+            header: Header(place.now, bus),
+            statusword: statusword,
+            state: state.map_or("", |state| terms::drive::state(decoded.lang, state)),
+        }
+    };
+    decoded.send(place, &topic, (event.at, place.now), message);
 }
 
 /// Appends an SDO transfer.
-pub(super) fn transfer(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, at: FrameRef, transfer: &Transfer) {
+pub(super) fn transfer(
+    decoded: &mut Decoded,
+    place: &mut MessagePlace<'_, '_>,
+    bus: &str,
+    at: FrameRef,
+    transfer: &Transfer,
+) {
     let lang = decoded.lang;
     let topic = format!("/{bus}/node{}/sdo", transfer.node);
-    let Some(channel) = decoded.channel(place, &topic, definitions::SDO_TRANSFER) else { return };
     let time = place.moment(at);
-    let start = place.stamped(transfer.first).unwrap_or(0);
-    let duration = transfer.duration_ns().map_or(f64::NAN, |ns| ns as f64 / 1e9);
     let mut name = Vec::new();
     if let Some(mux) = transfer.mux {
         value::name(&mut name, lang, mux, &transfer.described);
     }
-    // A blank stands before the name.
-    let name = name.get(1..).unwrap_or(&[]);
-    let mut words = std::mem::take(&mut decoded.words);
-    words.clear();
+    let (mut words, mut whole) = (Vec::new(), Vec::new());
     transferred::transferred(&mut words, lang, transfer);
+    services::sdo::result(&mut whole, lang, transfer);
     let abort = transfer.outcome.abort.map(|abort| abort.code);
-    let abort_words = abort.and_then(|code| terms::abort_code(lang, code)).unwrap_or("");
-    let cdr = place.cdr.begin().header(time, bus.as_bytes()).time(start).f64(duration);
-    cdr.string(transfer.direction.name().as_bytes()).string(transfer.mode.name().as_bytes());
-    cdr.u16(transfer.mux.map_or(0, |mux| mux.index)).u8(transfer.mux.map_or(0, |mux| mux.sub));
-    cdr.string(name).string(&words).u64(transfer.data.size);
-    cdr.sequence(transfer.data.kept.get(..DATA).unwrap_or(&transfer.data.kept));
-    cdr.string(transfer.outcome.status.name().as_bytes()).u32(abort.unwrap_or(0)).string(abort_words.as_bytes());
-    cdr.u64(transfer.first.no).u64(transfer.last.no);
-    words.clear();
-    services::sdo::result(&mut words, lang, transfer);
-    cdr.string(&words);
-    place.send(channel, at, time);
-    decoded.words = words;
+    let message = message! {
+        /// An SDO transfer at its end. Without its initiate request in the capture index, sub and name are empty.
+        "canalyze_msgs/msg/SdoTransfer" {
+            header: Header(time, bus),
+            /// Of its first frame; 0 without stamps.
+            start: Time(place.stamped(transfer.first).unwrap_or(0)),
+            /// In seconds; NaN without stamps.
+            duration: transfer.duration_ns().map_or(f64::NAN, |ns| ns as f64 / 1e9),
+            /// upload, download
+            direction: transfer.direction.name(),
+            /// expedited, segmented, block
+            mode: transfer.mode.name(),
+            index: transfer.mux.map_or(0, |mux| mux.index),
+            sub: transfer.mux.map_or(0, |mux| mux.sub),
+            // A blank is before the name.
+            name: name.get(1..).unwrap_or(&[]),
+            /// The value in words.
+            value: &*words,
+            /// Bytes transferred, and the first 1024 of them.
+            size: transfer.data.size,
+            data: Octets(transfer.data.kept.get(..DATA).unwrap_or(&transfer.data.kept)),
+            /// ok, aborted, incomplete, failed
+            status: transfer.outcome.status.name(),
+            abort_code: abort.unwrap_or(0),
+            abort_text: abort.and_then(|code| terms::abort_code(lang, code)).unwrap_or(""),
+            /// Numbers in the capture, from 1.
+            first_frame: transfer.first.no,
+            last_frame: transfer.last.no,
+            /// All of it in words, on one line.
+            text: &*whole,
+        }
+    };
+    decoded.send(place, &topic, (at, time), message);
 }
 
 /// Appends a finding, as itself and as a line of the log.
-pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &str, finding: &Finding) {
+pub(super) fn finding(decoded: &mut Decoded, place: &mut MessagePlace<'_, '_>, bus: &str, finding: &Finding) {
     let rule = finding.code.rule();
     let mut words = std::mem::take(&mut decoded.words);
     words.clear();
     findings::message(&mut words, decoded.lang, finding);
-    if let Some(channel) = decoded.channel(place, "/findings", definitions::FINDING) {
-        let time = place.moment(finding.at);
-        let cdr = place.cdr.begin().header(time, bus.as_bytes());
-        cdr.string(rule.id.as_bytes()).string(rule.name.as_bytes()).string(finding.severity().name().as_bytes());
-        cdr.string(&words).u8(finding.node.unwrap_or(0));
-        cdr.u16(finding.object.map_or(0, |mux| mux.index)).u8(finding.object.map_or(0, |mux| mux.sub));
-        let number = |frame: Option<FrameRef>| frame.map_or(0, |frame| frame.no);
-        cdr.u64(finding.at.no).u64(number(finding.cause));
-        cdr.u64(number(finding.about())).u64(number(finding.because_of));
-        place.send(channel, finding.at, time);
-    }
+    let time = place.moment(finding.at);
+    let number = |frame: Option<FrameRef>| frame.map_or(0, |frame| frame.no);
+    let message = message! { "canalyze_msgs/msg/Finding" {
+        header: Header(time, bus),
+        code: rule.id,
+        name: rule.name,
+        /// info, warning, error
+        severity: finding.severity().name(),
+        message: &*words,
+        /// 0 where none is concerned.
+        node: finding.node.unwrap_or(0),
+        /// The object; 0 where none is concerned.
+        index: finding.object.map_or(0, |mux| mux.index),
+        sub: finding.object.map_or(0, |mux| mux.sub),
+        /// Numbers in the capture, from 1; 0 where there is none: the frame that shows it, and an earlier one that belongs to it.
+        frame: finding.at.no,
+        cause_frame: number(finding.cause),
+        /// The one of the two that the message is about, and the frame of what explains it: then it is a consequence.
+        about_frame: number(finding.about()),
+        because_of: number(finding.because_of),
+    }};
+    decoded.send(place, "/findings", (finding.at, time), message);
     let mut line = Vec::new();
     put!(&mut line; rule.id, " ");
     findings::placed(&mut line, decoded.lang, finding, finding.at.no);
@@ -149,21 +192,28 @@ pub(super) fn finding(decoded: &mut Decoded, place: &mut Place<'_, '_>, bus: &st
 /// Appends a line of the log.
 fn log(
     decoded: &mut Decoded,
-    place: &mut Place<'_, '_>,
+    place: &mut MessagePlace<'_, '_>,
     bus: &str,
     node: Option<u8>,
     at: FrameRef,
     severity: Severity,
     words: &[u8],
 ) {
-    let Some(channel) = decoded.channel(place, "/log", definitions::LOG) else { return };
     let time = place.moment(at);
     let mut name = bus.to_owned();
     if let Some(node) = node {
         name.push_str(&format!("/node{node}"));
     }
-    let line = u32::try_from(at.line.unwrap_or(0)).unwrap_or(0);
-    let cdr = place.cdr.begin().time(time).u8(level(severity)).string(name.as_bytes()).string(words);
-    cdr.string(b"").string(b"").u32(line);
-    place.send(channel, at, time);
+    let message = message! {
+        "rcl_interfaces/msg/Log" "byte DEBUG=10\nbyte INFO=20\nbyte WARN=30\nbyte ERROR=40\nbyte FATAL=50\n" {
+            stamp: Time(time),
+            level: level(severity),
+            name: &*name,
+            msg: words,
+            file: "",
+            function: "",
+            line: u32::try_from(at.line.unwrap_or(0)).unwrap_or(0),
+        }
+    };
+    decoded.send(place, "/log", (at, time), message);
 }

@@ -2,7 +2,7 @@
 use std::sync::Arc;
 
 use super::super::tests::{messages, texts};
-use super::super::{Loss, Mcap, Settings};
+use super::super::{Loss, Mcap, McapSettings};
 use super::*;
 use crate::bytes::frame::{Buses, CanId};
 use crate::wire::pdo::mapping::Mapping;
@@ -19,8 +19,8 @@ fn pdo(mapping: &Arc<Mapping>, frame: &Frame) -> Event {
 fn written(pdos: &[(&Arc<Mapping>, &[u8])]) -> (Vec<u8>, Vec<(Loss, u64)>) {
     let mut buses = Buses::default();
     buses.intern(b"can0");
-    let setting = Setting { buses: &buses, date_ns: None };
-    let mut writer = Mcap::new(Settings { decoded: Some(Lang::En), ..Settings::default() });
+    let setting = CaptureFacts { buses: &buses, date_ns: None };
+    let mut writer = Mcap::new(McapSettings { decoded: Some(Lang::En), ..McapSettings::default() });
     let mut out = Vec::new();
     for (no, (mapping, payload)) in (1..).zip(pdos) {
         let frame = Frame { no, t_ns: Some(no as i64), ..Frame::classic(CanId::standard(0x185), payload) };
