@@ -7,8 +7,7 @@
 use std::collections::BTreeMap;
 
 use canalyze_core::bytes::frame::{BusId, CanId, Frame, Kind, Stamp, StampForm};
-use canalyze_core::sdo::holes::Hole;
-use canalyze_core::sdo::transfer::{KEPT, Status};
+use canalyze_core::sdo::transfer::{Hole, KEPT, Status};
 use canalyze_core::session::{Options, Output, Rows, Session};
 use canalyze_core::words::{Depth, Lang};
 use libfuzzer_sys::fuzz_target;

@@ -34,12 +34,12 @@ pub(super) struct Session {
 }
 
 /// The options of `canalyze/running/options.py`, read by their names.
-struct Given<'a, 'py> {
+struct GivenOptions<'a, 'py> {
     options: Borrowed<'a, 'py, PyAny>,
     lang: Lang,
 }
 
-impl<'py> Given<'_, 'py> {
+impl<'py> GivenOptions<'_, 'py> {
     fn get<T: FromPyObjectOwned<'py>>(&self, name: &str) -> PyResult<T> {
         self.options.getattr(name)?.extract().map_err(Into::into)
     }
@@ -85,7 +85,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Options {
 
     fn extract(options: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         let lang = choose("lang", &options.getattr("lang")?.extract::<String>()?, Lang::NAMES)?;
-        let given = Given { options, lang };
+        let given = GivenOptions { options, lang };
         let maps: Vec<String> = given.get("mcap_maps")?;
         let mcap = Choice {
             topics: Select::parse(&given.get::<Vec<String>>("topics")?.join(",")),

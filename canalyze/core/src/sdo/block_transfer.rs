@@ -5,10 +5,10 @@
 //! then late. `block` decides which segments count, `machine` which frames come here.
 
 use super::block::{Block, End, Resume};
-use super::channel::{SdoChannel, strict_initiate};
 use super::exchange::wrong_size;
-use super::phase::{Half, Phase};
-use super::sequence::{FRAMES, is_strict_answer};
+use super::phase::{Half, Phase, is_strict_answer, strict_initiate};
+use super::sequence::FRAMES;
+use super::state::SdoChannel;
 use super::sub_block::{Segment, Taken};
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};

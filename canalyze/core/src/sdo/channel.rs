@@ -1,4 +1,4 @@
-//! One SDO channel: the owner of its state and its transfer.
+//! The driver of one SDO channel.
 //!
 //! It takes a frame, publishes its meaning, and begins and ends transfers.
 
@@ -6,11 +6,9 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::exchange::{expedited, lacks_data};
-use super::hypotheses::Hypotheses;
-use super::judgement::Verdicts;
-use super::phase::{Half, Phase, Segments};
-use super::proof::Proof;
-use super::sequence::{Sequence, within};
+use super::limits::{UNANSWERED_NS, within};
+use super::phase::{Half, Phase, Segments, strict_initiate};
+use super::state::{GivenUpWrite, History, Hypotheses, Proof, SdoChannel, Sequence, Server, Verdicts};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
 use super::wire::{self, Command, Mux, Side};
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
@@ -23,86 +21,11 @@ use crate::world::event::{Note, Place, Step, What};
 
 /// Number of bytes of a running transfer collected before they are passed on.
 const CHUNK: usize = 4096;
-/// Age in ns at which a request at the capture's end counts as unanswered (CiA 301 sets no limit).
-pub const UNANSWERED_NS: i64 = 1_000_000_000;
 /// Maximum number of requests in a search for a server.
 const PROBES: u64 = 3;
 
 /// Number of frames kept to find the first reading of a duplicate.
 const RECENT: usize = 128;
-
-/// The server of a channel.
-#[derive(Debug)]
-pub(super) struct Server {
-    pub(super) bus: BusId,
-    pub(super) node: u8,
-    /// The identifier from client to server unless it is the default channel.
-    id: Option<CanId>,
-    description: Option<Arc<Dictionary>>,
-    pub(super) profile: Profile,
-    /// Set if it has sent segments after an initiate with e = s = 0; true if that one had bytes other than 0 in place
-    /// of data.
-    pub(super) segments_unmarked: Option<bool>,
-}
-
-/// Frames that later ones are compared with.
-#[derive(Debug, Default)]
-pub(super) struct History {
-    /// The last request that its client aborted or replaced, or that came before a boot-up.
-    pub(super) given_up: Option<Half>,
-    /// The request that was pending when the server was reset.
-    before_reset: Option<Half>,
-    /// The server has booted since `given_up`.
-    pub(super) booted: bool,
-    /// Number of the client's newest frame.
-    pub(super) sent: u64,
-    /// The server's last abort.
-    pub(super) aborted: Option<Half>,
-    /// The server's newest frame.
-    pub(super) heard: Option<Half>,
-    /// The last released response.
-    pub(super) released: Option<Half>,
-    /// A client frame outside any transfer, whose response is outside as well.
-    pub(super) stray: Option<Half>,
-    /// The last answered request, and its response.
-    pub(super) last_request: Option<Command>,
-    pub(super) last_response: Option<[u8; 8]>,
-    /// The server's longest response time, in ns.
-    pub(super) slowest_ns: i64,
-}
-
-/// An expedited write abandoned by the client.
-#[derive(Debug, Default)]
-pub(super) struct GivenUpWrite {
-    /// The last one if no request was answered since.
-    pub(super) left: Option<Arc<Transfer>>,
-    /// The one that the current frame confirms after all.
-    pub(super) confirmed: Option<Arc<Transfer>>,
-}
-
-/// One SDO channel.
-#[derive(Debug)]
-pub struct SdoChannel {
-    pub(super) server: Server,
-    pub(super) phase: Phase,
-    pub(super) transfer: Option<Box<Transfer>>,
-    pub(super) hypotheses: Hypotheses,
-    pub(super) sequence: Sequence,
-    pub(super) history: History,
-    pub(super) proof: Proof,
-    pub(super) verdicts: Verdicts,
-    /// Transfers listed only if the channel proves to be SDO.
-    pub(super) unlisted: Vec<Arc<Transfer>>,
-    /// The step of the current frame.
-    pub(super) step: Step,
-    /// True if completed transfers belong to the current frame.
-    pub(super) own: bool,
-    pub(super) given_up_write: GivenUpWrite,
-    /// Side and first byte of the channel's next frame if it was read ahead.
-    pub(super) ahead: Option<(Side, u8)>,
-    /// The last frames and their readings, while the capture may contain duplicates.
-    recent: VecDeque<(Half, Step)>,
-}
 
 /// Returns true if the capture started early enough to contain the channel's first frame.
 pub fn is_whole(heard_ns: i64) -> bool {
@@ -576,15 +499,4 @@ impl SdoChannel {
 
 fn chunk(transfer: &Transfer, bytes: Vec<u8>) -> Chunk {
     Chunk { id: transfer.id, bus: transfer.bus, node: transfer.node, mux: transfer.mux, bytes }
-}
-
-/// Returns true for an unmistakable initiate request: a communication or device object, no reserved bits.
-pub(super) fn strict_initiate(half: &Half) -> bool {
-    half.command.is_initiate()
-        && half.command.mux().is_some_and(|Mux { index, .. }| index >= 0x1000)
-        && !half.command.has_reserved_bits(half.bytes)
-        && match half.command {
-            Command::InitiateDownload(_, i) => i.expedited || i.size_indicated,
-            _ => true,
-        }
 }

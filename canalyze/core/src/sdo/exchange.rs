@@ -7,11 +7,9 @@
 use std::sync::Arc;
 
 use super::block::Block;
-use super::channel::{SdoChannel, strict_initiate};
-use super::judgement::Refused;
-use super::machine::GIVEN_UP_NS;
-use super::phase::{Half, Phase, Segments};
-use super::sequence::{UnderWay, within};
+use super::limits::{GIVEN_UP_NS, within};
+use super::phase::{Half, Phase, Segments, strict_initiate};
+use super::state::{Refused, SdoChannel, UnderWay};
 use super::transfer::{Abort, Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Initiate, Mux, Segment, Side};
 use crate::bytes::frame::FrameRef;

@@ -3,58 +3,10 @@
 //! After a hole of known length, data have their true offset. After one of unknown length, the bytes follow those
 //! before it, and their offset in the object is unknown. Holes and the last byte are reported by the takers of frames.
 
-use super::transfer::{KEPT, Mode, Status, Transfer};
-
-/// Maximum number of holes kept per transfer; after the last, no data are kept.
-pub const MOST_HOLES: usize = 1024;
+use super::transfer::{Hole, Holes, KEPT, MOST_HOLES, Mode, Status, Transfer};
 
 /// The longest hole measured by the object's size, which is only claimed, in bytes.
 const LONGEST: u64 = 4096;
-
-/// Bytes missing in the capture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Hole {
-    /// Its first byte, counted from the beginning of the known data.
-    pub offset: u64,
-    /// Number of missing bytes; `None` if unknown.
-    pub length: Option<u64>,
-}
-
-/// The holes of one transfer in order.
-#[derive(Clone, Debug, Default)]
-pub struct Holes {
-    list: Vec<Hole>,
-    /// The last byte of the object was seen, or is missing in its place.
-    ended: bool,
-}
-
-impl Holes {
-    /// Returns the holes in order.
-    pub fn list(&self) -> &[Hole] {
-        &self.list
-    }
-
-    /// Returns true if the limit is reached, so that further bytes have no place.
-    fn is_full(&self) -> bool {
-        self.list.len() >= MOST_HOLES
-    }
-
-    fn add(&mut self, offset: u64, length: Option<u64>) {
-        let last_kept = self.list.len() + 1 == MOST_HOLES;
-        match (self.list.last_mut(), length) {
-            (Some(Hole { offset: last, length: Some(before) }), Some(length)) if *last + *before == offset => {
-                *before = before.saturating_add(length);
-            }
-            (Some(Hole { offset: last, length: None }), None) if *last == offset => {}
-            _ if last_kept => self.list.push(Hole { offset, length: None }),
-            _ => self.list.push(Hole { offset, length }),
-        }
-    }
-
-    fn has_unknown(&self) -> bool {
-        self.list.iter().any(|hole| hole.length.is_none())
-    }
-}
 
 impl Transfer {
     /// Marks data missing before the first byte.

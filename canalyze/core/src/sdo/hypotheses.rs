@@ -5,10 +5,9 @@
 //! command. A transfer without its beginning in the capture is incomplete.
 
 use super::block::{Block, MOST};
-use super::channel::{SdoChannel, strict_initiate};
 use super::machine::{Action, ChannelState, transition};
-use super::phase::{Half, Phase, Segments};
-use super::sequence::is_strict_answer;
+use super::phase::{Half, Phase, Segments, is_strict_answer, strict_initiate};
+use super::state::{Hypotheses, SdoChannel};
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{self, Command, Mux, Side};
 use crate::bytes::frame::{Frame, FrameRef};
@@ -16,26 +15,6 @@ use crate::rules::sdo::Sdo024;
 use crate::words::profiles::Profile;
 use crate::world::context::Context;
 use crate::world::event::Place;
-
-/// The possibility of a transfer that the capture does not show.
-#[derive(Debug)]
-pub(super) struct Hypotheses {
-    open: bool,
-    /// Number of the channel's first frame, or of the first after lost frames.
-    first: Option<u64>,
-    /// The capture contains the channel's first frame.
-    whole: bool,
-    /// A frame outside any transfer was reported since the channel was idle.
-    reported: bool,
-    /// The previous frame: its side, its first byte, and true if it is known to be no block segment.
-    before: Option<(Side, u8, bool)>,
-}
-
-impl Default for Hypotheses {
-    fn default() -> Self {
-        Self { open: true, first: None, whole: false, reported: false, before: None }
-    }
-}
 
 impl Hypotheses {
     /// Returns true if a transfer may run whose beginning the capture lacks.

@@ -3,10 +3,10 @@
 //! Findings are withheld until the channel has proved to be SDO (`proof`). Consequences are linked to their cause
 //! (`because_of`), not dropped.
 
-use super::channel::{SdoChannel, UNANSWERED_NS};
+use super::limits::{SHORTEST_TIMEOUT_NS, UNANSWERED_NS};
 use super::phase::{Half, Phase};
+use super::state::{Doubt, SdoChannel, Verdicts};
 use super::transfer::Transfer;
-use super::unasked::Unasked;
 use super::wire::{self, Command, Mux, Segment};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Rules;
@@ -15,60 +15,10 @@ use crate::rules::sdo::{Sdo002, Sdo004, Sdo005, Sdo010, Sdo012, Sdo018, Sdo020, 
 use crate::world::context::Context;
 use crate::world::event::{Event, Note, Place, What};
 
-/// A write refused by the server.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Refused {
-    pub(super) object: Mux,
-    /// The abort and its code.
-    pub(super) at: FrameRef,
-    pub(super) code: u32,
-    /// The cause of the refusal.
-    pub(super) because_of: Option<FrameRef>,
-}
-
 /// Response time that is nearly too late, in ns: clients wait for 1 s or less.
 const LATE_NS: i64 = 900_000_000;
-/// The shortest time-out of known clients, in ns.
-pub(super) const SHORTEST_TIMEOUT_NS: i64 = 300_000_000;
 /// Multiple of a server's longest response time that it does not exceed.
 const PROMPT: i64 = 10;
-
-/// A possible fault, or a hole of the recording.
-#[derive(Debug)]
-struct Doubt {
-    finding: Finding,
-    /// The fault makes the transfer fail although both sides took it as complete.
-    bad: bool,
-    /// Number of data bytes of the transfer before it.
-    offset: u64,
-}
-
-/// The findings of a channel, and the reasons to withhold them.
-#[derive(Debug, Default)]
-pub(super) struct Verdicts {
-    /// Findings that wait for the proof of the channel.
-    pub(super) withheld: Vec<Finding>,
-    /// The first finding above info since the channel was last idle, which explains later ones.
-    pub(super) fault: Option<FrameRef>,
-    /// Possible faults of the running transfer, or lost frames; its end decides.
-    doubted: Vec<Doubt>,
-    /// Refused writes not yet repeated with success.
-    pub(super) refused: Vec<Refused>,
-    /// The object of the next finding if not the transfer's.
-    pub(super) about: Option<Mux>,
-    /// The last request to the server while it must not answer.
-    pub(super) unanswerable: Option<FrameRef>,
-    /// The server was only looked for, like all others.
-    pub(super) scanned: bool,
-    /// Frames of the server without request since the client's last frame.
-    pub(super) unasked: Option<Unasked>,
-    /// The overdue request that was reported: its number, and the frame at that time.
-    overdue: Option<(u64, FrameRef)>,
-    /// The first finding on a missing answer since the server's last frame.
-    mute: Option<FrameRef>,
-    /// The complete lack of answers was reported.
-    pub(super) distrusted: bool,
-}
 
 /// Maximum waiting time of a request without any frame, in ns; clients give up sooner, slow servers answer sooner.
 const SILENT_NS: i64 = 1_500_000_000;

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::channel::SdoChannel;
+use super::state::SdoChannel;
 use super::transfer::Transfer;
 use crate::bytes::frame::FrameRef;
 use crate::world::context::Context;

@@ -4,10 +4,9 @@
 //! aborts) and `block_transfer`. Frames come here in their order on the bus (`sequence`). The exchange is
 //! stop-and-wait: at most one request is pending.
 
-use super::channel::{SdoChannel, strict_initiate};
-use super::judgement::SHORTEST_TIMEOUT_NS;
-use super::phase::{Half, Phase, Segments};
-use super::sequence::within;
+use super::limits::{GIVEN_UP_NS, SHORTEST_TIMEOUT_NS, within};
+use super::phase::{Half, Phase, Segments, strict_initiate};
+use super::state::SdoChannel;
 use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::bytes::frame::FrameRef;
@@ -15,9 +14,6 @@ use crate::rules::finding::Code;
 use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
 use crate::world::context::Context;
 use crate::world::event::Place;
-
-/// Time after which a client that goes on has given up waiting, in ns.
-pub(super) const GIVEN_UP_NS: i64 = 20_000_000;
 
 /// The service requested by an initiate request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

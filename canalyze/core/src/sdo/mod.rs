@@ -4,7 +4,9 @@
 //! |---|---|
 //! | `wire` | decodes eight bytes |
 //! | `transfer`, `holes` | the data moved, and the parts missing in the capture |
-//! | `channel` | owns the state, takes a frame, begins and ends transfers |
+//! | `state`, `phase` | the state of a channel, and the frames that it keeps |
+//! | `limits` | times by which a request counts as unanswered or given up |
+//! | `channel` | takes a frame, begins and ends transfers |
 //! | `sequence` | restores the order of frames on the bus |
 //! | `machine` | the protocol as one table: state, side and command to action and next state |
 //! | `exchange` | effects of responses and aborts on the transfer |
@@ -24,15 +26,17 @@ pub mod block;
 mod block_transfer;
 pub mod channel;
 pub mod exchange;
-pub mod holes;
+mod holes;
 mod hypotheses;
 pub mod judgement;
+pub mod limits;
 mod listing;
 mod machine;
 mod pace;
 mod phase;
 pub mod proof;
 mod sequence;
+pub mod state;
 mod sub_block;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::pace::Pace;
-use super::wire::{Command, Initiate};
+use super::wire::{Command, Initiate, Mux};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::When;
 
@@ -63,4 +63,23 @@ pub(super) enum Phase {
     Segments(Segments),
     /// Block transfer, and the end frame of a download that waits for its confirmation.
     Block(Box<Block>, Option<Half>),
+}
+
+/// Returns true for an unmistakable initiate request: a communication or device object, no reserved bits.
+pub(super) fn strict_initiate(half: &Half) -> bool {
+    half.command.is_initiate()
+        && half.command.mux().is_some_and(|Mux { index, .. }| index >= 0x1000)
+        && !half.command.has_reserved_bits(half.bytes)
+        && match half.command {
+            Command::InitiateDownload(_, i) => i.expedited || i.size_indicated,
+            _ => true,
+        }
+}
+
+/// Returns true for an unmistakable response to an initiate request.
+pub(super) fn is_strict_answer(half: &Half) -> bool {
+    !half.command.is_initiate()
+        && half.command.mux().is_some_and(|mux| mux.index >= 0x1000)
+        && !half.command.has_reserved_bits(half.bytes)
+        && half.len == 8
 }

@@ -3,9 +3,9 @@
 //! Nothing is judged before the first plausible request; findings are withheld until the channel has shown a valid
 //! request with its response.
 
-use super::channel::{SdoChannel, UNANSWERED_NS, strict_initiate};
-use super::judgement::SHORTEST_TIMEOUT_NS;
-use super::phase::Half;
+use super::limits::{SHORTEST_TIMEOUT_NS, UNANSWERED_NS};
+use super::phase::{Half, strict_initiate};
+use super::state::{Proof, SdoChannel};
 use super::unasked::APART_NS;
 use super::wire::{Command, Mux, Side};
 use crate::bytes::frame::FrameRef;
@@ -27,36 +27,6 @@ const PART: u64 = 4;
 const WENT_ON: u64 = 2;
 /// Number of server frames in a flood without any request in the capture.
 const FLOOD: u64 = 100;
-
-/// The evidence that a channel's frames are SDO.
-#[derive(Debug, Default)]
-pub(super) struct Proof {
-    /// A valid request with its response was seen since the last loss of frames.
-    pub(super) trusted: bool,
-    /// A valid request with its response was seen at any time.
-    pub(super) proven: bool,
-    /// A plausible request was seen, from which on frames are judged.
-    pub(super) begun: bool,
-    /// A matching request and response were seen, about any object.
-    pub(super) paired: bool,
-    pub(super) requests: u64,
-    pub(super) responses: u64,
-    /// Number of frames that no stack would send: undefined commands, reserved bits.
-    pub(super) odd: u64,
-    /// The same number for the whole capture.
-    pub(super) strange: u64,
-    /// Number of unmistakable requests.
-    pub(super) plausible: u64,
-    /// Number of requests and responses about objects that devices usually have.
-    pub(super) usual: u64,
-    /// The client's last request while nothing is answered; the number of requests sooner than a client gives up, and
-    /// of those abandoned.
-    pub(super) last_request: Option<(Mux, FrameRef)>,
-    pub(super) went_on: u64,
-    pub(super) given_up: u64,
-    pub(super) first: Option<FrameRef>,
-    pub(super) last: FrameRef,
-}
 
 /// A channel recorded in one direction only.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,6 @@
 
 use crc::{CRC_16_IBM_3740, CRC_16_KERMIT, CRC_16_XMODEM, Crc, Digest, Table};
 
-use super::holes::Holes;
 use super::wire::{Mux, Segment, Side};
 use crate::bytes::frame::{BusId, CanId, FrameRef};
 use crate::rules::finding::{Code, CrcMatch};
@@ -14,6 +13,8 @@ use crate::world::od::DataType;
 
 /// Maximum number of bytes of a transfer kept for its value.
 pub const KEPT: usize = 65_536;
+/// Maximum number of holes kept per transfer; after the last, no data are kept.
+pub const MOST_HOLES: usize = 1024;
 /// FNV-1a, 64 bits: offset basis and prime.
 const FNV_OFFSET: u64 = 0xCBF2_9CE4_8422_2325;
 const FNV_PRIME: u64 = 0x0000_0100_0000_01B3;
@@ -112,6 +113,51 @@ struct Sums {
     xmodem: Digest<'static, u16, Table<1>>,
     ffff: Digest<'static, u16, Table<1>>,
     reflected: Digest<'static, u16, Table<1>>,
+}
+
+/// Bytes missing in the capture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hole {
+    /// Its first byte, counted from the beginning of the known data.
+    pub offset: u64,
+    /// Number of missing bytes; `None` if unknown.
+    pub length: Option<u64>,
+}
+
+/// The holes of one transfer in order.
+#[derive(Clone, Debug, Default)]
+pub struct Holes {
+    pub(super) list: Vec<Hole>,
+    /// The last byte of the object was seen, or is missing in its place.
+    pub(super) ended: bool,
+}
+
+impl Holes {
+    /// Returns the holes in order.
+    pub fn list(&self) -> &[Hole] {
+        &self.list
+    }
+
+    /// Returns true if the limit is reached, so that further bytes have no place.
+    pub(super) fn is_full(&self) -> bool {
+        self.list.len() >= MOST_HOLES
+    }
+
+    pub(super) fn add(&mut self, offset: u64, length: Option<u64>) {
+        let last_kept = self.list.len() + 1 == MOST_HOLES;
+        match (self.list.last_mut(), length) {
+            (Some(Hole { offset: last, length: Some(before) }), Some(length)) if *last + *before == offset => {
+                *before = before.saturating_add(length);
+            }
+            (Some(Hole { offset: last, length: None }), None) if *last == offset => {}
+            _ if last_kept => self.list.push(Hole { offset, length: None }),
+            _ => self.list.push(Hole { offset, length }),
+        }
+    }
+
+    pub(super) fn has_unknown(&self) -> bool {
+        self.list.iter().any(|hole| hole.length.is_none())
+    }
 }
 
 /// The data of a transfer.

@@ -4,10 +4,10 @@
 //! with its count. A lasting flood is reported while it runs, and its total at the end. Frames that lost requests
 //! explain are no flood: responses to one object after another, and segments that continue a transfer.
 
-use super::channel::{SdoChannel, UNANSWERED_NS};
-use super::phase::{Half, Phase};
-use super::sequence::is_strict_answer;
-use super::wire::{Command, Mux, Segment};
+use super::limits::UNANSWERED_NS;
+use super::phase::{Half, Phase, is_strict_answer};
+use super::state::{SdoChannel, Unasked};
+use super::wire::{Command, Segment};
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::sdo::Sdo002;
@@ -19,21 +19,6 @@ const FLOOD: u64 = 4;
 pub(super) const APART_NS: i64 = 50_000_000;
 /// Maximum number of waiting findings (invariant 6).
 const KEPT: usize = 32;
-
-/// Frames of the server without a request, and their findings.
-#[derive(Debug)]
-pub(super) struct Unasked {
-    first: FrameRef,
-    last: FrameRef,
-    frames: u64,
-    /// Number of frames that lost requests do not explain.
-    unexplained: u64,
-    /// The object named by the last of them.
-    object: Option<Mux>,
-    findings: Vec<Finding>,
-    /// Number of frames when a flood was reported.
-    reported: Option<u64>,
-}
 
 impl Unasked {
     fn begin(at: FrameRef) -> Self {

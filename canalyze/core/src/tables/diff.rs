@@ -13,7 +13,7 @@ use crate::words::diff::{self as words, Phrase, phrase};
 use crate::words::digits::put;
 use crate::words::incidents;
 
-/// What a report is about.
+/// The context of a report.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffSetting<'a> {
     /// The language.
@@ -45,7 +45,7 @@ impl<'a> DiffSetting<'a> {
 /// Names of both sides.
 const SIDES: [&str; 2] = ["A", "B"];
 
-/// What is said above the lines of the first difference.
+/// Appends the text above the lines of the first difference.
 pub fn head(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison) {
     let lang = setting.lang;
     problems(out, setting, comparison);
@@ -65,7 +65,7 @@ pub fn head(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison
     put!(out; "\n");
 }
 
-/// What went wrong in one capture only, or otherwise; nothing where there is no such.
+/// Appends the problems of one capture only, and those that differ.
 fn problems(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison) {
     if comparison.stories.is_empty() {
         return;
@@ -120,7 +120,7 @@ fn problem(out: &mut Vec<u8>, setting: DiffSetting<'_>, one: &StoryDifference) {
     put!(out; "]");
 }
 
-/// What is said below the lines of the first difference.
+/// Appends the text below the lines of the first difference.
 pub fn body(out: &mut Vec<u8>, setting: DiffSetting<'_>, comparison: &Comparison) {
     let lang = setting.lang;
     if !comparison.differences.is_empty() {

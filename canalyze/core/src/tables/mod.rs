@@ -1,4 +1,4 @@
-//! What leaves the core: lines of text, JSON lines. Each form takes a frame with its events and appends bytes.
+//! The output of the core: lines of text, JSON lines. Each form takes a frame with its events and appends bytes.
 //!
 //! It must not decide or count anything, and holds no words of its own: those come from `text`.
 

@@ -5,7 +5,7 @@
 
 use crate::rules::finding::Severity;
 
-/// What ends every colour.
+/// The end of every colour.
 pub const PLAIN: &str = "\x1b[0m";
 
 /// Colours by what they stand for: severities, services by their names in filters, and what a report marks.

@@ -18,7 +18,7 @@ use crate::words::digits::{filled, hex_digits, put};
 use crate::words::{Depth, Lang, explain, findings, notes, services as words};
 use crate::world::event::{Event, Step, What};
 
-/// How time is shown (option `-t`, as candump's).
+/// The form of times (option `-t`, as in candump).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Time {
     /// a: seconds.
@@ -39,10 +39,10 @@ impl Time {
         &[("a", Self::Absolute), ("d", Self::Delta), ("z", Self::Zero), ("A", Self::Date), ("n", Self::None)];
 }
 
-/// How time is shown, and what it counts from.
+/// The form of times and their origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clocked {
-    /// How; as it came, by default.
+    /// The form; unchanged by default.
     pub time: Option<Time>,
     /// The stamp of the capture's first frame.
     pub start_ns: Option<i64>,
@@ -63,7 +63,7 @@ impl Clocked {
     }
 }
 
-/// How lines are marked.
+/// The marks of lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Look {
     /// In colours, for a terminal.
@@ -79,7 +79,7 @@ pub struct Lines {
     depth: Depth,
     look: Look,
     columns: ConsoleColumns,
-    /// How the stamps of the next frames are shown.
+    /// The form of the next frames' stamps.
     pub clock: Clocked,
     last_ns: Option<i64>,
     /// Consequences are told at the end, by their causes; `None`: each has a line of its own.
@@ -156,7 +156,7 @@ impl Lines {
         }
     }
 
-    /// What `write` appends, in a colour where there are any.
+    /// Appends the output of `write`, in a colour if colours are used.
     fn dyed(&self, out: &mut Vec<u8>, colour: impl FnOnce() -> &'static str, write: impl FnOnce(&mut Vec<u8>)) {
         if !self.look.coloured {
             return write(out);
@@ -189,8 +189,8 @@ impl Lines {
         }
     }
 
-    /// What one of a frame's events says, in whole lines. Its own one stands behind the frame's data, others below it.
-    /// Gives whether it is its own.
+    /// Appends an event's text in whole lines: a frame's own event after its data, others below it. Returns true for
+    /// the frame's own.
     pub fn said(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) -> bool {
         let service = match &event.what {
             What::Message(message) => message.service(),
@@ -205,7 +205,7 @@ impl Lines {
         true
     }
 
-    /// What a frame's own event says.
+    /// Appends the text of a frame's own event.
     fn own(&self, out: &mut Vec<u8>, event: &Event, frame: &Frame) {
         match &event.what {
             What::Message(message) => {
@@ -240,7 +240,7 @@ impl Lines {
         }
     }
 
-    /// What is known only at the end of the capture.
+    /// Appends the events known only at the end of the capture.
     pub fn end(&mut self, out: &mut Vec<u8>, events: &[Event]) {
         for event in events {
             if !self.fold(event) {

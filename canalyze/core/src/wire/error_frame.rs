@@ -12,7 +12,13 @@
 //!
 //! The report is the listener's own view of the bus. Nothing here names a node.
 
+use super::WireService;
+use super::fields::line;
 use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::message::Message;
+use crate::words::digits::{Hex, Nibbles, put};
+use crate::words::lang::{Bilingual, Lang, Term, find, say};
 
 /// Transmission timed out.
 pub const TX_TIMEOUT: u32 = 0x001;
@@ -46,6 +52,166 @@ const ACK_SLOT: u8 = 0x19;
 /// Error counters from which on a controller is at the warning level, and error passive (ISO 11898-1).
 const WARNING_COUNT: u8 = 96;
 const PASSIVE_COUNT: u8 = 128;
+
+/// Error classes, by bit of the identifier.
+static CLASSES: &[Term<u32>] = &[
+    (TX_TIMEOUT, "发送超时", "TX timeout"),
+    (LOST_ARBITRATION, "仲裁丢失", "lost arbitration"),
+    (CONTROLLER, "控制器问题", "controller problem"),
+    (PROTOCOL, "协议违规", "protocol violation"),
+    (TRANSCEIVER, "收发器状态", "transceiver status"),
+    (NO_ACK, "发送未得到应答(ACK)", "no acknowledgement on transmission"),
+    (BUS_OFF, "总线关闭", "bus off"),
+    (BUS_ERROR, "总线错误", "bus error"),
+    (RESTARTED, "控制器已重启", "controller restarted"),
+    (COUNTERS, "错误计数器", "error counters"),
+];
+
+/// Controller status, by bit of byte 1.
+static STATUS: &[Term<u8>] = &[
+    (0x01, "接收缓冲区溢出", "RX buffer overflow"),
+    (0x02, "发送缓冲区溢出", "TX buffer overflow"),
+    (0x04, "接收错误达到警告水平", "RX error warning level"),
+    (0x08, "发送错误达到警告水平", "TX error warning level"),
+    (0x10, "接收错误达到被动水平", "RX error passive level"),
+    (0x20, "发送错误达到被动水平", "TX error passive level"),
+    (0x40, "恢复到错误主动状态", "recovered to error active state"),
+];
+
+/// Protocol violation type, by bit of byte 2.
+static VIOLATIONS: &[Term<u8>] = &[
+    (0x01, "单个位错误", "single bit error"),
+    (0x02, "格式错误", "frame format error"),
+    (0x04, "位填充错误", "bit stuffing error"),
+    (0x08, "无法发送显性位", "unable to send dominant bit"),
+    (0x10, "无法发送隐性位", "unable to send recessive bit"),
+    (0x20, "总线过载", "bus overload"),
+    (0x40, "主动错误通告", "active error announcement"),
+    (0x80, "发生在发送时", "occurred on transmission"),
+];
+
+/// Protocol violation location, byte 3: the field of the frame.
+static LOCATIONS: &[Term<u8>] = &[
+    (0x02, "ID位28-21", "ID bits 28-21"),
+    (0x03, "帧起始", "start of frame"),
+    (0x04, "SRTR位", "SRTR bit"),
+    (0x05, "IDE位", "IDE bit"),
+    (0x06, "ID位20-18", "ID bits 20-18"),
+    (0x07, "ID位17-13", "ID bits 17-13"),
+    (0x08, "CRC序列", "CRC sequence"),
+    (0x09, "保留位0", "reserved bit 0"),
+    (0x0A, "数据段", "data section"),
+    (0x0B, "数据长度码", "data length code"),
+    (0x0C, "RTR位", "RTR bit"),
+    (0x0D, "保留位1", "reserved bit 1"),
+    (0x0E, "ID位4-0", "ID bits 4-0"),
+    (0x0F, "ID位12-5", "ID bits 12-5"),
+    (0x12, "帧间隔", "intermission"),
+    (0x18, "CRC界定符", "CRC delimiter"),
+    (0x19, "应答槽", "ACK slot"),
+    (0x1A, "帧结束", "end of frame"),
+    (0x1B, "应答界定符", "ACK delimiter"),
+];
+
+/// Transceiver status, byte 4: one value for each wire (low nibble CANH, high nibble CANL).
+static WIRES: &[Term<u8>] = &[
+    (0x04, "CANH断线", "CANH no wire"),
+    (0x05, "CANH对电池短路", "CANH short to BAT"),
+    (0x06, "CANH对VCC短路", "CANH short to VCC"),
+    (0x07, "CANH对地短路", "CANH short to GND"),
+    (0x40, "CANL断线", "CANL no wire"),
+    (0x50, "CANL对电池短路", "CANL short to BAT"),
+    (0x60, "CANL对VCC短路", "CANL short to VCC"),
+    (0x70, "CANL对地短路", "CANL short to GND"),
+    (0x80, "CANL与CANH短路", "CANL short to CANH"),
+];
+
+const UNKNOWN: Bilingual = ("未知", "unknown");
+const UNSPECIFIED: Bilingual = ("未指明", "unspecified");
+
+/// A byte of details, which holds only with its class.
+struct DetailRow {
+    class: u32,
+    at: usize,
+    key: &'static str,
+    content: Detail,
+}
+
+/// The content of a byte of details.
+#[derive(Clone, Copy)]
+enum Detail {
+    /// The number of a bit, 0 if it is unspecified.
+    Bit,
+    /// Flags by their masks.
+    Flags(&'static [Term<u8>]),
+    /// A place in the frame.
+    Location,
+    /// A code for each wire, in its nibble.
+    Wires,
+}
+
+static DETAILS: &[DetailRow] = &[
+    DetailRow { class: LOST_ARBITRATION, at: 0, key: "arbitration_bit", content: Detail::Bit },
+    DetailRow { class: CONTROLLER, at: 1, key: "controller", content: Detail::Flags(STATUS) },
+    DetailRow { class: PROTOCOL, at: 2, key: "protocol", content: Detail::Flags(VIOLATIONS) },
+    DetailRow { class: PROTOCOL, at: 3, key: "location", content: Detail::Location },
+    DetailRow { class: TRANSCEIVER, at: 4, key: "transceiver", content: Detail::Wires },
+];
+
+impl DetailRow {
+    fn byte(&self, frame: &Frame) -> u8 {
+        frame.head().get(self.at).copied().unwrap_or_default()
+    }
+
+    /// Appends it behind the class of a line.
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, byte: u8) {
+        match self.content {
+            Detail::Bit if byte == 0 => put!(out; lang.pick(" (位置未指明)", " (position unspecified)")),
+            Detail::Bit => say!(out, lang; zh: " (第", byte, "位)"; en: " (bit ", byte, ")"),
+            Detail::Flags(terms) => listed(out, lang, terms, masks(byte)),
+            Detail::Location => match find(LOCATIONS, lang, byte) {
+                Some(word) => put!(out; lang.pick(", 位置: ", ", location: "), word),
+                None if byte == 0 => put!(out; lang.pick(", 位置未指明", ", location unspecified")),
+                None => {
+                    let unknown = lang.pick(", 位置: 未知 ", ", location: unknown ");
+                    put!(out; unknown, Hex::<2>(u64::from(byte)), "h");
+                }
+            },
+            Detail::Wires => listed(out, lang, WIRES, [byte & 0x0F, byte & 0xF0].into_iter().filter(|wire| *wire != 0)),
+        }
+    }
+
+    /// Appends its line of the breakdown: `#   d1: 08 = 0000 1000b  位3: 1 发送错误达到警告水平`.
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, byte: u8) {
+        let word = |terms, code, none: Bilingual| find(terms, lang, code).unwrap_or(lang.word(none));
+        let or = |code| if code == 0 { UNSPECIFIED } else { UNKNOWN };
+        put!(out; "#   d", self.at as u64, ": ", Hex::<2>(u64::from(byte)));
+        match self.content {
+            Detail::Bit => {
+                put!(out; lang.pick("  仲裁丢失的位 (0未指明) = ", "  lost at bit (0 unspecified) = "), byte)
+            }
+            Detail::Flags(terms) => {
+                put!(out; " = ", Nibbles(byte));
+                let mut between = "  ";
+                for mask in masks(byte) {
+                    let bit = mask.trailing_zeros();
+                    put!(out; between, lang.pick("位", "bit "), bit, ": 1 ", word(terms, mask, UNKNOWN));
+                    between = " | ";
+                }
+                if byte == 0 {
+                    put!(out; "  ", lang.word(UNSPECIFIED));
+                }
+            }
+            Detail::Location => put!(out; lang.pick("  位置: ", "  location: "), word(LOCATIONS, byte, or(byte))),
+            Detail::Wires => {
+                let (canh, canl) = (byte & 0x0F, byte & 0xF0);
+                put!(out; " = ", Nibbles(byte), lang.pick("  位3-0: ", "  bits 3-0: "), word(WIRES, canh, or(canh)));
+                put!(out; lang.pick(" | 位7-4: ", " | bits 7-4: "), word(WIRES, canl, or(canl)));
+            }
+        }
+        put!(out; "\n");
+    }
+}
 
 /// What is wrong with the bus or with the controller that recorded, from the least to the worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -160,11 +326,92 @@ pub fn counters(frame: &Frame) -> Option<(u8, u8)> {
     (frame.len == 8 && (class(frame) & COUNTERS != 0 || tx != 0 || rx != 0)).then_some((tx, rx))
 }
 
+/// The forms of an error frame.
+pub(super) struct ErrorFrameService;
+
+impl WireService for ErrorFrameService {
+    /// `错误帧: 控制器问题 (发送错误达到警告水平), 发送错误计数=96, 接收错误计数=0`.
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, _: &Message, frame: &Frame) {
+        put!(out; lang.pick("错误帧", "error frame"));
+        if !full {
+            return;
+        }
+        let mut between = ": ";
+        for class in classes(frame).filter(|class| *class != COUNTERS) {
+            match find(CLASSES, lang, class) {
+                Some(word) => put!(out; between, word),
+                None => put!(out; between, lang.pick("未知类别 ", "unknown class "), Hex::<8>(u64::from(class)), "h"),
+            }
+            between = ", ";
+            for row in DETAILS.iter().filter(|row| row.class == class) {
+                row.line(out, lang, row.byte(frame));
+            }
+        }
+        if let Some((tx, rx)) = counters(frame) {
+            put!(out; between, lang.pick("发送错误计数=", "TX error counter="), tx);
+            put!(out; lang.pick(", 接收错误计数=", ", RX error counter="), rx);
+        }
+    }
+
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, _: &Message, frame: &Frame) {
+        let class = class(frame);
+        line!(out; lang.pick("错误帧, 类别 ", "error frame, class "), Hex::<8>(u64::from(class)), "h");
+        for bit in classes(frame) {
+            line!(out; "  ", Hex::<8>(u64::from(bit)), "h  ", find(CLASSES, lang, bit).unwrap_or(lang.word(UNKNOWN)));
+        }
+        for row in DETAILS.iter().filter(|row| class & row.class != 0) {
+            row.breakdown(out, lang, row.byte(frame));
+        }
+        if let Some((tx, rx)) = counters(frame) {
+            line!(out; "d6: ", Hex::<2>(u64::from(tx)), lang.pick("  发送错误计数 = ", "  TX error counter = "), tx);
+            line!(out; "d7: ", Hex::<2>(u64::from(rx)), lang.pick("  接收错误计数 = ", "  RX error counter = "), rx);
+        }
+    }
+
+    fn json(&self, object: &mut Object<'_>, _: &Message, frame: &Frame) {
+        let class = class(frame);
+        object.hex::<8>("class", u64::from(class));
+        object.list("classes", classes(frame), |out, bit| match find(CLASSES, Lang::En, bit) {
+            Some(word) => put!(out; "\"", word, "\""),
+            None => put!(out; "\"", Hex::<8>(u64::from(bit)), "\""),
+        });
+        for row in DETAILS {
+            let byte = (class & row.class != 0).then(|| row.byte(frame));
+            match row.content {
+                Detail::Bit => object.maybe(row.key, byte),
+                _ => object.maybe_hex(row.key, byte.is_some(), byte.unwrap_or_default()),
+            }
+        }
+        let counters = counters(frame);
+        object.maybe("tx_errors", counters.map(|(tx, _)| tx));
+        object.maybe("rx_errors", counters.map(|(_, rx)| rx));
+    }
+}
+
+/// Iterates over the bits of a byte that are set, as masks.
+fn masks(byte: u8) -> impl Iterator<Item = u8> {
+    (0..8).map(|bit| 1 << bit).filter(move |mask| byte & mask != 0)
+}
+
+/// Appends the words for some codes in brackets.
+fn listed(out: &mut Vec<u8>, lang: Lang, terms: &'static [Term<u8>], codes: impl Iterator<Item = u8>) {
+    let mut between = " (";
+    for code in codes {
+        match find(terms, lang, code) {
+            Some(word) => put!(out; between, word),
+            None => put!(out; between, lang.pick("未知 ", "unknown "), Hex::<2>(u64::from(code)), "h"),
+        }
+        between = ", ";
+    }
+    put!(out; if between == " (" { lang.pick(" (未指明)", " (unspecified)") } else { ")" });
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
     use crate::bytes::frame::{CanId, Kind};
+    use crate::words::lang::tests::sound;
 
     fn error(class: u32, payload: &[u8]) -> Frame {
         Frame { kind: Kind::Error, ..Frame::classic(CanId::extended(class), payload) }
@@ -172,6 +419,8 @@ mod tests {
 
     #[test]
     fn classes_and_counters() {
+        sound(CLASSES);
+        [STATUS, VIOLATIONS, LOCATIONS, WIRES].into_iter().for_each(sound);
         let frame = error(0x004, &[0, 0x08, 0, 0, 0, 0, 0x60, 0]);
         assert_eq!(classes(&frame).collect::<Vec<_>>(), [CONTROLLER]);
         assert_eq!(counters(&frame), Some((96, 0)));

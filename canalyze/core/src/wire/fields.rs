@@ -59,7 +59,7 @@ pub(super) enum Breakdown {
 #[derive(Clone, Copy)]
 pub(super) enum JsonKey {
     /// A number.
-    Number(&'static str),
+    Decimal(&'static str),
     /// A hexadecimal string.
     Hex(&'static str),
     /// The English term of the value, or null.
@@ -110,7 +110,7 @@ pub(super) fn json(object: &mut Object<'_>, fields: &[FieldRow], message: &Messa
         let read = field.read(message, frame.payload());
         for key in field.json {
             match *key {
-                JsonKey::Number(key) => object.number(key, read.value),
+                JsonKey::Decimal(key) => object.number(key, read.value),
                 JsonKey::Hex(key) => {
                     put!(object.key(key); "\"", |out: &mut Vec<u8>| hex(out, u64::from(read.value), 2 * field.width), "\"")
                 }
@@ -135,13 +135,18 @@ pub(super) fn breakdown_from(
     message: &Message,
     frame: &Frame,
 ) {
+    lines(out, lang, fields, message, frame);
+    reserved(out, lang, frame.payload().get(end(fields).max(first)..).unwrap_or_default());
+}
+
+/// Appends a line of the breakdown for each field.
+pub(super) fn lines(out: &mut Vec<u8>, lang: Lang, fields: &[FieldRow], message: &Message, frame: &Frame) {
     let payload = frame.payload();
     for field in fields {
         put!(out; "#   ", Spaced(field.bytes(payload)));
         shown(out, lang, *field, &field.read(message, payload));
         put!(out; "\n");
     }
-    reserved(out, lang, payload.get(end(fields).max(first)..).unwrap_or_default());
 }
 
 fn shown(out: &mut Vec<u8>, lang: Lang, field: FieldRow, read: &FieldValue<'_>) {

@@ -1,11 +1,23 @@
-//! Flying master (CiA 302-2): several NMT masters negotiate on 071..076 which of them is the active one.
+//! Flying master (CiA 302-2): which of several NMT masters is the active one is negotiated on 071..076.
 //!
-//! Only 071, the answer of the active master, carries data: its priority (0 is the highest) and its node-ID.
+//! | CAN-ID | meaning | bytes |
+//! |---|---|---|
+//! | 071 | the active NMT master answers | 0: priority (0 is the highest), 1: node-ID |
+//! | 072 | NMT flying-master negotiation request | - |
+//! | 073 | request: who is the active NMT master? | - |
+//! | 074 | answer: a device capable of NMT master is present | - |
+//! | 075 | request: are there devices capable of NMT master? | - |
+//! | 076 | force a flying-master negotiation | - |
 
-use super::fields::line;
-use super::prelude::*;
+use super::fields::{Breakdown, FieldRow, JsonKey, field};
+use super::{WireService, fields, length};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::words::digits::put;
+use crate::words::lang::{Lang, Term, find, say};
 
-/// Messages by the last digit of the identifier.
 static KINDS: &[Term<u8>] = &[
     (1, "活动NMT主站的响应", "response of the active NMT master"),
     (2, "协商请求", "negotiation request"),
@@ -15,15 +27,14 @@ static KINDS: &[Term<u8>] = &[
     (6, "强制重新协商", "force negotiation"),
 ];
 
-/// The fields of 071.
-static FIELDS: &[FieldRow] = &[
-    field(0, 1, ("优先级 (0最高)", "priority (0 is the highest)"), Decimal, &[JsonKey::Number("priority")]),
+static ANSWER: &[FieldRow] = &[
+    field(0, 1, ("优先级 (0最高)", "priority (0 is the highest)"), Breakdown::Decimal, &[JsonKey::Decimal("priority")]),
     field(
         1,
         1,
         ("", ""),
-        Only(|out, lang, read| fields::node_id(out, lang, read.byte())),
-        &[JsonKey::Number("master")],
+        Breakdown::Only(|out, lang, read| fields::node_id(out, lang, read.byte())),
+        &[JsonKey::Decimal("master")],
     ),
 ];
 
@@ -43,25 +54,27 @@ pub(super) struct FlyingMasterService;
 impl WireService for FlyingMasterService {
     fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, _: &Frame) {
         let Message::FlyingMaster { kind, master } = *message else { return };
-        let name = find(KINDS, lang, kind).unwrap_or(lang.pick("未知报文", "unknown message"));
-        put!(out; lang.pick("飞行主站: ", "flying master: "), name);
+        let kind = find(KINDS, lang, kind).unwrap_or(lang.pick("未知报文", "unknown message"));
+        put!(out; lang.pick("飞行主站: ", "flying master: "), kind);
         if let (true, Some((priority, node))) = (full, master) {
             say!(out, lang; zh: ": 节点", node, ", 优先级=", priority; en: ": node ", node, ", priority=", priority);
         }
     }
 
     fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
-        match message {
-            Message::FlyingMaster { master: Some(_), .. } => fields::breakdown(out, lang, FIELDS, message, frame),
-            _ => line!(out; |out: &mut Vec<u8>| self.line(out, lang, true, message, frame)),
+        if frame.len > 0 {
+            return fields::breakdown(out, lang, ANSWER, message, frame);
         }
+        put!(out; "#   ");
+        self.line(out, lang, true, message, frame);
+        put!(out; "\n");
     }
 
     fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
         let Message::FlyingMaster { kind, master } = *message else { return };
         object.number("kind", kind);
         match master {
-            Some(_) => fields::json(object, FIELDS, message, frame),
+            Some(_) => fields::json(object, ANSWER, message, frame),
             None => ["priority", "master"].into_iter().for_each(|key| object.maybe(key, None::<u8>)),
         }
     }
@@ -70,11 +83,9 @@ impl WireService for FlyingMasterService {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::words::lang::tests::sound;
 
     #[test]
     fn frames() {
-        sound(KINDS);
         let decode = |kind, payload: &[u8]| decode(Role::FlyingMaster(kind), kind, payload);
         assert_eq!(decode(1, &[0, 1]), Message::FlyingMaster { kind: 1, master: Some((0, 1)) });
         assert_eq!(decode(3, &[]), Message::FlyingMaster { kind: 3, master: None });

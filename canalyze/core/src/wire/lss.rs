@@ -103,33 +103,33 @@ const fn number(name: Bilingual) -> FieldRow {
     field(1, 4, name, Little, &[JsonKey::Hex("value")])
 }
 
-const MODE: FieldRow = byte(1, ("模式", "mode"), Word(MODES, ("保留", "reserved")), &[JsonKey::Number("mode")]);
-const NEW_NODE: FieldRow = byte(1, ("", ""), Only(node), &[JsonKey::Number("new_node")]);
-const NODE: FieldRow = byte(1, ("", ""), Only(node), &[JsonKey::Number("node")]);
-const SELECTOR: FieldRow = byte(1, ("表选择", "table selector"), With(table), &[JsonKey::Number("selector")]);
+const MODE: FieldRow = byte(1, ("模式", "mode"), Word(MODES, ("保留", "reserved")), &[JsonKey::Decimal("mode")]);
+const NEW_NODE: FieldRow = byte(1, ("", ""), Only(node), &[JsonKey::Decimal("new_node")]);
+const NODE: FieldRow = byte(1, ("", ""), Only(node), &[JsonKey::Decimal("node")]);
+const SELECTOR: FieldRow = byte(1, ("表选择", "table selector"), With(table), &[JsonKey::Decimal("selector")]);
 const INDEX: FieldRow = byte(
     2,
     ("表内序号", "table index"),
     With(rate),
-    &[JsonKey::Number("index"), JsonKey::With(|object, read| object.maybe("kbit_s", cia_rate(read)))],
+    &[JsonKey::Decimal("index"), JsonKey::With(|object, read| object.maybe("kbit_s", cia_rate(read)))],
 );
-const DELAY: FieldRow = field(1, 2, ("切换延迟", "switch delay"), With(delay), &[JsonKey::Number("delay_ms")]);
+const DELAY: FieldRow = field(1, 2, ("切换延迟", "switch delay"), With(delay), &[JsonKey::Decimal("delay_ms")]);
 const ERROR: FieldRow = byte(
     1,
     ("错误码", "error code"),
     With(|out, lang, read| put!(out; ": ", error(lang, read).unwrap_or(lang.word(UNKNOWN)))),
-    &[JsonKey::Number("error"), JsonKey::With(|object, read| object.optional("error_name", error(Lang::En, read)))],
+    &[JsonKey::Decimal("error"), JsonKey::With(|object, read| object.optional("error_name", error(Lang::En, read)))],
 );
 const SPECIFIC: FieldRow = byte(
     2,
     ("特定错误码 (错误码为FFh时有效)", "specific error code (valid where the error code is FFh)"),
     Name,
-    &[JsonKey::Number("specific")],
+    &[JsonKey::Decimal("specific")],
 );
 const ID_NUMBER: FieldRow = field(1, 4, ("IDNumber", "IDNumber"), Little, &[JsonKey::Hex("id_number")]);
 const BIT_CHECK: FieldRow = byte(5, ("BitCheck", "BitCheck"), With(bit_check), &[JsonKey::Hex("bit_check")]);
-const SUB: FieldRow = byte(6, ("LSSSub", "LSSSub"), Word(PARTS, UNKNOWN), &[JsonKey::Number("lss_sub")]);
-const NEXT: FieldRow = byte(7, ("LSSNext", "LSSNext"), Word(PARTS, UNKNOWN), &[JsonKey::Number("lss_next")]);
+const SUB: FieldRow = byte(6, ("LSSSub", "LSSSub"), Word(PARTS, UNKNOWN), &[JsonKey::Decimal("lss_sub")]);
+const NEXT: FieldRow = byte(7, ("LSSNext", "LSSNext"), Word(PARTS, UNKNOWN), &[JsonKey::Decimal("lss_next")]);
 
 /// The commands by their specifiers.
 static COMMANDS: &[CommandRow] = &[

@@ -15,6 +15,7 @@ pub mod message;
 pub mod nmt;
 pub mod pdo;
 pub mod role;
+pub(crate) mod sdo_command;
 pub mod srdo;
 pub mod sync;
 pub mod time;
@@ -141,8 +142,10 @@ fn service(message: &Message) -> Option<&'static dyn WireService> {
         }
         Message::Emcy { .. } => &emcy::EmcyService,
         Message::Lss { .. } => &lss::LssService,
-        Message::FlyingMaster { .. } => &flying_master::FlyingMasterService,
         Message::Srdo { .. } | Message::Gfc => &srdo::SrdoService,
+        Message::FlyingMaster { .. } => &flying_master::FlyingMasterService,
+        Message::Usdo { .. } => &usdo::UsdoService,
+        Message::ErrorFrame => &error_frame::ErrorFrameService,
         Message::Foreign { .. } | Message::Malformed { .. } => &undecoded::UndecodedService,
         _ => return None,
     })

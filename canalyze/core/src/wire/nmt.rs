@@ -32,7 +32,7 @@ static FIELDS: &[FieldRow] = &[
         Word(COMMANDS, ("未知", "unknown")),
         &[JsonKey::Hex("command"), JsonKey::Name("name", COMMANDS)],
     ),
-    field(1, 1, ("", ""), Only(target), &[JsonKey::Number("target")]),
+    field(1, 1, ("", ""), Only(target), &[JsonKey::Decimal("target")]),
 ];
 
 /// Returns true if a command resets the node, or its communication at least.

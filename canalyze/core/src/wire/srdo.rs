@@ -9,7 +9,14 @@
 //! Whether the two frames of a pair fit (inversion, delay) is the bus's question: it needs both.
 
 use super::fields::line;
-use super::prelude::*;
+use super::role::Named;
+use super::{WireService, fields, length};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
+use crate::wire::cob_id::Role;
+use crate::wire::message::Message;
+use crate::words::digits::put;
+use crate::words::lang::{Lang, Size};
 
 /// Decodes one frame of an SRDO pair.
 pub fn decode(role: Role, number: u8, inverted: bool, payload: &[u8]) -> Message {
@@ -21,14 +28,13 @@ pub fn decode_gfc(role: Role, payload: &[u8]) -> Message {
     if payload.is_empty() { Message::Gfc } else { length(role, 0, 0) }
 }
 
-/// The forms of SRDO and of the global fail-safe command.
+/// The forms of safety data and of GFC.
 pub(super) struct SrdoService;
 
 impl WireService for SrdoService {
     fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, frame: &Frame) {
         put!(out; Named(lang, message.role()));
-        let Message::Srdo { valid, .. } = *message else { return };
-        if full {
+        if let (true, Message::Srdo { valid, .. }) = (full, *message) {
             put!(out; ": ", Size(lang, frame.len.into()), match valid {
                 Some(true) => lang.pick(", 与正常数据一致", ", the inverse of the normal data"),
                 Some(false) => lang.pick(", 与正常数据不一致", ", not the inverse of the normal data"),
@@ -48,10 +54,7 @@ impl WireService for SrdoService {
         let Message::Srdo { number, inverted, valid } = *message else { return };
         object.number("number", number);
         object.flag("inverted", inverted);
-        match valid {
-            Some(valid) => object.flag("valid", valid),
-            None => object.maybe("valid", None::<u8>),
-        }
+        object.maybe("valid", valid.map(|valid| if valid { "true" } else { "false" }));
     }
 }
 

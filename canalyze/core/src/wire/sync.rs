@@ -11,7 +11,7 @@ static COUNTER: &[FieldRow] = &[field(
     1,
     ("同步计数器 (1019h不为0时才有)", "synchronous counter (only if 1019h is not 0)"),
     Decimal,
-    &[JsonKey::Number("counter")],
+    &[JsonKey::Decimal("counter")],
 )];
 
 /// Decodes a frame on the SYNC identifier.

@@ -14,28 +14,178 @@
 //! Only the first three bytes are common to all commands; the others stand where a command names an object. Open
 //! sources are few, so what is not certain (segments, bulk transfer) is left as bytes.
 
-use super::length;
+use super::fields::{Breakdown, FieldRow, JsonKey, field};
+use super::role::Nodes;
+use super::{WireService, fields, length};
+use crate::bytes::frame::Frame;
+use crate::tables::jsonl::object::Object;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
+use crate::words::digits::{Hex, Spaced, put};
+use crate::words::lang::{Bilingual, Lang, Size, Term, find};
+use crate::world::od::DataType;
 
 /// The abort command.
-pub const ABORT: u8 = 0x7F;
+const ABORT: u8 = 0x7F;
+/// The bit of a command that goes to another network.
+const REMOTE: u8 = 0x80;
+const UNKNOWN: Bilingual = ("未知", "unknown");
 
-/// What a command that names an object carries after the common bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct UsdoObject<'a> {
-    /// Index.
-    pub index: u16,
-    /// Sub-index.
-    pub sub: u8,
-    /// Data type code (CiA 301's), where the command carries data.
-    pub data_type: Option<u8>,
-    /// Size of the data in bytes as stated, where the command carries data.
-    pub size: Option<u8>,
-    /// Abort code, of the abort command only.
-    pub abort: Option<u8>,
-    /// Data, as far as the frame reaches; padding of the frame cut off by the stated size.
-    pub data: &'a [u8],
+/// Command specifiers without the remote bit (80h).
+static COMMANDS: &[Term<u8>] = &[
+    (0x01, "加速下载请求", "expedited download request"),
+    (0x02, "分段下载初始化请求", "segmented download initiate request"),
+    (0x03, "分段下载后续段请求", "segmented download continue request"),
+    (0x04, "分段下载最后段请求", "segmented download last request"),
+    (0x06, "块下载初始化请求", "bulk download initiate request"),
+    (0x07, "块下载后续段请求", "bulk download continue request"),
+    (0x08, "块下载最后段请求", "bulk download last request"),
+    (0x11, "加速上传请求", "expedited upload request"),
+    (0x13, "分段上传后续段请求", "segmented upload continue request"),
+    (0x21, "加速下载响应", "expedited download response"),
+    (0x22, "分段下载初始化响应", "segmented download initiate response"),
+    (0x23, "分段下载后续段响应", "segmented download continue response"),
+    (0x24, "分段下载最后段响应", "segmented download last response"),
+    (0x26, "块下载初始化响应", "bulk download initiate response"),
+    (0x28, "块下载最后段响应", "bulk download last response"),
+    (0x31, "加速上传响应", "expedited upload response"),
+    (0x32, "分段上传初始化响应", "segmented upload initiate response"),
+    (0x33, "分段上传后续段响应", "segmented upload continue response"),
+    (0x34, "分段上传最后段响应", "segmented upload last response"),
+    (ABORT, "中止", "abort"),
+];
+
+/// Abort codes.
+const ABORTS: &[Term<u8>] = &[
+    (0x10, "未知原因", "unknown reason"),
+    (0x11, "协议错误", "protocol error"),
+    (0x12, "协议超时", "protocol timed out"),
+    (0x13, "命令字未知", "command specifier unknown"),
+    (0x14, "计数字节错误", "counter byte error"),
+    (0x15, "CRC校验错误", "CRC error"),
+    (0x16, "内存不足", "out of memory"),
+    (0x17, "参数不兼容", "parameter incompatible"),
+    (0x18, "设备内部不兼容", "internal incompatibility"),
+    (0x19, "路由错误", "routing error"),
+    (0x1A, "路由错误", "routing error"),
+    (0x1B, "路由错误", "routing error"),
+    (0x1C, "路由错误", "routing error"),
+    (0x1D, "路由错误", "routing error"),
+    (0x1E, "数据长度码错误", "DLC error"),
+    (0x1F, "索引或子索引错误", "multiplexor error"),
+    (0x30, "不支持对该对象的访问", "unsupported access to an object"),
+    (0x31, "试图读只写对象", "attempt to read a write-only object"),
+    (0x32, "试图写只读对象", "attempt to write a read-only object"),
+    (0x33, "对象字典中不存在该对象", "object does not exist in the object dictionary"),
+    (0x34, "子索引不存在", "sub-index does not exist"),
+    (0x35, "硬件错误导致访问失败", "access failed due to a hardware error"),
+    (0x36, "长度不匹配", "length does not match"),
+    (0x37, "长度过长", "length too high"),
+    (0x38, "长度过短", "length too low"),
+    (0x40, "参数值无效", "invalid value"),
+    (0x41, "参数值过大", "value too high"),
+    (0x42, "参数值过小", "value too low"),
+    (0x43, "最大值与最小值不符", "maximum and minimum value do not fit"),
+    (0x44, "最大值与最小值不符", "maximum and minimum value do not fit"),
+    (0x50, "对象不能映射到PDO", "object cannot be mapped to the PDO"),
+    (0x51, "超出PDO长度", "PDO length exceeded"),
+    (0x52, "PDO映射或有效位错误", "PDO mapping or valid-bit error"),
+    (0x53, "PDO映射或有效位错误", "PDO mapping or valid-bit error"),
+    (0x54, "PDO映射或有效位错误", "PDO mapping or valid-bit error"),
+    (0x55, "PDO映射或有效位错误", "PDO mapping or valid-bit error"),
+    (0x56, "PDO映射或有效位错误", "PDO mapping or valid-bit error"),
+    (0x60, "数据无法传送或存储到应用", "data cannot be transferred or stored to the application"),
+    (0x61, "由于本地控制, 数据无法传送或存储到应用", "data cannot be stored because of local control"),
+    (0x62, "由于当前设备状态, 数据无法传送或存储到应用", "data cannot be stored because of the present device state"),
+    (0x63, "对象字典动态生成失败或不存在", "object dictionary dynamic generation fails or none is present"),
+    (0x64, "无可用数据", "no data available"),
+    (0x70, "服务器忙", "server busy"),
+];
+
+const fn byte(at: usize, name: Bilingual, shown: Breakdown, json: &'static [JsonKey]) -> FieldRow {
+    field(at, 1, name, shown, json)
+}
+
+const DESTINATION: FieldRow = byte(
+    0,
+    ("目标节点ID", "destination node-ID"),
+    Breakdown::With(|out, lang, read| match read.byte() {
+        0 => put!(out; lang.pick(": 所有节点", ": all nodes")),
+        node => put!(out; ": ", node),
+    }),
+    &[JsonKey::Decimal("destination")],
+);
+const COMMAND: FieldRow = byte(
+    1,
+    ("命令字", "command specifier"),
+    Breakdown::With(|out, lang, read| {
+        put!(out; ": ", command(lang, read.byte()).unwrap_or(lang.word(UNKNOWN)), remote(lang, read.byte()));
+    }),
+    &[
+        JsonKey::Hex("command"),
+        JsonKey::With(|object, read| object.optional("name", command(Lang::En, read.byte()))),
+        JsonKey::With(|object, read| object.flag("remote_network", read.byte() & REMOTE != 0)),
+    ],
+);
+const SESSION: FieldRow = byte(2, ("会话ID", "session-ID"), Breakdown::Decimal, &[JsonKey::Decimal("session")]);
+/// The sub-index comes before the index, other than in SDO, but not in JSON.
+const SUB: FieldRow =
+    byte(3, ("子索引", "sub-index "), Breakdown::With(|out, _, read| put!(out; Hex::<2>(read.value.into()), "h")), &[]);
+const INDEX: FieldRow = field(
+    4,
+    2,
+    ("索引", "index "),
+    Breakdown::With(
+        |out, lang, read| put!(out; Hex::<4>(read.value.into()), lang.pick("h (小端格式)", "h (little-endian)")),
+    ),
+    &[JsonKey::Hex("index"), JsonKey::With(|object, read| object.maybe("sub", read.payload.get(3).copied()))],
+);
+const ABORT_CODE: FieldRow = byte(
+    6,
+    ("中止码", "abort code"),
+    Breakdown::Word(ABORTS, UNKNOWN),
+    &[JsonKey::Hex("abort"), JsonKey::Name("abort_name", ABORTS)],
+);
+const TYPE: FieldRow = byte(
+    6,
+    ("数据类型", "data type"),
+    Breakdown::With(|out, _, read| put!(out; ": ", DataType::from_code(read.value as u16).map_or("-", DataType::name))),
+    &[JsonKey::Hex("type")],
+);
+const SIZE: FieldRow = byte(
+    7,
+    ("数据长度(字节)", "size (bytes)"),
+    Breakdown::Decimal,
+    &[JsonKey::Decimal("size"), JsonKey::With(|object, read| object.bytes("data", data(read.payload)))],
+);
+static NAMED: &[FieldRow] = &[SUB, INDEX];
+static ABORTED: &[FieldRow] = &[SUB, INDEX, ABORT_CODE];
+static CARRYING: &[FieldRow] = &[SUB, INDEX, TYPE, SIZE];
+
+/// Returns the fields of the object that a command names; none if it names none, or the frame is too short.
+fn object(payload: &[u8]) -> &'static [FieldRow] {
+    let [_, command, _, _, _, _, rest @ ..] = payload else { return &[] };
+    match (command & !REMOTE, rest) {
+        (ABORT, [_, ..]) => ABORTED,
+        (0x01 | 0x31 | 0x02 | 0x32 | 0x06, [_, _, ..]) => CARRYING,
+        (0x01 | 0x31 | 0x02 | 0x32 | 0x06 | 0x11 | 0x21 | 0x22 | 0x26 | ABORT, _) => NAMED,
+        _ => &[],
+    }
+}
+
+/// Returns the data, up to the stated size; the rest of the frame is padding.
+fn data(payload: &[u8]) -> &[u8] {
+    let data = payload.get(8..).unwrap_or_default();
+    payload.get(7).and_then(|size| data.get(..usize::from(*size))).unwrap_or(data)
+}
+
+/// Returns the name of a command; its remote bit is ignored.
+fn command(lang: Lang, command: u8) -> Option<&'static str> {
+    find(COMMANDS, lang, command & !REMOTE)
+}
+
+fn remote(lang: Lang, command: u8) -> &'static str {
+    if command & REMOTE != 0 { lang.pick(" (远程网络)", " (remote network)") } else { "" }
 }
 
 /// Decodes an FD frame on an SDO identifier.
@@ -46,38 +196,90 @@ pub fn decode(role: Role, request: bool, source: u8, payload: &[u8]) -> Message 
     }
 }
 
-/// The object that a command names; `None` for those that name none or where the frame is too short.
-pub fn object(payload: &[u8]) -> Option<UsdoObject<'_>> {
-    let [_, command, _, sub, low, high, rest @ ..] = payload else {
-        return None;
-    };
-    let mut object = UsdoObject {
-        index: u16::from_le_bytes([*low, *high]),
-        sub: *sub,
-        data_type: None,
-        size: None,
-        abort: None,
-        data: &[],
-    };
-    match (command & 0x7F, rest) {
-        (ABORT, [code, ..]) => object.abort = Some(*code),
-        // Upload request and the server's confirmations: the object alone.
-        (0x11 | 0x21 | 0x22 | 0x26 | ABORT, _) => {}
-        (0x01 | 0x31 | 0x02 | 0x32 | 0x06, [data_type, size, data @ ..]) => {
-            object.data_type = Some(*data_type);
-            object.size = Some(*size);
-            object.data = data.get(..usize::from(*size)).unwrap_or(data);
+/// The forms of a USDO frame.
+pub(super) struct UsdoService;
+
+impl WireService for UsdoService {
+    /// `USDO请求, 节点10 -> 节点5: 加速下载请求, 会话=7, 2000h:01, 类型 UNSIGNED32, 4字节: 2A 00 00 00`.
+    fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, frame: &Frame) {
+        let Message::Usdo { request, source, destination, command } = *message else { return };
+        let what =
+            if request { lang.pick("USDO请求", "USDO request") } else { lang.pick("USDO响应", "USDO response") };
+        put!(out; what, lang.pick(", 节点", ", node "), source, " -> ", Nodes(lang, destination));
+        if !full {
+            return;
         }
-        (0x01 | 0x31 | 0x02 | 0x32 | 0x06, _) => {}
-        _ => return None,
+        match self::command(lang, command) {
+            Some(word) => put!(out; ": ", word),
+            None => {
+                let unknown = lang.pick(": 未知命令字 ", ": unknown command specifier ");
+                put!(out; unknown, Hex::<2>(u64::from(command)), "h");
+            }
+        }
+        put!(out; remote(lang, command));
+        let payload = frame.payload();
+        if let Some(session) = payload.get(2) {
+            put!(out; lang.pick(", 会话=", ", session="), *session);
+        }
+        let (fields @ [_, ..], [_, _, _, sub, low, high, rest @ ..]) = (object(payload), payload) else { return };
+        put!(out; ", ", Hex::<4>(u64::from(u16::from_le_bytes([*low, *high]))), "h:", Hex::<2>(u64::from(*sub)));
+        match (fields::end(fields), rest) {
+            (7, [code, ..]) => {
+                let meaning = find(ABORTS, lang, *code).unwrap_or(lang.word(UNKNOWN));
+                put!(out; lang.pick(", 中止码 ", ", abort code "), Hex::<2>(u64::from(*code)), "h ", meaning);
+            }
+            (8, [data_type, size, ..]) => {
+                put!(out; lang.pick(", 类型 ", ", type "));
+                match DataType::from_code(u16::from(*data_type)) {
+                    Some(known) => put!(out; known.name()),
+                    None => put!(out; Hex::<2>(u64::from(*data_type)), "h"),
+                }
+                let data = data(payload);
+                put!(out; ", ", Size(lang, u64::from(*size)), if data.is_empty() { "" } else { ": " }, Spaced(data));
+            }
+            _ => {}
+        }
     }
-    Some(object)
+
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+        let Message::Usdo { request, source, .. } = *message else { return };
+        put!(out; "#   COB-ID ", Hex::<3>(u64::from(frame.id.raw())), if request { "h = 600h + " } else { "h = 580h + " });
+        put!(out; lang.pick("源节点ID ", "source node-ID "), Hex::<2>(u64::from(source)), "h (", source, "): ");
+        put!(out; if request {
+            lang.pick("USDO请求, 客户端 -> 服务器\n", "USDO request, client -> server\n")
+        } else {
+            lang.pick("USDO响应, 服务器 -> 客户端\n", "USDO response, server -> client\n")
+        });
+        let (payload, fields) = (frame.payload(), object(frame.payload()));
+        fields::lines(out, lang, &[DESTINATION, COMMAND], message, frame);
+        if payload.len() > 2 {
+            fields::lines(out, lang, &[SESSION], message, frame);
+        }
+        if fields.is_empty() {
+            return fields::data(out, lang, payload.get(3..).unwrap_or_default());
+        }
+        fields::lines(out, lang, fields, message, frame);
+        let data = if fields::end(fields) == 8 { data(payload) } else { &[] };
+        fields::data(out, lang, data);
+        fields::reserved(out, lang, payload.get(fields::end(fields) + data.len()..).unwrap_or_default());
+    }
+
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
+        let Message::Usdo { request, .. } = *message else { return };
+        object.flag("request", request);
+        fields::json(object, &[DESTINATION, COMMAND], message, frame);
+        match frame.len {
+            2 => object.maybe("session", None::<u8>),
+            _ => fields::json(object, &[SESSION], message, frame),
+        }
+        fields::json(object, self::object(frame.payload()), message, frame);
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic)]
     use super::*;
+    use crate::words::lang::tests::sound;
 
     #[test]
     fn expedited_download() {
@@ -86,16 +288,18 @@ mod tests {
             decode(Role::SdoRequest(10), true, 10, &payload),
             Message::Usdo { request: true, source: 10, destination: 5, command: 1 }
         );
-        let object = object(&payload).unwrap();
-        assert_eq!((object.index, object.sub, object.data_type, object.size), (0x2000, 1, Some(7), Some(4)));
-        assert_eq!(object.data, [0x2A, 0, 0, 0]);
+        assert_eq!(fields::end(object(&payload)), 8);
+        assert_eq!(data(&[payload.as_slice(), &[0; 4]].concat()), [0x2A, 0, 0, 0]);
     }
 
     #[test]
     fn aborts_and_short_frames() {
-        assert_eq!(object(&[5, 0x7F, 7, 0, 0x00, 0x20, 0x33]).unwrap().abort, Some(0x33));
-        assert_eq!(object(&[5, 0x03, 7, 0, 0, 0, 0, 0]), None);
-        assert_eq!(object(&[5, 0x01, 7]), None);
+        sound(COMMANDS);
+        sound(ABORTS);
+        assert_eq!(fields::end(object(&[5, 0x7F, 7, 0, 0x00, 0x20, 0x33])), 7);
+        assert_eq!(fields::end(object(&[5, 0x7F, 7, 0, 0x00, 0x20])), 6);
+        assert!(object(&[5, 0x03, 7, 0, 0, 0, 0, 0]).is_empty());
+        assert!(object(&[5, 0x01, 7]).is_empty());
         assert_eq!(decode(Role::SdoRequest(10), true, 10, &[5]), length(Role::SdoRequest(10), 2, 64));
     }
 }

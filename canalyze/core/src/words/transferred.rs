@@ -3,8 +3,7 @@
 use super::digits::{Hex, put};
 use super::value::{BYTES, Size, of_object, value};
 use super::{Lang, say};
-use crate::sdo::holes::Hole;
-use crate::sdo::transfer::{Status, Transfer};
+use crate::sdo::transfer::{Hole, Status, Transfer};
 use crate::world::od::DataType;
 
 /// Maximum number of holes that are named.

@@ -1,8 +1,8 @@
 //! The readers of capture formats, one file or folder for each: push parsers that accept bytes in any chunking.
 //!
 //! A reader sees only `frame`: it knows no CANopen, does no I/O, and never fails, but reports what it cannot read.
-//! `sniff` detects the format by the first bytes. A new format needs a file, a row of [`InputFormat`], an arm of [`Reader`],
-//! and its signature in `sniff`.
+//! `sniff` detects the format by the first bytes. A new format needs a file, a row of [`InputFormat`], an arm of
+//! [`Reader`], and its signature in `sniff`.
 
 pub mod asc;
 pub mod candump;

@@ -8,10 +8,9 @@
 
 mod requests;
 
-use std::collections::VecDeque;
-
-use super::channel::{SdoChannel, UNANSWERED_NS, strict_initiate};
-use super::phase::{Half, Phase};
+use super::limits::{UNANSWERED_NS, within};
+use super::phase::{Half, Phase, is_strict_answer, strict_initiate};
+use super::state::{Held, SdoChannel, Sequence, UnderWay};
 use super::wire::{self, Command, Side};
 use crate::bytes::frame::FrameRef;
 use crate::rules::sdo::Sdo017;
@@ -22,30 +21,6 @@ use crate::world::event::Place;
 pub(super) const FRAMES: u8 = 2;
 /// Maximum number of waiting frames.
 const MOST_HELD: usize = 256;
-
-/// A server's frame that waits for its turn.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
-    pub(super) half: Half,
-    /// Its request may precede the capture.
-    pub(super) first: bool,
-    /// Number of frames of the channel since.
-    age: u8,
-}
-
-/// The state after an abort, while frames of the other side may be on their way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct UnderWay {
-    pub(super) side: Side,
-    /// The abort.
-    pub(super) at: FrameRef,
-    /// The next sequence number of a block transfer's segments; 0 outside block transfers.
-    pub(super) seqno: u8,
-    /// The number in the acknowledgement that the client owed and may send late.
-    pub(super) owed: Option<u8>,
-    /// No request was pending when the server aborted; the refused one may be late.
-    pub(super) unasked: bool,
-}
 
 impl UnderWay {
     /// Returns true if a frame is the next block segment, and counts it.
@@ -63,22 +38,6 @@ impl UnderWay {
         let Command::BlockAck { ackseq, .. } = half.command else { return false };
         self.owed.take() == Some(ackseq) && within(self.at, half.at, UNANSWERED_NS)
     }
-}
-
-/// The waiting frames, and knowledge of the order of the others.
-#[derive(Debug, Default)]
-pub(super) struct Sequence {
-    held: VecDeque<Held>,
-    /// A request that fits the first or the next of them; the following frame decides.
-    undecided: Option<Half>,
-    /// Maximum delay with which the recording host lists its own frames, in ns.
-    lag_ns: i64,
-    pub(super) under_way: Option<UnderWay>,
-    /// The last response or refusal if its request was captured before it.
-    pub(super) answered: Option<Half>,
-    /// The assignment of responses to requests is known. At the start of a capture, late requests for one object may
-    /// each precede the response to the next.
-    certain: bool,
 }
 
 impl Sequence {
@@ -420,21 +379,5 @@ impl SdoChannel {
         }
         self.history.heard = Some(*half);
         self.without_request(half, first, cx);
-    }
-}
-
-/// Returns true for an unmistakable response to an initiate request.
-pub(super) fn is_strict_answer(half: &Half) -> bool {
-    !half.command.is_initiate()
-        && half.command.mux().is_some_and(|mux| mux.index >= 0x1000)
-        && !half.command.has_reserved_bits(half.bytes)
-        && half.len == 8
-}
-
-/// Returns true if a frame follows another within a time in ns; without stamps, always.
-pub(super) fn within(from: FrameRef, to: FrameRef, limit_ns: i64) -> bool {
-    match (from.t_ns, to.t_ns) {
-        (Some(from), Some(to)) => to.saturating_sub(from) <= limit_ns,
-        _ => true,
     }
 }

@@ -1,10 +1,10 @@
 //! Assigns requests listed late to frames of the server before or after them.
 
-use super::super::channel::{SdoChannel, UNANSWERED_NS, strict_initiate};
-use super::super::phase::{Half, Phase};
+use super::super::limits::{UNANSWERED_NS, within};
+use super::super::phase::{Half, Phase, strict_initiate};
+use super::super::state::{Held, SdoChannel, UnderWay};
 use super::super::transfer::{Direction, Status};
 use super::super::wire::{self, Command, Side};
-use super::{Held, UnderWay, within};
 use crate::evidence::recording::USUAL_ECHO_NS;
 use crate::rules::finding::Code;
 use crate::world::context::Context;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::channel::SdoChannel;
+use super::state::SdoChannel;
 use super::transfer::{Direction, Mode, Status, Transfer};
 use super::wire::{Mux, Side};
 use crate::bytes::frame::{BusId, CanId, Frame};

@@ -27,14 +27,14 @@ const QUIET_NS: i64 = 5_000_000_000;
 const KEPT: usize = 8;
 
 /// A command and the frame that carried it.
-type Given = (u8, FrameRef);
+type CommandGiven = (u8, FrameRef);
 
 /// The commands to one node.
 #[derive(Clone, Debug, Default)]
 struct Commanded {
-    last: Option<Given>,
+    last: Option<CommandGiven>,
     /// Stops that were contradicted, with the starts.
-    contrary: Vec<(Given, Given)>,
+    contrary: Vec<(CommandGiven, CommandGiven)>,
 }
 
 /// The commands of a bus.

@@ -6,8 +6,7 @@
 
 use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
-use crate::sdo::holes::Hole;
-use crate::sdo::transfer::{Status, Transfer};
+use crate::sdo::transfer::{Hole, Status, Transfer};
 use crate::tables::csv;
 use crate::tables::jsonl::sdo::{abort_or_null, side};
 use crate::tables::setting::NAMES;

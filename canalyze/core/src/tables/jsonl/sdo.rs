@@ -6,6 +6,7 @@ use super::{name_or_null, number_or_null, truth};
 use crate::bytes::frame::Frame;
 use crate::sdo::transfer::{Abort, TransferId};
 use crate::sdo::wire::{self, Command, Mux, Side};
+use crate::wire::sdo_command::row;
 use crate::words::digits::{Hex, put};
 use crate::words::{Lang, escape, terms, value};
 use crate::world::dictionary::Described;
@@ -24,7 +25,7 @@ const EXACT: u64 = 1 << 53;
 /// `blksize`, `threshold`, `crc` (flag or hex), `size`, `expedited`, `abort` hex; of the command `undetermined`, which
 /// belongs to a transfer that the capture does not show, its `candidates`.
 pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, frame: &Frame) {
-    put!(out; "{\"by\":\"", side(step.side), "\",\"command\":\"", name(&step.command, step.side), "\",\"transfer\":");
+    put!(out; "{\"by\":\"", side(step.side), "\",\"command\":\"", row(&step.command, step.side).key, "\",\"transfer\":");
     number_or_null(out, transfer.map(|id| id.0));
     match step.mux.or(step.command.mux()) {
         Some(mux) => put!(out; ",\"index\":\"", Hex::<4>(u64::from(mux.index)), "\",\"sub\":", mux.sub),
@@ -83,7 +84,7 @@ pub fn fields(out: &mut Vec<u8>, step: &Step, transfer: Option<TransferId>, fram
             put!(out; ",\"candidates\":[\"block_segment\"");
             let plain = wire::decode(step.side, bytes);
             if !plain.is_unreadable() {
-                put!(out; ",\"", name(&plain, step.side), "\"");
+                put!(out; ",\"", row(&plain, step.side).key, "\"");
             }
             put!(out; "]");
         }
@@ -96,35 +97,6 @@ pub(crate) fn side(side: Side) -> &'static str {
     match side {
         Side::Client => "client",
         Side::Server => "server",
-    }
-}
-
-fn name(command: &Command, by: Side) -> &'static str {
-    let client = by == Side::Client;
-    match command {
-        Command::InitiateDownload(..) => "initiate_download_request",
-        Command::InitiateUpload(_) => "initiate_upload_request",
-        Command::DownloadInitiated(_) => "initiate_download_response",
-        Command::UploadInitiated(..) => "initiate_upload_response",
-        Command::Segment(_) if client => "download_segment_request",
-        Command::Segment(_) => "upload_segment_response",
-        Command::SegmentRequest { .. } => "upload_segment_request",
-        Command::SegmentResponse { .. } => "download_segment_response",
-        Command::InitiateBlockDownload { .. } => "initiate_block_download_request",
-        Command::BlockDownloadInitiated { .. } => "initiate_block_download_response",
-        Command::InitiateBlockUpload { .. } => "initiate_block_upload_request",
-        Command::BlockUploadInitiated { .. } => "initiate_block_upload_response",
-        Command::StartBlockUpload => "start_block_upload",
-        Command::BlockAck { .. } => "block_acknowledgement",
-        Command::EndBlock { .. } if client => "end_block_download_request",
-        Command::EndBlock { .. } => "end_block_upload_request",
-        Command::BlockEnded if client => "end_block_upload_response",
-        Command::BlockEnded => "end_block_download_response",
-        Command::BlockSegment { .. } => "block_segment",
-        Command::Abort(..) => "abort",
-        Command::Unknown(_) => "unknown",
-        Command::Truncated(_) => "truncated",
-        Command::Undetermined(_) => "undetermined",
     }
 }
 

@@ -11,10 +11,9 @@ use crate::wire::message::Message;
 use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
-use crate::wire::{error_frame, usdo};
-use crate::words::digits::{Hex, put};
+use crate::words::digits::put;
 use crate::words::escape;
-use crate::words::{Lang, signal, terms};
+use crate::words::{Lang, signal};
 use crate::world::event::Addressed;
 use crate::world::od::DataType;
 
@@ -49,16 +48,6 @@ pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
             process_data(&mut object, transmit, number, false);
             addressed(&mut object, NAMES, &content, &Mapping::default(), frame);
         }
-        Message::Usdo { request, destination, command, .. } => {
-            object.flag("request", request);
-            object.number("destination", destination);
-            object.hex::<2>("command", u64::from(command));
-            object.optional("name", terms::usdo::command(NAMES, command));
-            object.flag("remote_network", command & 0x80 != 0);
-            object.maybe("session", frame.payload().get(2).copied());
-            usdo_object(&mut object, frame.payload());
-        }
-        Message::ErrorFrame => errors(&mut object, frame),
         _ => wire::json(&mut object, message, frame),
     }
     object.close();
@@ -107,40 +96,4 @@ fn addressed(object: &mut Object<'_>, lang: Lang, content: &Multiplexed, mapping
         None => put!(inner.key("text"); "null"),
     }
     inner.close();
-}
-
-fn usdo_object(object: &mut Object<'_>, payload: &[u8]) {
-    let Some(named) = usdo::object(payload) else {
-        return;
-    };
-    object.hex::<4>("index", u64::from(named.index));
-    object.number("sub", named.sub);
-    if let (Some(data_type), Some(size)) = (named.data_type, named.size) {
-        object.hex::<2>("type", u64::from(data_type));
-        object.number("size", size);
-        object.bytes("data", named.data);
-    }
-    if let Some(code) = named.abort {
-        object.hex::<2>("abort", u64::from(code));
-        object.optional("abort_name", terms::usdo::abort(NAMES, code));
-    }
-}
-
-fn errors(object: &mut Object<'_>, frame: &Frame) {
-    let class = error_frame::class(frame);
-    object.hex::<8>("class", u64::from(class));
-    let words = error_frame::classes(frame).map(|bit| (bit, terms::find(terms::error_frame::CLASSES, NAMES, bit)));
-    object.list("classes", words, |out, (bit, word)| match word {
-        Some(word) => escape::json(out, word.as_bytes()),
-        None => put!(out; "\"", Hex::<8>(u64::from(bit)), "\""),
-    });
-    let [arbitration, controller, protocol, location, transceiver, ..] = frame.head();
-    object.maybe("arbitration_bit", (class & error_frame::LOST_ARBITRATION != 0).then_some(arbitration));
-    object.maybe_hex("controller", class & error_frame::CONTROLLER != 0, controller);
-    object.maybe_hex("protocol", class & error_frame::PROTOCOL != 0, protocol);
-    object.maybe_hex("location", class & error_frame::PROTOCOL != 0, location);
-    object.maybe_hex("transceiver", class & error_frame::TRANSCEIVER != 0, transceiver);
-    let counters = error_frame::counters(frame);
-    object.maybe("tx_errors", counters.map(|(tx, _)| tx));
-    object.maybe("rx_errors", counters.map(|(_, rx)| rx));
 }

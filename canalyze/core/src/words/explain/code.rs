@@ -22,7 +22,7 @@ use crate::world::drive::DriveState;
 use crate::world::network::Description;
 use crate::world::od::{self, DataType};
 
-/// What a word before a code says that it is.
+/// The kind of a code by the word before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sort {
     Emcy,
@@ -249,7 +249,7 @@ fn object(out: &mut Vec<u8>, lang: Lang, value: u32, sub: Option<u32>, devices: 
     }
 }
 
-/// Where an object is defined.
+/// Returns the clause that defines an object.
 fn clause(lang: Lang, index: u16) -> &'static str {
     let row = CLAUSES.iter().find(|row| (row.0..=row.1).contains(&index));
     row.map_or_else(

@@ -123,7 +123,7 @@ fn specifier(step: &Step) -> Bits {
     }
 }
 
-/// What an initiating frame has beside its specifier.
+/// Returns the bits of an initiating frame besides its specifier.
 fn flags(i: Initiate) -> Vec<Bits> {
     vec![
         bits(4, 4, "保留", "reserved"),

@@ -1,6 +1,6 @@
-//! What a device description says of an object, and of an identifier.
+//! The entries of a device description about an object, and about an identifier.
 //!
-//! Must not: say what a standard says; `code` does.
+//! Standards are explained in `code`.
 
 use crate::wire::pdo::mapping::decode_entry;
 use crate::words::Lang;
@@ -17,7 +17,7 @@ const BASE: u64 = 0x7FF;
 /// Sub-indices that are told of an object.
 const SUBS: usize = 16;
 
-/// Whether a description has an object; `sub`: this part of it.
+/// Returns true if a description has an object, or its part `sub`.
 pub(super) fn has(dictionary: &Dictionary, index: u16, sub: Option<u8>) -> bool {
     sub.map_or_else(|| dictionary.has(index), |sub| dictionary.get(index, sub).is_some())
 }

@@ -145,7 +145,7 @@ fn field(out: &mut Vec<u8>, lang: Lang, payload: &[u8], offset: usize, count: us
     }
 }
 
-/// What the number was multiplied with: ` (3 x 0.1)`.
+/// Appends the factor of a number: ` (3 x 0.1)`.
 fn scale(out: &mut Vec<u8>, mapped: &Mapped, raw: u64) {
     if mapped.factor == 1.0 {
         return;

@@ -5,7 +5,6 @@
 //! `services::message`. Must not decide anything.
 
 pub mod code;
-pub mod command_byte;
 mod described;
 pub mod mapping;
 pub mod parameter;

@@ -7,7 +7,7 @@ use crate::sdo::wire::Mux;
 use crate::words::Lang;
 use crate::words::digits::{Hex, Put, put};
 
-/// What the upper bits of a COB-ID say.
+/// The meaning of the upper bits of a COB-ID.
 #[derive(Clone, Copy)]
 enum Flags {
     /// Bit 31: it is not used.

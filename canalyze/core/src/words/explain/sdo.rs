@@ -1,12 +1,12 @@
 //! The breakdown of an SDO frame: COB-ID, command byte, multiplexor, data, as the notes' explanation chapters give it.
 //! Must not decide anything: what the frame means to its transfer comes in `Step`.
 
-use super::command_byte::command_byte;
 use super::{cob_id, line, parameter};
 use crate::bytes::frame::Frame;
 use crate::sdo::transfer::{Mode, Status, Transfer};
 use crate::sdo::wire::{Command, Initiate, Mux, Segment, Side};
 use crate::wire::cob_id::Role;
+use crate::wire::sdo_command;
 use crate::words::digits::{Hex, Spaced, put};
 use crate::words::profiles::Profile;
 use crate::words::value::Size;
@@ -22,7 +22,7 @@ pub fn step(out: &mut Vec<u8>, lang: Lang, step: &Step, node: u8, frame: &Frame)
     cob_id(out, lang, role, frame);
     let [command, rest @ ..] = frame.head();
     if frame.len > 0 {
-        command_byte(out, lang, command, step);
+        sdo_command::command_byte(out, lang, command, &step.command, step.side);
     }
     fields(out, lang, step.described.profile, step.command, rest, frame);
     if frame.len != 8 {
@@ -181,7 +181,7 @@ fn segment_data(out: &mut Vec<u8>, lang: Lang, bytes: &[u8], carried: usize) {
     put!(out; "\n");
 }
 
-/// How the segments' data join, where they are text.
+/// Appends the joined data of the segments if they are text.
 fn joined(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     if transfer.mode == Mode::Expedited || transfer.outcome.status != Status::Ok {
         return;

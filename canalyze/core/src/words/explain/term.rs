@@ -47,7 +47,7 @@ pub(super) fn of_object(out: &mut Vec<u8>, lang: Lang, index: u16) {
     }
 }
 
-/// Whether a name is the index of an object: as a word it is one, not a term.
+/// Returns true if a name is the index of an object, which is not a term.
 fn is_object(name: &str) -> bool {
     matches!(name.as_bytes(), [digits @ .., b'h'] if digits.len() == 4 && digits.iter().all(u8::is_ascii_hexdigit))
 }

@@ -1,21 +1,19 @@
-//! What one frame says by itself, with a file for each service.
+//! The text of a single frame, with a file for each service.
 //!
 //! A new service gets its arm in [`message`] (the compiler asks for it) and, where it has more than a phrase, a file
 //! here. A phrase is one `say!`: the languages beside each other, each in its own order of words. What has a name, such
 //! as a state or an error code, stands in `terms`. Must not decide anything. No `format!` and no allocation: these are
 //! the lines of the hot path.
 
-pub mod error_frame;
 pub mod pdo;
 pub mod sdo;
-pub mod usdo;
 
 use super::digits::put;
 use super::{Depth, Lang};
 use crate::bytes::frame::Frame;
 use crate::wire;
 use crate::wire::message::Message;
-use crate::wire::role::{Nodes, PdoLabel};
+use crate::wire::role::PdoLabel;
 
 /// Appends the phrase of a message, and at other depths than brief its content. No line end.
 pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, frame: &Frame) {
@@ -34,13 +32,6 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, depth: Depth, message: &Message, f
         Message::PdoRequest { transmit, number, node } => {
             pdo::request(out, lang, full, PdoLabel { lang, transmit, number, node }, frame.len);
         }
-        Message::Usdo { request, source, destination, command } => {
-            usdo::parties(out, lang, request, source, Nodes(lang, destination));
-            if full {
-                usdo::content(out, lang, command, frame.payload());
-            }
-        }
-        Message::ErrorFrame => error_frame::errors(out, lang, full, frame),
         _ => wire::line(out, lang, full, message, frame),
     }
 }

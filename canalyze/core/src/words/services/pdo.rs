@@ -67,8 +67,8 @@ pub fn request(out: &mut Vec<u8>, lang: Lang, full: bool, pdo: PdoLabel, len: u8
     }
 }
 
-/// What a multiplex PDO carries: `DAM-MPDO, 写节点10的2000h:01 = 2A 00 00 00`, as far as `mapping` knows the object with
-/// its name and value.
+/// Appends the content of a multiplex PDO: `DAM-MPDO, 写节点10的2000h:01 = 2A 00 00 00`, with name and value by
+/// `mapping`.
 pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping: Option<&Mapping>) {
     let node = Nodes(lang, content.node);
     if content.destination {
@@ -81,7 +81,7 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
     value::multiplexed(out, lang, content, mapping);
 }
 
-/// What is only preset, or was only asked for, may not be what the device sends.
+/// Appends a note on a mapping only preset or requested, which the device may not use.
 fn preset(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
     match from {
         Provenance::Eds => say!(out, lang; zh: " (EDS默认映射)"; en: " (EDS default mapping)"),

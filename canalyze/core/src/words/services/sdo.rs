@@ -4,6 +4,7 @@
 use crate::sdo::exchange::expedited;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{self, Command, Initiate, Mux, Segment, Side};
+use crate::wire::sdo_command;
 use crate::words::digits::{Hex, Put, put};
 use crate::words::value::{self, Size};
 use crate::words::{Depth, Lang, say, terms, transferred};
@@ -43,10 +44,7 @@ fn phrase(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step) {
         Command::InitiateDownload(..) if depth != Depth::Brief => {
             say!(out, lang; zh: "主站发送的SDO请求"; en: "SDO request sent by the client");
         }
-        _ => {
-            let (zh, en) = words(step);
-            put!(out; lang.pick(zh, en));
-        }
+        _ => put!(out; lang.word(sdo_command::row(&step.command, step.side).phrase)),
     }
     match step.command {
         Command::SegmentRequest { toggle } | Command::SegmentResponse { toggle } => {
@@ -54,61 +52,6 @@ fn phrase(out: &mut Vec<u8>, lang: Lang, depth: Depth, step: &Step) {
         }
         Command::BlockSegment { seqno, .. } => say!(out, lang; zh: " (序列号=", seqno, ")"; en: " (seqno=", seqno, ")"),
         _ => {}
-    }
-}
-
-/// What a frame is, in Chinese and in English.
-fn words(step: &Step) -> (&'static str, &'static str) {
-    let client = step.side == Side::Client;
-    match step.command {
-        Command::InitiateUpload(_) => ("主站发送的SDO请求", "SDO request sent by the client"),
-        Command::InitiateDownload(..) => ("主站发送的SDO写请求", "SDO write request sent by the client"),
-        Command::UploadInitiated(_, initiate) if initiate.expedited => {
-            ("从站回复的读响应", "initiate upload response from the server")
-        }
-        Command::UploadInitiated(..) => ("从站回复的初始化响应", "initiate upload response from the server"),
-        Command::DownloadInitiated(_) => ("从站回复的写响应", "initiate download response from the server"),
-        Command::SegmentRequest { .. } => ("主站发送的段请求", "segment request from the client"),
-        Command::SegmentResponse { .. } => ("从站回复的段响应", "segment response from the server"),
-        Command::Segment(segment) => match (client, segment.last) {
-            (true, true) => ("主站发送的最后一段数据", "last segment of data from the client"),
-            (true, false) => ("主站发送的一段数据", "segment of data from the client"),
-            (false, true) => ("从站发送的最后一段数据", "last segment of data from the server"),
-            (false, false) => ("从站发送的一段数据", "segment of data from the server"),
-        },
-        Command::InitiateBlockUpload { .. } => {
-            ("主站发送的块上传请求", "initiate block upload request from the client")
-        }
-        Command::InitiateBlockDownload { .. } => {
-            ("主站发送的块下载请求", "initiate block download request from the client")
-        }
-        Command::BlockUploadInitiated { .. } => {
-            ("从站回复的块上传响应", "initiate block upload response from the server")
-        }
-        Command::BlockDownloadInitiated { .. } => {
-            ("从站回复的块下载响应", "initiate block download response from the server")
-        }
-        Command::StartBlockUpload => ("主站发送的块上传开始", "start of the block upload from the client"),
-        Command::BlockAck { .. } if client => ("主站发送的子块确认", "sub-block acknowledgement from the client"),
-        Command::BlockAck { .. } => ("从站回复的子块确认", "sub-block acknowledgement from the server"),
-        Command::BlockSegment { last, .. } => match (client, last) {
-            (true, true) => ("主站发送的最后一个块数据段", "last block segment from the client"),
-            (true, false) => ("主站发送的块数据段", "block segment from the client"),
-            (false, true) => ("从站发送的最后一个块数据段", "last block segment from the server"),
-            (false, false) => ("从站发送的块数据段", "block segment from the server"),
-        },
-        Command::EndBlock { .. } if client => ("主站发送的块下载结束", "end block download request from the client"),
-        Command::EndBlock { .. } => ("从站发送的块上传结束", "end block upload request from the server"),
-        Command::BlockEnded if client => ("主站发送的块上传结束确认", "end block upload response from the client"),
-        Command::BlockEnded => ("从站回复的块下载结束确认", "end block download response from the server"),
-        Command::Abort(..) if client => ("主站发送的中止", "abort transfer from the client"),
-        Command::Abort(..) => ("从站发送的中止", "abort transfer from the server"),
-        Command::Unknown(_) if client => ("主站发送的未知SDO命令", "unknown SDO command from the client"),
-        Command::Unknown(_) => ("从站发送的未知SDO命令", "unknown SDO command from the server"),
-        Command::Truncated(_) if client => ("主站发送的不完整SDO帧", "truncated SDO frame from the client"),
-        Command::Truncated(_) => ("从站发送的不完整SDO帧", "truncated SDO frame from the server"),
-        Command::Undetermined(_) if client => ("主站发送的SDO数据", "SDO data from the client"),
-        Command::Undetermined(_) => ("从站发送的SDO数据", "SDO data from the server"),
     }
 }
 
@@ -188,7 +131,7 @@ fn content(out: &mut Vec<u8>, lang: Lang, step: &Step, len: u8) {
     }
 }
 
-/// What bytes may be whose transfer is not in the capture.
+/// Appends the possible meanings of bytes whose transfer is not in the capture.
 fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
     if step.place == Place::Outside {
         return value::segment(out, &bytes);
@@ -199,12 +142,12 @@ fn candidates(out: &mut Vec<u8>, lang: Lang, step: &Step, bytes: [u8; 8]) {
     say!(out, lang; zh: ", 无法判定: 块数据段", seqno; en: ", undetermined: block segment ", seqno);
     let plain = wire::decode(step.side, bytes);
     if !plain.is_unreadable() {
-        let (zh, en) = words(&Step { command: plain, ..step.clone() });
+        let (zh, en) = sdo_command::row(&plain, step.side).phrase;
         say!(out, lang; zh: ", 或", zh; en: ", or ", en);
     }
 }
 
-/// Whether the content already is the transfer's result.
+/// Returns true if the content is already the transfer's result.
 fn shows_result(step: &Step) -> bool {
     step.result
         .as_ref()
@@ -286,7 +229,7 @@ pub fn abort(out: &mut Vec<u8>, lang: Lang, code: u32) {
     put!(out; Hex::<8>(u64::from(code)), "h ", terms::abort_code(lang, code).unwrap_or(unknown));
 }
 
-/// What a transfer came to: `1008h:00 = "..." (23字节)`.
+/// Appends the result of a transfer: `1008h:00 = "..." (23字节)`.
 pub fn result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     let upload = transfer.direction == Direction::Upload;
     match transfer.mux {
@@ -331,7 +274,7 @@ pub fn later_result(out: &mut Vec<u8>, lang: Lang, transfer: &Transfer) {
     result(out, lang, transfer);
 }
 
-/// Where the frame stands in its transfer, if not where it is expected.
+/// Appends the place of a frame in its transfer unless it is the expected one.
 fn place(out: &mut Vec<u8>, lang: Lang, step: &Step) {
     match (step.place, step.answered_by.as_deref()) {
         (Place::Late, Some(request)) => say!(out, lang;

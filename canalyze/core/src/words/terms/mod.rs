@@ -3,11 +3,9 @@
 //! The Chinese words follow the notes' vocabulary, the English ones CiA 301's.
 
 pub mod drive;
-pub mod error_frame;
 pub mod objects;
 pub mod sdo_abort;
 pub mod service;
-pub mod usdo;
 
 pub use objects::object_name;
 pub use sdo_abort::abort_code;
@@ -25,13 +23,6 @@ mod tests {
     #[test]
     fn complete_and_sorted() {
         sound(sdo_abort::CODES);
-        sound(error_frame::CLASSES);
-        sound(error_frame::CONTROLLER);
-        sound(error_frame::PROTOCOL);
-        sound(error_frame::LOCATION);
-        sound(error_frame::TRANSCEIVER);
-        sound(usdo::COMMANDS);
-        sound(usdo::ABORTS);
         sound(service::SERVICES);
         sound(service::SDO);
         sound(service::INVERTED);

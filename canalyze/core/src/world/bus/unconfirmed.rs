@@ -10,7 +10,7 @@ use crate::bytes::frame::Frame;
 use crate::checks::PdoName;
 use crate::evidence::When;
 use crate::evidence::duplicates::Sighting;
-use crate::sdo::channel::UNANSWERED_NS;
+use crate::sdo::limits::UNANSWERED_NS;
 use crate::sdo::wire::Mux;
 use crate::wire::cob_id::Role;
 use crate::wire::pdo;

@@ -120,7 +120,7 @@ const RESERVED: &[&str] = &[
     "yield",
 ];
 
-/// How the value of an entry is written.
+/// The form of an entry's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FieldForm {
     /// `bool`.
@@ -129,7 +129,7 @@ pub(super) enum FieldForm {
     Whole {
         /// 1, 2, 4 or 8.
         size: usize,
-        /// Whether it has a sign.
+        /// True if it has a sign.
         signed: bool,
     },
     /// `float32`.

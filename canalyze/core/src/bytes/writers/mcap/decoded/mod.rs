@@ -1,4 +1,4 @@
-//! What frames mean, as messages of their own: plots, state lanes and logs of the usual viewers show them without
+//! Decoded frames as messages of their own: plots, state lanes and logs of the usual viewers show them without
 //! knowing CANopen.
 //!
 //! | topic | message |
@@ -32,7 +32,7 @@ use crate::words::Lang;
 use crate::world::drive::DriveState;
 use crate::world::event::{Event, What};
 
-/// Where messages go, and when it is.
+/// The destination and time of messages.
 pub(super) struct MessagePlace<'a, 'b> {
     /// The file.
     pub(super) out: &'a mut Vec<u8>,
@@ -40,9 +40,9 @@ pub(super) struct MessagePlace<'a, 'b> {
     pub(super) container: &'a mut Container,
     /// The message that is being put together.
     pub(super) cdr: &'a mut Cdr,
-    /// What could not be written.
+    /// Data that could not be written.
     pub(super) losses: &'a mut Losses,
-    /// What is known of the capture.
+    /// The facts about the capture.
     pub(super) setting: CaptureFacts<'b>,
     /// The moment of the last frame.
     pub(super) now: u64,
@@ -66,7 +66,7 @@ impl MessagePlace<'_, '_> {
     }
 }
 
-/// What is remembered of one file.
+/// The state of one file.
 #[derive(Debug)]
 pub(super) struct Decoded {
     lang: Lang,

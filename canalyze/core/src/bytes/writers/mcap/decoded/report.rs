@@ -15,7 +15,7 @@ use crate::world::event::Event;
 /// Most bytes of a transfer that its message has.
 const DATA: usize = 1024;
 
-/// How bad a line of the log is, in ROS's numbers.
+/// Returns the severity of a log line in ROS's numbers.
 const fn level(severity: Severity) -> u8 {
     match severity {
         Severity::Info => 20,
