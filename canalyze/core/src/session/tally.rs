@@ -8,7 +8,8 @@ use crate::bytes::frame::{BusId, Buses, Frame, Kind, MAX_BUSES};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Status;
 use crate::tables::jsonl::obj::{WriteJson, array, obj};
-use crate::words::{Lang, terms};
+use crate::wire::error_control;
+use crate::words::Lang;
 use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
 use crate::world::node::PerNode;
@@ -143,7 +144,7 @@ impl Tally {
                 obj! {
                     "bus": name, "node": id,
                     /// The last one that it sent.
-                    "state_text": bus.and_then(|bus| terms::nmt::state(lang, bus.state(id)?)).unwrap_or(""),
+                    "state_text": bus.and_then(|bus| error_control::state(lang, bus.state(id)?)).unwrap_or(""),
                     /// As in `views/monitor/snapshot.rs`.
                     "silent": bus.and_then(|bus| bus.silent(id, now_ns)).map_or("", |control| control.name()),
                     "frames": node.frames, "errors": node.errors, "warnings": node.warnings,

@@ -2,75 +2,23 @@
 //!
 //! The error code has its meaning by the device's profile, which the bus knows.
 
-use super::fields::{Breakdown, FieldRow, FieldValue, JsonKey, field};
-use super::role::Named;
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::{Errors, Message};
-use crate::words::digits::{Hex, Put, Spaced, put};
-use crate::words::lang::{Lang, Term, find};
+use super::prelude::*;
+use crate::wire::message::Errors;
 use crate::words::profiles::Profile;
 
 /// Codes and classes. A row whose low byte is 00 stands for its whole high byte; one whose low twelve bits are 0
 /// for what no other row of its first digit takes, since device profiles fill these.
-static CODES: &[Term<u16>] = &[
-    (0x0000, "错误复位或无错误", "error reset or no error"),
-    (0x1000, "一般性错误", "generic error"),
-    (0x2000, "电流", "current"),
-    (0x2100, "电流, 设备输入侧", "current, device input side"),
-    (0x2200, "设备内部电流", "current inside the device"),
-    (0x2300, "电流, 设备输出侧", "current, device output side"),
-    (0x3000, "电压", "voltage"),
-    (0x3100, "电源电压", "mains voltage"),
-    (0x3200, "设备内部电压", "voltage inside the device"),
-    (0x3300, "输出电压", "output voltage"),
-    (0x4000, "温度", "temperature"),
-    (0x4100, "环境温度", "ambient temperature"),
-    (0x4200, "设备温度", "device temperature"),
-    (0x5000, "设备硬件", "device hardware"),
-    (0x6000, "设备软件", "device software"),
-    (0x6100, "内部软件", "internal software"),
-    (0x6200, "用户软件", "user software"),
-    (0x6300, "数据集", "data set"),
-    (0x7000, "附加模块", "additional modules"),
-    (0x8000, "监控", "monitoring"),
-    (0x8100, "通信", "communication"),
-    (0x8110, "CAN溢出(报文丢失)", "CAN overrun (objects lost)"),
-    (0x8120, "CAN进入错误被动状态", "CAN in error passive mode"),
-    (0x8130, "寿命保护错误或心跳错误", "life guard error or heartbeat error"),
-    (0x8140, "从总线关闭恢复", "recovered from bus off"),
-    (0x8150, "CAN-ID冲突", "CAN-ID collision"),
-    (0x8200, "协议错误", "protocol error"),
-    (0x8210, "PDO因长度错误未处理", "PDO not processed due to length error"),
-    (0x8220, "PDO长度超出", "PDO length exceeded"),
-    (0x8230, "DAM MPDO未处理, 目标对象不可用", "DAM MPDO not processed, destination object not available"),
-    (0x8240, "SYNC数据长度异常", "unexpected SYNC data length"),
-    (0x8250, "RPDO超时", "RPDO timeout"),
-    (0x9000, "外部错误", "external error"),
-    (0xF000, "附加功能", "additional functions"),
-    (0xFF00, "设备特定", "device specific"),
-];
+static CODES: &[Term<u16>] = words!("emcy_codes");
 
 /// Bits of the error register.
-static REGISTER: &[Term<u8>] = &[
-    (0, "一般错误", "generic error"),
-    (1, "电流", "current"),
-    (2, "电压", "voltage"),
-    (3, "温度", "temperature"),
-    (4, "通信错误", "communication error"),
-    (5, "设备规范定义", "device-profile specific"),
-    (6, "保留", "reserved"),
-    (7, "制造商定义", "manufacturer specific"),
-];
+static REGISTER: &[Term<u8>] = words!("error_register");
 
 static FIELDS: &[FieldRow] = &[
     field(
         0,
         2,
         ("错误码", "error code"),
-        Breakdown::With(code_line),
+        With(code_line),
         &[
             JsonKey::Hex("code"),
             JsonKey::With(|object, read| {
@@ -82,7 +30,7 @@ static FIELDS: &[FieldRow] = &[
         2,
         1,
         ("错误寄存器(1001h)", "error register (1001h)"),
-        Breakdown::Flags(REGISTER, ("无错误", "no error")),
+        Flags(REGISTER, ("无错误", "no error")),
         &[
             JsonKey::Hex("register"),
             JsonKey::With(|object, read| {
@@ -94,7 +42,7 @@ static FIELDS: &[FieldRow] = &[
         3,
         5,
         ("制造商数据", "manufacturer data"),
-        Breakdown::Name,
+        Name,
         &[JsonKey::With(|object, read| object.bytes("manufacturer", read.payload.get(3..).unwrap_or_default()))],
     ),
 ];
@@ -155,8 +103,8 @@ impl WireService for EmcyService {
         }
     }
 
-    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
-        fields::breakdown(out, lang, FIELDS, message, frame);
+    fn fields(&self) -> &'static [FieldRow] {
+        FIELDS
     }
 
     fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {

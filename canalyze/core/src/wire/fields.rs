@@ -228,3 +228,9 @@ pub(crate) fn node_id(out: &mut Vec<u8>, lang: Lang, node: u8) {
         put!(out; lang.pick(" 无效", " invalid"));
     }
 }
+
+/// Appends the line of a remote frame.
+pub(crate) fn requested(out: &mut Vec<u8>, lang: Lang, len: u8) {
+    let words = lang.pick("远程帧: 无数据, 请求长度(字节)=", "remote frame: no data, requested length (bytes)=");
+    line!(out; words, len);
+}

@@ -7,14 +7,7 @@
 pub mod command;
 
 pub use self::command::{Bound, Command, LssSetting, Part};
-use super::fields::{Breakdown, FieldRow, FieldValue, JsonKey, field};
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::{Hex, Put, put};
-use crate::words::lang::{Bilingual, Lang, Term, find, say};
+use super::prelude::*;
 
 /// BitCheck of a Fastscan that asks for any unconfigured slave.
 pub const BIT_CHECK_ANY: u8 = 0x80;
@@ -107,40 +100,36 @@ const fn byte(at: usize, name: Bilingual, shown: Breakdown, json: &'static [Json
 }
 
 const fn number(name: Bilingual) -> FieldRow {
-    field(1, 4, name, Breakdown::Little, &[JsonKey::Hex("value")])
+    field(1, 4, name, Little, &[JsonKey::Hex("value")])
 }
 
-const MODE: FieldRow =
-    byte(1, ("模式", "mode"), Breakdown::Word(MODES, ("保留", "reserved")), &[JsonKey::Decimal("mode")]);
-const NEW_NODE: FieldRow = byte(1, ("", ""), Breakdown::Only(node), &[JsonKey::Decimal("new_node")]);
-const NODE: FieldRow = byte(1, ("", ""), Breakdown::Only(node), &[JsonKey::Decimal("node")]);
-const SELECTOR: FieldRow =
-    byte(1, ("表选择", "table selector"), Breakdown::With(table), &[JsonKey::Decimal("selector")]);
+const MODE: FieldRow = byte(1, ("模式", "mode"), Word(MODES, ("保留", "reserved")), &[JsonKey::Decimal("mode")]);
+const NEW_NODE: FieldRow = byte(1, ("", ""), Only(node), &[JsonKey::Decimal("new_node")]);
+const NODE: FieldRow = byte(1, ("", ""), Only(node), &[JsonKey::Decimal("node")]);
+const SELECTOR: FieldRow = byte(1, ("表选择", "table selector"), With(table), &[JsonKey::Decimal("selector")]);
 const INDEX: FieldRow = byte(
     2,
     ("表内序号", "table index"),
-    Breakdown::With(rate),
+    With(rate),
     &[JsonKey::Decimal("index"), JsonKey::With(|object, read| object.maybe("kbit_s", cia_rate(read)))],
 );
-const DELAY: FieldRow =
-    field(1, 2, ("切换延迟", "switch delay"), Breakdown::With(delay), &[JsonKey::Decimal("delay_ms")]);
+const DELAY: FieldRow = field(1, 2, ("切换延迟", "switch delay"), With(delay), &[JsonKey::Decimal("delay_ms")]);
 const ERROR: FieldRow = byte(
     1,
     ("错误码", "error code"),
-    Breakdown::With(|out, lang, read| put!(out; ": ", error(lang, read).unwrap_or(lang.word(UNKNOWN)))),
+    With(|out, lang, read| put!(out; ": ", error(lang, read).unwrap_or(lang.word(UNKNOWN)))),
     &[JsonKey::Decimal("error"), JsonKey::With(|object, read| object.optional("error_name", error(Lang::En, read)))],
 );
 const SPECIFIC: FieldRow = byte(
     2,
     ("特定错误码 (错误码为FFh时有效)", "specific error code (valid where the error code is FFh)"),
-    Breakdown::Name,
+    Name,
     &[JsonKey::Decimal("specific")],
 );
-const ID_NUMBER: FieldRow = field(1, 4, ("IDNumber", "IDNumber"), Breakdown::Little, &[JsonKey::Hex("id_number")]);
-const BIT_CHECK: FieldRow = byte(5, ("BitCheck", "BitCheck"), Breakdown::With(bit_check), &[JsonKey::Hex("bit_check")]);
-const SUB: FieldRow = byte(6, ("LSSSub", "LSSSub"), Breakdown::Word(PARTS, UNKNOWN), &[JsonKey::Decimal("lss_sub")]);
-const NEXT: FieldRow =
-    byte(7, ("LSSNext", "LSSNext"), Breakdown::Word(PARTS, UNKNOWN), &[JsonKey::Decimal("lss_next")]);
+const ID_NUMBER: FieldRow = field(1, 4, ("IDNumber", "IDNumber"), Little, &[JsonKey::Hex("id_number")]);
+const BIT_CHECK: FieldRow = byte(5, ("BitCheck", "BitCheck"), With(bit_check), &[JsonKey::Hex("bit_check")]);
+const SUB: FieldRow = byte(6, ("LSSSub", "LSSSub"), Word(PARTS, UNKNOWN), &[JsonKey::Decimal("lss_sub")]);
+const NEXT: FieldRow = byte(7, ("LSSNext", "LSSNext"), Word(PARTS, UNKNOWN), &[JsonKey::Decimal("lss_next")]);
 
 /// The commands by their specifiers.
 static COMMANDS: &[CommandRow] = &[
@@ -462,6 +451,7 @@ fn bit_check(out: &mut Vec<u8>, lang: Lang, read: &FieldValue<'_>) {
 fn node(out: &mut Vec<u8>, lang: Lang, read: &FieldValue<'_>) {
     match read.byte() {
         UNCONFIGURED => say!(out, lang; zh: "  节点ID FFh: 未配置"; en: "  node-ID FFh: unconfigured"),
+        0 => say!(out, lang; zh: "  节点ID 00h (0) 无效"; en: "  node-ID 00h (0) invalid"),
         node => fields::node_id(out, lang, node),
     }
 }

@@ -19,6 +19,7 @@ pub(crate) mod sdo_command;
 pub mod srdo;
 pub mod sync;
 pub mod time;
+mod undecoded;
 pub mod usdo;
 
 use crate::bytes::frame::{Frame, Kind};
@@ -26,6 +27,7 @@ use crate::tables::jsonl::object::Object;
 use crate::wire::cob_id::Role;
 use crate::wire::message::{Flaw, Message};
 use crate::words::lang::Lang;
+use fields::FieldRow;
 
 /// What a frame says by itself, given the role of its identifier. Every frame gets an answer.
 ///
@@ -91,16 +93,42 @@ fn data(role: Role, frame: &Frame) -> Message {
     }
 }
 
+/// The imports of a service's file.
+mod prelude {
+    pub(super) use super::fields::{
+        self,
+        Breakdown::{self, *},
+        FieldRow, FieldValue, JsonKey, field,
+    };
+    pub(super) use super::role::{Named, Nodes};
+    pub(super) use super::{WireService, length};
+    pub(super) use crate::bytes::frame::Frame;
+    pub(super) use crate::tables::jsonl::object::Object;
+    pub(super) use crate::wire::cob_id::Role;
+    pub(super) use crate::wire::message::Message;
+    pub(super) use crate::words::digits::{Bin, Hex, Nibbles, Padded, Put, Spaced, put};
+    pub(super) use crate::words::lang::{Bilingual, Lang, Size, Term, find, say};
+}
+
 /// The forms of a service's messages.
 trait WireService {
     /// Appends the phrase of a message, and its content if `full`. No line end.
     fn line(&self, out: &mut Vec<u8>, lang: Lang, full: bool, message: &Message, frame: &Frame);
 
+    /// Returns the fields of the message.
+    fn fields(&self) -> &'static [FieldRow] {
+        &[]
+    }
+
     /// Appends the lines of the breakdown below that of the COB-ID.
-    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame);
+    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
+        fields::breakdown(out, lang, self.fields(), message, frame);
+    }
 
     /// Appends the keys of the service's JSON object.
-    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame);
+    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
+        fields::json(object, self.fields(), message, frame);
+    }
 }
 
 /// Returns the forms of a message.
@@ -108,12 +136,17 @@ fn service(message: &Message) -> Option<&'static dyn WireService> {
     Some(match message {
         Message::Nmt { .. } => &nmt::NmtService,
         Message::Sync { .. } => &sync::SyncService,
+        Message::Time { .. } => &time::TimeService,
+        Message::BootUp { .. } | Message::Heartbeat { .. } | Message::GuardingRequest { .. } => {
+            &error_control::ErrorControlService
+        }
         Message::Emcy { .. } => &emcy::EmcyService,
         Message::Lss { .. } => &lss::LssService,
         Message::Srdo { .. } | Message::Gfc => &srdo::SrdoService,
         Message::FlyingMaster { .. } => &flying_master::FlyingMasterService,
         Message::Usdo { .. } => &usdo::UsdoService,
         Message::ErrorFrame => &error_frame::ErrorFrameService,
+        Message::Foreign { .. } | Message::Malformed { .. } => &undecoded::UndecodedService,
         _ => return None,
     })
 }

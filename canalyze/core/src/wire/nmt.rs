@@ -2,15 +2,7 @@
 //!
 //! An unknown command or a node-ID above 127 is still an NMT frame; a frame of another length is not.
 
-use super::fields::{Breakdown, FieldRow, FieldValue, JsonKey, field};
-use super::role::Nodes;
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::{Hex, put};
-use crate::words::lang::{Bilingual, Lang, Term, find, say};
+use super::prelude::*;
 
 /// Start remote node: to Operational.
 pub const START: u8 = 0x01;
@@ -37,10 +29,10 @@ static FIELDS: &[FieldRow] = &[
         0,
         1,
         ("命令字", "command specifier"),
-        Breakdown::Word(COMMANDS, ("未知", "unknown")),
+        Word(COMMANDS, ("未知", "unknown")),
         &[JsonKey::Hex("command"), JsonKey::Name("name", COMMANDS)],
     ),
-    field(1, 1, ("", ""), Breakdown::Only(target), &[JsonKey::Decimal("target")]),
+    field(1, 1, ("", ""), Only(target), &[JsonKey::Decimal("target")]),
 ];
 
 /// Returns true if a command resets the node, or its communication at least.
@@ -84,12 +76,8 @@ impl WireService for NmtService {
         }
     }
 
-    fn breakdown(&self, out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
-        fields::breakdown(out, lang, FIELDS, message, frame);
-    }
-
-    fn json(&self, object: &mut Object<'_>, message: &Message, frame: &Frame) {
-        fields::json(object, FIELDS, message, frame);
+    fn fields(&self) -> &'static [FieldRow] {
+        FIELDS
     }
 }
 

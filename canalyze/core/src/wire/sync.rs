@@ -2,22 +2,15 @@
 //!
 //! Whether the counter continues as it should depends on the frame before and on 1019h, and is the bus's part.
 
-use super::fields::{Breakdown, FieldRow, JsonKey, field, line};
-use super::role::Named;
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::put;
-use crate::words::lang::Lang;
+use super::fields::line;
+use super::prelude::*;
 
 /// The counter, 1..=240; absent if 1019h is 0.
 static COUNTER: &[FieldRow] = &[field(
     0,
     1,
     ("同步计数器 (1019h不为0时才有)", "synchronous counter (only if 1019h is not 0)"),
-    Breakdown::Decimal,
+    Decimal,
     &[JsonKey::Decimal("counter")],
 )];
 

@@ -14,6 +14,7 @@ use crate::stories::incident::{Incident, Status as Standing};
 use crate::views::diff::difference::{Aspect, CaptureSide, Difference, DifferenceKind, Shows};
 use crate::views::diff::digest::{Action, ItemKind, Service, TransferDigest};
 use crate::views::diff::stories::{Differs, lasted_ns};
+use crate::wire::error_control;
 use crate::wire::{emcy, lss, nmt};
 use crate::words::profiles::Profile;
 use crate::world::dictionary::Described;
@@ -262,7 +263,7 @@ fn done(out: &mut Vec<u8>, lang: Lang, what: DifferenceKind, action: &Action) {
             None => put!(out; Hex::<2>(u64::from(*command)), "h"),
         },
         Action::BootUp => put!(out; lang.pick("有", "present")),
-        Action::State(state) => match terms::nmt::state(lang, *state) {
+        Action::State(state) => match error_control::state(lang, *state) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(*state)), "h"),
         },

@@ -8,6 +8,7 @@ use super::value::Size;
 use super::{Lang, terms};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::wire::message::Errors;
 use crate::words::profiles::Profile;
 use crate::world::od::{self, Value};
@@ -61,7 +62,7 @@ static OUTCOMES: &[Row<&str>] = &[
 
 /// Appends the name of an NMT state (00, 04, 05, 7F) with a remark: `操作状态 (已命令)`. Other states are shown by number.
 pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, how: Option<Word>) {
-    match terms::nmt::state(lang, state) {
+    match error_control::state(lang, state) {
         Some(name) => put!(out; name),
         None => put!(out; Hex::<2>(u64::from(state)), "h"),
     }

@@ -10,6 +10,7 @@ use super::value::Size;
 use super::{Lang, escape, signal, terms};
 use crate::rules::finding::{Code, CrcMatch, Problem, Quantity, Said};
 use crate::sdo::wire::Side;
+use crate::wire::error_control;
 use crate::wire::{emcy, lss, nmt};
 
 /// Maximum number of bytes of one value in a sentence.
@@ -89,7 +90,7 @@ pub fn print(out: &mut Vec<u8>, lang: Lang, quantity: Quantity) {
         Quantity::Object(mux) => put!(out; mux),
         Quantity::Id(id) if id.is_extended() => put!(out; Hex::<8>(u64::from(id.raw())), "h"),
         Quantity::Id(id) => put!(out; Hex::<3>(u64::from(id.raw())), "h"),
-        Quantity::State(state) => match terms::nmt::state(lang, state) {
+        Quantity::State(state) => match error_control::state(lang, state) {
             Some(word) => put!(out; word),
             None => put!(out; Hex::<2>(u64::from(state)), "h"),
         },

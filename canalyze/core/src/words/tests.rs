@@ -149,6 +149,18 @@ fn layer_setting() {
     );
     master(&[0x11, 0x0A, 0, 0, 0, 0, 0, 0], "LSS主站: 配置节点ID = 10", "LSS master: configure node-ID = 10");
     master(
+        &[0x11, 0, 0, 0, 0, 0, 0, 0],
+        "LSS主站: 配置节点ID = 0 (无效)",
+        "LSS master: configure node-ID = 0 (invalid)",
+    );
+    check_explained(
+        &data(0x7E5, &[0x11, 0, 0, 0, 0, 0, 0, 0]),
+        "#   COB-ID 7E5h: LSS, 主站 -> 从站\n\
+         #   11  命令字: LSS主站: 配置节点ID\n\
+         #   00  节点ID 00h (0) 无效\n\
+         #   00 00 00 00 00 00  保留\n",
+    );
+    master(
         &[0x11, 0xFF, 0, 0, 0, 0, 0, 0],
         "LSS主站: 配置节点ID = FFh (未配置)",
         "LSS master: configure node-ID = FFh (unconfigured)",

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use super::digits::{Hex, Spaced, put};
 pub use super::lang::Size;
-use super::services::time::Clock;
 use super::{Lang, escape, parameter, signal, terms};
 use crate::sdo::wire::Mux;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::{Mapped, Mapping, extract};
+use crate::wire::time::Clock;
 use crate::words::profiles::Profile;
 use crate::world::dictionary::{Described, Object};
 use crate::world::drive;

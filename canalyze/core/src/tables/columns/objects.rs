@@ -20,9 +20,10 @@ use crate::sdo::wire::Mux;
 use crate::tables::selection::Selection;
 use crate::tables::table::{Hex4, I64, Moment, Name, Real, U8, U64, Utf8, Word, table};
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::{Mapped, extract};
-use crate::words::terms::{self, nmt};
+use crate::words::terms;
 use crate::words::{Lang, signal, value};
 use crate::world::drive;
 use crate::world::event::{Event, What};
@@ -153,7 +154,7 @@ impl Objects {
             let register = Read::number(register, None);
             self.table.row(done, &scene.cx(), (of("emcy", node, Some(REGISTER), name), register));
         } else if let Some((node, state, _)) = states::seen(message) {
-            let read = Read::number(state, nmt::state(Lang::En, state));
+            let read = Read::number(state, error_control::state(Lang::En, state));
             self.table.row(done, &scene.cx(), (of("nmt", node, None, Some(STATE)), read));
         }
     }

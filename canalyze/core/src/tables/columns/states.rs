@@ -12,8 +12,8 @@ use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::tables::table::{Moment, Name, U8, U64, Word, table};
+use crate::wire::error_control;
 use crate::wire::message::Message;
-use crate::words::terms::nmt;
 use crate::world::event::{Event, What};
 
 /// A state or a command, and the event that shows it.
@@ -37,7 +37,7 @@ table! {
         /// code of the NMT state
         /// NMT状态码
         state: U8 or null = one.state;
-        name: Word or null = one.state.and_then(|state| nmt::state(cx.setting.lang, state));
+        name: Word or null = one.state.and_then(|state| error_control::state(cx.setting.lang, state));
         source: Word = one.source;
         /// NMT command specifier
         /// NMT命令字

@@ -7,15 +7,13 @@ use super::{NAMES, marked, quoted};
 use crate::bytes::frame::Frame;
 use crate::tables::number;
 use crate::wire;
-use crate::wire::cob_id::Role;
-use crate::wire::message::{Flaw, Message};
+use crate::wire::message::Message;
 use crate::wire::pdo;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
-use crate::wire::time;
-use crate::words::digits::{Padded, put};
+use crate::words::digits::put;
 use crate::words::escape;
-use crate::words::{Lang, signal, terms};
+use crate::words::{Lang, signal};
 use crate::world::event::Addressed;
 use crate::world::od::DataType;
 
@@ -44,76 +42,15 @@ use crate::world::od::DataType;
 pub fn fields(out: &mut Vec<u8>, message: &Message, frame: &Frame) {
     let mut object = Object::open(out);
     match *message {
-        Message::Time { ms, days, reserved } => {
-            object.number("ms", ms);
-            object.number("days", days);
-            object.hex::<1>("reserved", u64::from(reserved));
-            date(&mut object, ms, days);
-        }
         Message::Pdo { transmit, number, .. } => process_data(&mut object, transmit, number, false),
         Message::PdoRequest { transmit, number, .. } => process_data(&mut object, transmit, number, true),
         Message::Mpdo { transmit, number, content, .. } => {
             process_data(&mut object, transmit, number, false);
             addressed(&mut object, NAMES, &content, &Mapping::default(), frame);
         }
-        Message::BootUp { .. } => {
-            object.hex::<2>("state", 0);
-            object.optional("name", terms::nmt::state(NAMES, 0));
-            object.flag("boot_up", true);
-        }
-        Message::Heartbeat { state, guarding: false, previous, .. } => {
-            object.hex::<2>("state", u64::from(state));
-            object.optional("name", terms::nmt::state(NAMES, state));
-            object.flag("boot_up", false);
-            before(&mut object, state, previous);
-        }
-        Message::Heartbeat { state, toggle, guarding: true, previous, .. } => {
-            object.flag("request", false);
-            object.hex::<2>("state", u64::from(state));
-            object.optional("name", terms::nmt::state(NAMES, state));
-            object.number("toggle", u8::from(toggle));
-            before(&mut object, state, previous);
-        }
-        Message::GuardingRequest { .. } => object.flag("request", true),
-        Message::Foreign { role } => object.word(
-            "reason",
-            match role {
-                Role::DynamicSdo => "dynamic_sdo",
-                Role::Reserved => "reserved",
-                Role::Foreign => "extended",
-                _ => "unassigned",
-            },
-        ),
-        Message::Malformed { flaw: Flaw::Length { least, most }, .. } => {
-            object.word("malformed", "length");
-            object.number("least", least);
-            object.number("most", most);
-        }
-        Message::Malformed { flaw: Flaw::Remote, .. } => object.word("malformed", "remote"),
-        Message::Malformed { flaw: Flaw::Fd, .. } => object.word("malformed", "fd"),
         _ => wire::json(&mut object, message, frame),
     }
     object.close();
-}
-
-/// The state before, and whether it was another one.
-fn before(object: &mut Object<'_>, state: u8, previous: Option<u8>) {
-    object.maybe_hex("previous", previous.is_some(), previous.unwrap_or(0));
-    object.flag("changed", previous.is_some_and(|previous| previous != state));
-}
-
-fn date(object: &mut Object<'_>, ms: u32, days: u16) {
-    let (year, month, day) = time::date(days);
-    let out = object.key("date");
-    put!(out; "\"", year, "-", Padded::<2>(u64::from(month)), "-", Padded::<2>(u64::from(day)), "\"");
-    let out = object.key("time_of_day");
-    if ms >= time::DAY_MS {
-        put!(out; "null");
-        return;
-    }
-    let (hour, minute, second, thousandth) = time::clock(ms);
-    put!(out; "\"", Padded::<2>(u64::from(hour)), ":", Padded::<2>(u64::from(minute)), ":");
-    put!(out; Padded::<2>(u64::from(second)), ".", Padded::<3>(u64::from(thousandth)), "\"");
 }
 
 fn process_data(object: &mut Object<'_>, transmit: bool, number: u16, remote: bool) {

@@ -19,9 +19,10 @@ use crate::views::summary::spread::{Ranked, Spread};
 use crate::views::summary::traffic::{PdoTraffic, Sync};
 use crate::views::summary::{BusSummary, Capture, Raised, SERVICES, Summary};
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::words::Lang;
 use crate::words::digits::{Padded, put};
-use crate::words::terms::{abort_code, nmt};
+use crate::words::terms::abort_code;
 
 const NS: u64 = 1_000_000_000;
 
@@ -194,7 +195,7 @@ fn counted<C>(one: &Counted<C>) -> Obj<impl Values> {
 /// Returns the word and the name of a state.
 fn state(lang: Lang, state: Option<u8>) -> (Option<&'static str>, Option<&'static str>) {
     let named = STATES.iter().find(|(code, _)| state == Some(*code));
-    (state.and_then(|state| nmt::state(lang, state)), named.map(|(_, name)| *name))
+    (state.and_then(|state| error_control::state(lang, state)), named.map(|(_, name)| *name))
 }
 
 fn pdo(bus: &[u8], pdo: &PdoTraffic, elapsed_ns: Option<u64>) -> impl WriteJson {

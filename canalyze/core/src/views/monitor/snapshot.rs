@@ -16,6 +16,7 @@ use crate::tables::jsonl::Setting;
 use crate::tables::jsonl::obj::{WriteJson, array, hex2, hex4, obj, raw, text, written};
 use crate::views::summary;
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::words::digits::{Joined, put};
 use crate::words::{Lang, terms};
 use crate::world::bus::Bus;
@@ -107,7 +108,7 @@ impl<'a> View<'a> {
             "name": name.or(node.device_name.as_deref()).unwrap_or(""),
             /// The last one that it sent, as in `summary`.
             "state": state.map(hex2),
-            "state_text": state.and_then(|state| terms::nmt::state(lang, state)).unwrap_or(""),
+            "state_text": state.and_then(|state| error_control::state(lang, state)).unwrap_or(""),
             "frames": node.frames, "sent": node.sent,
             "frames_per_s": self.lately(&live.rate).map(tenths),
             /// The bus was away since: the node may be in any state.

@@ -12,6 +12,7 @@ use crate::stories;
 use crate::stories::kinds::{Impact, IncidentKind, KINDS};
 use crate::wire::cob_id::predefined;
 use crate::wire::emcy;
+use crate::wire::error_control;
 use crate::wire::role::Named;
 use crate::words::digits::{Hex, put};
 use crate::words::explain::{described, term};
@@ -205,7 +206,7 @@ fn word(out: &mut Vec<u8>, lang: Lang, index: u16, value: u32) {
 }
 
 fn state(out: &mut Vec<u8>, lang: Lang, value: u32) {
-    let words = u8::try_from(value).ok().and_then(|state| terms::nmt::state(lang, state));
+    let words = u8::try_from(value).ok().and_then(|state| error_control::state(lang, state));
     if let Some(words) = words {
         put!(out; lang.pick("NMT状态 ", "NMT state "), Hex::<2>(u64::from(value)), "h: ", words);
         put!(out; "\n  CiA 301 7.2.8.3.2\n");

@@ -3,11 +3,11 @@
 use super::{cob_id, data, line};
 use crate::bytes::frame::Frame;
 use crate::wire;
+use crate::wire::fields::requested;
 use crate::wire::message::Message;
 use crate::wire::pdo::{Multiplexed, communication_parameter, mapping_parameter};
-use crate::words::digits::{Bin, Hex, Nibbles, Spaced, put};
-use crate::words::services::time::{Clock, Date};
-use crate::words::{Depth, Lang, say, services as words, terms};
+use crate::words::Lang;
+use crate::words::digits::{Hex, Nibbles, Spaced, put};
 
 /// Appends the breakdown of a frame, whole lines.
 pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
@@ -17,7 +17,6 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
     }
     let payload = frame.payload();
     match *message {
-        Message::Time { ms, days, reserved } => time_of_day(out, lang, ms, days, reserved, payload),
         Message::Pdo { transmit, number, .. } => {
             parameters(out, lang, transmit, number);
             data(out, lang, payload);
@@ -26,27 +25,9 @@ pub fn message(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) 
             parameters(out, lang, transmit, number);
             multiplexed(out, lang, &content);
         }
-        Message::PdoRequest { .. } | Message::GuardingRequest { .. } => {
-            say!(out, lang;
-                zh: "#   远程帧: 无数据, 请求长度(字节)=", frame.len, "\n";
-                en: "#   remote frame: no data, requested length (bytes)=", frame.len, "\n");
-        }
-        Message::BootUp { .. } => error_control(out, lang, 0, false),
-        Message::Heartbeat { state, toggle, .. } => error_control(out, lang, state, toggle),
-        Message::Foreign { .. } => data(out, lang, payload),
-        Message::Malformed { .. } => {
-            phrase(out, lang, message, frame);
-            data(out, lang, payload);
-        }
+        Message::PdoRequest { .. } => requested(out, lang, frame.len),
         _ => wire::breakdown(out, lang, message, frame),
     }
-}
-
-/// The line's own sentence, as a line of the breakdown.
-fn phrase(out: &mut Vec<u8>, lang: Lang, message: &Message, frame: &Frame) {
-    put!(out; "#   ");
-    words::message(out, lang, Depth::Default, message, frame);
-    put!(out; "\n");
 }
 
 /// `#   00 20  索引2000h (小端格式)` and the sub-index.
@@ -59,32 +40,6 @@ fn object(out: &mut Vec<u8>, lang: Lang, index: u16, sub: u8) {
 fn sub_index(out: &mut Vec<u8>, lang: Lang, sub: u8) {
     let hex = Hex::<2>(u64::from(sub));
     line!(out; hex, lang.pick("  子索引", "  sub-index "), hex, "h");
-}
-
-fn time_of_day(out: &mut Vec<u8>, lang: Lang, ms: u32, days: u16, reserved: u8, payload: &[u8]) {
-    let word = u64::from(ms) | u64::from(reserved) << 28;
-    put!(out; "#   ", Spaced(payload.get(..4).unwrap_or_default()), " = ", Hex::<8>(word));
-    put!(out; lang.pick("h (小端格式)  位31-28: ", "h (little-endian)  bits 31-28: "), Bin::<4>(u64::from(reserved)));
-    say!(out, lang;
-        zh: "b 保留 | 位27-0: 午夜起", ms, " ms = ", Clock(ms), "\n";
-        en: "b reserved | bits 27-0: since midnight ", ms, " ms = ", Clock(ms), "\n");
-    put!(out; "#   ", Spaced(&days.to_le_bytes()), " = ", Hex::<4>(u64::from(days)));
-    say!(out, lang;
-        zh: "h (小端格式)  1984-01-01起", days, "天 = ", Date(days), "\n";
-        en: "h (little-endian)  since 1984-01-01: ", days, " days = ", Date(days), "\n");
-}
-
-fn error_control(out: &mut Vec<u8>, lang: Lang, state: u8, toggle: bool) {
-    let byte = state | u8::from(toggle) << 7;
-    put!(out; "#   ", Hex::<2>(u64::from(byte)), " = ", Nibbles(byte), lang.pick("  位7: ", "  bit 7: "), u8::from(toggle));
-    put!(out; if toggle {
-        lang.pick(" toggle (节点保护)", " toggle (node guarding)")
-    } else {
-        lang.pick(" (心跳中恒为0; 节点保护中为toggle位)", " (always 0 in a heartbeat; the toggle bit of node guarding)")
-    });
-    put!(out; lang.pick(" | 位6-0: ", " | bits 6-0: "), Hex::<2>(u64::from(state)), "h ");
-    put!(out; terms::nmt::state(lang, state).unwrap_or(lang.pick("未知状态", "unknown state")));
-    put!(out; "\n");
 }
 
 pub(super) fn parameters(out: &mut Vec<u8>, lang: Lang, transmit: bool, number: u16) {

@@ -3,7 +3,6 @@
 //! The Chinese words follow the notes' vocabulary, the English ones CiA 301's.
 
 pub mod drive;
-pub mod nmt;
 pub mod objects;
 pub mod sdo_abort;
 pub mod service;
@@ -23,7 +22,6 @@ mod tests {
 
     #[test]
     fn complete_and_sorted() {
-        sound(nmt::STATES);
         sound(sdo_abort::CODES);
         sound(service::SERVICES);
         sound(service::SDO);
@@ -33,8 +31,6 @@ mod tests {
 
     #[test]
     fn words_of_the_notes() {
-        let states: Vec<_> = nmt::STATES.iter().map(|row| row.1).collect();
-        assert_eq!(states, ["启动(Boot-up)", "停止状态", "操作状态", "预操作状态"]);
         let objects = [
             (0x1001, 0, "错误寄存器"),
             (0x1006, 0, "同步周期"),

@@ -5,6 +5,7 @@ use super::{Decoded, MessagePlace};
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
+use crate::wire::error_control;
 use crate::wire::message::Message;
 use crate::words::digits::put;
 use crate::words::{Depth, findings, services, terms, transferred, value};
@@ -64,7 +65,7 @@ fn nmt_state(decoded: &mut Decoded, place: &mut MessagePlace<'_, '_>, bus: &str,
         "canalyze_msgs/msg/NmtState" {
             header: Header(place.now, bus),
             state: state,
-            name: terms::nmt::state(decoded.lang, state).unwrap_or(""),
+            name: error_control::state(decoded.lang, state).unwrap_or(""),
         }
     };
     decoded.send(place, &topic, (at, place.now), message);
