@@ -20,6 +20,9 @@
 //! | any other | text | a text |
 //!
 //! Rows with numbers are in ascending order; other rows differ in their first cells.
+//!
+//! A table whose first column ends with `!` becomes a call of that macro: a row is its first cell as it is, `told` as it is,
+//! `facts` in braces if there are any, and the other cells as texts, with `;` behind them.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -54,7 +57,7 @@ struct Key {
 /// so that the lines of the compiler's errors are those of the table.
 pub fn rows(table: &str) -> Result<String, (usize, String)> {
     let mut lines = table.lines().zip(1..).peekable();
-    let (mut out, mut columns, mut above, mut seen) = (String::from("&["), Vec::new(), Key::default(), HashSet::new());
+    let (mut out, mut columns, mut above, mut seen) = (String::new(), Vec::new(), Key::default(), HashSet::new());
     let mut open = false;
     while let Some((line, mut at)) = lines.next() {
         if !line.is_empty() && !line.starts_with('#') {
@@ -66,7 +69,20 @@ pub fn rows(table: &str) -> Result<String, (usize, String)> {
             }
             if columns.is_empty() {
                 columns = cells;
+                match columns.first() {
+                    Some(name) if name.ends_with('!') => out.insert_str(0, &format!("{name} {{")),
+                    _ => out.insert_str(0, "&["),
+                }
             } else {
+                if columns.first().is_some_and(|name| name.ends_with('!')) {
+                    let call = call(&columns, &cells).map_err(|fault| (at, fault))?;
+                    if !seen.insert(cells.first().copied()) {
+                        return Err((at, "is there already".to_owned()));
+                    }
+                    out.push_str(&call);
+                    out.push('\n');
+                    continue;
+                }
                 let (key, row) = row(&columns, &cells).map_err(|fault| (at, fault))?;
                 let fits = match key.sub {
                     Some(_) => open && key.first == above.first && key.last == above.last && key.sub > above.sub,
@@ -87,7 +103,50 @@ pub fn rows(table: &str) -> Result<String, (usize, String)> {
         }
         out.push('\n');
     }
-    Ok(out + if open { "])]" } else { "]" })
+    let end = match columns.first() {
+        Some(name) if name.ends_with('!') => "}",
+        _ if open => "])]",
+        _ => "]",
+    };
+    Ok(out + end)
+}
+
+/// Returns the cells of a row of a macro call in Rust.
+fn call(columns: &[&str], cells: &[&str]) -> Result<String, String> {
+    if cells.len() != columns.len() {
+        return Err(format!("{} cells for {} columns", cells.len(), columns.len()));
+    }
+    let mut made = Vec::new();
+    for (place, (name, cell)) in columns.iter().zip(cells).enumerate() {
+        match *name {
+            "facts" if cell.is_empty() => {}
+            "facts" => made.push(format!("{{ {cell} }}")),
+            "told" => made.push((*cell).to_owned()),
+            _ if place == 0 => made.push((*cell).to_owned()),
+            name if !fits(name, cell, cells.get(place + 1)) => return Err(format!("{name}: '{cell}' does not fit")),
+            _ => made.push(format!("{cell:?}")),
+        }
+    }
+    Ok(made.join(" ") + ";")
+}
+
+/// Returns true for a text without a word beside the facts in braces.
+fn is_facts(cell: &str) -> bool {
+    !cell.split(['{', '}']).step_by(2).any(|words| words.chars().any(char::is_alphabetic)) && cell.contains('{')
+}
+
+/// Returns true if a text fits its column. `next`: the cell behind it.
+fn fits(name: &str, cell: &str, next: Option<&&str>) -> bool {
+    let chinese = cell.chars().any(|one| ('\u{4E00}'..='\u{9FFF}').contains(&one));
+    let fits = match name.rsplit('.').next() {
+        // Words are put into sentences with half-width punctuation.
+        Some("zh") => {
+            (chinese || next == Some(&cell) || is_facts(cell)) && !cell.contains(['，', '（', '）', '：', '；'])
+        }
+        Some("en") => cell.chars().all(|one| one.is_ascii() || "±Ωµ×".contains(one)),
+        _ => true,
+    };
+    fits && !cell.is_empty() && cell.trim() == cell
 }
 
 /// Returns the cells of a row in Rust, with commas between them, and its key.
@@ -129,17 +188,7 @@ fn row(columns: &[&str], cells: &[&str]) -> Result<(Key, String), String> {
             "names" => made.push(format!("&[{}]", list(cell, |name| format!("{name:?}")))),
             name if name.starts_with(char::is_uppercase) => made.push(format!("{name}::{cell}")),
             name => {
-                let chinese = cell.chars().any(|one| ('\u{4E00}'..='\u{9FFF}').contains(&one));
-                let fits = match name.rsplit('.').next() {
-                    // Words are put into sentences with half-width punctuation.
-                    Some("zh") => {
-                        (chinese || cells.get(place + 1) == Some(cell))
-                            && !cell.contains(['，', '（', '）', '：', '；'])
-                    }
-                    Some("en") => cell.chars().all(|one| one.is_ascii() || "±Ωµ×".contains(one)),
-                    _ => true,
-                };
-                if !fits || cell.is_empty() || cell.trim() != *cell {
+                if !fits(name, cell, cells.get(place + 1)) {
                     return Err(fault());
                 }
                 made.push(match name.split_once('.') {

@@ -31,50 +31,7 @@ macro_rules! tells {
     };
 }
 
-tells! {
-    BOOTED true "恢复时有启动报文: 断过电或自行复位, 不只是电缆松动"
-        "it came back with a boot-up: it lost power or reset itself, not a loose cable alone";
-    RETURNED true "恢复时没有启动报文: 一直有电, 仅连接中断"
-        "it came back without a boot-up: it kept its power, only the connection was lost";
-    AWAY false "没有恢复: 无法区分断电与断线; 可看指示灯, 或看恢复时有无启动报文"
-        "it has not come back: power loss or broken connection cannot be distinguished; check its LEDs, or whether it comes back with a boot-up";
-    NEVER_HEARD false "从未收到其报文: 无法区分不存在、未上电还是节点ID不同; 用 canalyze summary 查看有哪些节点"
-        "never seen: absent, unpowered or another node-ID cannot be distinguished; use canalyze summary to list the nodes";
-    ALONE true "没有其他节点同时失去联系: 不是主干电缆, 也不是公共电源"
-        "no other node went silent at the same time: neither the trunk cable nor a shared supply";
-    WITH_OTHERS true "其他节点同时失去联系: 公共的电缆段、接插件或电源"
-        "other nodes went silent at the same time: a shared cable segment, connector or supply";
-    WARNED true "此前不久报告过错误(EMCY): 原因可能在设备自身"
-        "it reported an error (EMCY) shortly before: the device itself may be the cause";
-    NO_WARNING true "此前没有报告错误(EMCY)" "it reported no error (EMCY) before";
-    NOISE true "前后有错误帧: 接线、终端电阻、屏蔽" "error frames nearby: wiring, termination, shield";
-    QUIET true "前后没有错误帧, 而记录中其他位置有: 接线不太可能是原因"
-        "no error frames nearby, but elsewhere in the capture: wiring is unlikely";
-    NO_ERROR_FRAMES false "记录中没有错误帧: 无法判断接线和干扰; 打开错误帧后重新记录: ip link set can0 type can berr-reporting on"
-        "no error frames in the capture: wiring and noise cannot be judged; enable them and record again: ip link set can0 type can berr-reporting on";
-    GOES_ON true "仍在发送其他报文: 不是电缆或电源, 而是固件或1017h"
-        "it still sends other frames: not the cable or supply, but its firmware or 1017h";
-    NAMED true "以EMCY报告了错误码: 含义见设备手册" "it reported an error code by EMCY: see the device manual";
-    UNNAMED false "没有EMCY: 错误码未知; 请读603Fh和1003h" "no EMCY: the error code is unknown; read 603Fh and 1003h";
-    AXES true "几个轴同时发生: 共同的原因(STO、急停、供电)" "several axes at the same time: a common cause (STO, emergency stop, supply)";
-    ONE_AXIS true "其他轴没有同时发生: 多为该轴自身" "no other axis at the same time: probably this axis itself";
-    COMMUNICATION true "此前通信已中断: 是对通信中断的反应, 不是电机"
-        "communication was lost before: this is the reaction to it, not the motor";
-    NO_LOSS true "此前没有节点、SYNC或PDO中断" "no node, SYNC or PDO was lost before it";
-    LIMIT_KNOWN true "记录中可见1016h的时限, 与延迟相符" "the limit in 1016h is in the capture and fits the delay";
-    LIMIT_DIFFERS true "记录中可见1016h的时限, 但与延迟不符" "the limit in 1016h is in the capture but does not fit the delay";
-    LIMIT_UNKNOWN false "1016h的时限未知: 读1016h, 或用 --eds 给出设备描述"
-        "the limit in 1016h is unknown: read 1016h, or give a description with --eds";
-    PRESENT true "这段时间节点没有失去联系: 从站忙, 或请求不对"
-        "the node was not silent meanwhile: its SDO server is busy, or the request is wrong";
-    GONE true "当时节点已失去联系" "the node was silent then";
-    MADE_GOOD true "之后写入成功: 设备支持, 只是当时的顺序或状态不对"
-        "written successfully later: supported by the device, but the order or its state was wrong";
-    OTHER_VALUES true "之后写入其他值成功: 被拒绝的值不合适, 见中止码"
-        "other values were accepted later: the refused values were wrong, see the abort codes";
-    NOT_MADE_GOOD false "之后未写入成功: 无法区分不支持还是状态不对; 请在预操作状态下重试"
-        "never written successfully: not supported or wrong state cannot be distinguished; try again in Pre-operational";
-}
+include!(concat!(env!("OUT_DIR"), "/tells.rs"));
 
 /// Returns the facts for an incident; none for other kinds.
 pub fn of(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
