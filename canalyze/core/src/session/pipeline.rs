@@ -355,13 +355,13 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 mod tests {
     use super::super::{Options, Output, Session};
     use super::*;
-    use crate::bytes::readers::{Format, Settings};
+    use crate::bytes::readers::{InputFormat, Settings};
 
     /// Returns true if a piece with this number of lines was shared, and its output.
     fn fed(lines: usize, threads: usize) -> (bool, Vec<u8>) {
         let line = b"(1700000000.000000) can0 185#0102030405060708\n";
         let (mut session, bytes) = (Session::new(Options::of(Lang::Zh, &[Output::Lines])), line.repeat(lines));
-        let mut reader = Reader::new(Format::Candump, &Settings::default());
+        let mut reader = Reader::new(InputFormat::Candump, &Settings::default());
         let Session { buses, stream, .. } = &mut session;
         let (mut out, mut counted) = (Vec::new(), 0);
         let piece = Piece { reader: &mut reader, bytes: &bytes, buses };
