@@ -55,7 +55,7 @@ struct Key {
 
 /// Returns the rows of a table in Rust, or the first fault with its line. Each row ends on the same line as in the table,
 /// so that the lines of the compiler's errors are those of the table.
-pub fn rows(table: &str) -> Result<String, (usize, String)> {
+pub(crate) fn rows(table: &str) -> Result<String, (usize, String)> {
     let mut lines = table.lines().zip(1..).peekable();
     let (mut out, mut columns, mut above, mut seen) = (String::new(), Vec::new(), Key::default(), HashSet::new());
     let mut open = false;

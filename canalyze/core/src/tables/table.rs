@@ -500,7 +500,7 @@ macro_rules! table {
             fn default() -> Self {
                 Self { $($column: $crate::tables::table::table!(@arrow ($($sink)?) {
                     $crate::tables::columns::column::Column::empty()
-                } else { () }),)* }
+                } else {}),)* }
             }
         }
 
