@@ -12,13 +12,8 @@
 //!
 //! The report is the listener's own view of the bus. Nothing here names a node.
 
-use super::WireService;
 use super::fields::line;
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::message::Message;
-use crate::words::digits::{Hex, Nibbles, put};
-use crate::words::lang::{Bilingual, Lang, Term, find, say};
+use super::prelude::*;
 
 /// Transmission timed out.
 pub const TX_TIMEOUT: u32 = 0x001;

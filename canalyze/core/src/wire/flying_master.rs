@@ -9,23 +9,9 @@
 //! | 075 | request: are there devices capable of NMT master? | - |
 //! | 076 | force a flying-master negotiation | - |
 
-use super::fields::{Breakdown, FieldRow, JsonKey, field};
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::put;
-use crate::words::lang::{Lang, Term, find, say};
+use super::prelude::*;
 
-static KINDS: &[Term<u8>] = &[
-    (1, "活动NMT主站的响应", "response of the active NMT master"),
-    (2, "协商请求", "negotiation request"),
-    (3, "查询活动NMT主站", "request for the active NMT master"),
-    (4, "存在可作NMT主站的设备", "a device capable of NMT master is present"),
-    (5, "查询可作NMT主站的设备", "request for devices capable of NMT master"),
-    (6, "强制重新协商", "force negotiation"),
-];
+static KINDS: &[Term<u8>] = words!("flying_master");
 
 static ANSWER: &[FieldRow] = &[
     field(0, 1, ("优先级 (0最高)", "priority (0 is the highest)"), Breakdown::Decimal, &[JsonKey::Decimal("priority")]),

@@ -74,22 +74,9 @@ const SERIAL_HIGH: Bilingual = ("序列号上限", "serial number, high");
 static PARTS: &[Term<u8>] =
     &[(0, VENDOR.0, VENDOR.1), (1, PRODUCT.0, PRODUCT.1), (2, REVISION.0, REVISION.1), (3, SERIAL.0, SERIAL.1)];
 static MODES: &[Term<u8>] = &[(0, "等待状态", "waiting state"), (1, "配置状态", "configuration state")];
-static NODE_ID_ERRORS: &[Term<u8>] = &[
-    (0, "成功", "done"),
-    (1, "节点ID超出范围", "node-ID out of range"),
-    (255, "制造商定义的错误", "implementation-specific error"),
-];
-static BIT_TIMING_ERRORS: &[Term<u8>] = &[
-    (0, "成功", "done"),
-    (1, "不支持该波特率", "bit rate not supported"),
-    (255, "制造商定义的错误", "implementation-specific error"),
-];
-static STORE_ERRORS: &[Term<u8>] = &[
-    (0, "成功", "done"),
-    (1, "不支持存储", "store not supported"),
-    (2, "存储介质访问错误", "storage media access error"),
-    (255, "制造商定义的错误", "implementation-specific error"),
-];
+static NODE_ID_ERRORS: &[Term<u8>] = words!("lss_node_id_errors");
+static BIT_TIMING_ERRORS: &[Term<u8>] = words!("lss_bit_timing_errors");
+static STORE_ERRORS: &[Term<u8>] = words!("lss_store_errors");
 const UNKNOWN: Bilingual = ("未知", "unknown");
 const STORE: Bilingual = ("存储配置", "store configuration");
 const SELECTIVE: Bilingual = ("选择性切换状态", "switch state selective");

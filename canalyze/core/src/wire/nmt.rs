@@ -16,13 +16,7 @@ pub const RESET_NODE: u8 = 0x81;
 pub const RESET_COMMUNICATION: u8 = 0x82;
 
 /// Command specifiers.
-static COMMANDS: &[Term<u8>] = &[
-    (START, "启动远程节点", "start remote node"),
-    (STOP, "停止远程节点", "stop remote node"),
-    (PRE_OPERATIONAL, "进入预操作状态", "enter Pre-operational"),
-    (RESET_NODE, "复位节点", "reset node"),
-    (RESET_COMMUNICATION, "复位通信", "reset communication"),
-];
+static COMMANDS: &[Term<u8>] = words!("nmt_commands");
 
 static FIELDS: &[FieldRow] = &[
     field(

@@ -9,14 +9,7 @@
 //! Whether the two frames of a pair fit (inversion, delay) is the bus's question: it needs both.
 
 use super::fields::line;
-use super::role::Named;
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::put;
-use crate::words::lang::{Lang, Size};
+use super::prelude::*;
 
 /// Decodes one frame of an SRDO pair.
 pub fn decode(role: Role, number: u8, inverted: bool, payload: &[u8]) -> Message {

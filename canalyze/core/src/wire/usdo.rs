@@ -14,15 +14,7 @@
 //! Only the first three bytes are common to all commands; the others stand where a command names an object. Open
 //! sources are few, so what is not certain (segments, bulk transfer) is left as bytes.
 
-use super::fields::{Breakdown, FieldRow, JsonKey, field};
-use super::role::Nodes;
-use super::{WireService, fields, length};
-use crate::bytes::frame::Frame;
-use crate::tables::jsonl::object::Object;
-use crate::wire::cob_id::Role;
-use crate::wire::message::Message;
-use crate::words::digits::{Hex, Spaced, put};
-use crate::words::lang::{Bilingual, Lang, Size, Term, find};
+use super::prelude::*;
 use crate::world::od::DataType;
 
 /// The abort command.

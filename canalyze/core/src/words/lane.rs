@@ -40,25 +40,9 @@ pub enum Word {
     Sends,
 }
 
-static WORDS: &[Row<Word>] = &[
-    (Word::Commanded, "已命令", "commanded"),
-    (Word::Reset, "初始化 (已命令)", "Initialisation (commanded)"),
-    (Word::HeartbeatLost, "心跳丢失", "heartbeat lost"),
-    (Word::GuardingLost, "节点保护无应答", "guarding unanswered"),
-    (Word::Gap, "未知 (记录缺口)", "unknown (gap in the capture)"),
-    (Word::Silence, "未知 (总线静默)", "unknown (silent bus)"),
-    (Word::All, "未知 (已命令所有节点)", "unknown (all nodes commanded)"),
-    (Word::Sends, "未知 (启动后发送PDO)", "unknown (sends PDOs after its boot-up)"),
-];
+static WORDS: &[Row<Word>] = words!("lane_states");
 
-static OUTCOMES: &[Row<&str>] = &[
-    ("abort", "中止", "abort"),
-    ("failed", "失败", "failed"),
-    ("incomplete", "不完整", "incomplete"),
-    ("object unknown", "未知对象", "unknown object"),
-    ("read", "读", "read"),
-    ("write", "写", "write"),
-];
+static OUTCOMES: &[Row<&str>] = words!("lane_transfers");
 
 /// Appends the name of an NMT state (00, 04, 05, 7F) with a remark: `操作状态 (已命令)`. Other states are shown by number.
 pub fn state(out: &mut Vec<u8>, lang: Lang, state: u8, how: Option<Word>) {

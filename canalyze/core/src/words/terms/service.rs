@@ -4,23 +4,7 @@ use super::{Row, find};
 use crate::words::Lang;
 
 /// Services by their names in filters and JSON.
-pub static SERVICES: &[Row<&str>] = &[
-    ("emcy", "紧急报文", "EMCY"),
-    ("error", "错误帧", "error frames"),
-    ("flying_master", "飞行主站", "flying master"),
-    ("foreign", "其他", "other"),
-    ("gfc", "GFC", "GFC"),
-    ("guarding", "节点保护", "node guarding"),
-    ("heartbeat", "心跳", "heartbeat"),
-    ("lss", "LSS", "LSS"),
-    ("nmt", "NMT", "NMT"),
-    ("pdo", "PDO", "PDO"),
-    ("sdo", "SDO", "SDO"),
-    ("srdo", "SRDO", "SRDO"),
-    ("sync", "同步报文", "SYNC"),
-    ("time", "时间报文", "TIME"),
-    ("usdo", "USDO", "USDO"),
-];
+pub static SERVICES: &[Row<&str>] = words!("services");
 
 /// Frames of an SDO channel: from the client, from the server.
 pub static SDO: &[Row<u8>] = &[(0, "SDO请求", "SDO request"), (1, "SDO响应", "SDO response")];
