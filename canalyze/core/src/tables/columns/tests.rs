@@ -170,26 +170,6 @@ fn names_and_types_are_frozen() {
 }
 
 #[test]
-fn what_the_head_lists_is_there() {
-    let head = include_str!("mod.rs");
-    for line in FROZEN.lines() {
-        let (table, columns) = line.split_once(": ").unwrap();
-        let columns = columns.split(", ").map(|column| {
-            let (name, form) = column.rsplit_once(' ').unwrap();
-            format!("{name}{}", if form.ends_with('?') { "?" } else { "" })
-        });
-        let listed = columns.collect::<Vec<_>>().join(" ");
-        match table.split_once('/') {
-            None => {
-                let row = head.lines().find(|line| line.contains(&format!("`{table}`"))).unwrap();
-                assert!(row.ends_with(&format!("| `{listed}` |")), "{table}: {listed}");
-            }
-            Some(_) => assert!(head.contains("`t_ns? frame provenance cycle? delay_ns? running_cycle`")),
-        }
-    }
-}
-
-#[test]
 fn batches_end_by_rows_and_by_bytes() {
     let mapping = Arc::new(Mapping::from_words(&[0x6041_0010]));
     let mut capture = Capture::new(&[Name::Frames, Name::Signals, Name::Pdo]);
