@@ -543,7 +543,7 @@ def class_of(kind: str, number: int) -> str | None:
 def schema() -> bytes:
     """Returns the schema of all records as a JSON list.
 
-    Each has `table` (its Arrow table) and `kind` (of its JSON lines; `frame.pdo` is an object in another one), null where
+    Each has `table` (its Arrow table) and `kind` (of its JSON lines; `frame.pdo` is an object in another one), null if
     there is none, its documentation `en` and `zh`, the headings of `csv`, and `columns`. A column has its name `column`
     and its type `arrow` in the table, its `key` and its type `json` (integer, number, string, boolean, array, object or
     any) in the object, null where it is not there, `nullable`, `optional` (the key may be absent), `en` and `zh`.

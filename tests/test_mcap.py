@@ -337,7 +337,12 @@ def test_fields_by_the_users_word() -> None:
     said, contents = say(file, mcap_maps=["topic=/x,id=can_id,data=payload"])
     assert [(row["id"], row["len"]) for row in said.frames] == [(f"{0x180 + n:03X}", n % 9) for n in range(20)]
     assert contents["topics"][0]["read_as"] == "id=can_id data=payload"
-    for fields in ("topic=/y,id=can_id,data=payload", "id=can_id", "id=payload,data=payload", "id=can_id,data=payload,len=no"):
+    for fields in (
+        "topic=/y,id=can_id,data=payload",
+        "id=can_id",
+        "id=payload,data=payload",
+        "id=can_id,data=payload,len=no",
+    ):
         assert say(file, mcap_maps=[fields])[0].frames == [], fields
 
 

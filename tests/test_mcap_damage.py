@@ -19,7 +19,7 @@ import pytest
 from captures import CanFrame
 from conftest import Runner
 from mcap.writer import CompressionType, IndexType
-from mcap_files import cdr, raw, records
+from mcap_files import cdr, raw
 from ros_messages import FRAME
 
 from canalyze import _core
