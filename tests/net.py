@@ -348,7 +348,7 @@ def answered(case: Case) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """The cases that are run: whose name has a word, and of every so many captures one."""
+    """The cases to run: those with a word in their name, of one capture in `sample`."""
 
     only: str = ""
     sample: int = 1
