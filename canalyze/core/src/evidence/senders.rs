@@ -27,6 +27,16 @@ const ON_TIME_NS: i64 = 1_000_000;
 /// Minimum ratio of the gaps of an even CAN-ID to those in a burst.
 const SQUEEZED: i64 = 3;
 
+/// CAN-ID of SYNC.
+const SYNC: usize = 0x080;
+/// CAN-IDs of PDOs, which may answer SYNC.
+const PDO: std::ops::RangeInclusive<usize> = 0x181..=0x57F;
+/// Number of frames in a row with a similar delay after SYNC that show that a CAN-ID answers it.
+const ANSWERS: u8 = 3;
+/// Maximum difference of such delays as a part of the period of SYNC, and in ns.
+const ANSWER_PART: i64 = 8;
+const ANSWER_NS: i64 = 500_000;
+
 /// A CAN-ID comes in pairs if more than one frame in this many repeats at once.
 const PAIRS: usize = 4;
 /// Number of kept gaps of a CAN-ID.
@@ -49,6 +59,44 @@ struct Usual {
     pairs: usize,
     pair_run: u32,
     squeezed: Squeezed,
+    answer: Answer,
+}
+
+/// The delay of a CAN-ID after SYNC.
+#[derive(Clone, Copy, Debug, Default)]
+struct Answer {
+    /// The delay of the last frame after the SYNC before it, in ns.
+    delay_ns: i64,
+    /// Number of frames in a row with similar delays.
+    even: u8,
+}
+
+impl Answer {
+    /// Takes a frame after SYNC; returns true if its CAN-ID answers SYNC and this frame does so.
+    #[inline]
+    fn take(&mut self, sync: SyncSeen, now: i64) -> bool {
+        let delay_ns = now.saturating_sub(sync.last_ns);
+        let most_ns = (sync.gap_ns / ANSWER_PART).min(ANSWER_NS);
+        let alike = delay_ns.saturating_sub(self.delay_ns).saturating_abs() <= most_ns && delay_ns <= sync.gap_ns / 2;
+        let answers = alike && self.even >= ANSWERS;
+        if alike {
+            self.even = (self.even + 1).min(2 * ANSWERS);
+        } else {
+            // One delay of its own does not change what the CAN-ID is.
+            self.even = self.even.saturating_sub(2);
+        }
+        if alike || self.even < ANSWERS {
+            self.delay_ns = delay_ns;
+        }
+        answers
+    }
+}
+
+/// The last SYNC and the usual gap between SYNCs, in ns.
+#[derive(Clone, Copy, Debug, Default)]
+struct SyncSeen {
+    last_ns: i64,
+    gap_ns: i64,
 }
 
 /// A repetition of a little-known CAN-ID in a burst; the gaps after the burst show if it was one.
@@ -102,6 +150,8 @@ pub(super) struct SenderEvidence {
     pub(super) again: bool,
     /// The number of a burst in which the gaps of its CAN-ID were shorter than after it, or 0.
     pub(super) tells_of: u32,
+    /// True if it answers a SYNC with its usual delay, so that it is late only if SYNC is.
+    pub(super) answers: bool,
 }
 
 /// A running burst: its number, and the beginning and end of the preceding silence in ns.
@@ -269,6 +319,7 @@ pub(super) struct Senders {
     usual: Vec<Usual>,
     /// CAN-IDs seen so far.
     active: Vec<usize>,
+    sync: SyncSeen,
 }
 
 impl Senders {
@@ -279,13 +330,17 @@ impl Senders {
         }
         let Some(id) = identifier(frame) else { return SenderEvidence::default() };
         let Some(usual) = self.usual.get_mut(id) else { return SenderEvidence::default() };
+        let answers = PDO.contains(&id) && usual.answer.take(self.sync, now);
+        if id == SYNC {
+            self.sync = SyncSeen { last_ns: now, gap_ns: usual.gap_ns };
+        }
         if usual.last_ns == 0 {
             self.active.push(id);
         } else if run.is_none() && now.saturating_sub(usual.last_ns) > usual.gap_ns / 4 {
             // It only adds to the usual gap.
             return SenderEvidence { tells_of: usual.take(now, drain_ns), ..SenderEvidence::default() };
         }
-        usual.see(id, now, run, drain_ns)
+        SenderEvidence { answers, ..usual.see(id, now, run, drain_ns) }
     }
 
     /// Iterates over the CAN-IDs that are sent on their own with even gaps.
@@ -301,14 +356,24 @@ impl Senders {
         })
     }
 
-    /// Returns the number of even CAN-IDs that became overdue during a silence, with a tolerance of `room_ns` and their
-    /// jitter.
+    /// Returns the number of even CAN-IDs, those that answer SYNC apart, that became overdue during a silence, with a
+    /// tolerance of `room_ns` and their jitter.
     pub(super) fn overdue(&self, from: i64, to: i64, room_ns: i64) -> usize {
         let overdue = |usual: &Usual| {
             let room = (usual.gap_ns / 16).saturating_add(usual.off_ns.saturating_mul(2)).saturating_add(room_ns);
-            usual.due_ns().is_some_and(|due| due >= from && due.saturating_add(room) < to)
+            let of_its_own = usual.answer.even < ANSWERS;
+            of_its_own && usual.due_ns().is_some_and(|due| due >= from && due.saturating_add(room) < to)
         };
         self.active.iter().filter(|id| self.usual.get(**id).is_some_and(overdue)).count()
+    }
+
+    /// Returns the number of frames that usually answer SYNC within `ns`.
+    pub(super) fn usual_answers(&self, ns: i64) -> i64 {
+        let frames = |id: &usize| {
+            let usual = self.usual.get(*id)?;
+            (usual.answer.even >= ANSWERS && usual.gap_ns > 0).then(|| ns / usual.gap_ns)
+        };
+        self.active.iter().filter_map(frames).fold(0, i64::saturating_add)
     }
 
     /// Returns true if a CAN-ID had shorter gaps in a burst than after it, as far as one gap shows.

@@ -7,7 +7,8 @@
 //!
 //! Four signs prove a burst ([`Signs::prove`]): senders that are late by different times, which no fault of one node
 //! explains; a CAN-ID that repeats too soon after a late or unusual frame; frames closer together than a bus can carry
-//! them; and, after an unusual silence, as many frames as were due in it. At the beginning of a capture no CAN-ID is
+//! them; and, after an unusual silence, as many frames as were due in it. A PDO that answers SYNC with its usual delay
+//! is no further sender: it comes late, and in a row with others, because SYNC does. At the beginning of a capture no CAN-ID is
 //! known: a burst in which one repeats waits for the frames after it, which show the usual gap.
 
 use crate::bytes::frame::{Frame, Kind};
@@ -56,6 +57,9 @@ struct Signs {
     /// Number of its frames, and of those that follow the previous one too closely.
     frames: u32,
     close: u32,
+    /// The same without those that answer SYNC.
+    alone: u32,
+    close_alone: u32,
     /// The least and the most late of its frames.
     late: Option<(Late, Late)>,
     /// A CAN-ID with even gaps repeated after a small part of its usual gap; such a CAN-ID had come late before; a
@@ -69,7 +73,9 @@ impl Signs {
     fn take(&mut self, seen: SenderEvidence, too_close: bool) {
         self.frames += 1;
         self.close += u32::from(too_close);
-        if let Some(late) = seen.late.filter(|late| late.ns > late.room_ns) {
+        self.alone += u32::from(!seen.answers);
+        self.close_alone += u32::from(too_close && !seen.answers);
+        if let Some(late) = seen.late.filter(|late| late.ns > late.room_ns && !seen.answers) {
             let (least, most) = self.late.unwrap_or((late, late));
             let (least, most) =
                 (if late.ns < least.ns { late } else { least }, if late.ns > most.ns { late } else { most });
@@ -81,13 +87,14 @@ impl Signs {
     }
 
     /// Returns true if the signs prove a stall. `unusual`: the preceding silence was unusual; `usual_frames`: the
-    /// number of frames usually sent since it began.
+    /// number of frames usually sent in it, those that answer SYNC apart.
     fn prove(&self, unusual: bool, usual_frames: i64) -> bool {
         let (frames, close) = (i64::from(self.frames), i64::from(self.close));
-        let too_close = if unusual { close > 0 } else { close > 1 && close * 4 > (frames - 1) * 3 };
+        let too_close = unusual && self.close_alone > 0 || close > 1 && close * 4 > (frames - 1) * 3;
         let apart =
             |(least, most): (Late, Late)| most.ns.saturating_sub(least.ns) > least.room_ns.saturating_add(most.room_ns);
-        let many = unusual && frames > 2 && frames * 10 >= usual_frames.saturating_mul(6);
+        let alone = i64::from(self.alone);
+        let many = unusual && alone > 2 && alone * 10 >= usual_frames.saturating_mul(6);
         let squeezed = self.caught_up || self.compressed && (unusual || self.late.is_some());
         frames > 1 && (too_close || self.late.is_some_and(apart) || squeezed || many)
     }
@@ -105,6 +112,8 @@ struct Burst {
     until_ns: i64,
     /// True if the silence was longer than recent ones, or several senders were overdue in it.
     unusual: bool,
+    /// Number of frames that usually answer SYNC in such a silence.
+    usual_answers: i64,
     signs: Signs,
     /// True if the signs prove a stall, unless the capture turns out to show frames twice.
     shown: bool,
@@ -177,6 +186,7 @@ impl Stalls {
                 until_ns: now,
                 first: frame.no,
                 unusual,
+                usual_answers: if unusual { self.senders.usual_answers(gap) } else { 0 },
                 ..Burst::default()
             });
         }
@@ -200,10 +210,11 @@ impl Stalls {
         let mean_ns = self.mean_gap_64 / 64;
         let Some(burst) = self.bursts.last_mut() else { return };
         burst.until_ns = now;
+        let usual_frames = (now.saturating_sub(burst.from_ns) / mean_ns.max(1)).saturating_sub(burst.usual_answers);
         burst.signs.take(seen, too_close);
         if burst.verdict != Verdict::Open {
             self.running = !burst.is_emptied();
-        } else if burst.signs.prove(burst.unusual, now.saturating_sub(burst.from_ns) / mean_ns.max(1)) {
+        } else if burst.signs.prove(burst.unusual, usual_frames) {
             burst.shown = true;
             if original {
                 burst.verdict = Verdict::Confirmed;
