@@ -89,22 +89,26 @@ def period(ratios: tuple[float, ...]) -> Draw:
 
 
 def late_once(run: SyncRun, chance: random.Random) -> Change | None:
-    """One SYNC late; the next ones at their times, or late as well, since none was sent in the meantime."""
+    """One SYNC late, and the next ones as well, since none was sent in the meantime."""
     at = _place(run, chance, 2)
     if at is None:
         return None
-    ticks, period_us = run.ticks(), run.period_us
+    ticks = run.ticks()
     late = chance.choice((0.6, 0.7, 0.9, 1.3, 1.6, 2.5, 5.0, 15.0))
-    goes_on = late < 1 and chance.random() < 0.5
-    count = 1
-    if goes_on:
-        # Physical limit: without an answer to it, it may as well be its listing that was late.
-        if not run.knows_types:
-            return None
-        new = [*ticks[:at], replace(ticks[at], t_us=ticks[at].t_us + round(late * period_us)), *ticks[at + 1 :]]
-    else:
-        new = _shifted(ticks, at, lambda _: round((1 + late) * period_us), 1)
-    return _of_ticks(run, new, at, at + count, f"{late} periods late, the next {'on time' if goes_on else 'as well'}")
+    new = _shifted(ticks, at, lambda _: round((1 + late) * run.period_us), 1)
+    return _of_ticks(run, new, at, at + 1, f"{late} periods late, the next as well")
+
+
+def late_alone(run: SyncRun, chance: random.Random) -> Change | None:
+    """One SYNC late, the next ones at their times, and something else in between: no recorder stood still."""
+    at = _place(run, chance, 2)
+    if at is None or not run.knows_types:
+        return None
+    ticks, late = run.ticks(), chance.uniform(0.6, 0.85)
+    moved = replace(ticks[at], t_us=ticks[at].t_us + round(late * run.period_us))
+    change = _of_ticks(run, [*ticks[:at], moved, *ticks[at + 1 :]], at, at + 1, f"{late:.2f} periods late alone")
+    between = range(ticks[at].t_us - run.period_us // 10, ticks[at].t_us + run.period_us // 10)
+    return change if any(frame.t_us in between for frame in run.before) else None
 
 
 def skipped(run: SyncRun, chance: random.Random) -> Change | None:
@@ -168,8 +172,9 @@ def stops(run: SyncRun, chance: random.Random) -> Change | None:
         return None
     frames = [frame for frame in run.frames(ticks[:at]) if frame.t_us <= run.end_us]
     rest = [f for f in run.before if f.t_us > frames[-1].t_us]
-    alive = {f.can_id for f in rest if f.t_us - ticks[at - 1].t_us > least_us}
-    if not any(0x700 < can_id < 0x780 or 0x180 < can_id < 0x200 for can_id in alive):
+    alive = [f.t_us for f in rest if f.t_us - ticks[at - 1].t_us > least_us and f.can_id > 0x700]
+    # Physical limit: the first frame after a silence does not show that the bus goes on without SYNC.
+    if not alive or alive[-1] - alive[0] < 3 * run.period_us:
         return None
     frames = sorted([*frames, *rest], key=lambda frame: frame.t_us)
     return Change(f"{run.name}, SYNC {at}: no more", _about(frames, ticks[at - 1].t_us, run.end_us))
@@ -284,7 +289,10 @@ def twice(run: SyncRun, chance: random.Random) -> Change | None:
     one, number = found
     frame = one.frames[number]
     data = bytes(byte ^ 1 for byte in frame.data)
-    again = replace(frame, t_us=frame.t_us + round(run.period_us * chance.uniform(0.05, 0.2)), data=data)
+    if run.knows_window_us is None:
+        return None
+    delay_us = (run.knows_window_us - one.delays_us[number]) * chance.uniform(0.2, 0.8)
+    again = replace(frame, t_us=frame.t_us + round(delay_us), data=data)
     frames = sorted([*_unmoved(run), again], key=lambda one: one.t_us)
     return Change(f"{run.name}, {one.can_id:X}h twice at {number}", _about(frames, frame.t_us - 1, again.t_us))
 
@@ -293,6 +301,7 @@ KINDS = (
     Kind("sync-period", "SYN003", period((0.5, 0.7, 0.8, 1.2, 1.25, 1.5, 2.0, 3.0)), 0.99),
     Kind("sync-period, small", "SYN003", period((0.9, 0.95, 1.05, 1.1)), 0.85),
     Kind("sync-late-once", "SYN003", late_once, 0.99),
+    Kind("sync-late-alone", "SYN003", late_alone, 0.85),
     Kind("sync-skipped", "SYN002 SYN003", skipped, 0.99),
     Kind("sync-lost", "SYN002 SYN003", lost(answered=False), 0.99),
     Kind("sync-lost, answered", "SYN002 SYN003", lost(answered=True), 0.99),
@@ -300,7 +309,7 @@ KINDS = (
     Kind("sync-jitter, small", "SYN003", unsteady((0.15, 0.2)), 0.85),
     Kind("sync-stops", "SYN013", stops, 0.99),
     Kind("sync-extra", "SYN002 SYN003", extra, 0.99),
-    Kind("two producers", "SYN006", two_producers, 0.99),
+    Kind("two producers", "SYN003 SYN006", two_producers, 0.99),
     Kind("pdo-window", "SYN004", window, 0.99),
     Kind("pdo-sync-missing", "SYN008", missing, 0.99),
     Kind("pdo-wrong-cycle", "SYN008 SYN009 SYN010", wrong_cycle, 0.99),
@@ -342,6 +351,7 @@ def network_pauses(run: SyncRun, chance: random.Random) -> Change:
 def echoes_late(run: SyncRun, chance: random.Random) -> Change:
     """What the host itself sends is listed late."""
     most_us, share = chance.choice((500, 1000, 2500, 5000, 8000)), chance.choice((0.1, 0.3, 1.0))
+    most_us = min(most_us, run.period_us * 8 // 10)
     session = as_made(run.frames(), run.own)
     frames = late_echo(session, most_us, share, chance.randrange(1000))
     return Change(f"{run.name}: {share:.0%} of its own frames up to {most_us} us late", Faulty(frames, 1, 1))

@@ -42,6 +42,8 @@ const CLOCK_STEP_NS: i64 = LATEST_ECHO_NS;
 /// minimum in ns.
 const LATE_PART: i64 = 3;
 const LATE_NS: i64 = 2_000_000;
+/// Minimum length of a silence of the whole bus that is a pause of the network, whatever was due in it, in ns.
+pub const PAUSE_NS: i64 = 1_000_000_000;
 /// Number of periods of a single sender from which a silence is the recording's, even if no other node was due.
 const LONG: i64 = 10;
 /// A silence of the whole bus.

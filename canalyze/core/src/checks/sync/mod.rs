@@ -36,10 +36,14 @@ use crate::world::network::Network;
 use crate::world::node::{Node, Pdo, PerNode};
 
 /// Minimum time without SYNC after which it counts as stopped, in ns and in periods.
-const SILENT_NS: i64 = 500_000_000;
-const SILENT_PERIODS: i64 = 10;
-/// Number of periods for which a finding waits for a second producer.
-const EXPLAINED: i64 = 8;
+const SILENT_NS: i64 = 250_000_000;
+const SILENT_PERIODS: i64 = 20;
+/// Number of periods for which other frames have come after a silence of the bus, so that SYNC alone has stopped.
+const GOES_ON: i64 = 2;
+/// Number of periods for which a finding waits for a second producer, or for unsteady SYNCs.
+const EXPLAINED: i64 = 16;
+/// Number of SYNCs after the end of a silence that are still judged by it.
+const RETURNED: u64 = 3;
 /// The last node that can be addressed by a command.
 const LAST_NODE: u8 = 127;
 
@@ -61,6 +65,10 @@ pub struct Sync {
     activity: Activity,
     /// The period before the last reported change, in ns, and the frame of the change.
     changed: Option<(i64, FrameRef)>,
+    /// The frame at which SYNCs were reported as unsteady, while they are.
+    unsteady: Option<FrameRef>,
+    /// The frame at which the end of SYNC was reported, and the last SYNC before it.
+    end: Option<(FrameRef, u64)>,
 }
 
 /// The last frame of any kind, and the longest silence of the bus since the last SYNC, in ns.
@@ -68,6 +76,8 @@ pub struct Sync {
 struct Activity {
     heard_ns: Option<i64>,
     silence_ns: i64,
+    /// The end of that silence, in ns.
+    since_ns: i64,
 }
 
 /// The producer's activity.
@@ -113,7 +123,10 @@ impl Sync {
     /// Takes the time of any frame.
     pub fn heard(&mut self, now_ns: i64) {
         if let Some(before) = self.activity.heard_ns.replace(now_ns) {
-            self.activity.silence_ns = self.activity.silence_ns.max(now_ns.saturating_sub(before));
+            let silence_ns = now_ns.saturating_sub(before);
+            if silence_ns > self.activity.silence_ns {
+                (self.activity.silence_ns, self.activity.since_ns) = (silence_ns, now_ns);
+            }
         }
     }
 
@@ -241,7 +254,9 @@ impl Sync {
         let period = self.period.period_ns();
         let long = self.period.is_overdue(at);
         let spread_ns = self.follower.spread_ns(self.cycle());
-        let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
+        // A producer among the nodes is not the recording host.
+        let when = When { own: cx.when.own && self.settings.producer.is_none(), ..cx.when };
+        let irregular = self.period.step(when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {
             // A SYNC of the wrong length carries no counter.
             Some(value) if !wrong => self.count(value, at, restarted || long || (silent && period.is_none()), cx),
@@ -250,6 +265,8 @@ impl Sync {
         for one in irregular {
             self.report_irregular(one, cx);
         }
+        self.unsteady = self.unsteady.filter(|_| self.period.is_unsteady());
+        self.end = self.end.filter(|(_, cycle)| self.cycle() <= cycle + RETURNED);
         if self.cycle() == 1 {
             self.window.first_sync(cx);
         }
@@ -275,6 +292,12 @@ impl Sync {
         for miscount in self.counter.step(value, at, exact, again).into_iter().flatten() {
             if let Miscount::Gap { at, .. } = miscount {
                 self.miscounted = Some(at.no);
+                let of_it = |cycle: &u64| self.period.frame(*cycle).is_some_and(|frame| frame.no == at.no);
+                let cycle = [self.cycle(), self.cycle().saturating_sub(1)].into_iter().find(of_it);
+                let sync = cycle.and_then(|cycle| self.period.sync(cycle)).unwrap_or(cx.when);
+                self.broken(sync, cx);
+                let same = |finding: &Finding| finding.code == Code::Syn003 && finding.at.no == at.no;
+                cx.evidence.pending.explain(at, same);
             }
             self.report_miscount(miscount, cx);
         }
@@ -306,8 +329,20 @@ impl Sync {
         cx.report(finding);
     }
 
+    /// Notes a SYNC from which faults of PDOs follow.
+    fn broken(&self, sync: When, cx: &mut Context<'_>) {
+        cx.evidence.circumstances.note(CircumstanceKind::SyncBroken, None, sync);
+        cx.evidence.pending.explain(sync.at, |finding| is_of_sync(finding) && is_of_pdo(finding));
+    }
+
+    /// Returns the frame of a reported state of SYNC from which other faults of it follow.
+    fn cause(&self, at: FrameRef) -> Option<FrameRef> {
+        self.unsteady.or(self.end.map(|(at, _)| at)).filter(|cause| cause.no != at.no)
+    }
+
     /// Reports a finding that a second producer may explain.
     fn report(&self, finding: Finding, cx: &mut Context<'_>) {
+        let finding = Finding { because_of: finding.because_of.or_else(|| self.cause(finding.at)), ..finding };
         let period_ns = self.period.scale_ns(&cx.evidence.recording).map_or(0, |(_, most)| most);
         cx.report_later(cx.excused(Rules::Sync, cx.when, finding), period_ns.saturating_mul(EXPLAINED));
     }
@@ -320,33 +355,44 @@ impl Sync {
         }
         let (Some(last), Some(period)) = (self.period.sync(self.cycle()), self.period.period_ns()) else { return };
         let limit = period.saturating_mul(SILENT_PERIODS).max(SILENT_NS);
-        if self.is_silent(cx.at) || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
+        let active_ns = cx.at.t_ns.map_or(0, |now| now.saturating_sub(self.activity.since_ns));
+        let pauses = self.is_silent(cx.at) && active_ns <= period.saturating_mul(GOES_ON);
+        if pauses || !cx.evidence.recording.certainly_later(cx.when, last, limit) {
             return;
         }
         self.producer.ended = true;
+        self.end = Some((cx.at, self.cycle()));
         cx.evidence.circumstances.note(CircumstanceKind::SyncBroken, None, cx.when);
         cx.raise(Syn013::Stopped { silence, period }, Some(node), None, Some(last.at));
     }
 
     /// Reports the explanation of gaps between SYNCs.
     fn report_irregular(&mut self, irregular: Irregular, cx: &mut Context<'_>) {
-        let (cycle, what) = match irregular {
+        let (cycle, what, lasts) = match irregular {
             Irregular::Changed(from_ns, to_ns, since) => return self.report_change(from_ns, to_ns, since, cx),
-            Irregular::Sync(cycle, what) => (cycle, what),
+            Irregular::Unsteady(cycle, what) => (cycle, what, true),
+            Irregular::Sync(cycle, what) => (cycle, what, false),
         };
         let at = self.period.frame(cycle).unwrap_or(cx.at);
-        let before = self.period.frame(cycle.saturating_sub(1)).filter(|_| what.code != Code::Syn012);
-        let finding = Finding { at, ..cx.verdict(what, None, None, before) };
+        let before = self.period.frame(cycle.saturating_sub(1));
+        let cause = before.filter(|_| what.code != Code::Syn012);
+        let mut finding = Finding { at, ..cx.verdict(what, None, None, cause) };
         match finding.code {
             Code::Syn006 => return self.two_producers(finding, cx),
             // The counter has shown it.
             Code::Syn003 if self.miscounted == Some(at.no) => return,
             Code::Syn003 => {
-                let sync = self.period.sync(cycle).unwrap_or(cx.when);
-                cx.evidence.circumstances.note(CircumstanceKind::SyncBroken, None, sync);
-                cx.evidence.pending.explain(at, |finding| is_of_sync(finding) && is_of_pdo(finding));
+                let early = |before: FrameRef| at.since(before).zip(self.period.period_ns()).is_some_and(|(a, b)| a < b);
+                finding.because_of = before.filter(|one| self.miscounted == Some(one.no) && early(*one));
+                self.broken(self.period.sync(cycle).unwrap_or(cx.when), cx);
             }
             _ => {}
+        }
+        if lasts {
+            cx.evidence.pending.explain(at, is_of_sync);
+            self.report(finding, cx);
+            self.unsteady = Some(at);
+            return;
         }
         self.report(finding, cx);
     }
@@ -361,7 +407,8 @@ impl Sync {
         let finding = cx.verdict(Syn003::Changed { period: to_ns, expected: from_ns }, None, None, None);
         self.configured.compared = true;
         self.window.restart(None);
-        let finding = Finding { at: since, because_of: back.map(|(_, at)| at), ..finding };
+        let because_of = back.map(|(_, at)| at).or_else(|| self.cause(since));
+        let finding = Finding { at: since, because_of, ..finding };
         cx.report(cx.excused(Rules::Sync, cx.when, finding));
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::bytes::frame::FrameRef;
 use crate::evidence::period::{Learnt, Period};
-use crate::evidence::recording::Recording;
+use crate::evidence::recording::{PAUSE_NS, Recording};
 use crate::evidence::when::When;
 use crate::rules::finding::Verdict;
 use crate::rules::sync::{Syn003, Syn006, Syn012};
@@ -23,9 +23,13 @@ const CALM: u8 = 2;
 /// Number of additional SYNCs, each within this many SYNCs of the one before, that show a second producer.
 const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
-/// Number of gaps out of 16 that deviate by more than a sixth before it is a finding; a loaded host is late now and
-/// then.
-const UNSTEADY: u32 = 8;
+/// Number of gaps out of 16 that deviate by more than a part of the period before it is a finding; a loaded host is late
+/// now and then. Each way, this many of them: gaps that are all longer are another period.
+const UNSTEADY: u32 = 6;
+const UNSTEADY_PART: i64 = 10;
+const EACH_WAY: u32 = 2;
+/// Uncertainty of the period across a stall of the recorder, as a part of its length.
+const ACROSS_PART: i64 = 64;
 /// Minimum number of gaps in a mean.
 const MEANT: u64 = 8;
 /// The shortest period of a producer, in ns; shorter gaps come from a buffer.
@@ -48,6 +52,8 @@ pub enum Restart {
 pub enum Irregular {
     /// A fault of the SYNC that began a cycle.
     Sync(u64, Verdict),
+    /// The same, and later ones follow from it until SYNCs are steady again.
+    Unsteady(u64, Verdict),
     /// A change of period: before and after in ns, and the first SYNC of the new one.
     Changed(i64, i64, FrameRef),
 }
@@ -77,8 +83,13 @@ pub struct SyncPeriod {
     early: Vec<Gap>,
     behind: LateSync,
     second: Second,
-    /// The last gaps that deviate widely from the period, the latest in bit 0.
-    unsteady: u16,
+    unsteady: Unsteady,
+    /// The period before the last change of it, in ns.
+    former_ns: Option<i64>,
+    /// The last SYNC before a stall of the recorder, its cycle, and the possibility of a restart since.
+    across: Option<(When, u64, Restart)>,
+    /// The maximum difference between the listing delays of the last SYNCs, in ns, if a PDO shows it.
+    spread_ns: Option<i64>,
     calm_from: u64,
     /// A gap was judged before the next one: the SYNC between them was not late.
     phased: bool,
@@ -95,6 +106,15 @@ struct LateSync {
     late: Option<Gap>,
     /// Number of regular gaps in a row since then.
     calm: u8,
+}
+
+/// The last gaps that are much longer or shorter than the period, the latest in bit 0.
+#[derive(Debug, Default)]
+struct Unsteady {
+    long: u16,
+    short: u16,
+    /// It was reported, and there have been such gaps since.
+    reported: bool,
 }
 
 /// Signs of a second producer.
@@ -180,7 +200,7 @@ impl SyncPeriod {
     pub fn mean_ns(&self, recording: &Recording) -> Option<(i64, i64)> {
         let first = self.calm_from.max(self.cycle.saturating_sub(GAPS as u64)).max(1);
         let count = self.cycle.checked_sub(first).filter(|count| *count >= MEANT)? as i64;
-        if self.behind.late.is_some() || self.period.is_contested() {
+        if self.behind.late.is_some() || self.period.is_contested() || self.unsteady.long | self.unsteady.short != 0 {
             return None;
         }
         let (since, now) = (self.sync(first)?, self.sync(self.cycle)?);
@@ -191,9 +211,14 @@ impl SyncPeriod {
         self.period_ns().filter(settled).map(|_| (mean, uncertain / count))
     }
 
+    /// Returns true if SYNCs were reported as unsteady and still are.
+    pub fn is_unsteady(&self) -> bool {
+        self.unsteady.reported
+    }
+
     /// Skips the next gap, because frames were lost or SYNC was moved.
     pub fn broken(&mut self) {
-        (self.behind, self.phased) = (LateSync::default(), false);
+        (self.behind, self.phased, self.across) = (LateSync::default(), false, None);
         self.calm_from = self.cycle + 2;
     }
 
@@ -226,14 +251,45 @@ impl SyncPeriod {
         if let Some(since) = since
             && let Some(ns) = recording.between(since, now)
         {
+            let gap = Gap { now, ns, cycle: self.cycle, restart, silent, spread_ns };
+            self.spread_ns = spread_ns;
             if recording.teaches(since) && recording.teaches(now) {
-                self.take(Gap { now, ns, cycle: self.cycle, restart, silent, spread_ns }, recording, &mut out);
+                self.take(gap, recording, &mut out);
             } else {
+                out.extend(self.stalled(since, gap, recording));
                 (self.behind, self.phased) = (LateSync::default(), false);
                 self.calm_from = self.calm_from.max(self.cycle + 1);
             }
         }
         out
+    }
+
+    /// Takes a gap at an end of a stall of the recorder, which delivers the SYNCs that were due and keeps their phase;
+    /// returns a fault if it does not.
+    fn stalled(&mut self, since: When, gap: Gap, recording: &Recording) -> Option<Irregular> {
+        let pauses = gap.silent && gap.ns >= PAUSE_NS;
+        if recording.teaches(since) {
+            self.across = Some((since, gap.cycle - 1, gap.restart)).filter(|_| !pauses);
+            return None;
+        }
+        let (before, cycle, restart) = self.across?;
+        self.across = Some((before, cycle, restart.max(gap.restart))).filter(|_| !pauses);
+        if pauses || !recording.teaches(gap.now) {
+            return None;
+        }
+        self.across = None;
+        let (period, lasts) = (self.period_ns()?, recording.between(before, gap.now)?);
+        let passed = i64::try_from(gap.cycle - cycle).ok()?;
+        let off_ns = lasts.saturating_sub(period.saturating_mul(passed));
+        let room = self.room_ns(period, recording).saturating_add(lasts / ACROSS_PART);
+        let uncertain = room.saturating_add(put_off(gap.now, gap.spread_ns, recording));
+        if restart.max(gap.restart) != Restart::None || off_ns <= (period / 2).saturating_add(uncertain) {
+            return None;
+        }
+        let first = recording.between(before, self.sync(cycle + 1)?)?;
+        let missing = (off_ns.saturating_add(period / 2) / period).max(1).unsigned_abs();
+        let tolerance = self.tolerance_ns(recording).unwrap_or(0);
+        Some(Irregular::Sync(cycle + 1, Syn003::Missing { gap: first, period, tolerance, missing }.into()))
     }
 
     /// Returns a late SYNC at the end of the capture if it is certain without later ones.
@@ -308,8 +364,15 @@ impl SyncPeriod {
                 self.period.take(gap.ns, (room / 2).min(period / 16), gap.now.at)
         {
             self.behind = LateSync::default();
-            (self.second.extra, self.unsteady, self.calm_from) = (0, 0, gap.cycle);
+            (self.second.extra, self.calm_from, self.former_ns) = (0, gap.cycle, Some(from_ns));
+            (self.unsteady.long, self.unsteady.short) = (0, 0);
             out.push(Irregular::Changed(from_ns, to_ns, since));
+            return;
+        }
+        let back = |former: i64| gap.ns.abs_diff(former) <= former.unsigned_abs() / 16 && !close(gap.ns, period);
+        if self.former_ns.is_some_and(back) && self.period.is_contested() {
+            // The period is about to change back.
+            (self.behind, self.calm_from) = (LateSync::default(), gap.cycle);
             return;
         }
         self.judge_steadiness(gap, period, recording, out);
@@ -344,7 +407,7 @@ impl SyncPeriod {
 
     /// Explains a late SYNC once enough SYNCs have come in one phase.
     fn settle(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
-        let explainable = self.behind.off_ns <= lag(gap.now, recording);
+        let explainable = self.behind.off_ns <= put_off(gap.now, gap.spread_ns, recording);
         let exact = if explainable { period / 16 + recording.resolution_ns() } else { period / 4 };
         let calm = gap.ns.abs_diff(period) <= exact.unsigned_abs();
         self.behind.calm = if calm { self.behind.calm.saturating_add(1) } else { 0 };
@@ -362,11 +425,16 @@ impl SyncPeriod {
 
     fn judge_steadiness(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let off_ns = (gap.ns - period).abs();
-        let put_off = lag(gap.now, recording).min(gap.spread_ns.unwrap_or(i64::MAX));
-        let far = off_ns > (period / 6).saturating_add(put_off) && off_ns < period / 4 * 3;
-        self.unsteady = self.unsteady << 1 | u16::from(far);
-        if far && !self.second.two && self.unsteady.count_ones() == UNSTEADY && self.unsteady >> 1 & 1 == 1 {
-            out.push(Irregular::Sync(gap.cycle, Syn003::Unsteady { jitter: off_ns, period }.into()));
+        let uncertain = put_off(gap.now, gap.spread_ns, recording).saturating_add(recording.resolution_ns());
+        let far = off_ns > (period / UNSTEADY_PART).saturating_add(uncertain) && off_ns < period / 4 * 3;
+        let Unsteady { long, short, reported } = &mut self.unsteady;
+        *long = *long << 1 | u16::from(far && gap.ns > period);
+        *short = *short << 1 | u16::from(far && gap.ns < period);
+        let (longer, shorter) = (long.count_ones(), short.count_ones());
+        *reported &= longer + shorter > 0;
+        if far && !self.second.two && longer.min(shorter) >= EACH_WAY && longer + shorter >= UNSTEADY && !*reported {
+            *reported = true;
+            out.push(Irregular::Unsteady(gap.cycle, Syn003::Unsteady { jitter: off_ns, period }.into()));
         }
     }
 
@@ -397,16 +465,21 @@ impl SyncPeriod {
     fn lateness(&mut self, period: i64, recording: &Recording) -> Option<Irregular> {
         let (missing, from_whole) = self.whole(period);
         let LateSync { off_ns, late, .. } = std::mem::take(&mut self.behind);
-        let Gap { ns: gap, cycle, now, .. } = late?;
+        let Gap { ns: gap, cycle, now, silent, .. } = late?;
         let room = self.room_ns(period, recording);
         let tolerance = self.tolerance_ns(recording).unwrap_or(0);
-        let explainable = off_ns <= lag(now, recording);
+        let put_off = put_off(now, self.spread_ns, recording);
+        let explainable = off_ns <= put_off;
+        // Frames in between show that the recorder did not delay it.
+        let alone_ns = if silent { 0 } else { gap - period };
         let exact = if explainable { period / 16 } else { period / 4 };
         let what = if missing > 0 && from_whole <= exact && recording.resolution_ns() < period {
             let most = gap.saturating_add(period / 2) / period.max(1) - 1;
             let missing = missing.min(most).max(1).unsigned_abs();
             Syn003::Missing { gap, period, tolerance, missing }.into()
-        } else if off_ns > period / 2 + room && (!explainable || room <= period / 8) {
+        } else if off_ns > period / 2 + room && (!explainable || room <= period / 8)
+            || alone_ns > period / 2 + room && alone_ns > put_off
+        {
             Syn003::Late { gap, period, tolerance, missing: 1 }.into()
         } else {
             Syn012::Late { gap, period }.into()
@@ -417,7 +490,7 @@ impl SyncPeriod {
 
 /// Returns true if the producer was stopped, or the whole network paused.
 fn is_pause(gap: Gap, period: i64) -> bool {
-    if gap.ns / PAUSE > period && gap.silent {
+    if gap.ns / PAUSE > period && gap.ns >= PAUSE_NS && gap.silent {
         return true;
     }
     let exact = match gap.restart {
@@ -433,6 +506,11 @@ fn is_pause(gap: Gap, period: i64) -> bool {
 /// Returns the maximum listing delay of a frame, in ns.
 fn lag(when: When, recording: &Recording) -> i64 {
     if when.own { recording.lag_ns() } else { 0 }
+}
+
+/// Returns the same as far as a PDO that follows SYNC shows it.
+fn put_off(when: When, spread_ns: Option<i64>, recording: &Recording) -> i64 {
+    lag(when, recording).min(spread_ns.unwrap_or(i64::MAX))
 }
 
 /// Returns true if a gap is within a quarter of the period.

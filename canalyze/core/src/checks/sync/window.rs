@@ -74,6 +74,9 @@ struct TpdoTrack {
     before: u8,
     /// It comes too often, or in wrong cycles.
     wrong: Series,
+    /// A finding about a frame so late that its own SYNC may be the next one, which is listed later still. The next
+    /// frame of the PDO decides.
+    late: Option<Finding>,
 }
 
 /// The configuration of a PDO.
@@ -296,6 +299,7 @@ impl TpdoTrack {
             asked: false,
             before: 0,
             wrong: Series::default(),
+            late: None,
         }
     }
 
@@ -307,7 +311,7 @@ impl TpdoTrack {
 
     /// Interrupts it; keeps the configuration.
     fn pause(&mut self) {
-        (self.last, self.open, self.asked) = (None, Open::default(), false);
+        (self.last, self.open, self.asked, self.late) = (None, Open::default(), false, None);
     }
 
     fn object(&self) -> Mux {
@@ -329,6 +333,7 @@ impl TpdoTrack {
     fn take(&mut self, known: &Judged<'_>, cx: &mut Context<'_>) {
         let now = Arrival { when: cx.when, cycle: known.period.cycle() };
         let asked = std::mem::take(&mut self.asked);
+        let late = self.late.take();
         self.touched = false;
         if now.cycle == 0 {
             self.last = Some(now);
@@ -347,6 +352,9 @@ impl TpdoTrack {
             return self.judge_delay(now, None, known, cx);
         };
         let passed = Passed::between(last, now, known.period, &cx.evidence.recording);
+        if let Some(late) = late {
+            self.judge_late(late, last, now, known, cx);
+        }
         self.judge_delay(now, Some(last), known, cx);
         self.judge_cycle(last, now, passed, known, cx);
     }
@@ -362,6 +370,7 @@ impl TpdoTrack {
         else {
             return;
         };
+        let mut delayed = false;
         // It belongs to this SYNC if the next cannot have been sent yet, or its own frames show it to be late.
         let late = last.is_some_and(|last| {
             let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
@@ -370,14 +379,15 @@ impl TpdoTrack {
             let limit = cycles.saturating_mul(period.saturating_add(tolerance)).saturating_add(room);
             let next = recording.between(last.when, now.when).map(|gap| (cycles + 1).saturating_mul(period) - gap);
             let before_next = next.is_some_and(|before| before > period / 4);
-            cycles > 0 && before_next && recording.certainly_later(now.when, last.when, limit)
+            delayed = cycles > 0 && recording.certainly_later(now.when, last.when, limit);
+            before_next && delayed
         });
         let lag_ns = if sync.own && !late { recording.lag_ns() } else { 0 };
         let judged =
             (self.configured.needed == ESTABLISHED || self.established()) && now.cycle >= known.period.calm_from();
         if !judged
             || tolerance >= window
-            || delay >= period - lag_ns
+            || delay >= period - lag_ns && !delayed
             || !recording.teaches(sync)
             || !recording.certainly_later(now.when, sync, window.saturating_add(tolerance))
         {
@@ -385,7 +395,25 @@ impl TpdoTrack {
         }
         let since = last.map_or(sync, |last| last.when);
         let what = Syn004::Late { delay, window, tolerance, cycle: now.cycle };
-        self.report(cx.verdict(what, Some(known.node), Some(self.object()), None), since, known, cx);
+        let finding = cx.verdict(what, Some(known.node), Some(self.object()), None);
+        if delay >= period - lag_ns {
+            self.late = Some(finding);
+        } else {
+            self.report(finding, since, known, cx);
+        }
+    }
+
+    /// Reports a frame outside the window once the next one is in its cycle and back in time: so it was this PDO that
+    /// was late, and not the listing of SYNC.
+    fn judge_late(&mut self, late: Finding, last: Arrival, now: Arrival, known: &Judged<'_>, cx: &mut Context<'_>) {
+        let n = u64::from(self.configured.kind.max(1));
+        let (Some(window), Some(period)) = (known.window_ns, known.period.period_ns()) else { return };
+        let cycles = i64::try_from(now.cycle.saturating_sub(last.cycle)).unwrap_or(0);
+        let limit = cycles.saturating_mul(period).saturating_sub(window / 4);
+        let as_due = now.cycle == last.cycle + n && cx.evidence.recording.certainly_within(now.when, last.when, limit);
+        if as_due {
+            self.report(late, last.when, known, cx);
+        }
     }
 
     /// Judges the cycle in which it came.
