@@ -12,6 +12,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import pairwise
 
 from captures import CanFrame
 from clean_sessions import beside, recorded
@@ -73,7 +74,7 @@ class SyncRun:
 
     @property
     def period_us(self) -> int:
-        gaps = sorted(after.t_us - before.t_us for before, after in zip(self.syncs, self.syncs[1:], strict=False))
+        gaps = sorted(after.t_us - before.t_us for before, after in pairwise(self.syncs))
         return gaps[len(gaps) // 2]
 
     @property
@@ -152,7 +153,7 @@ def _answering(frames: Sequence[CanFrame], syncs: Sequence[CanFrame]) -> Iterato
         own = tuple(frame for frame in frames if frame.can_id == can_id and frame.t_us >= times[0])
         cycles = [bisect_right(times, frame.t_us) - 1 for frame in own]
         delays = tuple(frame.t_us - times[cycle] for frame, cycle in zip(own, cycles, strict=True))
-        apart = {after - before for before, after in zip(cycles, cycles[1:], strict=False)}
+        apart = {after - before for before, after in pairwise(cycles)}
         even = len(apart) == 1 and min(apart) > 0 and max(delays) - min(delays) < min(SPREAD_US, period_us // 3)
         if even and max(delays) < period_us * 6 // 10:
             yield Answering(can_id, apart.pop(), cycles[0], own, delays)

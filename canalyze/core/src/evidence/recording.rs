@@ -57,6 +57,8 @@ pub struct Silence {
     pub missing: u128,
     /// The same for frames that were due for two periods when it ended.
     pub paused: u128,
+    /// True if a sender that does not depend on SYNC was due for two periods in it.
+    pub others: bool,
     /// True if it exceeded the longest recent one several times, so that the frames after it may have been delayed by
     /// the recorder.
     pub odd: bool,
@@ -423,7 +425,8 @@ impl Recording {
     fn measure(&self, from_ns: i64, to_ns: i64) -> Silence {
         let missing = |tenths: i64| self.stalls.missing(from_ns, to_ns, tenths);
         let (missing, paused) = (missing(UNUSUAL_TENTHS), missing(TWO_PERIODS_TENTHS));
-        Silence { from_ns, to_ns, missing, paused, odd: self.stalls.is_odd(to_ns.saturating_sub(from_ns)) }
+        let others = self.stalls.others_missed(from_ns, to_ns);
+        Silence { from_ns, to_ns, missing, paused, others, odd: self.stalls.is_odd(to_ns.saturating_sub(from_ns)) }
     }
 
     /// Returns the verdict on a burst; `None` for none, or for one forgotten after its verdict.

@@ -367,6 +367,17 @@ impl Senders {
         self.active.iter().filter(|id| self.usual.get(**id).is_some_and(overdue)).count()
     }
 
+    /// Returns true if a frame of a sender that does not depend on SYNC was due in a silence, twice its usual gap after
+    /// the previous one.
+    pub(super) fn others_missed(&self, from: i64, to: i64) -> bool {
+        let due = |usual: &Usual| {
+            let due = usual.last_ns.saturating_add(usual.gap_ns.saturating_mul(2));
+            usual.gap_ns > 0 && usual.answer.even < ANSWERS && (from..to).contains(&due)
+        };
+        let mut others = self.active.iter().filter(|id| comes_by_itself(**id) && **id != SYNC);
+        others.any(|id| self.usual.get(*id).is_some_and(due))
+    }
+
     /// Returns the number of frames that usually answer SYNC within `ns`.
     pub(super) fn usual_answers(&self, ns: i64) -> i64 {
         let frames = |id: &usize| {

@@ -384,6 +384,11 @@ impl Stalls {
         if self.is_unusual(to.saturating_sub(from)) { self.senders.missing(from, to, tenths) } else { 0 }
     }
 
+    /// Returns true if in a silence longer than recent ones a sender that does not depend on SYNC was due for two periods.
+    pub(super) fn others_missed(&self, from: i64, to: i64) -> bool {
+        self.is_unusual(to.saturating_sub(from)) && self.senders.others_missed(from, to)
+    }
+
     /// Returns true if a silence exceeds the longest recent one several times.
     pub(super) fn is_odd(&self, silence_ns: i64) -> bool {
         self.usual_gap_ns > 0 && silence_ns / ODD > self.usual_gap_ns

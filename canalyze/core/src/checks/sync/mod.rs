@@ -254,9 +254,7 @@ impl Sync {
         let period = self.period.period_ns();
         let long = self.period.is_overdue(at);
         let spread_ns = self.follower.spread_ns(self.cycle());
-        // A producer among the nodes is not the recording host.
-        let when = When { own: cx.when.own && self.settings.producer.is_none(), ..cx.when };
-        let irregular = self.period.step(when, (stopped, silent, spread_ns), &cx.evidence.recording);
+        let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {
             // A SYNC of the wrong length carries no counter.
             Some(value) if !wrong => self.count(value, at, restarted || long || (silent && period.is_none()), cx),
@@ -382,7 +380,8 @@ impl Sync {
             // The counter has shown it.
             Code::Syn003 if self.miscounted == Some(at.no) => return,
             Code::Syn003 => {
-                let early = |before: FrameRef| at.since(before).zip(self.period.period_ns()).is_some_and(|(a, b)| a < b);
+                let early =
+                    |before: FrameRef| at.since(before).zip(self.period.period_ns()).is_some_and(|(a, b)| a < b);
                 finding.because_of = before.filter(|one| self.miscounted == Some(one.no) && early(*one));
                 self.broken(self.period.sync(cycle).unwrap_or(cx.when), cx);
             }

@@ -28,6 +28,8 @@ const EXTRA_WITHIN: u64 = 6;
 const UNSTEADY: u32 = 6;
 const UNSTEADY_PART: i64 = 10;
 const EACH_WAY: u32 = 2;
+/// The most that the deviation of the first gaps adds to that part.
+const UNSTEADY_USUAL_PART: i64 = 15;
 /// Uncertainty of the period across a stall of the recorder, as a part of its length.
 const ACROSS_PART: i64 = 64;
 /// Minimum number of gaps in a mean.
@@ -66,8 +68,8 @@ struct Gap {
     /// The cycle that it precedes.
     cycle: u64,
     restart: Restart,
-    /// The whole bus was silent for most of it.
-    silent: bool,
+    /// The whole bus was silent for most of it, and others were due then, or for so long that the network paused.
+    paused: bool,
     /// The maximum difference between listing delays of earlier SYNCs, in ns, if a PDO shows it.
     spread_ns: Option<i64>,
 }
@@ -115,6 +117,8 @@ struct Unsteady {
     short: u16,
     /// It was reported, and there have been such gaps since.
     reported: bool,
+    /// The deviation of the first gaps, in ns: the recording may show SYNC so from the beginning.
+    usual_ns: i64,
 }
 
 /// Signs of a second producer.
@@ -251,7 +255,10 @@ impl SyncPeriod {
         if let Some(since) = since
             && let Some(ns) = recording.between(since, now)
         {
-            let gap = Gap { now, ns, cycle: self.cycle, restart, silent, spread_ns };
+            let last = now.at.t_ns.filter(|_| silent).and_then(|now_ns| recording.silence(now_ns));
+            let others = last.is_some_and(|last| last.others && since.at.t_ns.is_some_and(|ns| last.to_ns > ns));
+            let paused = silent && (others || ns >= PAUSE_NS);
+            let gap = Gap { now, ns, cycle: self.cycle, restart, paused, spread_ns };
             self.spread_ns = spread_ns;
             if recording.teaches(since) && recording.teaches(now) {
                 self.take(gap, recording, &mut out);
@@ -267,14 +274,13 @@ impl SyncPeriod {
     /// Takes a gap at an end of a stall of the recorder, which delivers the SYNCs that were due and keeps their phase;
     /// returns a fault if it does not.
     fn stalled(&mut self, since: When, gap: Gap, recording: &Recording) -> Option<Irregular> {
-        let pauses = gap.silent && gap.ns >= PAUSE_NS;
         if recording.teaches(since) {
-            self.across = Some((since, gap.cycle - 1, gap.restart)).filter(|_| !pauses);
+            self.across = Some((since, gap.cycle - 1, gap.restart)).filter(|_| !gap.paused);
             return None;
         }
         let (before, cycle, restart) = self.across?;
-        self.across = Some((before, cycle, restart.max(gap.restart))).filter(|_| !pauses);
-        if pauses || !recording.teaches(gap.now) {
+        self.across = Some((before, cycle, restart.max(gap.restart))).filter(|_| !gap.paused);
+        if gap.paused || !recording.teaches(gap.now) {
             return None;
         }
         self.across = None;
@@ -333,6 +339,9 @@ impl SyncPeriod {
             }
             let Some(period) = self.period.learnt_ns() else { return };
             self.regular = true;
+            let off = |gap: &Gap| gap.ns.saturating_sub(period).saturating_abs();
+            let usual = self.early.iter().filter(|gap| close(gap.ns, period)).map(off).max();
+            self.unsteady.usual_ns = usual.unwrap_or(0).min(period / UNSTEADY_USUAL_PART);
             // The first gaps can be judged only now.
             for gap in std::mem::take(&mut self.early) {
                 self.judge(gap, period, false, recording, out);
@@ -426,8 +435,9 @@ impl SyncPeriod {
     fn judge_steadiness(&mut self, gap: Gap, period: i64, recording: &Recording, out: &mut Vec<Irregular>) {
         let off_ns = (gap.ns - period).abs();
         let uncertain = put_off(gap.now, gap.spread_ns, recording).saturating_add(recording.resolution_ns());
+        let uncertain = uncertain.saturating_add(self.unsteady.usual_ns);
         let far = off_ns > (period / UNSTEADY_PART).saturating_add(uncertain) && off_ns < period / 4 * 3;
-        let Unsteady { long, short, reported } = &mut self.unsteady;
+        let Unsteady { long, short, reported, .. } = &mut self.unsteady;
         *long = *long << 1 | u16::from(far && gap.ns > period);
         *short = *short << 1 | u16::from(far && gap.ns < period);
         let (longer, shorter) = (long.count_ones(), short.count_ones());
@@ -465,20 +475,20 @@ impl SyncPeriod {
     fn lateness(&mut self, period: i64, recording: &Recording) -> Option<Irregular> {
         let (missing, from_whole) = self.whole(period);
         let LateSync { off_ns, late, .. } = std::mem::take(&mut self.behind);
-        let Gap { ns: gap, cycle, now, silent, .. } = late?;
+        let Gap { ns: gap, cycle, now, .. } = late?;
         let room = self.room_ns(period, recording);
         let tolerance = self.tolerance_ns(recording).unwrap_or(0);
         let put_off = put_off(now, self.spread_ns, recording);
         let explainable = off_ns <= put_off;
-        // Frames in between show that the recorder did not delay it.
-        let alone_ns = if silent { 0 } else { gap - period };
+        // A frame between its due time and the silence before it shows that the recorder did not delay it.
+        let alone_ns = (gap - period).saturating_sub(now.silent_ns);
         let exact = if explainable { period / 16 } else { period / 4 };
         let what = if missing > 0 && from_whole <= exact && recording.resolution_ns() < period {
             let most = gap.saturating_add(period / 2) / period.max(1) - 1;
             let missing = missing.min(most).max(1).unsigned_abs();
             Syn003::Missing { gap, period, tolerance, missing }.into()
         } else if off_ns > period / 2 + room && (!explainable || room <= period / 8)
-            || alone_ns > period / 2 + room && alone_ns > put_off
+            || gap - period > period / 2 + room && alone_ns > room && gap - period > put_off
         {
             Syn003::Late { gap, period, tolerance, missing: 1 }.into()
         } else {
@@ -490,7 +500,7 @@ impl SyncPeriod {
 
 /// Returns true if the producer was stopped, or the whole network paused.
 fn is_pause(gap: Gap, period: i64) -> bool {
-    if gap.ns / PAUSE > period && gap.ns >= PAUSE_NS && gap.silent {
+    if gap.ns / PAUSE > period && gap.paused {
         return true;
     }
     let exact = match gap.restart {
