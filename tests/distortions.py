@@ -208,9 +208,13 @@ def _hole(lasts_us: int, missing_us: int) -> Apply:
 
 
 def _set(step_us: int) -> Apply:
+    """Physical limit: where one node alone is awaited, a clock set forth looks like a silence of that node."""
+
     def apply(session: Session) -> Iterator[Variant]:
         frames = list(session.frames)
         for at in places(len(frames), 6):
+            if step_us > 0 and len(awaited(frames, at, step_us)) < 2:
+                continue
             yield f"at frame {at + 1}", log_text(set_by(frames, at, step_us))
 
     return apply
@@ -334,7 +338,7 @@ LOSSES_US = (10_000, 100_000, 1_000_000)
 PAUSES_US = (1_000_000, 10_000_000, 60_000_000)
 LOST_SHARES = (0.001, 0.003, 0.01, 0.03)
 HOLES_US = ((400_000, 400_000), (3_000_000, 3_000_000), (60_000_000, 1_000_000), (3_600_000_000, 1_234_567))
-"""How long the recorder was off, and how much of a session is missing; what a longer one would have sent is not known."""
+"""How long the recorder was off, and how much of a session is missing."""
 STEPS_US = (30_000, 1_000_000, 3_600_000_000, 86_400_000_000)
 FAR_COPIES_US = (15_000, 30_000)
 
