@@ -144,6 +144,102 @@ def with_loss_announced(frames: Frames, at: int, lasts_us: int) -> bytes:
     return log_text(frames[:at]) + f"DROPCOUNT: {counted}\n".encode() + log_text(kept)
 
 
+def lost(frames: Frames, share: float, seed: int) -> Frames:
+    """Frames are missing here and there, and nothing says so."""
+    chance = random.Random(seed)
+    return [frame for frame in frames if chance.random() >= share]
+
+
+def holed(frames: Frames, at: int, missing_us: int, lasts_us: int) -> Frames:
+    """The recorder was off for a time: frames are missing, and the stamps of those behind them are later."""
+    begin = frames[at].t_us
+    behind = [frame for frame in frames[at:] if frame.t_us >= begin + missing_us]
+    return [*frames[:at], *(replace(frame, t_us=frame.t_us + lasts_us - missing_us) for frame in behind)]
+
+
+def set_by(frames: Frames, at: int, step_us: int) -> Frames:
+    """The clock of the stamps is set at a frame; none becomes negative."""
+    start = max(0, -step_us)
+    before = [replace(frame, t_us=frame.t_us + start) for frame in frames[:at]]
+    return [*before, *(replace(frame, t_us=frame.t_us + start + step_us) for frame in frames[at:])]
+
+
+def is_sdo(frame: CanFrame) -> bool:
+    """Whether a frame is on the CAN-ID of a default SDO."""
+    return 0x580 < frame.can_id < 0x680 and not frame.extended
+
+
+FILTERS: dict[str, Callable[[CanFrame], bool]] = {
+    "only error control": lambda frame: 0x700 < frame.can_id < 0x780,
+    "only SDO requests": lambda frame: is_sdo(frame) and frame.can_id > 0x600,
+    "only SDO responses": lambda frame: is_sdo(frame) and frame.can_id < 0x600,
+    "only SDO": is_sdo,
+    "only PDOs": lambda frame: 0x180 < frame.can_id < 0x580,
+    "without NMT": lambda frame: frame.can_id != 0,
+    "without SYNC": lambda frame: frame.can_id != 0x80,
+    "without error control": lambda frame: not 0x700 < frame.can_id < 0x780,
+}
+"""What a filter of the recorder lets through."""
+
+
+def _lost(share: float) -> Apply:
+    """Physical limit: fewer than four missing frames may as well be faults of a node each."""
+
+    def apply(session: Session) -> Iterator[Variant]:
+        for seed in range(4):
+            frames = lost(list(session.frames), share, seed)
+            if len(session.frames) - len(frames) > 3:
+                yield f"seed {seed}", log_text(frames)
+
+    return apply
+
+
+def _hole(lasts_us: int, missing_us: int) -> Apply:
+    """Physical limit: where one node alone is awaited, its silence looks like a fault of that node."""
+
+    def apply(session: Session) -> Iterator[Variant]:
+        frames = list(session.frames)
+        for at in places(len(frames), 8):
+            inside = frames[at].t_us + missing_us < frames[-1].t_us
+            if inside and len(awaited(frames, at, lasts_us)) > 1:
+                yield f"from frame {at + 1}", log_text(holed(frames, at, missing_us, lasts_us))
+
+    return apply
+
+
+def _set(step_us: int) -> Apply:
+    """Physical limit: where one node alone is awaited, a clock set forth looks like a silence of that node."""
+
+    def apply(session: Session) -> Iterator[Variant]:
+        frames = list(session.frames)
+        for at in places(len(frames), 6):
+            if step_us > 0 and len(awaited(frames, at, step_us)) < 2:
+                continue
+            yield f"at frame {at + 1}", log_text(set_by(frames, at, step_us))
+
+    return apply
+
+
+def _filtered(passes: Callable[[CanFrame], bool]) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        frames = [frame for frame in session.frames if passes(frame)]
+        if frames:
+            yield "all", log_text(frames)
+
+    return apply
+
+
+def _one_node() -> Apply:
+    """The CAN-IDs of one node in the pre-defined connection set, for each of them."""
+
+    def apply(session: Session) -> Iterator[Variant]:
+        for node in sorted({frame.can_id & 0x7F for frame in session.frames if 0x700 < frame.can_id < 0x780}):
+            frames = [frame for frame in session.frames if frame.can_id > 0x80 and frame.can_id & 0x7F == node]
+            yield f"node {node}", log_text(frames)
+
+    return apply
+
+
 def _echo(most_us: int, share: float) -> Apply:
     def apply(session: Session) -> Iterator[Variant]:
         for seed in range(3):
@@ -222,6 +318,8 @@ def _pause(lasts_us: int) -> Apply:
 
 def shown(us: int) -> str:
     """A time for people."""
+    if us >= 3_600_000_000:
+        return f"{us / 3_600_000_000:g} h"
     return f"{us} us" if us < 1000 else f"{us / 1000:g} ms" if us < 1_000_000 else f"{us / 1_000_000:g} s"
 
 
@@ -238,6 +336,11 @@ UNITS_US = (
 FETCHED_US = (1000, 2000, 5000, 10_000, 16_000, 50_000, 100_000)
 LOSSES_US = (10_000, 100_000, 1_000_000)
 PAUSES_US = (1_000_000, 10_000_000, 60_000_000)
+LOST_SHARES = (0.001, 0.003, 0.01, 0.03)
+HOLES_US = ((400_000, 400_000), (3_000_000, 3_000_000), (60_000_000, 1_000_000), (3_600_000_000, 1_234_567))
+"""How long the recorder was off, and how much of a session is missing."""
+STEPS_US = (30_000, 1_000_000, 3_600_000_000, 86_400_000_000)
+FAR_COPIES_US = (15_000, 30_000)
 
 DISTORTIONS: list[Distortion] = [
     *(
@@ -260,6 +363,14 @@ DISTORTIONS: list[Distortion] = [
     Distortion("cut", "end", _cut(False, True)),
     Distortion("cut", "both", _cut(True, True)),
     *(Distortion("announced loss", shown(lasts), _loss(lasts), allowed=("CAP002",)) for lasts in LOSSES_US),
+    *(Distortion("silent loss", f"{share:.1%}", _lost(share), allowed=("CAP009",)) for share in LOST_SHARES),
+    *(Distortion("hole", shown(lasts), _hole(lasts, missing), allowed=("CAP",)) for lasts, missing in HOLES_US),
+    *(Distortion("clock set", f"back by {shown(step)}", _set(-step), allowed=("CAP006",)) for step in STEPS_US),
+    *(Distortion("clock set", f"forth by {shown(step)}", _set(step), allowed=("CAP",)) for step in STEPS_US[1:]),
+    Distortion("joined", "twice the same", _whole(lambda frames: [*frames, *frames]), allowed=("CAP006",)),
+    *(Distortion("copies", f"{shown(apart)} apart", _copies(apart)) for apart in FAR_COPIES_US),
+    *(Distortion("filter", name, _filtered(passes)) for name, passes in FILTERS.items()),
+    Distortion("filter", "only one node", _one_node()),
     *(Distortion("pause", shown(lasts), _pause(lasts), allowed=("CAP",)) for lasts in PAUSES_US),
 ]
 """A pause may be said once more as a step of the clock."""

@@ -9,13 +9,13 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 57_000;
+const WHOLE: usize = 57_020;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     ("bytes", 8_650),
     ("checks", 7_250),
-    ("evidence", 2_250),
+    ("evidence", 2_260),
     ("lib", 50),
     ("python", 1_100),
     ("rules", 1_650),

@@ -38,12 +38,17 @@ const TWO_PERIODS_TENTHS: i64 = 20;
 /// Minimum backward step of the stamps that is a set clock, in ns. Below, two buses or the host's own frames are listed
 /// out of order.
 const CLOCK_STEP_NS: i64 = LATEST_ECHO_NS;
+/// Minimum backward step after which another recording may begin, as in files joined or recorded twice into one, in ns;
+/// a running clock is set by less.
+const ANOTHER_NS: i64 = 1_000_000_000;
 /// Possible lateness of the first stamp after an equally long silence, as a part of the time to the next frame, and its
 /// minimum in ns.
 const LATE_PART: i64 = 3;
 const LATE_NS: i64 = 2_000_000;
 /// Minimum length of a silence of the whole bus that is a pause of the network, whatever was due in it, in ns.
 pub const PAUSE_NS: i64 = 1_000_000_000;
+/// The CAN-IDs of requests of SDO clients.
+const SDO_REQUESTS: std::ops::RangeInclusive<u32> = 0x601..=0x67F;
 /// Number of periods of a single sender from which a silence is the recording's, even if no other node was due.
 const LONG: i64 = 10;
 /// A silence of the whole bus.
@@ -105,6 +110,8 @@ pub struct Recording {
     /// The CAN-ID of the first of them, and true if others have another one.
     only: Option<CanId>,
     several: bool,
+    /// True if a frame is no request of an SDO client.
+    others: bool,
     stalls: Stalls,
     echo: Echo,
     duplicates: Duplicates,
@@ -127,6 +134,11 @@ struct StampClock {
 struct Echo {
     exchanges: u32,
     latest_ns: i64,
+}
+
+/// Returns true if another recording may begin at a step of the clock: what was known before holds no longer.
+pub fn is_another(step_ns: i64) -> bool {
+    step_ns <= -ANOTHER_NS
 }
 
 impl Recording {
@@ -203,12 +215,19 @@ impl Recording {
             self.silence = Some(**silence);
         }
         self.taken_ns = frame.t_ns.or(self.taken_ns);
+        self.others |= !SDO_REQUESTS.contains(&frame.id.raw()) || frame.id.is_extended();
         self.several |= *self.only.get_or_insert(frame.id) != frame.id;
         when.own = match frame.dir {
             Some(direction) => direction == Direction::Tx,
             None => commands || frame.kind == Kind::Remote,
         };
         when.epoch = when.epoch.saturating_add(self.losses);
+    }
+
+    /// Returns true if the capture has frames other than the requests of SDO clients, so that no filter has reduced it to
+    /// these.
+    pub fn shows_others(&self) -> bool {
+        self.others
     }
 
     /// Returns true if the capture has more than one CAN-ID so far, so that no filter has reduced it to one.

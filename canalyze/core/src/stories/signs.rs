@@ -119,7 +119,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Sdo021, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo022, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
     (Code::Sdo023, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
-    (Code::Sdo024, IncidentKind::DamagedTransfer, 1, Ends::Transferred),
+    (Code::Sdo024, IncidentKind::CaptureGap, 1, Ends::Once),
     (Code::Sdo031, IncidentKind::NodeAbsent, 1, Ends::Heard),
     (Code::Srd001, IncidentKind::SrdoInvalid, 1, Ends::Once),
     (Code::Srd002, IncidentKind::SrdoInvalid, 1, Ends::Once),

@@ -19,7 +19,7 @@ use crate::checks::{Checks, PdoName};
 use crate::evidence::When;
 use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
-use crate::evidence::recording::Happened;
+use crate::evidence::recording::{self, Happened};
 use crate::sdo::channel::is_whole;
 use crate::sdo::exchange::expedited;
 use crate::sdo::state::SdoChannel;
@@ -199,8 +199,13 @@ impl Bus {
             let only = (paused.count_ones() == 1).then(|| paused.trailing_zeros() as u8);
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Pause, only, cx.when);
         }
-        if happened.step_ns.is_some() {
+        if let Some(step_ns) = happened.step_ns {
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
+            if recording::is_another(step_ns) {
+                cx.release_all();
+                self.checks.lost(cx);
+                self.doubt(cx.at.no.saturating_sub(1));
+            }
         }
         if cx.sighting != Sighting::Duplicate && self.roles.unconfirmed(frame.id).is_none() {
             cx.evidence.services.take(role, frame);
