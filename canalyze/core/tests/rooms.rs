@@ -9,12 +9,12 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 57_020;
+const WHOLE: usize = 57_500;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     ("bytes", 8_650),
-    ("checks", 7_250),
+    ("checks", 7_300),
     ("evidence", 2_260),
     ("lib", 50),
     ("python", 1_100),
@@ -27,7 +27,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("views", 7_900),
     ("wire", 2_550),
     ("words", 3_700),
-    ("world", 2_800),
+    ("world", 2_950),
 ];
 
 /// Adds the product lines below a folder, each under its room.

@@ -87,6 +87,12 @@ impl Nodes {
         self.nmt.state(node)
     }
 
+    /// Returns the last state reported by a node since its boot-up.
+    #[inline]
+    pub fn reported(&self, node: u8) -> Option<u8> {
+        self.nmt.shown_last(node)
+    }
+
     /// Returns the heartbeat period of a node if known, in ns.
     pub fn heartbeat_period(&self, node: u8) -> Option<i64> {
         self.heartbeats.period(node)

@@ -66,7 +66,7 @@ fn objects(what: &What, wanted: &dyn Fn(Mux) -> bool) -> bool {
         What::Mpdo(data) => data.mapping.entries.iter().any(mapped),
         What::Transfer(transfer) => transfer.mux.is_some_and(wanted),
         What::Finding(finding) => finding.object.is_some_and(wanted),
-        What::Message(_) | What::Note(_) => false,
+        What::Message(_) | What::Note(_) | What::Change(_) => false,
     }
 }
 

@@ -150,7 +150,7 @@ impl OfBus {
                     ledger.open(IncidentKind::BitTiming, id, incident::Subject::default(), event.at, at);
                     false
                 }
-                What::Mpdo(_) | What::Note(_) => false,
+                What::Mpdo(_) | What::Note(_) | What::Change(_) => false,
             };
         }
         if !self.found.is_empty() && frame.kind != frame::Kind::Error {

@@ -329,7 +329,7 @@ fn family(what: &What) -> Family {
             Message::ErrorFrame => Error,
             Message::Foreign { role } | Message::Malformed { role, .. } => of_role(*role),
         },
-        What::Transfer(_) | What::Note(_) | What::Finding(_) => Other,
+        What::Transfer(_) | What::Note(_) | What::Change(_) | What::Finding(_) => Other,
     }
 }
 

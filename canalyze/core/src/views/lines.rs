@@ -236,7 +236,7 @@ impl Lines {
                     explain::sdo::step(out, self.lang, step, event.node.unwrap_or(0), frame);
                 }
             }
-            What::Transfer(_) | What::Note(_) | What::Finding(_) => {}
+            What::Transfer(_) | What::Note(_) | What::Change(_) | What::Finding(_) => {}
         }
     }
 
@@ -306,7 +306,7 @@ impl Lines {
                 words::sdo::later_result(out, self.lang, transfer);
                 out.push(b'\n');
             }),
-            What::Transfer(_) | What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
+            What::Transfer(_) | What::Change(_) | What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
         }
     }
 

@@ -33,11 +33,12 @@ use crate::wire::nmt;
 use crate::wire::pdo::mapping::Mapping;
 use crate::wire::pdo::{self, Multiplexed};
 use crate::words::profiles::Profile;
+use crate::world::change::Publisher;
 use crate::world::configuration::Provenance;
 use crate::world::context::Context;
 use crate::world::dictionary::{Described, Object};
 use crate::world::drive;
-use crate::world::event::{Addressed, ProcessData, Signals, Step, Unmapped, What};
+use crate::world::event::{Addressed, Event, ProcessData, Signals, Step, Unmapped, What};
 use crate::world::network::Network;
 use crate::world::node::{Content, Node, PerNode};
 use crate::world::roles::Roles;
@@ -65,6 +66,7 @@ pub struct Bus {
     booted: BTreeSet<u8>,
     /// The last write to each node that may still be answered.
     open_writes: BTreeMap<u8, (Mux, When)>,
+    publisher: Publisher,
 }
 
 impl Bus {
@@ -102,6 +104,7 @@ impl Bus {
             again: false,
             booted: BTreeSet::new(),
             open_writes: BTreeMap::new(),
+            publisher: Publisher::default(),
         }
     }
 
@@ -228,6 +231,7 @@ impl Bus {
         }
         // Findings explained by this frame go out with it, regardless of the clock.
         cx.release();
+        self.note_changes(1, cx);
     }
 
     /// Returns true if only the channel's next frame may show the meaning of an SDO frame, because a transfer from
@@ -464,6 +468,8 @@ impl Bus {
         let message = self.checks.nodes.complete(wire::decode(role, frame), &self.nodes, cx);
         cx.push(None, message.node(), What::Message(message));
         self.checks.due(frame, cx);
+        self.note_changes(1, cx);
+        let own = cx.events.len();
         if let Some((from, to)) = self.checks.message(&message, &self.nodes, frame, cx) {
             self.moved(from, to);
         }
@@ -482,6 +488,26 @@ impl Bus {
             _ => {}
         }
         self.checks.follow(&message, &self.nodes, frame, cx);
+        self.publish(&message, own, cx);
+    }
+
+    /// Publishes the change that a message shows, before its findings.
+    #[inline]
+    fn publish(&mut self, message: &Message, place: usize, cx: &mut Context<'_>) {
+        let reported = message.role().node().and_then(|node| self.checks.nodes.reported(node));
+        let Some(change) = self.publisher.message(message, reported, self.checks.sync.cycle()) else { return };
+        let node = change.node();
+        let what = What::Change(change);
+        cx.events.insert(place, Event { at: cx.at, about: None, bus: cx.bus, node, transfer: None, what });
+    }
+
+    /// Takes the changes that were published from a place on.
+    fn note_changes(&mut self, from: usize, cx: &Context<'_>) {
+        for event in cx.events.iter().skip(from) {
+            if let What::Change(change) = &event.what {
+                self.publisher.published(change);
+            }
+        }
     }
 
     /// Takes an error frame without content.
@@ -494,6 +520,7 @@ impl Bus {
         cx.release();
         self.checks.advance(now_ns, cx);
         self.rest(now_ns, cx);
+        self.note_changes(0, cx);
     }
 
     /// Lets quiet SDO channels decide what has waited long enough at `now_ns`.
@@ -549,6 +576,7 @@ impl Bus {
             cx.evidence.recording.lost();
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
             self.checks.lost(cx);
+            self.publisher.forget();
             self.doubt(cx.at.no);
         }
         for channel in self.channels.values_mut() {

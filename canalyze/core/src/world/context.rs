@@ -10,6 +10,7 @@ use crate::evidence::{Evidence, Rules, When};
 use crate::rules::finding::{Finding, Verdict};
 use crate::sdo::transfer::TransferId;
 use crate::sdo::wire::Mux;
+use crate::world::change::Change;
 use crate::world::event::{Event, What};
 
 /// The outputs while one frame is taken.
@@ -183,6 +184,9 @@ impl Context<'_> {
 
     fn put(&mut self, finding: Finding) {
         let Finding { at, cause, bus, node, .. } = finding;
+        if let Some(lost) = Change::of_finding(&finding) {
+            self.events.push(Event { at, about: None, bus, node, transfer: None, what: What::Change(lost) });
+        }
         let what = What::Finding(Box::new(finding));
         self.events.push(Event { at, about: cause.map(Box::new), bus, node, transfer: None, what });
     }

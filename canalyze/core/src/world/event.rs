@@ -10,6 +10,7 @@ use crate::sdo::wire::{Command, Mux, Side, decode_frame};
 use crate::wire::message::Message;
 use crate::wire::pdo::Multiplexed;
 use crate::wire::pdo::mapping::Mapping;
+use crate::world::change::Change;
 use crate::world::configuration::Provenance;
 use crate::world::dictionary::Described;
 
@@ -54,6 +55,8 @@ pub enum What {
     Transfer(Arc<Transfer>),
     /// Later knowledge of an earlier frame that is not a finding.
     Note(Note),
+    /// A change of a state. No output lists it by itself.
+    Change(Change),
     /// A raised rule. Boxed, since it is rare and large.
     Finding(Box<Finding>),
 }

@@ -2,6 +2,7 @@
 //! means given all before it.
 
 pub mod bus;
+pub mod change;
 pub mod configuration;
 pub mod context;
 pub mod dictionary;

@@ -7,8 +7,9 @@ use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::tables::table::{Bytes, Moment, Name, U8, U16, U16s, U64, Word, table};
 use crate::wire::emcy;
-use crate::wire::message::{Errors, Message};
+use crate::wire::message::Errors;
 use crate::words::profiles::Profile;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::event::{Event, What};
 
 /// An emergency and its event.
@@ -54,11 +55,8 @@ table! {
 impl Collector for Table<Emcy> {
     fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, _: &Frame, events: &[Event]) {
         for event in events {
-            let What::Message(Message::Emcy { node, code, profile, register, ref manufacturer, active, cleared }) =
-                event.what
-            else {
-                continue;
-            };
+            let What::Change(Change::Error(ref emcy)) = event.what else { continue };
+            let EmcyChange { node, code, profile, register, ref manufacturer, active, cleared } = *emcy;
             self.row(
                 done,
                 &scene.cx(),

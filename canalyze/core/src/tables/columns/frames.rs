@@ -121,7 +121,7 @@ fn text(out: &mut Vec<u8>, cx: &Cx<'_>, Framed { frame, events, .. }: Framed<'_>
         What::Pdo(data) => words::pdo::process_data(out, lang, Depth::Default, data, frame),
         What::Mpdo(data) => words::pdo::multiplex(out, lang, Depth::Default, data),
         What::Sdo(step) => words::sdo::step(out, lang, Depth::Default, step, frame.len),
-        What::Finding(_) | What::Transfer(_) | What::Note(_) => {}
+        What::Finding(_) | What::Transfer(_) | What::Note(_) | What::Change(_) => {}
     }
 }
 
@@ -141,6 +141,6 @@ fn fields(out: &mut Vec<u8>, cx: &Cx<'_>, one: Framed<'_>) {
         What::Pdo(data) => pdo::fields(out, cx, data, one.frame),
         What::Mpdo(data) => services::multiplexed(out, cx.setting.lang, data, one.frame),
         What::Sdo(step) => sdo::fields(out, step, event.transfer, one.frame),
-        What::Finding(_) | What::Transfer(_) | What::Note(_) => {}
+        What::Finding(_) | What::Transfer(_) | What::Note(_) | What::Change(_) => {}
     }
 }

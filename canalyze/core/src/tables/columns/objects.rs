@@ -21,10 +21,10 @@ use crate::tables::selection::Selection;
 use crate::tables::table::{Hex4, I64, Moment, Name, Real, U8, U64, Utf8, Word, table};
 use crate::wire::emcy;
 use crate::wire::error_control;
-use crate::wire::message::Message;
 use crate::wire::pdo::mapping::{Mapped, extract};
 use crate::words::terms;
 use crate::words::{Lang, signal, value};
+use crate::world::change::{Change, EmcyChange};
 use crate::world::drive;
 use crate::world::event::{Event, What};
 use crate::world::od::{self, DataType, Value};
@@ -141,19 +141,19 @@ impl Objects {
         });
     }
 
-    /// Appends the values that a message carries: an emergency, or a change of a state.
-    fn message(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, event: &Event, message: &Message) {
+    /// Appends the values that a change carries: an emergency, or an NMT state.
+    fn change(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, event: &Event, change: &Change) {
         let of = |source, node, object, name| {
             let (at, bus) = (event.at, event.bus);
             Of { source, at, bus, node, object, name, unit: None }
         };
-        if let Message::Emcy { node, code, profile, register, .. } = *message {
+        if let Change::Error(EmcyChange { node, code, profile, register, .. }) = *change {
             let read = Read::number(code, emcy::code(Lang::En, profile, code));
             self.table.row(done, &scene.cx(), (of("emcy", node, None, Some(EMERGENCY)), read));
             let name = terms::object_name(Lang::En, profile, REGISTER.index, REGISTER.sub);
             let register = Read::number(register, None);
             self.table.row(done, &scene.cx(), (of("emcy", node, Some(REGISTER), name), register));
-        } else if let Some((node, state, _)) = states::seen(message) {
+        } else if let Some((node, state, _)) = states::seen(change) {
             let read = Read::number(state, error_control::state(Lang::En, state));
             self.table.row(done, &scene.cx(), (of("nmt", node, None, Some(STATE)), read));
         }
@@ -164,7 +164,7 @@ impl Collector for Objects {
     fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
         for event in events {
             match &event.what {
-                What::Message(message) => self.message(done, scene, event, message),
+                What::Change(change) => self.change(done, scene, event, change),
                 _ => self.process_data(done, scene, frame, event),
             }
         }

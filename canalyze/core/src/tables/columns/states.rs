@@ -6,14 +6,14 @@
 //! | `heartbeat`, `guarding` | the first since the node's boot-up, and each with another state than the one before | 4, 5, 127, or the state it carried | null |
 //! | `command` | each NMT command; `node` is null where it is to all | the state that it asks for, null for a reset or an unknown one | 1, 2, 128, 129, 130 |
 //!
-//! Must not: keep state of its own; the state that a node has shown before comes with the message.
+//! Must not: keep state of its own; the state that a node has shown before comes with the change.
 
 use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::tables::table::{Moment, Name, U8, U64, Word, table};
 use crate::wire::error_control;
-use crate::wire::message::Message;
+use crate::world::change::Change;
 use crate::world::event::{Event, What};
 
 /// A state or a command, and the event that shows it.
@@ -48,12 +48,12 @@ table! {
 impl Collector for Table<States> {
     fn frame(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, _: &Frame, events: &[Event]) {
         for event in events {
-            let What::Message(message) = &event.what else { continue };
-            let shown = match (seen(message), message) {
+            let What::Change(change) = &event.what else { continue };
+            let shown = match (seen(change), change) {
                 (Some((node, state, source)), _) => {
                     ShownState { event, node: Some(node), state: Some(state), source, command: None }
                 }
-                (None, &Message::Nmt { command, node }) => {
+                (None, &Change::Command { command, node }) => {
                     let (node, state) = ((node > 0).then_some(node), commanded(command));
                     ShownState { event, node, state, source: "command", command: Some(command) }
                 }
@@ -68,13 +68,13 @@ impl Collector for Table<States> {
     }
 }
 
-/// Returns the node and the state that a message shows and its source, unless the node was in that state before.
-pub(super) fn seen(message: &Message) -> Option<(u8, u8, &'static str)> {
-    match *message {
-        Message::BootUp { node } => Some((node, 0, "boot-up")),
-        Message::Heartbeat { state, previous: Some(before), .. } if before == state => None,
-        Message::Heartbeat { node, state, guarding: true, .. } => Some((node, state, "guarding")),
-        Message::Heartbeat { node, state, .. } => Some((node, state, "heartbeat")),
+/// Returns the node and the state that a change shows and its source, unless the node was in that state before.
+pub(super) fn seen(change: &Change) -> Option<(u8, u8, &'static str)> {
+    match *change {
+        Change::BootUp { node } => Some((node, 0, "boot-up")),
+        Change::State { state, previous: Some(before), .. } if before == state => None,
+        Change::State { node, state, guarding: true, .. } => Some((node, state, "guarding")),
+        Change::State { node, state, .. } => Some((node, state, "heartbeat")),
         _ => None,
     }
 }

@@ -56,7 +56,7 @@ pub fn asides(out: &mut Vec<u8>, setting: Setting<'_>, events: &[Event]) {
             What::Note(what) => note::line(out, setting, event, *what),
             What::Finding(what) => finding(out, setting, what),
             What::Transfer(what) => transfer(out, setting, what, NAMES),
-            What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) => {}
+            What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) | What::Change(_) => {}
         }
     }
 }

@@ -15,9 +15,9 @@
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::sdo::transfer::{Abort, Direction, Mode, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
-use crate::wire::message::Message;
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::profiles::Profile;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::event::{Event, Signals, What};
 
 /// The error register, which each EMCY carries.
@@ -204,7 +204,7 @@ pub fn each(frame: &Frame, events: &[Event], take: &mut dyn FnMut(ObjectSighting
                 let source = if data.content.destination { Source::Rpdo } else { Source::Tpdo };
                 signals(frame, &data.mapping, (data.content.node, source), take);
             }
-            What::Message(Message::Emcy { node, register, profile, .. }) => take(ObjectSighting {
+            What::Change(Change::Error(EmcyChange { node, register, profile, .. })) => take(ObjectSighting {
                 bus: event.bus,
                 node: *node,
                 object: REGISTER,

@@ -85,7 +85,7 @@ impl Label {
                 Message::Srdo { number, inverted, .. } => Self::Srdo(number, inverted),
                 _ => Self::Service(message.service()),
             },
-            What::Transfer(_) | What::Note(_) | What::Finding(_) => Self::Service("foreign"),
+            What::Transfer(_) | What::Note(_) | What::Change(_) | What::Finding(_) => Self::Service("foreign"),
         }
     }
 }

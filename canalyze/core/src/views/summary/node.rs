@@ -23,7 +23,7 @@ const DEVICE_NAME: Mux = Mux { index: 0x1008, sub: 0 };
 
 /// A change of the node's state.
 #[derive(Clone, Copy, Debug)]
-pub struct Change {
+pub struct StateChange {
     /// 00 (boot-up), 04, 05, 7F, or another value of error control.
     pub state: u8,
     /// The frame that shows it.
@@ -63,7 +63,7 @@ pub struct Track {
     /// The number of changes of state.
     pub changes: u64,
     /// The first [`CHANGES`] of these.
-    pub listed: Vec<Change>,
+    pub listed: Vec<StateChange>,
 }
 
 impl Track {
@@ -71,7 +71,7 @@ impl Track {
         self.state = Some(state);
         self.changes += 1;
         if self.listed.len() < CHANGES {
-            self.listed.push(Change { state, at, commanded });
+            self.listed.push(StateChange { state, at, commanded });
         }
     }
 }

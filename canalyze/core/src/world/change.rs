@@ -1,0 +1,196 @@
+//! Changes of states: derived once for each bus from what its checks know, and published as events.
+//!
+//! A change is published before the findings of its frame; views render changes and follow no service for themselves. A
+//! second capture of a frame, and a frame whose identifier carries another protocol, change nothing.
+
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::{Code, Finding, Quantity};
+use crate::wire::cob_id::Role;
+use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::message::{Errors, Message};
+use crate::words::profiles::Profile;
+use crate::world::drive::DriveState;
+use crate::world::node::PerNode;
+
+/// A change of a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// A node has booted.
+    BootUp {
+        /// The node.
+        node: u8,
+    },
+    /// A node reports its state: another one than before, the first one since its boot-up, or the first one after its
+    /// loss.
+    State {
+        /// The node.
+        node: u8,
+        /// In the encoding of error control, without the toggle bit.
+        state: u8,
+        /// The state that it reported before; `None` if unknown.
+        previous: Option<u8>,
+        /// By a response to node guarding instead of a heartbeat.
+        guarding: bool,
+    },
+    /// An NMT command asks for a state.
+    Command {
+        /// The command specifier.
+        command: u8,
+        /// The addressed node, 0 = all; above 127 it is invalid.
+        node: u8,
+    },
+    /// The error control of a node is lost, until it reports a state again.
+    Lost {
+        /// The node; `None`: all nodes, since the whole bus is silent.
+        node: Option<u8>,
+        /// The reason.
+        by: LostBy,
+        /// The time from which on its state is unknown, in ns, if known.
+        since_ns: Option<i64>,
+    },
+    /// A node reports an error, or that errors are gone.
+    Error(EmcyChange),
+    /// A statusword shows another state of an axis of a drive.
+    Drive {
+        /// The node.
+        node: u8,
+        /// The axis, from 0.
+        axis: u8,
+        /// `None` if CiA 402 does not define the statusword.
+        state: Option<DriveState>,
+    },
+    /// A SYNC cycle has begun.
+    SyncCycle {
+        /// Its number in the capture, from 1.
+        cycle: u64,
+        /// The counter of its SYNC.
+        counter: Option<u8>,
+    },
+}
+
+/// The sign that a node is lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LostBy {
+    /// Its heartbeat is missing.
+    Heartbeat,
+    /// It does not respond to node guarding.
+    Guarding,
+    /// The whole bus is silent.
+    Silence,
+}
+
+/// An EMCY (CiA 301, 7.2.7) and the errors of its node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmcyChange {
+    /// The producer.
+    pub node: u8,
+    /// EmcyChange error code.
+    pub code: u16,
+    /// The device profile that defines the code, as far as known.
+    pub profile: Profile,
+    /// Error register (object 1001h).
+    pub register: u8,
+    /// Manufacturer-specific bytes.
+    pub manufacturer: [u8; 5],
+    /// The node's active errors after it.
+    pub active: Errors,
+    /// The errors that it clears.
+    pub cleared: Errors,
+}
+
+impl Change {
+    /// Returns the node that changes; `None` for several, or for the bus.
+    pub fn node(&self) -> Option<u8> {
+        match *self {
+            Self::BootUp { node } | Self::State { node, .. } | Self::Drive { node, .. } => Some(node),
+            Self::Command { node, .. } => Some(node).filter(|node| (1..=127).contains(node)),
+            Self::Lost { node, .. } => node,
+            Self::Error(emergency) => Some(emergency.node),
+            Self::SyncCycle { .. } => None,
+        }
+    }
+
+    /// Returns the loss that a finding reports.
+    pub fn of_finding(finding: &Finding) -> Option<Self> {
+        let after = |from: Option<FrameRef>, name, sign: i64| match finding.measured()?.get(name)? {
+            Quantity::Ns(ns) => Some(from?.t_ns?.saturating_add(sign.saturating_mul(ns))),
+            _ => None,
+        };
+        let (by, since_ns) = match finding.code {
+            Code::Hbt002 => (LostBy::Heartbeat, after(finding.cause, "limit", 1)),
+            Code::Grd002 => (LostBy::Guarding, None),
+            Code::Hbt005 => (LostBy::Silence, after(Some(finding.at), "silence", -1)),
+            _ => return None,
+        };
+        Some(Self::Lost { node: finding.node, by, since_ns })
+    }
+}
+
+/// The last published state of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct LastPublished {
+    /// The state that it reported.
+    state: Option<u8>,
+    /// It is lost.
+    lost: bool,
+}
+
+/// The states that were published last.
+#[derive(Debug, Default)]
+pub struct Publisher {
+    nodes: PerNode<LastPublished>,
+    cycle: u64,
+}
+
+impl Publisher {
+    /// Returns the change that a message shows. `reported`: the last state that the checks have taken from the node of
+    /// the message; `cycle`: the current SYNC cycle.
+    pub fn message(&mut self, message: &Message, reported: Option<u8>, cycle: u64) -> Option<Change> {
+        match *message {
+            Message::BootUp { node } => {
+                *self.nodes.entry(node) = LastPublished::default();
+                Some(Change::BootUp { node })
+            }
+            Message::Heartbeat { node, state, guarding, .. } => {
+                // The checks keep the states of CiA 301 only.
+                let known = matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL);
+                self.report(node, if known { reported? } else { state }, guarding)
+            }
+            Message::Malformed { role: Role::ErrorControl(node), .. } => self.report(node, reported?, false),
+            Message::Nmt { command, node } => Some(Change::Command { command, node }),
+            Message::Emcy { node, code, profile, register, manufacturer, active, cleared } => {
+                Some(Change::Error(EmcyChange { node, code, profile, register, manufacturer, active, cleared }))
+            }
+            _ if cycle > self.cycle => {
+                self.cycle = cycle;
+                let counter = if let Message::Sync { counter } = *message { counter } else { None };
+                Some(Change::SyncCycle { cycle, counter })
+            }
+            _ => None,
+        }
+    }
+
+    fn report(&mut self, node: u8, state: u8, guarding: bool) -> Option<Change> {
+        let last = self.nodes.entry(node);
+        let previous = last.state.replace(state);
+        if !std::mem::take(&mut last.lost) && previous == Some(state) {
+            return None;
+        }
+        Some(Change::State { node, state, previous, guarding })
+    }
+
+    /// Takes a published change, in order: a node may be back in the frame that shows its loss.
+    pub fn published(&mut self, change: &Change) {
+        match *change {
+            Change::BootUp { node } | Change::State { node, .. } => self.nodes.entry(node).lost = false,
+            Change::Lost { node: Some(node), .. } => self.nodes.entry(node).lost = true,
+            Change::Lost { node: None, .. } => self.nodes.iter_mut().for_each(|(_, last)| last.lost = true),
+            _ => {}
+        }
+    }
+
+    /// Forgets the states after lost frames.
+    pub fn forget(&mut self) {
+        self.nodes.iter_mut().for_each(|(_, last)| *last = LastPublished::default());
+    }
+}
