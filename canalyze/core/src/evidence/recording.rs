@@ -112,6 +112,8 @@ pub struct Recording {
     several: bool,
     /// True if a frame is no request of an SDO client.
     others: bool,
+    /// True if an SDO client has gone on as if answered.
+    goes_on: bool,
     stalls: Stalls,
     echo: Echo,
     duplicates: Duplicates,
@@ -224,10 +226,15 @@ impl Recording {
         when.epoch = when.epoch.saturating_add(self.losses);
     }
 
-    /// Returns true if the capture has frames other than the requests of SDO clients, so that no filter has reduced it to
-    /// these.
-    pub fn shows_others(&self) -> bool {
-        self.others
+    /// Records that an SDO client goes on as if answered.
+    pub fn client_goes_on(&mut self) {
+        self.goes_on = true;
+    }
+
+    /// Returns true if the capture would contain the answers to requests of SDO clients: it has other frames than such
+    /// requests, or none that follows from an answer.
+    pub fn contains_answers(&self) -> bool {
+        self.others || !self.goes_on
     }
 
     /// Returns true if the capture has more than one CAN-ID so far, so that no filter has reduced it to one.

@@ -181,6 +181,9 @@ impl SdoChannel {
         self.step.command = half.command;
         let later = self.proof.first != Some(half.at) || self.hypotheses.is_later(half.at.no);
         self.proof.weigh(&half, later);
+        if self.proof.responses == 0 && self.proof.goes_on() {
+            cx.evidence.recording.client_goes_on();
+        }
         let before = self.identity();
         match side {
             Side::Client => {

@@ -163,8 +163,8 @@ impl SdoChannel {
         let flood = self.proof.requests == 0 && frames >= FLOOD && (1..APART_NS * frames as i64).contains(&lasted);
         // A few undecided frames are no sign of another protocol while each may be SDO.
         let other = self.is_sdo().map_or(self.proof.odd > 0 || frames >= FEW, |is_sdo| !is_sdo);
-        // A capture of requests alone does not contain the answers.
-        if !unanswered && !flood && !other || unanswered && !cx.evidence.recording.shows_others() {
+        // A capture of requests alone may not contain the answers.
+        if !unanswered && !flood && !other || unanswered && !cx.evidence.recording.contains_answers() {
             return;
         }
         let what: Verdict = match (unanswered, flood) {

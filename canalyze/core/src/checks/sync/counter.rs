@@ -82,6 +82,11 @@ impl Counter {
         self.two
     }
 
+    /// Returns true if a value begins a sequence anew, before the one so far has come to its end.
+    pub fn begins_again(&self, value: u8) -> bool {
+        value == 1 && self.expected.is_some_and(|expected| expected != 1)
+    }
+
     /// Takes a value. `exact`: the producer's overflow value. `restarted`: the producer may begin again with 1.
     pub fn step(&mut self, value: u8, at: FrameRef, exact: Option<u8>, restarted: bool) -> [Option<Miscount>; 2] {
         let overflow = exact.or(self.learnt);

@@ -249,7 +249,9 @@ impl Sync {
         let silent = self.is_silent(at);
         self.activity.silence_ns = 0;
         let Producer { restarted, stopped, ended } = std::mem::take(&mut self.producer);
-        let stopped = if ended { Restart::Likely } else { stopped };
+        // A producer that starts counts from 1.
+        let restarts = stopped == Restart::Perhaps && counter.is_some_and(|value| self.counter.begins_again(value));
+        let stopped = if ended || restarts { Restart::Likely } else { stopped };
         let wrong = self.lengths.judge(frame.len, self.settings.any_overflow, restarted, cx);
         let period = self.period.period_ns();
         let long = self.period.is_overdue(at);
