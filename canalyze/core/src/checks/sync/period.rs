@@ -70,6 +70,8 @@ struct Gap {
     restart: Restart,
     /// The whole bus was silent for most of it, and others were due then, or for so long that the network paused.
     paused: bool,
+    /// The whole bus was silent for most of it.
+    silent: bool,
     /// The maximum difference between listing delays of earlier SYNCs, in ns, if a PDO shows it.
     spread_ns: Option<i64>,
 }
@@ -258,7 +260,7 @@ impl SyncPeriod {
             let last = now.at.t_ns.filter(|_| silent).and_then(|now_ns| recording.silence(now_ns));
             let others = last.is_some_and(|last| last.others && since.at.t_ns.is_some_and(|ns| last.to_ns > ns));
             let paused = silent && (others || ns >= PAUSE_NS);
-            let gap = Gap { now, ns, cycle: self.cycle, restart, paused, spread_ns };
+            let gap = Gap { now, ns, cycle: self.cycle, restart, paused, silent, spread_ns };
             self.spread_ns = spread_ns;
             if recording.teaches(since) && recording.teaches(now) {
                 self.take(gap, recording, &mut out);
@@ -372,10 +374,14 @@ impl SyncPeriod {
             && let Learnt::Changed { from_ns, to_ns, since } =
                 self.period.take(gap.ns, (room / 2).min(period / 16), gap.now.at)
         {
+            // A bus that was silent for long and goes on at another period was set up anew.
+            let anew = self.behind.late.is_some_and(|late| late.silent && late.ns / PAUSE > period);
             self.behind = LateSync::default();
             (self.second.extra, self.calm_from, self.former_ns) = (0, gap.cycle, Some(from_ns));
             (self.unsteady.long, self.unsteady.short) = (0, 0);
-            out.push(Irregular::Changed(from_ns, to_ns, since));
+            if !anew {
+                out.push(Irregular::Changed(from_ns, to_ns, since));
+            }
             return;
         }
         let back = |former: i64| gap.ns.abs_diff(former) <= former.unsigned_abs() / 16 && !close(gap.ns, period);
