@@ -363,7 +363,7 @@ DISTORTIONS: list[Distortion] = [
     Distortion("cut", "end", _cut(False, True)),
     Distortion("cut", "both", _cut(True, True)),
     *(Distortion("announced loss", shown(lasts), _loss(lasts), allowed=("CAP002",)) for lasts in LOSSES_US),
-    *(Distortion("silent loss", f"{share:.1%}", _lost(share), allowed=("CAP009",)) for share in LOST_SHARES),
+    *(Distortion("silent loss", f"{share:.1%}", _lost(share), allowed=("CAP009", "SDO024")) for share in LOST_SHARES),
     *(Distortion("hole", shown(lasts), _hole(lasts, missing), allowed=("CAP",)) for lasts, missing in HOLES_US),
     *(Distortion("clock set", f"back by {shown(step)}", _set(-step), allowed=("CAP006",)) for step in STEPS_US),
     *(Distortion("clock set", f"forth by {shown(step)}", _set(step), allowed=("CAP",)) for step in STEPS_US[1:]),

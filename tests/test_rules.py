@@ -308,6 +308,10 @@ def own_code(name: str) -> str:
     return name.split("-")[0]
 
 
+CHANGES = {"CAP009": 2}
+"""What one change does not show: a single missing frame is no sign that the recording loses frames."""
+
+
 def test_every_rule_has_its_capture_and_its_clean_neighbour() -> None:
     captures = {path.stem for path in RULES.glob("*.*") if path.suffix in CAPTURES and ".clean." not in path.name}
     assert captures == set(RAISED), "a capture without row, or a row without capture"
@@ -355,9 +359,8 @@ def test_a_clean_neighbour_is_one_change_away(name: str) -> None:
         for file in (f"{name}.log", f"{name}.clean.log")
     )
     changes = [change for change in difflib.SequenceMatcher(None, before, after).get_opcodes() if change[0] != "equal"]
-    assert len(changes) == 1
-    ((_, from_a, to_a, from_b, to_b),) = changes
-    assert max(to_a - from_a, to_b - from_b) == 1
+    assert len(changes) == CHANGES.get(name, 1)
+    assert all(max(to_a - from_a, to_b - from_b) == 1 for _, from_a, to_a, from_b, to_b in changes)
 
 
 @pytest.mark.parametrize("name", RAISED)

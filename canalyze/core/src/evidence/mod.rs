@@ -8,6 +8,7 @@
 pub mod circumstance;
 pub mod duplicates;
 mod holes;
+mod losses;
 pub mod obligation;
 pub mod pending;
 pub mod period;

@@ -11,9 +11,11 @@
 //! taken for verdicts once nothing about it is open ([`Recording::undecided_since`]).
 
 use crate::bytes::frame::{CanId, Direction, Frame, FrameRef, Kind};
+use crate::rules::finding::Finding;
 
 use super::duplicates::{Duplicates, Sighting};
 use super::holes::Holes;
+use super::losses::Losses;
 use super::resolution::Resolution;
 use super::stalls::{DRAIN_NS, SHORTEST_STALL_NS, Stalls, UNUSUAL_TENTHS, wire_ns};
 use super::when::When;
@@ -118,6 +120,7 @@ pub struct Recording {
     echo: Echo,
     duplicates: Duplicates,
     holes: Holes,
+    single: Losses,
     /// The option `--jitter`, in ns.
     jitter_ns: Option<i64>,
 }
@@ -195,7 +198,10 @@ impl Recording {
             }
             let original = happened.sighting == Sighting::Original;
             let too_close = (close, resolution_ns < wire_ns, resolution_ns);
-            self.stalls.follow(frame, (self.last_ns, now, silent_ns), original, too_close);
+            let missed = self.stalls.follow(frame, (self.last_ns, now, silent_ns), original, too_close);
+            // A recording that shows frames twice does not lose them.
+            let missed = missed.filter(|_| original && resolution_ns < LATE_NS);
+            self.single.follow(frame, missed);
             self.last_ns = Some(now);
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
         }
@@ -255,16 +261,14 @@ impl Recording {
     /// Returns true if nothing is open about any frame so far.
     #[inline]
     pub fn is_decided(&self) -> bool {
-        let (stalls, duplicates, holes) = (&self.stalls, &self.duplicates, &self.holes);
-        stalls.undecided_since().is_none()
-            && duplicates.undecided_since().is_none()
-            && holes.undecided_since().is_none()
+        self.undecided_since().is_none()
     }
 
     /// Returns the number of the first frame about which something is open.
     pub fn undecided_since(&self) -> Option<u64> {
-        let open = [self.stalls.undecided_since(), self.duplicates.undecided_since(), self.holes.undecided_since()];
-        open.into_iter().flatten().min()
+        let (stalls, duplicates) = (self.stalls.undecided_since(), self.duplicates.undecided_since());
+        let (holes, losses) = (self.holes.undecided_since(), self.single.undecided_since());
+        [stalls, duplicates, holes, losses].into_iter().flatten().min()
     }
 
     /// Decides everything that is open by the evidence so far, since no further frames follow.
@@ -272,12 +276,25 @@ impl Recording {
         self.duplicates.settle();
         self.stalls.settle(&self.duplicates);
         self.holes.settle();
+        self.single.settle();
     }
 
     /// Returns true if a frame is the first one after an unannounced hole of the recording.
     #[inline]
     pub fn is_behind_hole(&self, number: u64) -> bool {
         self.holes.is_behind(number)
+    }
+
+    /// Returns the number of missing frames and of those that were due, if a frame is the first by which it is shown that
+    /// frames were lost one by one.
+    #[inline]
+    pub fn losses_shown_at(&self, number: u64) -> Option<(u64, u64)> {
+        self.single.shown_at(number)
+    }
+
+    /// Returns the frame from which a finding follows, if frames that were lost one by one explain it.
+    pub fn explain_by_losses(&mut self, finding: &Finding) -> Option<FrameRef> {
+        self.single.explain(finding)
     }
 
     /// Returns true if a frame is the first one after a stall of the recorder.
@@ -297,6 +314,7 @@ impl Recording {
         self.duplicates.advance(now_ns);
         self.stalls.advance(self.last_ns, now_ns, &self.duplicates);
         self.holes.advance(now_ns);
+        self.single.advance(now_ns);
     }
 
     /// Records a loss of frames before those that were observed but not taken.

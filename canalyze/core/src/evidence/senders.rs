@@ -37,6 +37,11 @@ const ANSWERS: u8 = 3;
 const ANSWER_PART: i64 = 8;
 const ANSWER_NS: i64 = 500_000;
 
+/// Maximum number of periods between two frames of which some in between were lost one by one, and the part of the
+/// period by which the phase may deviate.
+const MISSED: i64 = 5;
+const IN_PHASE_PART: i64 = 16;
+
 /// A CAN-ID comes in pairs if more than one frame in this many repeats at once.
 const PAIRS: usize = 4;
 /// Number of kept gaps of a CAN-ID.
@@ -97,6 +102,8 @@ impl Answer {
 struct SyncSeen {
     last_ns: i64,
     gap_ns: i64,
+    /// Its counter, if it has one.
+    counter: Option<u8>,
 }
 
 /// A repetition of a little-known CAN-ID in a burst; the gaps after the burst show if it was one.
@@ -152,6 +159,22 @@ pub(super) struct SenderEvidence {
     pub(super) tells_of: u32,
     /// True if it answers a SYNC with its usual delay, so that it is late only if SYNC is.
     pub(super) answers: bool,
+    /// Frames of its CAN-ID that are missing before it.
+    pub(super) missed: Option<Missed>,
+}
+
+/// Frames that are missing between two of an even CAN-ID that keeps its phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Missed {
+    /// The node of a heartbeat; 0 for SYNC.
+    pub(super) node: u8,
+    /// Their number.
+    pub(super) frames: u32,
+    /// The due time of the first one, and the period, in ns.
+    pub(super) at_ns: i64,
+    pub(super) period_ns: i64,
+    /// True if it is a SYNC that was counted, or that PDOs answered.
+    pub(super) answered: bool,
 }
 
 /// A running burst: its number, and the beginning and end of the preceding silence in ns.
@@ -329,18 +352,61 @@ impl Senders {
             self.usual = vec![Usual::default(); IDENTIFIERS];
         }
         let Some(id) = identifier(frame) else { return SenderEvidence::default() };
+        let missed = if is_sent_by_time(id) && frame.payload() != [0] { self.missed(id, frame, now) } else { None };
         let Some(usual) = self.usual.get_mut(id) else { return SenderEvidence::default() };
         let answers = PDO.contains(&id) && usual.answer.take(self.sync, now);
         if id == SYNC {
-            self.sync = SyncSeen { last_ns: now, gap_ns: usual.gap_ns };
+            self.sync = SyncSeen { last_ns: now, gap_ns: usual.gap_ns, counter: frame.payload().first().copied() };
         }
         if usual.last_ns == 0 {
             self.active.push(id);
         } else if run.is_none() && now.saturating_sub(usual.last_ns) > usual.gap_ns / 4 {
             // It only adds to the usual gap.
-            return SenderEvidence { tells_of: usual.take(now, drain_ns), ..SenderEvidence::default() };
+            return SenderEvidence { tells_of: usual.take(now, drain_ns), missed, ..SenderEvidence::default() };
         }
-        SenderEvidence { answers, ..usual.see(id, now, run, drain_ns) }
+        SenderEvidence { answers, missed, ..usual.see(id, now, run, drain_ns) }
+    }
+
+    /// Returns the frames missing before one at `now` of a CAN-ID that is sent by time, if it keeps its phase.
+    #[inline]
+    fn missed(&self, id: usize, frame: &Frame, now: i64) -> Option<Missed> {
+        let usual = self.usual.get(id)?;
+        let gap = now.saturating_sub(usual.last_ns);
+        if usual.gaps < KNOWN || gap / 3 < usual.gap_ns / 2 || gap / MISSED > usual.gap_ns {
+            return None;
+        }
+        self.missed_by((id, usual), frame.payload().first().copied(), gap)
+    }
+
+    #[cold]
+    fn missed_by(&self, (id, usual): (usize, &Usual), counter: Option<u8>, gap: i64) -> Option<Missed> {
+        let period_ns = usual.even().map(|(gap_ns, _)| gap_ns).filter(|gap_ns| *gap_ns > 0)?;
+        let periods = gap.saturating_add(period_ns / 2) / period_ns;
+        let off_ns = gap.saturating_sub(periods.saturating_mul(period_ns)).saturating_abs();
+        let room_ns = usual.off_ns.saturating_mul(4).max(ON_TIME_NS).min(period_ns / IN_PHASE_PART);
+        // Guarding has occasions.
+        // Frames that are fetched at times of their own come by unequal gaps; those across a loss are multiples.
+        let off = |gap: &i64| gap.saturating_add(period_ns / 2) % period_ns - period_ns / 2;
+        let mut kept = usual.kept.iter().take(usual.gaps);
+        let uneven = kept.any(|gap| off(gap).saturating_abs() > period_ns / IN_PHASE_PART);
+        if off_ns > room_ns || uneven || periods < 2 || self.active.contains(&(id | REMOTE)) {
+            return None;
+        }
+        let at_ns = usual.last_ns.saturating_add(period_ns);
+        let answers = |usual: &Usual| {
+            let early_ns = usual.answer.delay_ns.saturating_sub(usual.last_ns.saturating_sub(at_ns)).saturating_abs();
+            usual.answer.even >= ANSWERS && early_ns <= (period_ns / ANSWER_PART).min(ANSWER_NS)
+        };
+        let followers = || self.active.iter().filter(|id| PDO.contains(id)).filter_map(|id| self.usual.get(*id));
+        let counted = self.sync.counter.zip(counter).map(|(before, now)| i64::from(now) - i64::from(before) == periods);
+        let answered = id == SYNC && counted.unwrap_or_else(|| followers().any(answers));
+        // A producer that skips a SYNC does not count it, and is not answered.
+        let skipped = counted.is_some() || followers().any(|usual| usual.answer.even >= ANSWERS);
+        if id == SYNC && !answered && skipped {
+            return None;
+        }
+        let frames = u32::try_from(periods - 1).ok()?;
+        Some(Missed { node: (id % 0x80) as u8, frames, at_ns, period_ns, answered })
     }
 
     /// Iterates over the CAN-IDs that are sent on their own with even gaps.
@@ -411,6 +477,11 @@ impl Senders {
 /// Returns true if the time of a CAN-ID's frame shows its lateness.
 fn is_timed(id: usize) -> bool {
     comes_by_itself(id) || SRDO.contains(&id)
+}
+
+/// Returns true if a CAN-ID is sent by time alone: SYNC and heartbeats. PDOs may depend on their values.
+pub(super) fn is_sent_by_time(id: usize) -> bool {
+    id == SYNC || ERROR_CONTROL.contains(&id)
 }
 
 /// Returns the index of a frame's CAN-ID; remote frames have indexes of their own.

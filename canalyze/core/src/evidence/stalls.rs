@@ -14,7 +14,7 @@
 use crate::bytes::frame::{Frame, Kind};
 
 use super::duplicates::{Duplicates, PATIENCE_NS};
-use super::senders::{Even, Late, Run, SenderEvidence, Senders};
+use super::senders::{Even, Late, Missed, Run, SenderEvidence, Senders};
 
 /// Minimum length of a stall, in ns; shorter silences change no verdict.
 pub(super) const SHORTEST_STALL_NS: i64 = 10_000_000;
@@ -163,17 +163,18 @@ impl Stalls {
     /// Follows a frame by its times: that of the previous frame, its own, and the silence of the bus between them, in
     /// ns. `original` is false for possible duplicates, which show nothing until they are decided. `close`: it follows
     /// the previous frame in less time than it takes on the fastest bus; `exact`: the stamps are fine enough to show
-    /// that; the last value is the resolution of the stamps in ns, within which there is no silence.
+    /// that; the last value is the resolution of the stamps in ns, within which there is no silence. Returns the frames
+    /// of its sender that are missing before it.
     pub(super) fn follow(
         &mut self,
         frame: &Frame,
         (last, now, gap): (Option<i64>, i64, i64),
         original: bool,
         (close, exact, resolution_ns): (bool, bool, i64),
-    ) {
+    ) -> Option<Missed> {
         let Some(last) = last else {
             self.senders.see(frame, now, None, DRAIN_NS);
-            return;
+            return None;
         };
         if gap > DRAIN_NS {
             self.end_burst();
@@ -203,6 +204,7 @@ impl Stalls {
         if self.running {
             self.take(seen, now, too_close, original);
         }
+        seen.missed
     }
 
     /// Adds a frame to the running burst.

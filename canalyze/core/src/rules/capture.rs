@@ -132,4 +132,16 @@ rules! {
         Counted { rows: Count } "此处注明略去{rows}行" "{rows|row|rows} marked as omitted here";
         Uncounted "此处略去若干行, 未注明行数" "rows omitted here, number unknown";
     }
+
+    /// 多个互不相关的发送方各自缺少个别按周期发送的报文, 时间各不相同, 而总线上的通信照常继续, 周期和相位也都不变: 这些帧没有录到。此后, 按这个丢失比例可以解释的判断都归因于此。
+    /// Several independent senders each lack single frames that they send by time, at different times, while the traffic goes on and all keep their periods and phases: these frames were not recorded. From here on, findings that losses at this rate explain are consequences.
+    ///
+    /// 适配器或驱动程序的接收缓冲区太小, 主机太忙, 或者USB、网络转发丢包; 请加大缓冲区, 或用另一个适配器重新记录。
+    /// The receive buffer of the adapter or its driver is too small, the host is too busy, or USB or a network gateway drops packets; use a larger buffer, or record again with another adapter.
+    Cap009 "CAP009" "frames-lost" Warning "-" [Sync, ErrorControl] {
+        message "记录中零散地缺少帧" "single frames are missing from the capture";
+        Single { missing: Count, due: Count }
+            "按周期应有的{due}个同步或心跳报文中缺少{missing}个, 分属不同发送方和时刻: 记录丢帧"
+            "{missing} of {due} SYNCs and heartbeats that were due are missing, of several senders or although answered: the recording loses frames";
+    }
 }

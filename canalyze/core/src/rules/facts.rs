@@ -141,6 +141,16 @@ impl Measured {
     pub fn get(&self, name: &str) -> Option<Quantity> {
         self.facts().find(|(known, _)| *known == name).map(|(_, quantity)| quantity)
     }
+
+    /// Returns the number or the time in ns of this name, if the sentence has it.
+    pub fn spoken(&self, name: &str) -> Option<i64> {
+        self.variant.facts.iter().find(|fact| fact.spoken && fact.name == name)?;
+        match self.get(name)? {
+            Quantity::Count(count) => i64::try_from(count).ok(),
+            Quantity::Ns(ns) => Some(ns),
+            _ => None,
+        }
+    }
 }
 
 /// The statement of a rule about something: its message if there are no facts, else one of its variants.

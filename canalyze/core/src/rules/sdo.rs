@@ -273,13 +273,20 @@ rules! {
         Command { command: Hex2 } "未定义的命令字节 {command}" "undefined command byte {command}";
     }
 
-    /// 缺少若干段, 而双方都视为已传完: 接收方已收到, 只是没有录到。块传输中由序列号可知其位置, 这些位置以0填充。传输标为不完整。
-    /// Segments are missing, but both sides went on as if transferred: the receiver got what was not captured. In a block transfer, where the sequence numbers give their place, it is filled with 0. The transfer is marked incomplete.
+    /// 缺少若干帧, 而双方的通信照常进行: 对方已收到, 只是没有录到。块传输中由序列号可知其位置, 这些位置以0填充。传输标为不完整。
+    /// Frames are missing, but both sides went on as if transferred: the receiver got what was not captured. In a block transfer, where the sequence numbers give their place, it is filled with 0. The transfer is marked incomplete.
     ///
     /// 记录设备丢帧, 或者报文是从较长的记录中摘录的。
     /// The recorder lost frames, or the capture is an excerpt.
     Sdo024 "SDO024" "segments-not-captured" Warning "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
-        message "SDO传输的若干段未录到" "segments of an SDO transfer are not in the capture";
+        message "SDO传输的若干帧未录到" "frames of an SDO transfer are not in the capture";
+        Response [reason = "response"]
+            "记录中缺少响应: 客户端随即继续" "the response is not in the capture: the client goes on at once";
+        Request [reason = "request"]
+            "记录中缺少该响应的请求" "the request of this response is not in the capture";
+        Acknowledgement [reason = "acknowledgement"]
+            "记录中缺少子块的确认: 发送方随即继续"
+            "the acknowledgement of the sub-block is not in the capture: its sender goes on at once";
         Missing [reason = "missing"] { missing: Count }
             "记录中缺少{missing}段" "{missing|segment is|segments are} not in the capture";
         Elsewhere [reason = "elsewhere"]

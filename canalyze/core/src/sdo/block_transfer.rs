@@ -6,6 +6,7 @@
 
 use super::block::{Block, End, Resume};
 use super::exchange::wrong_size;
+use super::limits::{SHORTEST_TIMEOUT_NS, within};
 use super::phase::{Half, Phase, is_strict_answer, strict_initiate};
 use super::sequence::FRAMES;
 use super::state::SdoChannel;
@@ -210,7 +211,12 @@ impl SdoChannel {
             self.step.ordinal = 0;
         }
         if let Some(due_since) = ack_missing {
-            self.find(Sdo002::NotAcknowledged, due_since, cx);
+            // A sender that goes on without having waited was acknowledged.
+            if within(due_since, half.at, SHORTEST_TIMEOUT_NS) {
+                self.find(Sdo024::Acknowledgement, due_since, cx);
+            } else {
+                self.find(Sdo002::NotAcknowledged, due_since, cx);
+            }
         }
         if let Some((ack, ackseq)) = not_resent {
             self.doubt(Sdo012::NotResent { ackseq: ackseq.into() }, ack, false, cx);

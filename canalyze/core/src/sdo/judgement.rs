@@ -245,6 +245,16 @@ impl SdoChannel {
         waited > if reads && prompt { SHORTEST_TIMEOUT_NS } else { UNANSWERED_NS }
     }
 
+    /// Returns true if the client goes on with the current frame so soon after a request that it had its answer: within
+    /// a time-out in the same transfer (`same`), and in another one within the server's usual time.
+    pub(super) fn went_on(&self, request: &Half, same: bool, cx: &Context<'_>) -> bool {
+        let waited = request.at.t_ns.zip(cx.at.t_ns).map(|(asked, now)| now.saturating_sub(asked));
+        match waited {
+            None => same,
+            Some(waited) => waited < SHORTEST_TIMEOUT_NS && (same || waited / PROMPT <= self.history.slowest_ns),
+        }
+    }
+
     /// Returns true if the missing response to a request was reported.
     fn is_reported(&self, request: FrameRef) -> bool {
         self.verdicts.overdue.is_some_and(|(no, _)| no == request.no)
@@ -343,7 +353,7 @@ fn takes_time(object: Mux) -> bool {
 
 /// Returns true if a finding is about a missing answer.
 fn is_missing(verdict: &Verdict) -> bool {
-    [Sdo002::NoResponse.into(), Sdo012::EndNotConfirmed.into()].contains(verdict)
+    [Sdo002::NoResponse.into(), Sdo012::EndNotConfirmed.into(), Sdo024::Response.into()].contains(verdict)
 }
 
 /// Returns true if a finding is about a wrong frame, not about one after which something is missing.
@@ -352,6 +362,7 @@ fn is_wrong(verdict: &Verdict) -> bool {
     match verdict.code {
         Code::Sdo002 => one_of([Sdo002::NoRequest.into(), Sdo002::Duplicate.into()]),
         Code::Sdo012 => !one_of([Sdo012::EndNotConfirmed.into(), Sdo012::NoLast.into()]),
+        Code::Sdo024 => *verdict == Sdo024::Request.into(),
         Code::Sdo005 | Code::Sdo009 | Code::Sdo010 | Code::Sdo023 => true,
         Code::Sdo001 | Code::Sdo003 | Code::Sdo004 | Code::Sdo019 | Code::Sdo021 | Code::Sdo022 => true,
         _ => false,

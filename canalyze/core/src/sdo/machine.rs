@@ -11,7 +11,7 @@ use super::transfer::{Direction, Mode, Status};
 use super::wire::{self, Command, Side};
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Code;
-use crate::rules::sdo::{Sdo002, Sdo007, Sdo012};
+use crate::rules::sdo::{Sdo002, Sdo007, Sdo012, Sdo024};
 use crate::world::context::Context;
 use crate::world::event::Place;
 
@@ -342,13 +342,20 @@ impl SdoChannel {
             self.before_frame(|channel| channel.confirm_end(cx));
             return true;
         }
-        self.unanswered(&pending, edge, cx);
+        self.unanswered(&pending, (edge, false), cx);
         self.complete_before(if edge { Status::Incomplete } else { self.given_up(pending.at, cx) }, cx);
         false
     }
 
-    fn unanswered(&mut self, pending: &Half, edge: bool, cx: &mut Context<'_>) {
-        if !edge {
+    /// Reports a request without response. `same`: the client goes on in the transfer.
+    fn unanswered(&mut self, pending: &Half, (edge, same): (bool, bool), cx: &mut Context<'_>) {
+        if edge {
+            return;
+        }
+        // A client that goes on without having waited had its answer.
+        if self.went_on(pending, same, cx) {
+            self.find(Sdo024::Response, pending.at, cx);
+        } else {
             self.find(Sdo002::NoResponse, pending.at, cx);
         }
     }
@@ -360,20 +367,20 @@ impl SdoChannel {
         let mut half = half;
         match (pending.command, half.command) {
             (Command::SegmentRequest { toggle }, Command::SegmentRequest { toggle: next }) if toggle != next => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(&pending, (edge, true), cx);
                 self.continue_segments(next);
                 if let Some(transfer) = &mut self.transfer {
                     transfer.miss(None);
                 }
             }
             (Command::Segment(sent), Command::Segment(next)) if sent.toggle != next.toggle => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(&pending, (edge, true), cx);
                 self.continue_segments(next.toggle);
                 self.add_segment(pending, sent, cx);
             }
             (Command::InitiateUpload(_) | Command::InitiateBlockUpload { .. }, Command::SegmentRequest { .. })
             | (Command::InitiateDownload(..), Command::Segment(_)) => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(&pending, (edge, true), cx);
                 if let Some(transfer) = &mut self.transfer {
                     transfer.mode = Mode::Segmented;
                     let behind = match half.command {
@@ -389,11 +396,11 @@ impl SdoChannel {
                 self.phase = Phase::Segments(Segments::from(false));
             }
             (Command::InitiateBlockUpload { blksize, .. }, _) => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(&pending, (edge, true), cx);
                 self.block_initiated(pending.at, blksize, false, None);
             }
             (Command::InitiateBlockDownload { .. }, _) if half.bytes[0] & 0x7F == 1 || self.is_one_sided() => {
-                self.unanswered(&pending, edge, cx);
+                self.unanswered(&pending, (edge, true), cx);
                 self.block_initiated(pending.at, 0, false, None);
                 half.command = wire::block_segment(half.bytes);
                 self.step.command = half.command;

@@ -10,7 +10,7 @@ use super::state::{SdoChannel, Unasked};
 use super::wire::{Command, Segment};
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Finding, Verdict};
-use crate::rules::sdo::Sdo002;
+use crate::rules::sdo::{Sdo002, Sdo024};
 use crate::world::context::Context;
 
 /// Number of frames in a row that make a flood; lost requests may explain one out of this number.
@@ -48,11 +48,13 @@ impl Unasked {
 impl SdoChannel {
     /// Reports a frame of the server without a request.
     pub(super) fn find_unasked(&mut self, what: Sdo002, half: &Half, cx: &mut Context<'_>) {
-        let Some(finding) = self.finding(what.into(), half.at, cx) else { return };
-        self.note_with_transfer(finding.code, false);
         let object = self.verdicts.unasked.as_ref().and_then(|run| run.object);
         let named = is_strict_answer(half) && half.command.mux() != object;
         let explained = named || self.continues(&half.command);
+        let lost = explained && what == Sdo002::NoRequest;
+        let verdict = if lost { Sdo024::Request.into() } else { what.into() };
+        let Some(finding) = self.finding(verdict, half.at, cx) else { return };
+        self.note_with_transfer(finding.code, false);
         let run = self.verdicts.unasked.get_or_insert_with(|| Unasked::begin(half.at));
         run.count(half, explained);
         self.report(finding, cx);

@@ -285,10 +285,17 @@ impl Decoding {
         evidence.is_some_and(|evidence| evidence.recording.is_behind_hole(frame.no))
     }
 
+    /// Returns the number of missing frames and of those that were due, if a frame is the first by which it is shown that
+    /// its recording loses frames one by one.
+    #[inline]
+    pub(super) fn losses_shown_at(&self, frame: &Frame) -> Option<(u64, u64)> {
+        self.evidence.get(usize::from(frame.bus.0))?.recording.losses_shown_at(frame.no)
+    }
+
     /// Something was found about the frame at hand and the one before it on its bus that needs no decoding.
-    pub(super) fn find(&mut self, frame: &Frame, what: Verdict, before: FrameRef) {
+    pub(super) fn find(&mut self, frame: &Frame, what: Verdict, before: Option<FrameRef>) {
         if !self.blind {
-            let (at, cause, bus, Verdict { code, facts }) = (frame.reference(), Some(before), frame.bus, what);
+            let (at, cause, bus, Verdict { code, facts }) = (frame.reference(), before, frame.bus, what);
             let finding = Finding { code, at, cause, bus, node: None, object: None, facts, because_of: None };
             let what = What::Finding(Box::new(finding));
             self.events.push(Event { at, about: cause.map(Box::new), bus, node: None, transfer: None, what });

@@ -13,7 +13,7 @@ use crate::bytes::info::Info;
 use crate::bytes::readers::{Contents, Damage, Item, Marker};
 use crate::evidence::When;
 use crate::evidence::recording::Happened;
-use crate::rules::capture::{Cap006, Cap007};
+use crate::rules::capture::{Cap006, Cap007, Cap009};
 use crate::rules::finding::{Code, Finding};
 use crate::tables::jsonl;
 
@@ -142,11 +142,14 @@ impl Stream {
             && let Some((before, apart)) = before.and_then(|before| Some((*before, frame.reference().since(*before)?)))
         {
             if holed {
-                self.decoding.find(judged, Cap007::Silent { silence: apart }.into(), before);
+                self.decoding.find(judged, Cap007::Silent { silence: apart }.into(), Some(before));
             }
             if stepped {
-                self.decoding.find(judged, Cap006::Back { back: apart.saturating_neg() }.into(), before);
+                self.decoding.find(judged, Cap006::Back { back: apart.saturating_neg() }.into(), Some(before));
             }
+        }
+        if let Some((missing, due)) = self.decoding.losses_shown_at(frame) {
+            self.decoding.find(judged, Cap009::Single { missing, due }.into(), None);
         }
         self.decoding.diagnosed(judged);
         if untimed {

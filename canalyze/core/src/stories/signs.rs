@@ -55,6 +55,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Cap006, IncidentKind::CaptureGap, 1, Ends::Once),
     (Code::Cap007, IncidentKind::CaptureGap, 1, Ends::Once),
     (Code::Cap008, IncidentKind::CaptureGap, 1, Ends::Once),
+    (Code::Cap009, IncidentKind::CaptureGap, 1, Ends::Once),
     (Code::Drv001, IncidentKind::IllegalTransition, 1, Ends::Once),
     (Code::Drv004, IncidentKind::ModeNotTaken, 1, Ends::Never),
     (Code::Eds004, IncidentKind::IdentityMismatch, 1, Ends::Never),

@@ -183,6 +183,8 @@ impl Context<'_> {
     }
 
     fn put(&mut self, finding: Finding) {
+        let lost = self.evidence.recording.explain_by_losses(&finding);
+        let finding = Finding { because_of: finding.because_of.or(lost), ..finding };
         let Finding { at, cause, bus, node, .. } = finding;
         if let Some(lost) = Change::of_finding(&finding) {
             self.events.push(Event { at, about: None, bus, node, transfer: None, what: What::Change(lost) });
