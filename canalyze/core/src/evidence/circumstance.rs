@@ -113,6 +113,11 @@ impl Circumstances {
         self.past.retain(|one| one.kind != kind || one.node != node);
     }
 
+    /// Returns the frame of the first circumstance of a kind that was noted after a frame and lasts.
+    pub fn noted_since(&self, kind: CircumstanceKind, since: FrameRef) -> Option<FrameRef> {
+        self.past.iter().find(|one| one.kind == kind && one.when.at.no > since.no).map(|one| one.when.at)
+    }
+
     /// Returns true if a circumstance is recent or lasts.
     pub fn holds(&self, kind: CircumstanceKind) -> bool {
         self.past.iter().any(|one| one.kind == kind)

@@ -1,8 +1,8 @@
 //! The context of findings: the last frames of every service of every node, with their events.
 //!
 //! Frames and their events are moved in as they are, and put into words only for a finding. A ring keeps [`DEPTH`]
-//! frames, under 6 kB, and an SDO ring the beginning of its transfer. There are at most [`RINGS`] rings, so memory
-//! stays under 15 MB for any capture: services of further nodes share one. The last transfer of each object is kept
+//! frames, under 9 kB, and an SDO ring the beginning of its transfer. There are at most [`RINGS`] rings, so memory
+//! stays under 21 MB for any capture: services of further nodes share one. The last transfer of each object is kept
 //! when its ring moves on, since expectations about it are judged at the end.
 
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use crate::wire::message::Message;
 use crate::world::event::{Event, What};
 
 /// Number of frames that are kept of one service of one node.
-const DEPTH: usize = 16;
+const DEPTH: usize = 24;
 /// Maximum number of rings; the first one is shared by those for which there is no room.
 const RINGS: usize = 2048;
 /// Maximum number of objects whose last transfer is kept.
@@ -405,7 +405,7 @@ mod tests {
 
     #[test]
     fn memory_is_what_is_said() {
-        assert!(size_of::<HeldFrame>() * (DEPTH + 2) * RINGS <= 13 << 20, "{}", size_of::<HeldFrame>());
+        assert!(size_of::<HeldFrame>() * (DEPTH + 2) * RINGS <= 19 << 20, "{}", size_of::<HeldFrame>());
     }
 
     #[test]

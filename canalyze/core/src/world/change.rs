@@ -152,9 +152,12 @@ impl Publisher {
                 Some(Change::BootUp { node })
             }
             Message::Heartbeat { node, state, guarding, .. } => {
-                // The checks keep the states of CiA 301 only.
-                let known = matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL);
-                self.report(node, if known { reported? } else { state }, guarding)
+                // Only the states of CiA 301 are kept; another one is a change each time.
+                if matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
+                    return self.report(node, reported?, guarding);
+                }
+                let previous = self.nodes.entry(node).state;
+                Some(Change::State { node, state, previous, guarding })
             }
             Message::Malformed { role: Role::ErrorControl(node), .. } => self.report(node, reported?, false),
             Message::Nmt { command, node } => Some(Change::Command { command, node }),

@@ -41,7 +41,7 @@ const SILENT_PERIODS: i64 = 20;
 /// Number of periods for which other frames have come after a silence of the bus, so that SYNC alone has stopped.
 const GOES_ON: i64 = 2;
 /// Number of periods for which a finding waits for a second producer, or for unsteady SYNCs.
-const EXPLAINED: i64 = 16;
+const EXPLAINED: i64 = 12;
 /// Number of SYNCs after the end of a silence that are still judged by it.
 const RETURNED: u64 = 3;
 /// The last node that can be addressed by a command.
@@ -69,6 +69,8 @@ pub struct Sync {
     unsteady: Option<FrameRef>,
     /// The frame at which the end of SYNC was reported, and the last SYNC before it.
     end: Option<(FrameRef, u64)>,
+    /// The last cycle before which a node was lost, and the frame that shows it: it may be the producer.
+    lost: Option<(u64, FrameRef)>,
 }
 
 /// The last frame of any kind, and the longest silence of the bus since the last SYNC, in ns.
@@ -256,6 +258,9 @@ impl Sync {
         let period = self.period.period_ns();
         let long = self.period.is_overdue(at);
         let spread_ns = self.follower.spread_ns(self.cycle());
+        let before = self.period.frame(self.cycle());
+        let lost = before.and_then(|last| cx.evidence.circumstances.noted_since(CircumstanceKind::NodeLost, last));
+        self.lost = lost.map(|at| (self.cycle() + 1, at)).or(self.lost);
         let irregular = self.period.step(cx.when, (stopped, silent, spread_ns), &cx.evidence.recording);
         match counter {
             // A SYNC of the wrong length carries no counter.
@@ -385,6 +390,8 @@ impl Sync {
                 let early =
                     |before: FrameRef| at.since(before).zip(self.period.period_ns()).is_some_and(|(a, b)| a < b);
                 finding.because_of = before.filter(|one| self.miscounted == Some(one.no) && early(*one));
+                let lost = self.lost.filter(|(back, _)| *back == cycle).map(|(_, at)| at);
+                finding.because_of = finding.because_of.or(lost);
                 self.broken(self.period.sync(cycle).unwrap_or(cx.when), cx);
             }
             _ => {}

@@ -25,7 +25,7 @@ const EXTRA: u8 = 3;
 const EXTRA_WITHIN: u64 = 6;
 /// Number of gaps out of 16 that deviate by more than a part of the period before it is a finding; a loaded host is late
 /// now and then. Each way, this many of them: gaps that are all longer are another period.
-const UNSTEADY: u32 = 6;
+const UNSTEADY: u32 = 8;
 const UNSTEADY_PART: i64 = 10;
 const EACH_WAY: u32 = 2;
 /// The most that the deviation of the first gaps adds to that part.
