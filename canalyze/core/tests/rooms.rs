@@ -9,16 +9,16 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 57_500;
+const WHOLE: usize = 57_800;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     ("bytes", 8_650),
     ("checks", 7_300),
-    ("evidence", 2_330),
+    ("evidence", 2_600),
     ("lib", 50),
     ("python", 1_100),
-    ("rules", 1_650),
+    ("rules", 1_700),
     ("sdo", 4_450),
     ("session", 2_650),
     ("settings", 1_300),

@@ -36,7 +36,7 @@ const RULES: u64 = 2;
 const FAR: u64 = 8;
 const NEAR: u64 = 2_048;
 
-/// How many losses in a row explain a finding.
+/// The number of losses in a row that explain a finding.
 #[derive(Clone, Copy, Debug)]
 enum Needs {
     /// One.
@@ -90,7 +90,7 @@ struct Signs {
     /// Number of times at which frames were missing, of missing frames, and of those that were certainly sent.
     times: u32,
     missing: u64,
-    answered: u32,
+    sent: u32,
     /// Nodes with missing frames, one bit each; bit 0: the producer of SYNC.
     nodes: u128,
     /// Number of frames that came when they were due.
@@ -112,12 +112,12 @@ impl Signs {
         (self.at_ns, self.near_ns, self.last) = (at_ns, period_ns / 2, number);
         self.times += u32::from(!same);
         self.missing += u64::from(frames);
-        self.answered += u32::from(answered && !same);
+        self.sent += u32::from(answered && !same);
         self.nodes |= 1 << (node & 0x7F);
     }
 
     fn show(&self) -> bool {
-        let proofs = self.answered > 0 && self.times >= PROVEN;
+        let proofs = self.sent > 0 && self.times >= PROVEN;
         proofs || self.times >= TIMES && self.nodes.count_ones() >= NODES
     }
 
@@ -197,39 +197,42 @@ impl Losses {
         shown.then_some((self.signs.missing, self.signs.missing + self.signs.came))
     }
 
-    /// Records that a step of an SDO transfer is missing although the transfer goes on.
-    fn lacks_step(&mut self, at: FrameRef, node: Option<u8>) {
-        let (step, signs) = (*self.step.get_or_insert(at), &mut self.signs);
+    /// Records that a step of an SDO exchange may be missing, which a finding is about; `sent`: it was certainly sent.
+    /// Returns the frame from which the finding follows, if lost frames explain it.
+    pub(super) fn lacks_step(&mut self, finding: &Finding, sent: bool) -> Option<FrameRef> {
+        let (step, signs) = (*self.step.get_or_insert(finding.at), &mut self.signs);
         if signs.times == 0 {
-            signs.first = at.no;
+            signs.first = finding.at.no;
         }
-        (signs.times, signs.missing, signs.answered) = (signs.times + 1, signs.missing + 1, signs.answered + 1);
-        signs.nodes |= node.map_or(0, |node| 1 << (node & 0x7F));
-        signs.last = signs.last.max(at.no);
+        (signs.times, signs.missing, signs.sent) = (signs.times + 1, signs.missing + 1, signs.sent + u32::from(sent));
+        signs.nodes |= finding.node.map_or(0, |node| 1 << (node & 0x7F));
+        signs.last = signs.last.max(finding.at.no);
         if signs.show() {
             self.shown.get_or_insert(step);
         }
+        self.explain_by(finding, Needs::One)
     }
 
     /// Returns the frame from which a finding follows, if lost frames explain it.
     pub(super) fn explain(&mut self, finding: &Finding) -> Option<FrameRef> {
         let (_, needs) = EXPLAINED.iter().find(|(code, _)| *code == finding.code)?;
-        if finding.code == Code::Sdo024 && finding.because_of.is_none() {
-            self.lacks_step(finding.at, finding.node);
-        }
         if finding.because_of.is_some() {
             return None;
         }
-        let Some(shown) = self.shown else {
-            let step = self.step.filter(|step| step.no < finding.at.no)?;
-            return (finding.code == Code::Sdo024).then_some(step);
-        };
+        if finding.code == Code::Sdo024 { self.lacks_step(finding, true) } else { self.explain_by(finding, *needs) }
+    }
+
+    fn explain_by(&mut self, finding: &Finding, needs: Needs) -> Option<FrameRef> {
+        let shown = self.shown.filter(|shown| shown.no <= finding.at.no)?;
+        if self.step.is_some_and(|step| step.no == shown.no && step.no == finding.at.no) {
+            return None;
+        }
         let Signs { first, last, times, missing, came, .. } = self.signs;
         let apart = last.saturating_sub(first) / u64::from(times).max(1);
         let near = finding.at.no <= last.saturating_add(apart.saturating_mul(FAR).max(NEAR));
         let lost = (self.signs.share() * finding.at.no.saturating_sub(first) as f64) as u64;
         let explained = self.explained.entry(finding.node).or_default();
-        if finding.at.no < shown.no || !near || *explained >= FEW + RULES * lost {
+        if !near || *explained >= FEW + RULES * lost {
             return None;
         }
         let in_row = needs.losses(finding)?;

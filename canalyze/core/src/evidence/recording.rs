@@ -292,6 +292,12 @@ impl Recording {
         self.single.shown_at(number)
     }
 
+    /// Records that a step of an SDO exchange may be missing, which a finding is about; `sent`: it was certainly sent.
+    /// Returns the frame from which the finding follows, if it is known that frames were lost one by one.
+    pub fn lacks_step(&mut self, finding: &Finding, sent: bool) -> Option<FrameRef> {
+        self.single.lacks_step(finding, sent)
+    }
+
     /// Returns the frame from which a finding follows, if frames that were lost one by one explain it.
     pub fn explain_by_losses(&mut self, finding: &Finding) -> Option<FrameRef> {
         self.single.explain(finding)

@@ -282,8 +282,6 @@ rules! {
         message "SDO传输的若干帧未录到" "frames of an SDO transfer are not in the capture";
         Response [reason = "response"]
             "记录中缺少响应: 客户端随即继续" "the response is not in the capture: the client goes on at once";
-        Request [reason = "request"]
-            "记录中缺少该响应的请求" "the request of this response is not in the capture";
         Acknowledgement [reason = "acknowledgement"]
             "记录中缺少子块的确认: 发送方随即继续"
             "the acknowledgement of the sub-block is not in the capture: its sender goes on at once";

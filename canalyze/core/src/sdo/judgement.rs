@@ -93,9 +93,17 @@ impl SdoChannel {
             return;
         }
         if let Some(finding) = self.finding(verdict, offender, cx) {
+            let finding = self.explained_by_loss(finding, cx);
             self.note_with_transfer(finding.code, missing);
             self.report(finding, cx);
         }
+    }
+
+    /// Links a finding about a frame that may be missing from the recording, if that loses frames.
+    pub(super) fn explained_by_loss(&mut self, finding: Finding, cx: &mut Context<'_>) -> Finding {
+        let Some(sent) = self.verdicts.lost.take() else { return finding };
+        let lost = cx.evidence.recording.lacks_step(&finding, sent);
+        Finding { because_of: finding.because_of.or(lost), ..finding }
     }
 
     /// Keeps a finding that lost frames would explain as well; it is reported if the transfer proves complete. `bad`:
@@ -362,7 +370,6 @@ fn is_wrong(verdict: &Verdict) -> bool {
     match verdict.code {
         Code::Sdo002 => one_of([Sdo002::NoRequest.into(), Sdo002::Duplicate.into()]),
         Code::Sdo012 => !one_of([Sdo012::EndNotConfirmed.into(), Sdo012::NoLast.into()]),
-        Code::Sdo024 => *verdict == Sdo024::Request.into(),
         Code::Sdo005 | Code::Sdo009 | Code::Sdo010 | Code::Sdo023 => true,
         Code::Sdo001 | Code::Sdo003 | Code::Sdo004 | Code::Sdo019 | Code::Sdo021 | Code::Sdo022 => true,
         _ => false,

@@ -352,12 +352,13 @@ impl SdoChannel {
         if edge {
             return;
         }
-        // A client that goes on without having waited had its answer.
-        if self.went_on(pending, same, cx) {
-            self.find(Sdo024::Response, pending.at, cx);
-        } else {
-            self.find(Sdo002::NoResponse, pending.at, cx);
+        let soon = self.went_on(pending, same, cx);
+        if soon && same {
+            // A client that goes on without having waited had its answer.
+            return self.find(Sdo024::Response, pending.at, cx);
         }
+        self.verdicts.lost = soon.then_some(false);
+        self.find(Sdo002::NoResponse, pending.at, cx);
     }
 
     /// Takes a client frame that implies an answer to its last request: the capture lacks the response.

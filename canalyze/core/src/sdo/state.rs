@@ -198,6 +198,8 @@ pub(super) struct Verdicts {
     pub(super) doubted: Vec<Doubt>,
     /// Refused writes not yet repeated with success.
     pub(super) refused: Vec<Refused>,
+    /// The next finding is about a frame that may be missing from the recording; true if it was certainly sent.
+    pub(super) lost: Option<bool>,
     /// The object of the next finding if not the transfer's.
     pub(super) about: Option<Mux>,
     /// The last request to the server while it must not answer.

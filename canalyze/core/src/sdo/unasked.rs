@@ -10,7 +10,7 @@ use super::state::{SdoChannel, Unasked};
 use super::wire::{Command, Segment};
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Finding, Verdict};
-use crate::rules::sdo::{Sdo002, Sdo024};
+use crate::rules::sdo::Sdo002;
 use crate::world::context::Context;
 
 /// Number of frames in a row that make a flood; lost requests may explain one out of this number.
@@ -52,8 +52,10 @@ impl SdoChannel {
         let named = is_strict_answer(half) && half.command.mux() != object;
         let explained = named || self.continues(&half.command);
         let lost = explained && what == Sdo002::NoRequest;
-        let verdict = if lost { Sdo024::Request.into() } else { what.into() };
-        let Some(finding) = self.finding(verdict, half.at, cx) else { return };
+        // Nothing but a request makes a server answer about an object.
+        self.verdicts.lost = lost.then_some(true);
+        let Some(finding) = self.finding(what.into(), half.at, cx) else { return };
+        let finding = self.explained_by_loss(finding, cx);
         self.note_with_transfer(finding.code, false);
         let run = self.verdicts.unasked.get_or_insert_with(|| Unasked::begin(half.at));
         run.count(half, explained);
