@@ -49,6 +49,7 @@ RAISED: dict[str, list[Raised]] = {
     "CAP006": [("CAP006", 5, 3)],
     "CAP007": [("CAP007", 10, 8)],
     "CAP008": [("CAP008", 4, None)],
+    "CAP009": [("CAP009", 19, None), ("SYN003", 18, 15), ("SYN003", 25, 22)],
     "DRV001": [("DRV001", 17, None)],
     "DRV002": [("DRV002", 20, 14)],
     "DRV003": [("DRV005", 13, None), ("DRV003", 15, 13)],
