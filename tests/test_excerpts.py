@@ -32,7 +32,7 @@ HEARTBEATS = {"HBT001", "HBT002"}
 LEFT_OUT = {"without a node": {"NMT006"}, "one direction": HEARTBEATS, "one identifier": HEARTBEATS}
 """A node of which no frame is shown has sent no boot-up that could be seen. Without the commands, the silence around a
 boot-up has no reason."""
-LACKING = {"CAP007", "HBT001", "HBT002", "SDO002", "SDO008"}
+LACKING = {"CAP007", "CAP009", "HBT001", "HBT002", "SDO002", "SDO008"}
 """What is true of a capture where nothing announces what it lacks: no response, no heartbeat, no end is in it."""
 BESIDE = {
     "b6-sdo-block-retransmission": "segments were lost on this bus: its parts can be read in more than one way",

@@ -128,7 +128,8 @@ impl SdoChannel {
 
     /// Returns true if the running transfer has doubts or lacks a frame.
     pub(super) fn is_doubted(&self) -> bool {
-        let lacks = |transfer: &Transfer| transfer.outcome.findings.contains(&Code::Sdo002);
+        let lacking = |code: &Code| matches!(code, Code::Sdo002 | Code::Sdo024);
+        let lacks = |transfer: &Transfer| transfer.outcome.findings.iter().any(lacking);
         !self.verdicts.doubted.is_empty() || self.transfer.as_deref().is_some_and(lacks)
     }
 
