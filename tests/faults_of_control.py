@@ -24,6 +24,7 @@ from plants import (
     SECONDS,
     SLOW_PDO,
     SYNC_PERIOD,
+    UP,
     Known,
     built,
     plant,
@@ -162,7 +163,9 @@ def reset(command: int, *, boot_up: bool, back: bool = True, of: str = "plant") 
         capture.drop(at, at + 0.3 if back else SECONDS + 1, *OF_IO, 0x600 + IO)
         capture.add(at, 0x000, bytes([command, IO]))
         capture.drop(at, at + 0.6, INHIBITED_PDO, EVENT_PDO)
-        capture.change(at, at + 0.602, 0x700 + IO, with_data(bytes([PRE_OPERATIONAL])))
+        # It obeys a command to all that comes once it is back.
+        started = UP + 0.002 if at + 0.3 < UP < at + 0.6 else at + 0.602
+        capture.change(at, started, 0x700 + IO, with_data(bytes([PRE_OPERATIONAL])))
         if back:
             capture.add(at + 0.6, 0x000, bytes([START, IO]))
         if boot_up:

@@ -340,7 +340,7 @@ def slow() -> Session:
         net.now = first
         net.live(node, period=1.0, seconds=119.0, states=[(0, OPERATIONAL)])
     net.now = 0.3
-    net.cyclic(INHIBITED_PDO, period=0.5, payloads=[struct.pack("<H", k) for k in range(238)])
+    net.cyclic(INHIBITED_PDO, period=0.5, payloads=[struct.pack("<H", k) for k in range(239)])
     for number in range(11):
         net.now = 5.037 + number * 10
         net.read(DRIVE, 0x2001, 0, number, 2)

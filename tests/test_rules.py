@@ -140,7 +140,7 @@ RAISED: dict[str, list[Raised]] = {
     "NMT001": [("NMT001", 3, None)],
     "NMT001-length": [("NMT001", 3, None)],
     "NMT001-node": [("NMT001", 3, None)],
-    "NMT002": [("NMT002", 11, 8)],
+    "NMT002": [("NMT002", 10, 8)],
     "NMT002-reset": [("NMT002", 20, 9)],
     "NMT003": [("NMT003", 4, None)],
     "NMT003-running": [("NMT003", 7, None)],

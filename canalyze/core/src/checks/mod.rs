@@ -323,8 +323,8 @@ impl Checks {
             Message::Nmt { command, node } if node <= 127 => {
                 self.pdo_timing.commanded((node != 0).then_some(node), command);
             }
-            Message::BootUp { node } => self.pdo_timing.state(node, 0),
-            Message::Heartbeat { node, state, .. } => self.pdo_timing.state(node, state),
+            Message::BootUp { node } => self.pdo_timing.state(node, 0, cx),
+            Message::Heartbeat { node, state, .. } => self.pdo_timing.state(node, state, cx),
             Message::PdoRequest { transmit: true, number, node } => {
                 if let Some(pdo) = nodes.get(node).and_then(|node| node.pdo(true, number)) {
                     self.pdo_configuration.requested(node, pdo, frame, cx);

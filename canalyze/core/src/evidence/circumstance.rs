@@ -28,12 +28,14 @@ pub enum CircumstanceKind {
     NodeLost,
     /// Two nodes with one node-ID were reported.
     SharedId,
+    /// Two PDOs of this and another node with one identifier were reported. Lasts until they have two.
+    SharedIdentifier,
 }
 
 impl CircumstanceKind {
     /// Returns true if it excuses everything due since, until it is over.
     fn lasts(self) -> bool {
-        matches!(self, Self::TwoSyncProducers | Self::NodeLost | Self::SharedId)
+        matches!(self, Self::TwoSyncProducers | Self::NodeLost | Self::SharedId | Self::SharedIdentifier)
     }
 }
 
@@ -46,6 +48,8 @@ pub enum Rules {
     SynchronousPdo,
     /// Event-driven PDOs: inhibit time, event timer, deadline.
     EventPdo,
+    /// The length of PDOs.
+    PdoLength,
     /// Safety-relevant data objects.
     Srdo,
     /// Response times of SDO.
@@ -67,7 +71,7 @@ enum Scope {
     Node,
 }
 
-use Rules::{EventPdo, Nmt, SdoAnswer, SdoTime, Srdo, Sync, SynchronousPdo};
+use Rules::{EventPdo, Nmt, PdoLength, SdoAnswer, SdoTime, Srdo, Sync, SynchronousPdo};
 
 /// The excuses: circumstance, scope, rules. A kind or group is listed once it is noted or asked for.
 const EXCUSES: &[(CircumstanceKind, Scope, &[Rules])] = &[
@@ -78,6 +82,7 @@ const EXCUSES: &[(CircumstanceKind, Scope, &[Rules])] = &[
     (CircumstanceKind::TwoSyncProducers, Scope::Bus, &[Sync, SynchronousPdo]),
     (CircumstanceKind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer]),
     (CircumstanceKind::SharedId, Scope::Node, &[Nmt]),
+    (CircumstanceKind::SharedIdentifier, Scope::Node, &[SynchronousPdo, EventPdo, PdoLength]),
 ];
 
 /// Maximum number of remembered circumstances.

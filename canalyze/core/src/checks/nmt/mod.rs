@@ -90,6 +90,8 @@ pub struct KnownState {
     pub may_start_itself: bool,
     /// It was reported once, and no command explains it.
     pub doubtful: bool,
+    /// The frame at which the node was reported for not having started by a command.
+    pub not_started: Option<FrameRef>,
 }
 
 /// The states of a bus's nodes.
@@ -141,7 +143,7 @@ impl Nmt {
         match node_state.command {
             Some(command) if !command.judged => {
                 let doubtful = commanded(command.at);
-                Some(KnownState { state, at: command.at, shown: false, may_start_itself, doubtful })
+                Some(KnownState { state, at: command.at, shown: false, may_start_itself, doubtful, not_started: None })
             }
             _ => {
                 let seen = node_state.reports.last.or(node_state.boots.last);
@@ -153,6 +155,7 @@ impl Nmt {
                     shown: true,
                     may_start_itself,
                     doubtful,
+                    not_started: node_state.command.filter(|it| it.state == OPERATIONAL).and_then(|it| it.reported),
                 })
             }
         }
@@ -232,7 +235,7 @@ impl Nmt {
         };
         self.commandless.command(cx);
         match node {
-            0 => self.broadcast = Some(PendingCommand::new(state, specifier, cx.at, false)),
+            0 => self.broadcast = Some(PendingCommand::new(state, specifier, cx.when, false)),
             1..=127 => _ = self.nodes.entry(node),
             _ => {
                 self.garbled = Some(cx.at);
@@ -284,7 +287,11 @@ impl Nmt {
             node_state.reports.last.is_none_or(|last| last.no < garbled.no)
                 && cx.at.since(garbled).is_none_or(|age| age < GARBLED_NS)
         });
-        let switched = soon(self.activated, ACTIVATED_NS) || soon(self.switched_on, POWER_UP_NS);
+        // Each explains one boot-up of a node.
+        let booted = node_state.boots.last.and_then(|boot| boot.t_ns);
+        let anew = |then: Option<i64>| booted.is_none_or(|boot| then.is_some_and(|then| boot < then));
+        let explains = |then: Option<i64>, limit_ns: i64| soon(then, limit_ns) && anew(then);
+        let switched = explains(self.activated, ACTIVATED_NS) || explains(self.switched_on, POWER_UP_NS);
         let explained = node_state.reset.count > 0 || node_state.given || switched || garbled;
         let before = (node_state.boots.last, node_state.reports);
         node_state.boot(cx.at);

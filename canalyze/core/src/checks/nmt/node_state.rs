@@ -2,6 +2,7 @@
 
 use super::{BOOT_NS, LEAST_BOOT_NS, RESETS_NS};
 use crate::bytes::frame::FrameRef;
+use crate::evidence::When;
 use crate::rules::finding::Finding;
 use crate::rules::nmt::Nmt002;
 use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
@@ -15,6 +16,8 @@ const EMERGENCY_NS: i64 = 1_000_000_000;
 const EMERGENCY_FRAMES: u64 = 10;
 /// Number of missing heartbeats after which a possible master has not returned from a reset.
 const MASTER_PERIODS: i64 = 4;
+/// Part of a heartbeat period that a node may take longer than the period to obey a command.
+const OBEYED_PART: i64 = 8;
 /// Time after a reset in which a boot-up was sent before the node saw it, in ns.
 const SENT_NS: i64 = 1_000_000;
 
@@ -83,17 +86,20 @@ pub(super) struct PendingCommand {
     pub(super) state: u8,
     pub(super) specifier: u8,
     pub(super) at: FrameRef,
+    pub(super) when: When,
     /// It was addressed to this node, or to all while the node is not the master.
     pub(super) sure: bool,
     /// The number of frames since then that reported another state, and the first of them.
     pub(super) wrong: u8,
     pub(super) first: Option<FrameRef>,
     pub(super) judged: bool,
+    /// The frame at which it was reported as disobeyed.
+    pub(super) reported: Option<FrameRef>,
 }
 
 impl PendingCommand {
-    pub(super) const fn new(state: u8, specifier: u8, at: FrameRef, sure: bool) -> Self {
-        Self { state, specifier, at, sure, wrong: 0, first: None, judged: false }
+    pub(super) const fn new(state: u8, specifier: u8, when: When, sure: bool) -> Self {
+        Self { state, specifier, at: when.at, when, sure, wrong: 0, first: None, judged: false, reported: None }
     }
 }
 
@@ -179,7 +185,7 @@ impl NodeState {
         // A reset just after a boot-up may have been sent before it, to a node not yet present.
         let crossed = state == 0 && self.boots.last.is_some_and(|boot| !cx.evidence.recording.is_settled(boot, at));
         let sure = (explicit || self.managed) && !crossed;
-        let command = PendingCommand::new(state, specifier, at, sure);
+        let command = PendingCommand::new(state, specifier, cx.when, sure);
         if state == 0 {
             if explains {
                 return true;
@@ -249,8 +255,10 @@ impl NodeState {
         // A device may store something before it obeys a reset.
         let least = if command.state == 0 { RESETS_NS } else { 0 };
         let late = match (cx.at.since(command.at), period_ns) {
-            (Some(age), Some(period)) => {
-                command.wrong > 1 && age > period.saturating_mul(2).saturating_add(period / 10).max(least)
+            // A heartbeat on its way, and then a second one: the node has had a whole period.
+            (Some(_), Some(period)) => {
+                let limit_ns = period.saturating_add(period / OBEYED_PART).max(least);
+                command.wrong > 1 && cx.evidence.recording.certainly_later(cx.when, command.when, limit_ns)
             }
             (Some(age), None) => command.wrong > 2 && age > least,
             (None, _) => command.wrong > 2,
@@ -259,6 +267,7 @@ impl NodeState {
             return;
         }
         command.judged = true;
+        command.reported = Some(cx.at).filter(|_| command.sure);
         let PendingCommand { state: expected, specifier, at, sure, .. } = *command;
         if expected == 0 {
             // It goes on as before.

@@ -73,7 +73,9 @@ impl NmtPermissions {
         }
         // Without commands a node may have started itself.
         let doubtful = known.doubtful || transmit && (known.may_start_itself || !nmt.commanded());
-        self.judge(nmt, KnownState { doubtful, ..known }, finding, cx);
+        // A node that was reported for not having started may have done so since.
+        let because_of = known.not_started.filter(|_| transmit);
+        self.judge(nmt, KnownState { doubtful, ..known }, Finding { because_of, ..finding }, cx);
     }
 
     /// Takes a frame of a node's default SDO channel.

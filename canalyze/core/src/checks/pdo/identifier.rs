@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::bytes::frame::{CanId, FrameRef};
 use crate::checks::PdoName;
+use crate::evidence::circumstance::CircumstanceKind;
 use crate::rules::pdo::Pdo020;
 use crate::sdo::wire::Mux;
 use crate::wire::pdo::communication_parameter;
@@ -49,7 +50,7 @@ impl PdoIdentifiers {
     #[inline]
     pub fn used(&mut self, id: CanId, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         if !self.stale.is_empty() {
-            self.compile(nodes);
+            self.compile(nodes, cx);
         }
         if !self.shared.is_empty() {
             self.judge(id, cx);
@@ -66,10 +67,13 @@ impl PdoIdentifiers {
         let object = Mux { index: communication_parameter(true, this.1), sub: 1 };
         let what = Pdo020::Shared { pdo: (true, this.1), id, other: (true, that.1), of: that.0.into() };
         cx.raise(what, Some(this.0), Some(object), written(&this));
+        for node in [this.0, that.0] {
+            cx.evidence.circumstances.note(CircumstanceKind::SharedIdentifier, Some(node), cx.when);
+        }
     }
 
     #[cold]
-    fn compile(&mut self, nodes: &PerNode<Node>) {
+    fn compile(&mut self, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let mut concerned = BTreeSet::new();
         for name in std::mem::take(&mut self.stale) {
             if let Some(id) = self.ids.remove(&name) {
@@ -84,13 +88,16 @@ impl PdoIdentifiers {
             }
         }
         for id in concerned {
-            self.compare(id);
+            self.compare(id, cx);
         }
     }
 
     /// Finds the first two TPDOs of an identifier that are of one node or better known than by an EDS default.
-    fn compare(&mut self, id: CanId) {
+    fn compare(&mut self, id: CanId, cx: &mut Context<'_>) {
         let before = self.shared.remove(&id);
+        for (node, _) in before.into_iter().flat_map(|(one, other, _)| [one, other]) {
+            cx.evidence.circumstances.over(CircumstanceKind::SharedIdentifier, node);
+        }
         let mut names = self.senders.get(&id).into_iter().flatten();
         let Some((&first, &known)) = names.next() else {
             self.senders.remove(&id);

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use super::series::Series;
 use crate::bytes::frame::{Frame, FrameRef, Kind};
+use crate::evidence::Rules;
 use crate::rules::description::Eds001;
 use crate::rules::finding::{Code, Finding, Verdict};
 use crate::rules::pdo::{Pdo001, Pdo006, Pdo012, Pdo021};
@@ -138,7 +139,7 @@ impl PdoLength {
         let object = Mux { index: communication_parameter(transmit, number), sub: 0 };
         let because_of = self.nodes.entry(node).wrong.entry((transmit, number, what.code)).or_default().fault(cx.at);
         let finding = cx.verdict(what, Some(node), Some(object), None);
-        cx.report(Finding { because_of, ..finding });
+        cx.report(cx.excused(Rules::PdoLength, cx.when, Finding { because_of, ..finding }));
     }
 
     /// Takes a frame of a PDO that has the length of its mapping.

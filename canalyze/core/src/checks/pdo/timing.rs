@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::series::Series;
 use crate::evidence::obligation::Owed;
 use crate::evidence::{Obligations, Rules, When};
-use crate::rules::finding::{Finding, Verdict};
+use crate::rules::finding::{Code, Finding, Verdict};
 use crate::rules::pdo::{Pdo004, Pdo005, Pdo013};
 use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
@@ -153,8 +153,8 @@ impl PdoTiming {
         }
     }
 
-    /// Takes a node's reported NMT state; 0 is its boot-up.
-    pub fn state(&mut self, node: u8, state: u8) {
+    /// Takes a node's reported NMT state; 0 is its boot-up. A node that is no longer Operational has stopped its PDOs.
+    pub fn state(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         if matches!(state, 0 | OPERATIONAL) {
             self.halted.remove(&node);
         } else {
@@ -162,6 +162,7 @@ impl PdoTiming {
         }
         if state != OPERATIONAL {
             self.pause(Some(node));
+            cx.evidence.pending.explain(cx.at, |it| it.code == Code::Pdo005 && it.node == Some(node));
         }
     }
 
@@ -226,7 +227,8 @@ impl Sent {
         let object = Mux { index: communication_parameter(transmit, number), sub: 3 };
         let what = Pdo004::TooClose { found: gap, limit: inhibit, tolerance };
         let finding = cx.verdict(what, Some(node), Some(object), Some(before.at));
-        cx.report_timed(Finding { because_of: self.early.fault(cx.at), ..finding });
+        let because_of = self.early.fault(cx.at);
+        cx.report_timed(cx.excused(Rules::EventPdo, before, Finding { because_of, ..finding }));
     }
 }
 
