@@ -281,10 +281,10 @@ rules! {
     Sdo024 "SDO024" "segments-not-captured" Warning "CiA 301 7.2.4.3.10, 7.2.4.3.14" [Sdo] {
         message "SDO传输的若干帧未录到" "frames of an SDO transfer are not in the capture";
         Response [reason = "response"]
-            "记录中缺少响应: 客户端随即继续" "the response is not in the capture: the client goes on at once";
+            "记录中缺少响应: 客户端随即继续" "the response is not in the capture: the client goes on immediately";
         Acknowledgement [reason = "acknowledgement"]
             "记录中缺少子块的确认: 发送方随即继续"
-            "the acknowledgement of the sub-block is not in the capture: its sender goes on at once";
+            "the acknowledgement of the sub-block is not in the capture: its sender goes on immediately";
         Missing [reason = "missing"] { missing: Count }
             "记录中缺少{missing}段" "{missing|segment is|segments are} not in the capture";
         Elsewhere [reason = "elsewhere"]

@@ -20,9 +20,9 @@ fn a_lost_frame_is_one_finding() {
     let initiate_request = "s 41 04 20 00 08/c 60/s 00 01 02 03 04 05 06 07/c 70/s 1D 08";
     assert_eq!(loud(initiate_request), [(Code::Sdo002, 3)]);
     let block_response = "c C2 04 20 00 0E/c 01 00 01 02 03 04 05 06/c 82 07 08 09 0A 0B 0C 0D/s A2 02 7F/c C1/s A1";
-    assert_eq!(loud(block_response), [(Code::Sdo002, 3)]);
+    assert_eq!(loud(block_response), [(Code::Sdo024, 3)]);
     let switched_response = "c A4 04 20 00 7F FF/c 60/s 00 00 01 02 03 04 05 06/c 70/s 1D 07";
-    assert_eq!(loud(switched_response), [(Code::Sdo002, 3)]);
+    assert_eq!(loud(switched_response), [(Code::Sdo024, 3)]);
 }
 
 #[test]
