@@ -61,6 +61,24 @@ def late_echo(session: Session, most_us: int, share: float, seed: int) -> Frames
     return [replace(frame, t_us=at) for at, _, frame in sorted(listed, key=lambda one: one[:2])]
 
 
+def late_rows(frames: Frames, most_us: int, share: float, seed: int) -> Frames:
+    """Rows listed late, up to so much, with their true stamps, as where several queues of a recorder are emptied in turn."""
+    chance = random.Random(seed)
+    late = [chance.randint(most_us * 6 // 10, most_us) if chance.random() < share else 0 for _ in frames]
+    listed = sorted((frame.t_us + by, number) for number, (frame, by) in enumerate(zip(frames, late, strict=True)))
+    return [frames[number] for _, number in listed]
+
+
+def of_two_clocks(session: Session, apart_us: int, *, merged: bool) -> Frames:
+    """The host's own frames stamped by another clock; `merged`: two recordings were joined by these stamps."""
+    start = max(0, -apart_us)
+    listed: Frames = []
+    for frame in session.frames:
+        own = frame.remote or (frame.can_id in session.own and not frame.extended)
+        listed.append(replace(frame, t_us=frame.t_us + start + (apart_us if own else 0)))
+    return sorted(listed, key=lambda frame: frame.t_us) if merged else listed
+
+
 def copied(session: Session, apart_us: int) -> Frames:
     """Every frame a second time, as of a second adapter on the bus."""
     both = [(f.t_us, n, f) for n, f in enumerate(session.frames)]
@@ -248,6 +266,22 @@ def _echo(most_us: int, share: float) -> Apply:
     return apply
 
 
+def _late(most_us: int, share: float) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        for seed in range(2):
+            yield f"seed {seed}", log_text(late_rows(list(session.frames), most_us, share, seed))
+
+    return apply
+
+
+def _clocks(apart_us: int) -> Apply:
+    def apply(session: Session) -> Iterator[Variant]:
+        yield "as they came", log_text(of_two_clocks(session, apart_us, merged=False))
+        yield "by stamp", log_text(of_two_clocks(session, apart_us, merged=True))
+
+    return apply
+
+
 def _copies(apart_us: int) -> Apply:
     def apply(session: Session) -> Iterator[Variant]:
         yield "all", log_text(copied(session, apart_us))
@@ -323,7 +357,14 @@ def shown(us: int) -> str:
     return f"{us} us" if us < 1000 else f"{us / 1000:g} ms" if us < 1_000_000 else f"{us / 1_000_000:g} s"
 
 
+def shown_signed(us: int) -> str:
+    """The same with its sign."""
+    return f"{'-' if us < 0 else '+'}{shown(abs(us))}"
+
+
 ECHOES_US = (500, 1000, 2500, 3000, 5000, 8000)
+LATE_US = (1000, 2000, 5000, 10_000)
+CLOCKS_US = (10_000, -2000, -10_000, 3000)
 COPIES_US = (1, 100, 800, 2000, 5000, 8000)
 STALLS_US = (15_000, 30_000, 70_000, 100_000, 600_000, 800_000, 1_100_000, 5_000_000, 60_000_000)
 BURSTS_US = (20, 200, 1000)
@@ -348,6 +389,12 @@ DISTORTIONS: list[Distortion] = [
         for most in ECHOES_US
         for share in (0.1, 0.3, 1.0)
     ),
+    *(
+        Distortion("late rows", f"{shown(most)}, {share:.0%} of the rows", _late(most, share))
+        for most in LATE_US
+        for share in (0.05, 0.15, 0.3)
+    ),
+    *(Distortion("two clocks", f"{shown_signed(apart)} apart", _clocks(apart)) for apart in CLOCKS_US),
     *(Distortion("copies", f"{shown(apart)} apart", _copies(apart)) for apart in COPIES_US),
     *(
         Distortion("stall", f"{shown(lasts)}, burst of {shown(gap)}", _stall(lasts, gap))
