@@ -164,8 +164,11 @@ pub struct LengthForm {
 /// One frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// Number in the capture, from 1, over all its files.
+    /// Number in the capture, from 1, over all its files; where frames are judged in another order, that of the place
+    /// among them.
     pub no: u64,
+    /// Its number in the files, less `no`.
+    pub moved: i32,
     /// Line in its file, from 1; `None` in binary formats.
     pub line: Option<u64>,
     /// Time in ns: since the epoch, since the start of the capture, or civil time as if it were UTC. `None` without
@@ -204,6 +207,7 @@ impl Frame {
         }
         Self {
             no: 0,
+            moved: 0,
             line: None,
             t_ns: None,
             stamp: None,
@@ -232,17 +236,25 @@ impl Frame {
         [a, b, c, d, e, f, g, h]
     }
 
+    /// Returns the frame with the number that it has in the files, as it is printed.
+    pub fn listed(&self) -> Self {
+        let FrameRef { no, moved, .. } = self.reference().listed();
+        Self { no, moved, ..*self }
+    }
+
     /// Returns the number, line and time of this frame, for events and findings.
     pub fn reference(&self) -> FrameRef {
-        FrameRef { no: self.no, line: self.line, t_ns: self.t_ns }
+        FrameRef { no: self.no, moved: self.moved, line: self.line, t_ns: self.t_ns }
     }
 }
 
 /// A reference to a frame: its number, line and time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameRef {
-    /// Number in the capture, from 1.
+    /// Number in the capture, from 1, in the order in which frames are judged.
     pub no: u64,
+    /// Its number in the files, less `no`.
+    pub moved: i32,
     /// Line in its file, from 1.
     pub line: Option<u64>,
     /// Time in ns.
@@ -250,6 +262,11 @@ pub struct FrameRef {
 }
 
 impl FrameRef {
+    /// Returns the reference with the number that the frame has in the files, as it is printed.
+    pub fn listed(self) -> Self {
+        Self { no: self.no.saturating_add_signed(i64::from(self.moved)), moved: 0, ..self }
+    }
+
     /// Returns its number; `None` where it is no frame.
     pub fn number(self) -> Option<u64> {
         Some(self.no).filter(|no| *no > 0)

@@ -9,6 +9,7 @@ pub mod circumstance;
 pub mod duplicates;
 mod holes;
 mod losses;
+pub mod order;
 pub mod obligation;
 pub mod pending;
 pub mod period;

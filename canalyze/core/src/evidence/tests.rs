@@ -404,10 +404,10 @@ fn the_mean_of_many_gaps_tells_what_each_is_too_uneven_for() {
 
 #[test]
 fn gaps_that_were_not_judged_do_not_hide_another_period() {
-    let ends = |no: i64| FrameRef { no: no as u64, line: None, t_ns: Some(no * 120_000_000) };
+    let ends = |no: i64| FrameRef { no: no as u64, t_ns: Some(no * 120_000_000), ..FrameRef::default() };
     let mut period = Period::default();
     for no in 0..20 {
-        period.take(100_000_000, 1000, FrameRef { no, line: None, t_ns: Some(no as i64 * 100_000_000) });
+        period.take(100_000_000, 1000, FrameRef { no, t_ns: Some(no as i64 * 100_000_000), ..FrameRef::default() });
     }
     let told = (20..60)
         .filter(|no| no % 3 != 0 && matches!(period.take(120_000_000, 1000, ends(*no)), Learnt::Changed { .. }));

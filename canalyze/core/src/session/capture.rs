@@ -158,6 +158,7 @@ impl Capture {
             frame.t_ns = frame.t_ns.map(shift);
             frame.stamp = frame.stamp.map(|stamp| Stamp { ns: shift(stamp.ns), ..stamp });
         }
+        self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
         self.before.take().is_some_and(|before| self.boundary(&before, frame))
     }
 
@@ -177,7 +178,17 @@ impl Capture {
         self.of_held = held;
         self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
         self.last = frame.reference();
-        self.start_ns.get_or_insert(frame.t_ns.unwrap_or(0));
+    }
+
+    /// A frame that was handed on is written later than others.
+    pub(super) fn show(&mut self, frame: &Frame, origin: Option<Origin>) {
+        self.of_held = origin;
+        self.decimals = frame.stamp.map_or(9, |stamp| stamp.decimals);
+    }
+
+    /// The file of the frame that was handed on last, where it was held back.
+    pub(super) fn of_held(&self) -> Option<Origin> {
+        self.of_held.clone()
     }
 
     /// No frame that was held back is at hand any more.
@@ -379,7 +390,7 @@ impl Capture {
         let Verdict { code, facts } = what;
         let at = match place {
             FilePlace::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
-            FilePlace::Byte(_) | FilePlace::Live => self.last,
+            FilePlace::Byte(_) | FilePlace::Live => self.last.listed(),
         };
         Finding { code, at, cause: None, bus, node: None, object: None, facts, because_of: None }
     }

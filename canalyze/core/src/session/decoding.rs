@@ -11,7 +11,7 @@ use crate::evidence::recording::Happened;
 use crate::evidence::services::Nature;
 use crate::evidence::{Evidence, Recording, When};
 use crate::rules::finding::{Finding, Verdict};
-use crate::sdo::transfer::{Hole, Status};
+use crate::sdo::transfer::{Hole, Status, Transfer};
 use crate::sdo::wire::Mux;
 use crate::stories::incident::IncidentId;
 use crate::stories::{Diagnosis, Phase};
@@ -71,6 +71,8 @@ pub(super) struct Decoding {
     seen: Vec<u128>,
     /// The stamps of the last frames that verdicts saw without, by their numbers.
     stamps: VecDeque<(u64, Option<i64>)>,
+    /// True once a frame was judged in another place than its own in the capture.
+    moves: bool,
     pub(super) extracted: Vec<Extracted>,
 }
 
@@ -91,6 +93,7 @@ impl Decoding {
             diagnosis: None,
             seen: Vec::new(),
             stamps: VecDeque::new(),
+            moves: false,
             extracted: Vec::new(),
         }
     }
@@ -216,7 +219,7 @@ impl Decoding {
     }
 
     /// A frame as verdicts see it, where that is another one: without its time, as its stamp says nothing of that. What is
-    /// printed has the stamp all the same ([`Self::restore_times`]).
+    /// printed has the stamp all the same ([`Self::restore`]).
     #[inline]
     pub(super) fn judged(&mut self, frame: &Frame, seen: Option<&(When, Happened)>) -> Option<Frame> {
         let (when, _) = seen?;
@@ -230,9 +233,10 @@ impl Decoding {
         Some(Frame { t_ns: when.at.t_ns, ..*frame })
     }
 
-    /// Restores the stamps of events that were judged without times, for printing.
-    pub(super) fn restore_times(&mut self) {
-        if self.stamps.is_empty() {
+    /// Restores the stamps of events that were judged without times, and the numbers of frames that were judged in
+    /// another place, for printing.
+    pub(super) fn restore(&mut self) {
+        if self.stamps.is_empty() && !self.moves {
             return;
         }
         let (stamps, events) = (&self.stamps, &mut self.events);
@@ -240,6 +244,12 @@ impl Decoding {
             if let (None, Ok(place)) = (at.t_ns, stamps.binary_search_by_key(&at.no, |(no, _)| *no)) {
                 at.t_ns = stamps.get(place).and_then(|(_, t_ns)| *t_ns);
             }
+            *at = at.listed();
+        };
+        let restore_transfer = |transfer: &mut Arc<Transfer>| {
+            let transfer = Arc::make_mut(transfer);
+            restore(&mut transfer.first);
+            restore(&mut transfer.last);
         };
         for event in events {
             restore(&mut event.at);
@@ -249,10 +259,10 @@ impl Decoding {
                     restore(&mut finding.at);
                     finding.cause.iter_mut().chain(&mut finding.because_of).for_each(restore);
                 }
-                What::Transfer(transfer) => {
-                    let transfer = Arc::make_mut(transfer);
-                    restore(&mut transfer.first);
-                    restore(&mut transfer.last);
+                What::Transfer(transfer) => restore_transfer(transfer),
+                What::Sdo(step) => {
+                    step.answered_by.as_deref_mut().into_iter().for_each(restore);
+                    step.result.iter_mut().for_each(restore_transfer);
                 }
                 _ => {}
             }
@@ -262,6 +272,7 @@ impl Decoding {
     /// Takes a frame that was observed. `next`: the next one of its SDO channel, where it was read ahead.
     pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, next: Option<&Frame>, buses: &Buses) {
         let Some((when, happened)) = seen else { return };
+        self.moves |= frame.moved != 0;
         self.on_bus(
             frame.bus,
             buses,
@@ -436,6 +447,11 @@ impl Decoding {
             let described = self.network.describes(name);
             self.evidence.push(Evidence::new(self.network.jitter_ns, described));
         }
+    }
+
+    /// Returns true if nobody asks what frames mean.
+    pub(super) fn is_blind(&self) -> bool {
+        self.blind
     }
 
     /// Takes out what is only counted.

@@ -8,6 +8,7 @@ mod ahead;
 mod capture;
 mod decoding;
 mod inventory;
+mod judged;
 mod options;
 mod pipeline;
 mod rows;
@@ -23,6 +24,7 @@ use std::thread;
 use self::ahead::Ahead;
 use self::capture::Capture;
 use self::decoding::Decoding;
+use self::judged::Judged;
 use self::pipeline::Piece;
 use self::sink::{CHANGES, DIAGNOSIS, Digested, ITEMS, Notice};
 use self::sinks::Sinks;
@@ -32,6 +34,7 @@ use crate::bytes::frame::{BusId, Buses, Frame};
 use crate::bytes::inputs::{Inputs, Next, Refusal};
 use crate::bytes::readers::{Damage, InputFormat as Input, Item, Reader, Settings};
 use crate::bytes::writers::{Loss, Writer};
+use crate::evidence::order::Order;
 use crate::evidence::services::Nature;
 use crate::tables::columns::{Batch, Columns};
 use crate::tables::jsonl;
@@ -86,8 +89,10 @@ impl Session {
             buses: Buses::default(),
             stream: Stream {
                 capture: Capture::new(lang, time),
+                order: Order::default(),
                 ahead: Ahead::default(),
                 decoding,
+                judged: Judged::default(),
                 sinks,
                 tally: Tally::default(),
             },
@@ -103,6 +108,9 @@ impl Session {
     /// begin, and all of them begin before any is fed.
     pub fn begin_one(&mut self, input: usize, name: &[u8], format: Input, regular: bool) {
         let reader = Reader::new(format, &Settings { regular, ..self.reading.clone() });
+        if reader.is_live() {
+            self.stream.order.pass_first();
+        }
         self.inputs.open(input == 0, name, reader);
         let format = Input::NAMES.iter().find(|row| row.1 == format).map_or("", |row| row.0);
         let Stream { capture, sinks, .. } = &mut self.stream;
@@ -240,7 +248,7 @@ impl Session {
 
     /// Returns true if frames are held back until later ones show the effect of the recording on them.
     pub fn holds(&self) -> bool {
-        !self.stream.ahead.is_empty()
+        !(self.stream.ahead.is_empty() && self.stream.order.is_empty())
     }
 
     /// No more is there to be read at the moment: what was read is not held back any longer. For a pipe that has come

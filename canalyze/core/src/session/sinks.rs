@@ -153,7 +153,12 @@ impl Sinks {
 
     /// Returns true if the limit is reached or the capture has ended by its time.
     pub(super) fn is_done(&self) -> bool {
-        self.over || self.scope.limit.is_some_and(|limit| self.shown >= limit)
+        self.over || self.has_enough()
+    }
+
+    /// Returns true if the limit is reached.
+    pub(super) fn has_enough(&self) -> bool {
+        self.scope.limit.is_some_and(|limit| self.shown >= limit)
     }
 
     /// Returns true if the capture, which began at `start_ns`, ends before a frame of this time.

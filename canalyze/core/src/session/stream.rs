@@ -3,8 +3,9 @@
 //! Must not: know of files or their formats.
 
 use super::ahead::{Ahead, Behind, Placed};
-use super::capture::Capture;
+use super::capture::{Capture, Origin};
 use super::decoding::Decoding;
+use super::judged::{Judged, JudgedFrame};
 use super::sink::{CHANGES, ITEMS, Notice};
 use super::sinks::Sinks;
 use super::tally::Tally;
@@ -12,6 +13,7 @@ use crate::bytes::frame::{BusId, Buses, Frame, FrameRef};
 use crate::bytes::info::Info;
 use crate::bytes::readers::{Contents, Damage, Item, Marker};
 use crate::evidence::When;
+use crate::evidence::order::Order;
 use crate::evidence::recording::Happened;
 use crate::rules::capture::{Cap006, Cap007, Cap009};
 use crate::rules::finding::{Code, Finding};
@@ -21,9 +23,13 @@ use crate::tables::jsonl;
 #[derive(Debug)]
 pub(super) struct Stream {
     pub(super) capture: Capture,
+    /// Frames that wait for those that are listed late.
+    pub(super) order: Order<Origin>,
     /// Frames that wait until it is known what the recording did with them.
     pub(super) ahead: Ahead,
     pub(super) decoding: Decoding,
+    /// Frames that were judged before others that the capture lists first.
+    pub(super) judged: Judged,
     pub(super) sinks: Sinks,
     pub(super) tally: Tally,
 }
@@ -63,20 +69,62 @@ impl Stream {
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
     pub(super) fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
         // Nobody may have recorded between two files: a silence there that is longer than usual is nobody's fault.
-        if self.capture.place(frame) || self.capture.begins_file() && self.decoding.is_unusual_silence(frame) {
-            self.part(buses, out);
+        let apart = self.capture.place(frame);
+        if self.capture.begins_file() {
+            self.arrange(true, buses, out);
+            if apart || self.decoding.is_unusual_silence(frame) {
+                self.part(buses, out);
+            }
         }
-        let seen = self.decoding.observe(frame, buses);
         let before = self.capture.before(frame);
+        if self.decoding.is_blind() || self.order.passes(frame) {
+            return self.observe(frame, before, None, buses, out);
+        }
+        self.order.hold(frame, before, self.capture.origin());
+        self.arrange(false, buses, out);
+    }
+
+    /// Hands on the frames before which no frame follows that is listed late. `over`: none follows at all.
+    fn arrange(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
+        if self.order.is_empty() {
+            return;
+        }
+        while !self.sinks.is_done()
+            && let Some((frame, before, origin)) = self.order.next(over)
+        {
+            self.observe(&frame, before, Some(origin), buses, out);
+        }
+        self.capture.caught_up();
+    }
+
+    /// Gives a frame its place in the recording. `origin`: its file, where it was held back.
+    fn observe(
+        &mut self,
+        frame: &Frame,
+        before: Option<FrameRef>,
+        origin: Option<Origin>,
+        buses: &Buses,
+        out: &mut Vec<u8>,
+    ) {
+        let seen = self.decoding.observe(frame, buses);
         if self.ahead.is_empty() && self.decoding.is_decided() && !self.decoding.is_ambiguous(frame) {
-            if self.sinks.ends_before(frame.t_ns, self.capture.start_ns()) {
+            if self.ends_before(frame, buses, out) {
                 return;
             }
-            self.capture.take(frame, None);
+            self.capture.take(frame, origin);
             return self.frame(frame, (before.as_ref(), None), seen.as_ref(), buses, out);
         }
-        self.ahead.hold(Placed { frame: *frame, before, seen }, self.capture.origin());
+        self.ahead.hold(Placed { frame: *frame, before, seen }, origin.unwrap_or_else(|| self.capture.origin()));
         self.release(false, buses, out);
+    }
+
+    /// Returns true if nothing further is taken, since the capture ends before a frame.
+    fn ends_before(&mut self, frame: &Frame, buses: &Buses, out: &mut Vec<u8>) -> bool {
+        let ends = self.sinks.ends_before(frame.t_ns, self.capture.start_ns());
+        if ends {
+            self.write_judged(true, buses, out);
+        }
+        ends
     }
 
     /// A file begins that does not go on where the one before ended: across that time nothing is judged on any bus.
@@ -105,7 +153,7 @@ impl Stream {
                 Behind::Open | Behind::None => None,
             };
             let Some((Placed { frame, before, seen }, origin)) = self.ahead.take() else { break };
-            if !self.sinks.is_done() && !self.sinks.ends_before(frame.t_ns, self.capture.start_ns()) {
+            if !self.sinks.is_done() && !self.ends_before(&frame, buses, out) {
                 self.capture.take(&frame, Some(origin));
                 self.frame(&frame, (before.as_ref(), next.as_deref()), seen.as_ref(), buses, out);
             }
@@ -115,6 +163,7 @@ impl Stream {
 
     /// Nothing is behind the frames that wait by which more would be known: they are taken by what is.
     pub(super) fn settle(&mut self, buses: &Buses, out: &mut Vec<u8>) {
+        self.arrange(true, buses, out);
         self.decoding.settle();
         self.release(true, buses, out);
     }
@@ -135,7 +184,6 @@ impl Stream {
             self.aside(buses, out);
         }
         let judged = self.decoding.judged(frame, seen);
-        let untimed = judged.is_some();
         let judged = judged.as_ref().unwrap_or(frame);
         self.decoding.step(judged, seen, next, buses);
         if (holed || stepped)
@@ -152,11 +200,30 @@ impl Stream {
             self.decoding.find(judged, Cap009::Single { missing, due }.into(), None);
         }
         self.decoding.diagnosed(judged);
-        if untimed {
-            self.decoding.restore_times();
+        let sync = if self.sinks.has_beside() { self.decoding.sync(frame.bus) } else { (0, None) };
+        if frame.moved == 0 && self.judged.is_empty() {
+            return self.write(frame, sync, buses, out);
         }
+        let events = std::mem::take(&mut self.decoding.events);
+        self.judged.hold(frame.no, JudgedFrame { frame: frame.listed(), events, sync, origin: self.capture.of_held() });
+        self.write_judged(false, buses, out);
+    }
+
+    /// Writes the frames that were judged before others, once those are written. `over`: no others follow.
+    fn write_judged(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
+        while !self.sinks.has_enough()
+            && let Some(JudgedFrame { frame, events, sync, origin }) = self.judged.next(over)
+        {
+            self.decoding.events = events;
+            self.capture.show(&frame, origin);
+            self.write(&frame, sync, buses, out);
+        }
+    }
+
+    /// Writes a frame with its events.
+    fn write(&mut self, frame: &Frame, sync: (u64, Option<i64>), buses: &Buses, out: &mut Vec<u8>) {
+        self.decoding.restore();
         if self.sinks.has_beside() {
-            let sync = self.decoding.sync(frame.bus);
             self.sinks.frame_beside(self.capture.view(buses), frame, &mut self.decoding.events, sync);
         }
         self.decoding.fold();
@@ -210,6 +277,7 @@ impl Stream {
 
     /// Live buses have given all until `now_ns`.
     pub(super) fn until(&mut self, now_ns: i64, buses: &Buses, out: &mut Vec<u8>) {
+        self.arrange(true, buses, out);
         self.advance(now_ns, buses, out);
         self.sinks.take(out, self.capture.view(buses), Notice::Until(now_ns));
     }
@@ -229,6 +297,7 @@ impl Stream {
         if let Some(info) = self.sinks.find::<Info>() {
             return jsonl::info(out, self.capture.view(buses).jsonl, info, contents);
         }
+        self.arrange(true, buses, out);
         if self.capture.file.unreadable.count > 0 {
             self.settle(buses, out);
         }
@@ -243,10 +312,12 @@ impl Stream {
         if self.sinks.is_done() {
             return;
         }
+        self.order.pass(now_ns);
+        self.arrange(false, buses, out);
         self.decoding.pass(now_ns);
         self.release(self.ahead.is_over(now_ns), buses, out);
         // What frames that wait have to say comes first.
-        if self.ahead.is_empty() && !self.sinks.is_done() {
+        if self.ahead.is_empty() && self.order.is_empty() && !self.sinks.is_done() {
             self.decoding.advance(now_ns, self.capture.last, buses);
         }
         self.sinks.take(out, self.capture.view(buses), Notice::Advance(now_ns));
@@ -285,7 +356,7 @@ impl Stream {
     /// Writes the events that belong to no frame at hand.
     pub(super) fn aside(&mut self, buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.diagnosed_aside();
-        self.decoding.restore_times();
+        self.decoding.restore();
         self.sinks.asides_beside(self.capture.view(buses), &self.decoding.events);
         self.decoding.fold();
         self.write_aside(buses, out);

@@ -187,6 +187,7 @@ impl Packed {
         let stamped = has(flag::STAMP);
         Some(Frame {
             no: 0,
+            moved: 0,
             line: (line != 0).then_some(u64::from(line)),
             t_ns: stamped.then_some(ns),
             stamp: stamped.then_some(Stamp { form: StampForm::Seconds, ns, width: 1, decimals }),

@@ -56,7 +56,7 @@ impl CapturePlace {
     /// Returns the frame.
     pub fn frame(self) -> FrameRef {
         let line = (self.line > 0).then_some(u64::from(self.line));
-        FrameRef { no: u64::from(self.no), line, t_ns: (self.t_ns != i64::MIN).then_some(self.t_ns) }
+        FrameRef { no: u64::from(self.no), moved: 0, line, t_ns: (self.t_ns != i64::MIN).then_some(self.t_ns) }
     }
 
     /// Returns the position on the scale of timestamps, or of numbers of frames.

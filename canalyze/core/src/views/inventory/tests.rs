@@ -9,7 +9,7 @@ use crate::world::od::DataType as T;
 const OBJECT: Mux = Mux { index: 0x2000, sub: 1 };
 
 fn at(no: u64) -> FrameRef {
-    FrameRef { no, line: None, t_ns: None }
+    FrameRef { no, ..FrameRef::default() }
 }
 
 /// A transfer of node 5.

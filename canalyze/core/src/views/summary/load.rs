@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     fn at(no: u64) -> FrameRef {
-        FrameRef { no, line: None, t_ns: None }
+        FrameRef { no, ..FrameRef::default() }
     }
 
     #[test]

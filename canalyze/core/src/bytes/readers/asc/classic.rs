@@ -81,6 +81,7 @@ fn plain_identifier(mut text: &[u8]) -> Option<(CanId, &[u8])> {
 pub(super) fn frame(stamp: Stamp, id: CanId, kind: Kind, dir: Option<Direction>, len: u8, data: [u8; 64]) -> Frame {
     Frame {
         no: 0,
+        moved: 0,
         line: None,
         t_ns: None,
         stamp: Some(stamp),

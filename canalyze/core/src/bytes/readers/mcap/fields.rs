@@ -67,6 +67,7 @@ impl Fields<'_> {
         }
         Ok(Frame {
             no: 0,
+            moved: 0,
             line: None,
             t_ns: None,
             stamp: None,

@@ -186,6 +186,7 @@ pub(super) fn socketcan(bytes: &[u8], size: u32, order: ByteOrder, fd: Option<bo
     let raw_dlc = if raw_dlc && (9..=15).contains(&dlc) { dlc } else { 0 };
     Ok(Frame {
         no: 0,
+        moved: 0,
         line: None,
         t_ns: None,
         stamp: None,
