@@ -6,7 +6,7 @@
 //! which nothing is moved.
 //!
 //! Stamps of two clocks show another order than that of the bus, which the capture then lists. SDO tells which order is
-//! right: its requests and responses take turns.
+//! right, as its requests and responses take turns, and frames behind later ones of their own sender.
 //!
 //! Frames wait for later ones only at the beginning of a capture, and for good once one is listed late. A capture in
 //! order costs a comparison for each frame from then on.
@@ -21,11 +21,9 @@ const WINDOW_NS: i64 = CLOCK_STEP_NS;
 /// Number of frames at the beginning of a capture that wait although none was listed late: where one row in twenty is
 /// late, several tens of them are among so many.
 const LEARNING: u32 = 1024;
-/// Maximum number of waiting frames (invariant 6): more than a bus carries within the window, and those of other buses.
-const MOST: usize = 1024;
+/// Maximum number of waiting frames (invariant 6): those of the beginning, and more than a bus carries within the window.
+const MOST: usize = 2 * LEARNING as usize;
 
-/// Maximum weight of what SDO has shown so far, in frames.
-const CERTAIN: i32 = 16;
 /// The time before the first stamp of a bus.
 const NEVER: i64 = i64::MIN;
 
@@ -60,11 +58,12 @@ struct Waiting<T> {
     newest: Key,
     /// The frame released last.
     released: Option<FrameRef>,
-    /// The open SDO request of each node; empty until the first one.
-    asked: Vec<Option<[u8; 3]>>,
-    /// By how many SDO frames the order of the stamps is better than that of the capture; less than 0: frames are
-    /// released in that of the capture.
-    better: i32,
+    /// The last SDO frames in the order of their keys, before they are followed in this order.
+    steps: VecDeque<(Key, SdoStep)>,
+    by_capture: Turns,
+    by_stamp: Turns,
+    /// Number of frames listed behind a later one of their own CAN-ID, as they are not by two clocks.
+    behind_own: u32,
 }
 
 /// The number of steps of the clock before a frame, and its time in ns.
@@ -124,11 +123,21 @@ impl<T> Order<T> {
         self.places.push_back(Place { bus: frame.bus, no: frame.no, before });
         let Some(waiting) = self.bus(frame.bus) else { return };
         let (key, late) = waiting.key(frame.t_ns);
-        let place = match late && waiting.better >= 0 {
+        let by_stamp = waiting.by_stamp();
+        let behind = |(other, later, _): &(Key, Frame, T)| *other > key && later.id == frame.id;
+        let behind_own = late && waiting.frames.iter().any(behind);
+        waiting.behind_own = waiting.behind_own.saturating_add(u32::from(behind_own));
+        let place = match late && by_stamp {
             true => waiting.frames.partition_point(|(other, ..)| *other <= key),
             false => waiting.frames.len(),
         };
         waiting.frames.insert(place, (key, *frame, beside));
+        if let Some(step) = SdoStep::of(frame) {
+            waiting.by_capture.follow(step);
+            let place = waiting.steps.partition_point(|(other, _)| *other <= key);
+            waiting.steps.insert(place, (key, step));
+        }
+        waiting.compare(false, by_stamp);
         self.late |= late;
     }
 
@@ -139,23 +148,25 @@ impl<T> Order<T> {
 
     /// Returns the next frame of which no earlier one can follow. `over`: none follows at all.
     pub fn next(&mut self, over: bool) -> Option<Released<T>> {
-        let over = over || self.places.len() > MOST || !self.late && self.learning == 0;
+        if self.learning > 0 && !over {
+            return None;
+        }
+        let over = over || self.places.len() > MOST || !self.late;
         let place = self.places.front().copied()?;
         let waiting = self.buses.get_mut(usize::from(place.bus.0))?;
+        if over {
+            waiting.compare(true, waiting.by_stamp());
+        }
         let (step, now) = waiting.newest;
         let waited = |(_, t_ns): Key| now.max(self.now_ns).saturating_sub(t_ns) >= WINDOW_NS;
         let due = |key: Key| key.0 < step || now == NEVER || waited(key);
         waiting.frames.front().filter(|(key, ..)| over || due(*key))?;
-        if self.late {
-            waiting.compare();
-        }
         let (_, mut frame, beside) = waiting.frames.pop_front()?;
         self.places.pop_front();
         frame.moved = (frame.no as i64).saturating_sub(place.no as i64) as i32;
         frame.no = place.no;
         let before = place.before.map(|before| waiting.released.unwrap_or(before));
         waiting.released = Some(frame.reference());
-        waiting.follow(&frame);
         Some((frame, before, beside))
     }
 
@@ -170,7 +181,15 @@ impl<T> Order<T> {
 
 impl<T> Default for Waiting<T> {
     fn default() -> Self {
-        Self { frames: VecDeque::new(), newest: (0, NEVER), released: None, asked: Vec::new(), better: 0 }
+        Self {
+            frames: VecDeque::new(),
+            newest: (0, NEVER),
+            released: None,
+            steps: VecDeque::new(),
+            by_capture: Turns::default(),
+            by_stamp: Turns::default(),
+            behind_own: 0,
+        }
     }
 }
 
@@ -187,63 +206,65 @@ impl<T> Waiting<T> {
         (self.newest, false)
     }
 
-    /// Compares the order of the stamps with that of the capture at the next SDO frame: only one of them may have it in
-    /// turn.
-    fn compare(&mut self) {
-        let Some((node, _)) = self.frames.front().and_then(|(_, frame, _)| SdoStep::of(frame)) else { return };
-        let steps = || {
-            let step = |(key, frame, _): &(Key, Frame, T)| Some((*key, frame.no, SdoStep::of(frame)?));
-            self.frames.iter().filter_map(step).filter(|(.., (of, _))| *of == node)
-        };
-        let by_stamp = steps().min_by_key(|(key, no, _)| (*key, *no));
-        let by_capture = steps().min_by_key(|(_, no, _)| *no);
-        let Some(((_, stamped, (_, one)), (_, listed, (_, other)))) = by_stamp.zip(by_capture) else { return };
-        let asked = self.asked.get(node).copied().flatten();
-        if stamped == listed || one.is_in_turn(asked) == other.is_in_turn(asked) {
-            return;
+    /// Returns the order in which frames are released: that of the stamps, unless SDO fits the other one better.
+    fn by_stamp(&self) -> bool {
+        self.by_stamp.broken <= self.by_capture.broken.saturating_add(self.behind_own)
+    }
+
+    /// Follows SDO by the stamps as far as no frame can be missing, and sorts the frames anew if they are in the wrong
+    /// order by that. `over`: no frame follows. `by_stamp`: the order in which they are.
+    fn compare(&mut self, over: bool, by_stamp: bool) {
+        let (step, now) = self.newest;
+        let waits = |key: Key| !over && now != NEVER && key.0 == step && now.saturating_sub(key.1) < WINDOW_NS;
+        while let Some((_, step)) = self.steps.front().copied().filter(|(key, _)| !waits(*key)) {
+            self.by_stamp.follow(step);
+            self.steps.pop_front();
         }
-        let better = (self.better + if one.is_in_turn(asked) { 1 } else { -1 }).clamp(-CERTAIN, CERTAIN);
-        if (better < 0) != (self.better < 0) {
+        if by_stamp != self.by_stamp() {
             let frames = self.frames.make_contiguous();
-            match better < 0 {
+            match by_stamp {
                 true => frames.sort_by_key(|(_, frame, _)| frame.no),
                 false => frames.sort_by_key(|(key, frame, _)| (*key, frame.no)),
             }
         }
-        self.better = better;
-    }
-
-    /// Takes note of an SDO frame that is released.
-    fn follow(&mut self, frame: &Frame) {
-        let Some((node, step)) = SdoStep::of(frame) else { return };
-        if self.asked.is_empty() {
-            self.asked = vec![None; 128];
-        }
-        if let Some(asked) = self.asked.get_mut(node) {
-            *asked = Some(step.content).filter(|_| step.request);
-        }
     }
 }
 
-/// An SDO frame.
+/// SDO in one order of the frames.
+#[derive(Debug, Default)]
+struct Turns {
+    /// The open request of each node; empty until the first frame.
+    open: Vec<Option<[u8; 3]>>,
+    /// Number of frames out of turn.
+    broken: u32,
+}
+
+impl Turns {
+    fn follow(&mut self, step: SdoStep) {
+        if self.open.is_empty() {
+            self.open = vec![None; 128];
+        }
+        let Some(open) = self.open.get_mut(step.node) else { return };
+        let in_turn = if step.request { open.is_none() } else { *open == Some(step.content) };
+        self.broken = self.broken.saturating_add(u32::from(!in_turn));
+        *open = Some(step.content).filter(|_| step.request);
+    }
+}
+
+/// A frame of the default SDO of a node.
 #[derive(Clone, Copy, Debug)]
 struct SdoStep {
+    node: usize,
     request: bool,
-    /// The bytes that name the object in most frames that begin a transfer.
+    /// The bytes that name the object where a transfer begins. Segments are out of turn in both orders.
     content: [u8; 3],
 }
 
 impl SdoStep {
-    /// Returns the node of a frame of a default SDO, and what it is.
-    fn of(frame: &Frame) -> Option<(usize, Self)> {
+    fn of(frame: &Frame) -> Option<Self> {
         let id = frame.id.raw();
         let is_sdo = matches!(id, 0x581..=0x5FF | 0x601..=0x67F) && !frame.id.is_extended() && frame.kind == Kind::Data;
         let [_, low, high, sub, ..] = frame.data;
-        is_sdo.then_some((id as usize & 0x7F, Self { request: id > 0x600, content: [low, high, sub] }))
-    }
-
-    /// Returns true for a request while none is open, and for the response to the one that is.
-    fn is_in_turn(self, asked: Option<[u8; 3]>) -> bool {
-        if self.request { asked.is_none() } else { asked == Some(self.content) }
+        is_sdo.then_some(Self { node: id as usize & 0x7F, request: id > 0x600, content: [low, high, sub] })
     }
 }
