@@ -24,6 +24,9 @@ const LEARNING: u32 = 1024;
 /// Maximum number of waiting frames (invariant 6): those of the beginning, and more than a bus carries within the window.
 const MOST: usize = 2 * LEARNING as usize;
 
+/// Number of frames that are late one after the other, in the order of their stamps, if not the frames are late but the
+/// clock was set back by less than [`WINDOW_NS`]. Half of them follow later ones of their own CAN-ID then.
+const SET_BACK: u32 = 8;
 /// The time before the first stamp of a bus.
 const NEVER: i64 = i64::MIN;
 
@@ -64,6 +67,30 @@ struct Waiting<T> {
     by_stamp: Turns,
     /// Number of frames listed behind a later one of their own CAN-ID, as they are not by two clocks.
     behind_own: u32,
+    row: Row,
+}
+
+/// The last frames of a bus in the capture, if all are listed late, and in the order of their stamps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    first: u64,
+    count: u32,
+    last: Key,
+    /// Number of those that are listed behind a later one of their own CAN-ID.
+    behind_own: u32,
+}
+
+impl Row {
+    fn next(self, key: Key, no: u64, behind_own: bool) -> Self {
+        let before = if self.count > 0 && self.last <= key { self } else { Self { first: no, ..Self::default() } };
+        let behind_own = before.behind_own + u32::from(behind_own);
+        Self { count: before.count + 1, last: key, behind_own, ..before }
+    }
+
+    /// Returns true if the clock was set back before the first of them.
+    fn is_set_back(self) -> bool {
+        self.count == SET_BACK && self.behind_own >= SET_BACK / 2
+    }
 }
 
 /// The number of steps of the clock before a frame, and its time in ns.
@@ -126,7 +153,9 @@ impl<T> Order<T> {
         let by_stamp = waiting.by_stamp();
         let behind = |(other, later, _): &(Key, Frame, T)| *other > key && later.id == frame.id;
         let behind_own = late && waiting.frames.iter().any(behind);
-        waiting.behind_own = waiting.behind_own.saturating_add(u32::from(behind_own));
+        waiting.row = if late { waiting.row.next(key, frame.no, behind_own) } else { Row::default() };
+        // Several in a row count once: they may follow a clock that was set back a little.
+        waiting.behind_own = waiting.behind_own.saturating_add(u32::from(behind_own && waiting.row.behind_own == 1));
         let place = match late && by_stamp {
             true => waiting.frames.partition_point(|(other, ..)| *other <= key),
             false => waiting.frames.len(),
@@ -136,6 +165,9 @@ impl<T> Order<T> {
             waiting.by_capture.follow(step);
             let place = waiting.steps.partition_point(|(other, _)| *other <= key);
             waiting.steps.insert(place, (key, step));
+        }
+        if waiting.row.is_set_back() {
+            waiting.set_back();
         }
         waiting.compare(false, by_stamp);
         self.late |= late;
@@ -189,6 +221,7 @@ impl<T> Default for Waiting<T> {
             by_capture: Turns::default(),
             by_stamp: Turns::default(),
             behind_own: 0,
+            row: Row::default(),
         }
     }
 }
@@ -209,6 +242,23 @@ impl<T> Waiting<T> {
     /// Returns the order in which frames are released: that of the stamps, unless SDO fits the other one better.
     fn by_stamp(&self) -> bool {
         self.by_stamp.broken <= self.by_capture.broken.saturating_add(self.behind_own)
+    }
+
+    /// The clock was set back before the row of late frames.
+    fn set_back(&mut self) {
+        let Row { first, last, .. } = self.row;
+        let by_stamp = self.by_stamp();
+        let step = self.newest.0.saturating_add(1);
+        self.newest = (step, last.1);
+        let frames = self.frames.make_contiguous();
+        frames.iter_mut().filter(|(_, frame, _)| frame.no >= first).for_each(|(key, ..)| key.0 = step);
+        if by_stamp {
+            frames.sort_by_key(|(key, frame, _)| (*key, frame.no));
+        }
+        let steps = self.steps.make_contiguous();
+        steps.iter_mut().filter(|(_, one)| one.no >= first).for_each(|(key, _)| key.0 = step);
+        steps.sort_by_key(|(key, one)| (*key, one.no));
+        self.row = Row::default();
     }
 
     /// Follows SDO by the stamps as far as no frame can be missing, and sorts the frames anew if they are in the wrong
@@ -254,6 +304,7 @@ impl Turns {
 /// A frame of the default SDO of a node.
 #[derive(Clone, Copy, Debug)]
 struct SdoStep {
+    no: u64,
     node: usize,
     request: bool,
     /// The bytes that name the object where a transfer begins. Segments are out of turn in both orders.
@@ -265,6 +316,11 @@ impl SdoStep {
         let id = frame.id.raw();
         let is_sdo = matches!(id, 0x581..=0x5FF | 0x601..=0x67F) && !frame.id.is_extended() && frame.kind == Kind::Data;
         let [_, low, high, sub, ..] = frame.data;
-        is_sdo.then_some(Self { node: id as usize & 0x7F, request: id > 0x600, content: [low, high, sub] })
+        is_sdo.then_some(Self {
+            no: frame.no,
+            node: id as usize & 0x7F,
+            request: id > 0x600,
+            content: [low, high, sub],
+        })
     }
 }
