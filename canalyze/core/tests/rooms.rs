@@ -9,18 +9,18 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 57_800;
+const WHOLE: usize = 58_200;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
     ("bytes", 8_650),
     ("checks", 7_300),
-    ("evidence", 2_600),
+    ("evidence", 2_850),
     ("lib", 50),
     ("python", 1_100),
     ("rules", 1_700),
     ("sdo", 4_480),
-    ("session", 2_650),
+    ("session", 2_750),
     ("settings", 1_300),
     ("stories", 5_100),
     ("tables", 6_100),

@@ -27,6 +27,9 @@ const MOST: usize = 2 * LEARNING as usize;
 /// Number of frames that are late one after the other, in the order of their stamps, if not the frames are late but the
 /// clock was set back by less than [`WINDOW_NS`]. Half of them follow later ones of their own CAN-ID then.
 const SET_BACK: u32 = 8;
+/// Number of SDO frames more that are out of turn by their stamps from which these are of two clocks: each exchange has two
+/// then. One may be by the loss of another frame.
+const TWO_CLOCKS: u32 = 2;
 /// The time before the first stamp of a bus.
 const NEVER: i64 = i64::MIN;
 
@@ -34,7 +37,7 @@ const NEVER: i64 = i64::MIN;
 #[derive(Debug)]
 pub struct Order<T> {
     /// The places of the waiting frames in the capture.
-    places: VecDeque<Place>,
+    places: VecDeque<Slot>,
     buses: Vec<Waiting<T>>,
     /// Number of frames until the end of the beginning.
     learning: u32,
@@ -46,7 +49,7 @@ pub struct Order<T> {
 
 /// A place in the capture.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct Slot {
     bus: BusId,
     no: u64,
     /// The frame listed before it on its bus, if their stamps are comparable.
@@ -57,31 +60,31 @@ struct Place {
 #[derive(Debug)]
 struct Waiting<T> {
     /// In the order of their keys.
-    frames: VecDeque<(Key, Frame, T)>,
-    newest: Key,
+    frames: VecDeque<(OrderKey, Frame, T)>,
+    newest: OrderKey,
     /// The frame released last.
     released: Option<FrameRef>,
     /// The last SDO frames in the order of their keys, before they are followed in this order.
-    steps: VecDeque<(Key, SdoStep)>,
+    steps: VecDeque<(OrderKey, SdoStep)>,
     by_capture: Turns,
     by_stamp: Turns,
     /// Number of frames listed behind a later one of their own CAN-ID, as they are not by two clocks.
     behind_own: u32,
-    row: Row,
+    row: LateRow,
 }
 
 /// The last frames of a bus in the capture, if all are listed late, and in the order of their stamps.
 #[derive(Clone, Copy, Debug, Default)]
-struct Row {
+struct LateRow {
     first: u64,
     count: u32,
-    last: Key,
+    last: OrderKey,
     /// Number of those that are listed behind a later one of their own CAN-ID.
     behind_own: u32,
 }
 
-impl Row {
-    fn next(self, key: Key, no: u64, behind_own: bool) -> Self {
+impl LateRow {
+    fn next(self, key: OrderKey, no: u64, behind_own: bool) -> Self {
         let before = if self.count > 0 && self.last <= key { self } else { Self { first: no, ..Self::default() } };
         let behind_own = before.behind_own + u32::from(behind_own);
         Self { count: before.count + 1, last: key, behind_own, ..before }
@@ -94,7 +97,7 @@ impl Row {
 }
 
 /// The number of steps of the clock before a frame, and its time in ns.
-type Key = (u32, i64);
+type OrderKey = (u32, i64);
 
 /// A released frame: its number is that of its place now. With it come the frame before it on its bus, if their stamps
 /// are comparable, and what travels with it.
@@ -147,13 +150,13 @@ impl<T> Order<T> {
     /// Keeps a frame that does not pass. `before`: the frame listed before it on its bus, if their stamps are comparable.
     pub fn hold(&mut self, frame: &Frame, before: Option<FrameRef>, beside: T) {
         self.learning = self.learning.saturating_sub(1);
-        self.places.push_back(Place { bus: frame.bus, no: frame.no, before });
+        self.places.push_back(Slot { bus: frame.bus, no: frame.no, before });
         let Some(waiting) = self.bus(frame.bus) else { return };
         let (key, late) = waiting.key(frame.t_ns);
         let by_stamp = waiting.by_stamp();
-        let behind = |(other, later, _): &(Key, Frame, T)| *other > key && later.id == frame.id;
+        let behind = |(other, later, _): &(OrderKey, Frame, T)| *other > key && later.id == frame.id;
         let behind_own = late && waiting.frames.iter().any(behind);
-        waiting.row = if late { waiting.row.next(key, frame.no, behind_own) } else { Row::default() };
+        waiting.row = if late { waiting.row.next(key, frame.no, behind_own) } else { LateRow::default() };
         // Several in a row count once: they may follow a clock that was set back a little.
         waiting.behind_own = waiting.behind_own.saturating_add(u32::from(behind_own && waiting.row.behind_own == 1));
         let place = match late && by_stamp {
@@ -190,8 +193,8 @@ impl<T> Order<T> {
             waiting.compare(true, waiting.by_stamp());
         }
         let (step, now) = waiting.newest;
-        let waited = |(_, t_ns): Key| now.max(self.now_ns).saturating_sub(t_ns) >= WINDOW_NS;
-        let due = |key: Key| key.0 < step || now == NEVER || waited(key);
+        let waited = |(_, t_ns): OrderKey| now.max(self.now_ns).saturating_sub(t_ns) >= WINDOW_NS;
+        let due = |key: OrderKey| key.0 < step || now == NEVER || waited(key);
         waiting.frames.front().filter(|(key, ..)| over || due(*key))?;
         let (_, mut frame, beside) = waiting.frames.pop_front()?;
         self.places.pop_front();
@@ -221,14 +224,14 @@ impl<T> Default for Waiting<T> {
             by_capture: Turns::default(),
             by_stamp: Turns::default(),
             behind_own: 0,
-            row: Row::default(),
+            row: LateRow::default(),
         }
     }
 }
 
 impl<T> Waiting<T> {
     /// Returns the key of the next frame of the capture, and true if it is listed late.
-    fn key(&mut self, t_ns: Option<i64>) -> (Key, bool) {
+    fn key(&mut self, t_ns: Option<i64>) -> (OrderKey, bool) {
         let (step, newest) = self.newest;
         match t_ns {
             Some(now) if now >= newest => self.newest.1 = now,
@@ -241,12 +244,12 @@ impl<T> Waiting<T> {
 
     /// Returns the order in which frames are released: that of the stamps, unless SDO fits the other one better.
     fn by_stamp(&self) -> bool {
-        self.by_stamp.broken <= self.by_capture.broken.saturating_add(self.behind_own)
+        self.by_stamp.broken < self.by_capture.broken.saturating_add(self.behind_own).saturating_add(TWO_CLOCKS)
     }
 
     /// The clock was set back before the row of late frames.
     fn set_back(&mut self) {
-        let Row { first, last, .. } = self.row;
+        let LateRow { first, last, .. } = self.row;
         let by_stamp = self.by_stamp();
         let step = self.newest.0.saturating_add(1);
         self.newest = (step, last.1);
@@ -258,14 +261,14 @@ impl<T> Waiting<T> {
         let steps = self.steps.make_contiguous();
         steps.iter_mut().filter(|(_, one)| one.no >= first).for_each(|(key, _)| key.0 = step);
         steps.sort_by_key(|(key, one)| (*key, one.no));
-        self.row = Row::default();
+        self.row = LateRow::default();
     }
 
     /// Follows SDO by the stamps as far as no frame can be missing, and sorts the frames anew if they are in the wrong
     /// order by that. `over`: no frame follows. `by_stamp`: the order in which they are.
     fn compare(&mut self, over: bool, by_stamp: bool) {
         let (step, now) = self.newest;
-        let waits = |key: Key| !over && now != NEVER && key.0 == step && now.saturating_sub(key.1) < WINDOW_NS;
+        let waits = |key: OrderKey| !over && now != NEVER && key.0 == step && now.saturating_sub(key.1) < WINDOW_NS;
         while let Some((_, step)) = self.steps.front().copied().filter(|(key, _)| !waits(*key)) {
             self.by_stamp.follow(step);
             self.steps.pop_front();
@@ -322,5 +325,65 @@ impl SdoStep {
             request: id > 0x600,
             content: [low, high, sub],
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bytes::frame::CanId;
+
+    /// Returns the released frames, each as its place and its number in the capture, of CAN-IDs at times in ms.
+    fn released(listed: &[(u16, i64)], first: u32) -> Vec<(u64, u64)> {
+        let mut order = Order { learning: first, ..Order::default() };
+        let mut out = Vec::new();
+        for (place, (id, ms)) in listed.iter().enumerate() {
+            let t_ns = Some(ms * 1_000_000);
+            let frame =
+                Frame { no: place as u64 + 1, t_ns, ..Frame::classic(CanId::standard(*id), &[0x40, 0, 0x10, 0]) };
+            if order.passes(&frame) {
+                out.push((frame.no, frame.no));
+                continue;
+            }
+            order.hold(&frame, None, ());
+            out.extend(
+                std::iter::from_fn(|| order.next(false)).map(|(frame, ..)| (frame.no, frame.reference().listed().no)),
+            );
+        }
+        out.extend(
+            std::iter::from_fn(|| order.next(true)).map(|(frame, ..)| (frame.no, frame.reference().listed().no)),
+        );
+        out
+    }
+
+    #[test]
+    fn a_late_frame_takes_its_place() {
+        let listed = [(0x181, 0), (0x182, 5), (0x183, 2), (0x184, 30)];
+        assert_eq!(released(&listed, LEARNING), [(1, 1), (2, 3), (3, 2), (4, 4)]);
+    }
+
+    #[test]
+    fn later_ones_do_so_without_a_beginning() {
+        let listed = [(0x181, 0), (0x182, 5), (0x183, 2), (0x181, 20), (0x182, 25), (0x183, 22), (0x181, 60)];
+        let found = released(&listed, 0);
+        assert_eq!(found, [(1, 1), (2, 2), (3, 3), (4, 4), (5, 6), (6, 5), (7, 7)]);
+    }
+
+    #[test]
+    fn nothing_crosses_a_set_clock() {
+        let listed = [(0x181, 100), (0x182, 105), (0x181, 50), (0x182, 55), (0x183, 52)];
+        assert_eq!(released(&listed, LEARNING), [(1, 1), (2, 2), (3, 3), (4, 5), (5, 4)]);
+    }
+
+    #[test]
+    fn a_clock_set_back_by_little_is_no_disorder() {
+        let listed: Vec<_> = (0..20).chain(12..40).map(|ms| (0x181, ms)).collect();
+        assert!(released(&listed, LEARNING).iter().all(|(place, no)| place == no));
+    }
+
+    #[test]
+    fn exchanges_show_two_clocks() {
+        let listed: Vec<_> = (0..8).flat_map(|at| [(0x605, at * 20 + 3), (0x585, at * 20 + 1)]).collect();
+        assert!(released(&listed, LEARNING).iter().all(|(place, no)| place == no));
     }
 }

@@ -186,16 +186,15 @@ pub struct Cited {
     /// The rule.
     pub code: Code,
     /// The frame at which it was noticed.
-    pub frame: u64,
+    pub frame: FrameRef,
     /// The frame that it concerns. For something missing this is the last one before, since the frame at which it was
     /// noticed depends only on the limit. `check` places it there, too.
-    pub about: u64,
+    pub about: FrameRef,
 }
 
 impl Cited {
     fn of(finding: &Finding) -> Self {
-        let frame = finding.at.no;
-        Self { code: finding.code, frame, about: finding.about().map_or(frame, |about| about.no) }
+        Self { code: finding.code, frame: finding.at, about: finding.about().unwrap_or(finding.at) }
     }
 }
 
@@ -371,7 +370,7 @@ impl Incident {
         self.begin.no == frame
             || self.noticed.no == frame
             || self.steps.iter().any(|step| step.at.no == frame)
-            || self.findings.iter().any(|cited| cited.frame == frame)
+            || self.findings.iter().any(|cited| cited.frame.no == frame)
     }
 
     /// Returns its effect on the machine.

@@ -351,7 +351,7 @@ pub fn problem(out: &mut Vec<u8>, lang: Lang, differs: Differs, one: &Incident, 
         Differs::Count => put!(out; one.repeats.count),
         Differs::Cause => match cause {
             Some(cause) => {
-                put!(out; lang.of(cause.kind.row().words), lang.pick(" (第", " (frame "), cause.begin.no, lang.pick("帧)", ")"))
+                put!(out; lang.of(cause.kind.row().words), lang.pick(" (第", " (frame "), cause.begin.listed().no, lang.pick("帧)", ")"))
             }
             None => put!(out; lang.pick("不明", "unknown")),
         },

@@ -196,7 +196,7 @@ impl Configurations {
                 && let Some(one) = scene.ledger.get_mut(*place)
                 && !one.has("started")
             {
-                one.fact("started", Quantity::Count(scene.at.no));
+                one.fact("started", Quantity::Count(scene.at.listed().no));
                 one.step(scene.at, StepRole::Reaction, Saying::StartedAllTheSame, None);
             }
         }
@@ -219,7 +219,7 @@ impl Configurations {
             && let Some(one) = scene.ledger.get_mut(place)
         {
             one.step(scene.at, StepRole::Recovery, Saying::Booted, None);
-            one.fact("booted", Quantity::Count(scene.at.no));
+            one.fact("booted", Quantity::Count(scene.at.listed().no));
             one.ends(scene.at);
         }
     }

@@ -202,7 +202,7 @@ impl Drives {
     pub(in crate::stories) fn stuck(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
         let at = finding.about().unwrap_or(finding.at);
         if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
-            one.fact("reset_in_vain", Quantity::Count(at.no));
+            one.fact("reset_in_vain", Quantity::Count(at.listed().no));
             return one.step(at, StepRole::Attempt, Saying::ResetInVain, Some(finding));
         }
         let state = scene.bus.drive_states(node).find(|(number, _)| number + 1 == usize::from(axis(finding)));
@@ -244,7 +244,7 @@ impl Drives {
         {
             if !one.has("left_fault") {
                 one.step(at, StepRole::Recovery, Saying::LeftFault, None);
-                one.fact("left_fault", Quantity::Count(at.no));
+                one.fact("left_fault", Quantity::Count(at.listed().no));
             }
             // An active error may keep the axis from being enabled.
             if enabled || one.clue.codes.is_empty() {
@@ -318,7 +318,7 @@ impl Drives {
         if let Some(place) = self.faults.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)
         {
-            one.fact("left_fault", Quantity::Count(at.no));
+            one.fact("left_fault", Quantity::Count(at.listed().no));
         }
         if let Some((place, _)) = self.stuck.remove(&node)
             && let Some(one) = scene.ledger.get_mut(place)

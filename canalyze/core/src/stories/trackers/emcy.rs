@@ -215,7 +215,7 @@ impl Emergencies {
                     _ => Saying::AllTakenBack,
                 };
                 one.step(at, StepRole::Recovery, said, None);
-                one.fact("taken_back", Quantity::Count(at.no));
+                one.fact("taken_back", Quantity::Count(at.listed().no));
             } else if one.clue.codes.len() == before {
                 one.step(at, StepRole::Reaction, Saying::StillSet { register }, None);
             }
@@ -258,7 +258,7 @@ impl Emergencies {
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.clue.codes.clear();
                 one.step(scene.at, StepRole::Recovery, Saying::Booted, None);
-                one.fact("taken_back", Quantity::Count(scene.at.no));
+                one.fact("taken_back", Quantity::Count(scene.at.listed().no));
             }
         }
     }

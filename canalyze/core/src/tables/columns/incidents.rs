@@ -64,24 +64,24 @@ table! {
         subject: Word = &*subject(of.one);
         /// frame of its first sign
         /// 第一个迹象所在的帧
-        begin_frame: U64 = of.one.begin.no;
+        begin_frame: U64 = of.one.begin.listed().no;
         t: Moment or null = of.one.begin.t_ns;
-        cycle: U64 = of.cycle(of.one.begin.no);
+        cycle: U64 = of.cycle(of.one.begin.listed().no);
         /// frame from which it could be known
         /// 能够判定时的帧
-        noticed_frame: U64 = of.one.noticed.no;
+        noticed_frame: U64 = of.one.noticed.listed().no;
         /// time from which it could be known
         /// 能够判定的时刻
         noticed_t: Moment or null = of.one.noticed.t_ns;
         /// frame of its end; empty while it stands
         /// 结束时的帧；仍存在时为空
-        end_frame: U64 or null = of.one.end.map(|end| end.no);
+        end_frame: U64 or null = of.one.end.map(|end| end.listed().no);
         /// time of its end
         /// 结束时刻
         end_t: Moment or null = of.one.end.and_then(|end| end.t_ns);
         /// SYNC cycle of its end
         /// 结束时的同步周期
-        end_cycle: U64 or null = of.one.end.map(|end| of.cycle(end.no));
+        end_cycle: U64 or null = of.one.end.map(|end| of.cycle(end.listed().no));
         /// how many times
         /// 次数
         count: U64 = of.one.repeats.count;
@@ -144,9 +144,9 @@ fn checks(out: &mut Vec<u8>, setting: Setting<'_>, of: ProblemRow<'_>) {
 
 /// The frames that are its evidence, ascending.
 fn frames(one: &Incident) -> Vec<u64> {
-    let steps = one.steps.iter().map(|step| step.at.no);
+    let steps = one.steps.iter().map(|step| step.at);
     let mut frames: Vec<_> =
-        [one.begin.no, one.noticed.no].into_iter().chain(one.end.map(|end| end.no)).chain(steps).collect();
+        [one.begin, one.noticed].into_iter().chain(one.end).chain(steps).map(|at| at.listed().no).collect();
     frames.sort_unstable();
     frames.dedup();
     frames

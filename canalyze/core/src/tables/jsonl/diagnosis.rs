@@ -67,7 +67,7 @@ fn incident<'a>(
 ) -> Obj<impl Values> {
     let (_, first, _) = diagnosis.extent();
     let ledger = diagnosis.ledger();
-    let place = move |at: FrameRef| obj! { "frame": at.no, "t": time(at.t_ns, setting.decimals) };
+    let place = move |at: FrameRef| obj! { "frame": at.listed().no, "t": time(at.t_ns, setting.decimals) };
     let subject = &one.subject;
     let several = subject.node.is_none() || subject.nodes.count_ones() > 1;
     let is_effect = |other: &&Incident| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);
@@ -103,8 +103,8 @@ fn incident<'a>(
         "checks": array(advice::of(one, diagnosis.shown()).into_iter().map(|check| check.name)),
         "findings": array(one.findings.iter().map(|cited| obj! {
             "code": cited.code.rule().id,
-            "frame": Some(cited.frame).filter(|no| *no > 0),
-            "about_frame": Some(cited.about).filter(|no| *no > 0),
+            "frame": cited.frame.listed().number(),
+            "about_frame": cited.about.listed().number(),
         })),
         "message": text(move |out| words::title(out, setting.lang, one, first.and_then(|first| first.t_ns))),
         "repeats": obj! {

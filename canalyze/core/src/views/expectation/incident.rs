@@ -188,7 +188,7 @@ impl Expected {
         let problem = alone(one);
         let breach = |what: Exp019| Breach::new(what, closing.last, one.bus);
         let unchecked = |why: Exp015| Breach::new(why, closing.last, one.bus);
-        let lasted = one.end.map(|end| (end.no, lasted(one, end)));
+        let lasted = one.end.map(|end| (end.listed().no, lasted(one, end)));
         let breach = match lasted {
             Some((_, Some(found))) if found <= expected => return,
             Some((end, Some(found))) => breach(Exp019::Late { expected, found, problem, end }),
@@ -254,7 +254,7 @@ fn causes<'a>(one: &'a Incident, diagnosis: &'a Diagnosis) -> Vec<&'a Incident> 
 
 fn problem(one: &Incident, node: Option<u8>) -> Problem {
     let row = one.kind.row();
-    Problem { name: row.name, words: row.words, node, frame: one.begin.no }
+    Problem { name: row.name, words: row.words, node, frame: one.begin.listed().no }
 }
 
 /// A problem of a node that has been named.

@@ -57,7 +57,7 @@ impl NodeIncidents {
             && commanded.waits_only_for(meant)
             && let Some(one) = scene.ledger.get_mut(commanded.place)
         {
-            one.fact("started_again", Quantity::Count(scene.at.no));
+            one.fact("started_again", Quantity::Count(scene.at.listed().no));
         }
         if matches!(command, 0x81 | 0x82) {
             self.was_operational &= !meant;
