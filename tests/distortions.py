@@ -62,7 +62,7 @@ def late_echo(session: Session, most_us: int, share: float, seed: int) -> Frames
 
 
 def late_rows(frames: Frames, most_us: int, share: float, seed: int) -> Frames:
-    """Rows listed late, up to so much, with their true stamps, as where several queues of a recorder are emptied in turn."""
+    """Rows listed late, up to so much, with their true stamps, as a recorder does that empties its queues in turn."""
     chance = random.Random(seed)
     late = [chance.randint(most_us * 6 // 10, most_us) if chance.random() < share else 0 for _ in frames]
     listed = sorted((frame.t_us + by, number) for number, (frame, by) in enumerate(zip(frames, late, strict=True)))

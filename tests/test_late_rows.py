@@ -1,7 +1,7 @@
 """Rows listed late: the same is found as where they are listed in time, and what is printed keeps the file's order.
 
-Why it exists: that clean traffic raises nothing where rows are listed late (`test_distortions.py`) says little if faults
-raise nothing either. What it must not do: test clean traffic, or know what a finding is about.
+Why it exists: that clean traffic raises nothing where rows are listed late (`test_distortions.py`) says little if
+faults raise nothing either. What it must not do: test clean traffic, or know what a finding is about.
 """
 
 from __future__ import annotations
