@@ -3,6 +3,8 @@
 //! A frame knows nothing of CANopen. It keeps the digits of its stamp, its direction and its raw DLC, so that it can be
 //! printed exactly as it was recorded. It owns no heap memory, since frames are copied on the hot path.
 
+use std::num::NonZeroU64;
+
 /// A bus (capture interface), as an index into [`Buses`]. Index 0 is the first interface of the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BusId(pub u8);
@@ -244,7 +246,7 @@ impl Frame {
 
     /// Returns the number, line and time of this frame, for events and findings.
     pub fn reference(&self) -> FrameRef {
-        FrameRef { no: self.no, moved: self.moved, line: self.line, t_ns: self.t_ns }
+        FrameRef { no: self.no, moved: self.moved, t_ns: self.t_ns, line: self.line.and_then(NonZeroU64::new) }
     }
 }
 
@@ -255,13 +257,22 @@ pub struct FrameRef {
     pub no: u64,
     /// Its number in the files, less `no`.
     pub moved: i32,
-    /// Line in its file, from 1.
-    pub line: Option<u64>,
+    pub(crate) line: Option<NonZeroU64>,
     /// Time in ns.
     pub t_ns: Option<i64>,
 }
 
 impl FrameRef {
+    /// Returns the reference with another line, from 1.
+    pub fn with_line(self, line: Option<u64>) -> Self {
+        Self { line: line.and_then(NonZeroU64::new), ..self }
+    }
+
+    /// Returns its line in its file, from 1.
+    pub fn line(self) -> Option<u64> {
+        self.line.map(NonZeroU64::get)
+    }
+
     /// Returns the reference with the number that the frame has in the files, as it is printed.
     pub fn listed(self) -> Self {
         Self { no: self.no.saturating_add_signed(i64::from(self.moved)), moved: 0, ..self }

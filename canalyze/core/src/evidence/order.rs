@@ -333,14 +333,14 @@ mod tests {
     use super::*;
     use crate::bytes::frame::CanId;
 
-    /// Returns the released frames, each as its place and its number in the capture, of CAN-IDs at times in ms.
+    /// Returns the released frames, each as its place and its number in the capture, of CAN-IDs at times in µs. Each
+    /// two have an object of their own.
     fn released(listed: &[(u16, i64)], first: u32) -> Vec<(u64, u64)> {
         let mut order = Order { learning: first, ..Order::default() };
         let mut out = Vec::new();
-        for (place, (id, ms)) in listed.iter().enumerate() {
-            let t_ns = Some(ms * 1_000_000);
-            let frame =
-                Frame { no: place as u64 + 1, t_ns, ..Frame::classic(CanId::standard(*id), &[0x40, 0, 0x10, 0]) };
+        for (place, (id, us)) in listed.iter().enumerate() {
+            let (no, t_ns, data) = (place as u64 + 1, Some(us * 1_000), [0x40, place as u8 / 2, 0x10, 0]);
+            let frame = Frame { no, t_ns, ..Frame::classic(CanId::standard(*id), &data) };
             if order.passes(&frame) {
                 out.push((frame.no, frame.no));
                 continue;
@@ -358,32 +358,33 @@ mod tests {
 
     #[test]
     fn a_late_frame_takes_its_place() {
-        let listed = [(0x181, 0), (0x182, 5), (0x183, 2), (0x184, 30)];
+        let listed = [(0x181, 0), (0x182, 5_000), (0x183, 2_000), (0x184, 30_000)];
         assert_eq!(released(&listed, LEARNING), [(1, 1), (2, 3), (3, 2), (4, 4)]);
     }
 
     #[test]
     fn later_ones_do_so_without_a_beginning() {
-        let listed = [(0x181, 0), (0x182, 5), (0x183, 2), (0x181, 20), (0x182, 25), (0x183, 22), (0x181, 60)];
-        let found = released(&listed, 0);
+        let ms = [(0x181, 0), (0x182, 5), (0x183, 2), (0x181, 20), (0x182, 25), (0x183, 22), (0x181, 60)];
+        let found = released(&ms.map(|(id, ms)| (id, ms * 1_000)), 0);
         assert_eq!(found, [(1, 1), (2, 2), (3, 3), (4, 4), (5, 6), (6, 5), (7, 7)]);
     }
 
     #[test]
     fn nothing_crosses_a_set_clock() {
-        let listed = [(0x181, 100), (0x182, 105), (0x181, 50), (0x182, 55), (0x183, 52)];
+        let listed = [(0x181, 100_000), (0x182, 105_000), (0x181, 50_000), (0x182, 55_000), (0x183, 52_000)];
         assert_eq!(released(&listed, LEARNING), [(1, 1), (2, 2), (3, 3), (4, 5), (5, 4)]);
     }
 
     #[test]
     fn a_clock_set_back_by_little_is_no_disorder() {
-        let listed: Vec<_> = (0..20).chain(12..40).map(|ms| (0x181, ms)).collect();
+        let listed: Vec<_> = (0..100).chain(50..200).map(|at| (0x181, at * 100)).collect();
         assert!(released(&listed, LEARNING).iter().all(|(place, no)| place == no));
     }
 
     #[test]
     fn exchanges_show_two_clocks() {
-        let listed: Vec<_> = (0..8).flat_map(|at| [(0x605, at * 20 + 3), (0x585, at * 20 + 1)]).collect();
+        let listed: Vec<_> =
+            (0..8).flat_map(|at| [(0x605, at * 20_000 + 3_000), (0x585, at * 20_000 + 1_000)]).collect();
         assert!(released(&listed, LEARNING).iter().all(|(place, no)| place == no));
     }
 }

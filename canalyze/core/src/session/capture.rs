@@ -209,7 +209,7 @@ impl Capture {
     /// A line of the file that is no frame, as a place on this bus: behind its last frame in the file, if there is one.
     pub(super) fn behind(&self, bus: BusId, line: Option<u64>) -> FrameRef {
         let last = self.file.last.get(usize::from(bus.0)).copied().flatten();
-        FrameRef { line, ..last.unwrap_or_default() }
+        last.unwrap_or_default().with_line(line)
     }
 
     /// The first frame of a file. Files whose stamps are absolute and files whose stamps count from a date follow one
@@ -389,7 +389,7 @@ impl Capture {
     fn finding(&self, what: Verdict, place: FilePlace, bus: BusId) -> Finding {
         let Verdict { code, facts } = what;
         let at = match place {
-            FilePlace::Line(line) => FrameRef { line: Some(line), ..FrameRef::default() },
+            FilePlace::Line(line) => FrameRef::default().with_line(Some(line)),
             FilePlace::Byte(_) | FilePlace::Live => self.last.listed(),
         };
         Finding { code, at, cause: None, bus, node: None, object: None, facts, because_of: None }

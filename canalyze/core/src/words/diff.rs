@@ -115,7 +115,7 @@ pub fn phrase(out: &mut Vec<u8>, lang: Lang, phrase: Phrase, facts: &[Fact<'_>])
 /// Appends a frame and its line.
 pub fn frame(out: &mut Vec<u8>, lang: Lang, at: FrameRef) {
     phrase(out, lang, Phrase::Frame, &[&|out| put!(out; at.no)]);
-    if let Some(line) = at.line {
+    if let Some(line) = at.line() {
         phrase(out, lang, Phrase::Line, &[&|out| put!(out; line)]);
     }
 }

@@ -343,6 +343,7 @@ mod tests {
                 let raw_dlc = if kind == Kind::Data && len == 8 { raw } else { 0 };
                 Frame {
                     no: 0,
+                    moved: 0,
                     line: None,
                     t_ns: stamp.map(|(ns, _)| ns),
                     stamp: stamp.map(|(ns, decimals)| Stamp { form: StampForm::Seconds, ns, width: 1, decimals }),

@@ -33,14 +33,14 @@ table! {
         severity: Word = one.finding.severity().name();
         file: Given = cx.setting.file;
         frame: U64 or null = Some(one.finding.at.no).filter(|no| *no > 0);
-        line: U64 or null = one.finding.at.line;
+        line: U64 or null = one.finding.at.line();
         t: Moment or null = one.finding.at.t_ns;
         /// frame that caused it
         /// 引起它的帧
         cause_frame: U64 or null = one.finding.cause.map(|cause| cause.no);
         /// line of that frame
         /// 引起它的帧的行号
-        cause_line: U64 or null = one.finding.cause.and_then(|cause| cause.line);
+        cause_line: U64 or null = one.finding.cause.and_then(|cause| cause.line());
         /// frame that it is about
         /// 它所说的帧
         about_frame: U64 or null = one.finding.about().map(|about| about.no);

@@ -108,10 +108,10 @@ table! {
         last_frame: U64 = one.transfer.last.no;
         /// line of the first frame
         /// 第一帧的行号
-        first_line: U64 or null in arrow = one.transfer.first.line;
+        first_line: U64 or null in arrow = one.transfer.first.line();
         /// line of the last frame
         /// 最后一帧的行号
-        last_line: U64 or null in arrow = one.transfer.last.line;
+        last_line: U64 or null in arrow = one.transfer.last.line();
         t: Moment or null = one.transfer.first.t_ns;
         /// from the request to the end
         /// 从请求到结束

@@ -138,7 +138,7 @@ fn side<'a>(setting: DiffSetting<'a>, difference: &'a Difference, place: usize) 
         "bus": bus.and_then(|(bus, digest)| named(digest.buses.name(bus))),
         /// The first frame of it.
         "frame": side.since.number(),
-        "line": side.since.line,
+        "line": side.since.line(),
         "t": time(side.since.t_ns, digest.map_or(9, |digest| digest.decimals)),
         "last_frame": side.at.number(),
         "text": text(move |out| words::side(out, setting.lang, difference.what, Some(side))),

@@ -25,13 +25,13 @@ table! {
         /// 说明的类型
         note: Word = word(one.note);
         frame: U64 = one.event.at.no;
-        line: U64 or null = one.event.at.line;
+        line: U64 or null = one.event.at.line();
         /// frame that it is about
         /// 它所说的帧
         about_frame: U64 = one.about.no;
         /// line of that frame
         /// 该帧的行号
-        about_line: U64 or null = one.about.line;
+        about_line: U64 or null = one.about.line();
         bus: Name or null = cx.setting.bus(one.event.bus);
         node: U8 or null = one.event.node;
         transfer: U64 or null = one.event.transfer.map(|id| id.0);

@@ -226,9 +226,9 @@ fn finding(setting: Setting<'_>, (code, severity): (Code, Severity), raised: &Ra
     obj! {
         "kind": "summary_finding", "code": rule.id, "name": rule.name, "severity": severity.name(),
         "message": setting.lang.of(rule.message),
-        "count": raised.count, "first_frame": raised.first.number(), "first_line": raised.first.line,
+        "count": raised.count, "first_frame": raised.first.number(), "first_line": raised.first.line(),
         "first_t": moment(setting, raised.first.t_ns), "last_frame": raised.last.number(),
-        "last_line": raised.last.line, "last_t": moment(setting, raised.last.t_ns),
+        "last_line": raised.last.line(), "last_t": moment(setting, raised.last.t_ns),
         "buses": array(names.filter_map(|(_, name)| named(name))),
         "nodes": array((0u8..128).filter(|node| raised.nodes >> node & 1 == 1)),
     }

@@ -49,14 +49,15 @@ pub struct CapturePlace {
 impl CapturePlace {
     /// Returns the place of a frame. Numbers above 4 billion are not kept.
     pub fn of(at: FrameRef) -> Self {
-        let line = at.line.and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
+        let line = at.line().and_then(|line| u32::try_from(line).ok()).unwrap_or(0);
         Self { no: u32::try_from(at.no).unwrap_or(u32::MAX), line, t_ns: at.t_ns.unwrap_or(i64::MIN) }
     }
 
     /// Returns the frame.
     pub fn frame(self) -> FrameRef {
         let line = (self.line > 0).then_some(u64::from(self.line));
-        FrameRef { no: u64::from(self.no), moved: 0, line, t_ns: (self.t_ns != i64::MIN).then_some(self.t_ns) }
+        let t_ns = (self.t_ns != i64::MIN).then_some(self.t_ns);
+        FrameRef { no: u64::from(self.no), t_ns, ..FrameRef::default() }.with_line(line)
     }
 
     /// Returns the position on the scale of timestamps, or of numbers of frames.

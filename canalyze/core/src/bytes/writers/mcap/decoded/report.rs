@@ -212,7 +212,7 @@ fn log(
             msg: words,
             file: "",
             function: "",
-            line: u32::try_from(at.line.unwrap_or(0)).unwrap_or(0),
+            line: u32::try_from(at.line().unwrap_or(0)).unwrap_or(0),
         }
     };
     decoded.send(place, "/log", (at, time), message);
