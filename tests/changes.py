@@ -494,10 +494,12 @@ def placed_pdos(traffic: Traffic, rng: Random, found: list[tuple[int, int, int]]
         return None
     times: list[int] = []
     syncs, at = traffic.times.get(0x080, []), rng.randrange(since, until)
-    after = [when - syncs[bisect_right(syncs, when) - 1] for when in traffic.times[can_id] if syncs]
+    places = [(when, bisect_right(syncs, when)) for when in traffic.times[can_id]]
+    after = [when - syncs[place - 1] for when, place in places if place]
+    answers = bool(after) and max(after) < 5 * MS
     while at < until and len(times) < count:
-        sync = next((sync for sync in syncs if sync >= at), 0)
-        times.append(sync + round(median(after)) if syncs and max(after) < 5 * MS else at)
+        sync = next((sync for sync in syncs if sync >= at), traffic.end_us)
+        times.append(sync + round(median(after)) if answers and sync < until else at)
         at = times[-1] + 60 * MS
     if not times or times[-1] > until + 5 * MS:
         return None

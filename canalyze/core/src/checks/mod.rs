@@ -352,9 +352,9 @@ impl Checks {
     }
 
     /// Takes a server's acknowledgement of a write, with or without its request in the capture.
-    pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame) {
+    pub fn acknowledged(&mut self, node: u8, mux: Mux, frame: &Frame, cx: &Context<'_>) {
         self.pdo_configuration.acknowledged(node, mux, frame);
-        self.nodes.acknowledged(node, mux.index);
+        self.nodes.acknowledged(node, mux.index, cx);
     }
 
     /// Takes a successful transfer before its value is learnt.

@@ -87,6 +87,11 @@ impl Nodes {
         self.nmt.state(node)
     }
 
+    /// Returns the last boot-up of a node if no command or power-up explains it.
+    pub fn restarted(&self, node: u8) -> Option<FrameRef> {
+        self.nmt.restarted(node)
+    }
+
     /// Returns the last state reported by a node since its boot-up.
     #[inline]
     pub fn reported(&self, node: u8) -> Option<u8> {
@@ -178,7 +183,7 @@ impl Nodes {
                 if node > 127 {
                     return;
                 }
-                self.permissions.command(node, commanded_state(command).unwrap_or(0), cx);
+                self.permissions.command(&self.nmt, node, commanded_state(command).unwrap_or(0), cx);
                 self.heartbeats.commanded(node);
             }
             Message::Malformed { role: Role::Nmt, flaw: Flaw::Length { .. } } => self.nmt.malformed(frame.len, cx),
@@ -297,6 +302,7 @@ impl Nodes {
         self.nmt.shown(node, state, period, cx);
         if guarding || self.guarding.toggles(node) {
             self.heartbeats.known_state(node, state, cx);
+            self.heartbeats.answers(node);
         } else {
             self.heartbeats.heartbeat(node, state, cx);
             // It may have been on its way when the node was reset.
@@ -333,9 +339,9 @@ impl Nodes {
     }
 
     /// Takes a server's acknowledgement of a write.
-    pub fn acknowledged(&mut self, node: u8, index: u16) {
+    pub fn acknowledged(&mut self, node: u8, index: u16, cx: &Context<'_>) {
         if index == 0x1017 {
-            self.heartbeats.acknowledged(node);
+            self.heartbeats.acknowledged(node, cx);
         }
     }
 

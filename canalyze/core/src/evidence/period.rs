@@ -219,7 +219,10 @@ impl Period {
         let Some(median) = kept.get(self.count / 2).copied() else { return Learnt::Nothing };
         let near = |gap: &&i64| gap.abs_diff(median) <= (median / 4).unsigned_abs();
         let agreeing = kept.iter().filter(near).count();
-        if agreeing < LIKELY || agreeing * 2 < self.count {
+        // A single gap suffices to confirm the period from before a doubt.
+        let confirms = |former: i64| former.abs_diff(median) <= (former / AGREE_PART).unsigned_abs();
+        let likely = agreeing >= LIKELY || self.former_ns.is_some_and(confirms);
+        if !likely || agreeing * 2 < self.count {
             return Learnt::Nothing;
         }
         if self.learnt_ns.is_none() {

@@ -15,6 +15,11 @@ rules! {
         message "心跳延迟" "heartbeat late";
         Late { found: Ns, expected: Ns }
             "距上次心跳{found}, 周期为{expected}" "{found} since the previous heartbeat (period {expected})";
+        AfterWrite { found: Ns, expected: Ns }
+            "写入1017h之后{found}才收到第一个心跳, 周期为{expected}"
+            "first heartbeat {found} after 1017h was written (period {expected})";
+        Slower { found: Ns, expected: Ns }
+            "心跳周期为{found}, 而1017h为{expected}" "heartbeat period is {found}, 1017h holds {expected}";
     }
 
     /// 消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。
@@ -28,6 +33,9 @@ rules! {
             "no heartbeat for {silence} since then (consumer heartbeat time 1016h: {limit})";
         Limit { silence: Ns, limit: Ns } "此后{silence}没有心跳, 判定时限{limit}(3个周期加容差)"
             "no heartbeat for {silence} since then (limit {limit}: 3 periods plus tolerance)";
+        AfterWrite { silence: Ns, expected: Ns }
+            "写入1017h后{silence}没有心跳, 写入的周期为{expected}"
+            "no heartbeat for {silence} since 1017h was written (period written: {expected})";
     }
 
     /// 错误控制报文中的状态只能是00h、04h、05h或7Fh; 心跳的位7为0。

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::exchange::{expedited, lacks_data};
-use super::limits::{UNANSWERED_NS, within};
+use super::limits::UNANSWERED_NS;
 use super::phase::{Half, Phase, Segments, strict_initiate};
 use super::state::{GivenUpWrite, History, Hypotheses, Proof, SdoChannel, Sequence, Server, Verdicts};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
@@ -410,7 +410,7 @@ impl SdoChannel {
         let pending = self.pending();
         if reset
             && let Some(pending) = self.pending()
-            && !within(pending.at, cx.at, UNANSWERED_NS)
+            && self.is_overdue(&pending, cx)
             && !self.is_edge(&pending)
             && !self.sequence.may_be_answered(&pending)
         {
@@ -441,6 +441,11 @@ impl SdoChannel {
         } else {
             self.restart();
         }
+    }
+
+    /// Takes a boot-up of the server that no command explains, if it is one.
+    pub fn restarted(&mut self, unexplained: Option<FrameRef>) {
+        self.history.restart = unexplained;
     }
 
     /// Takes a boot-up of the server: later frames answer no earlier request.

@@ -211,6 +211,9 @@ impl SdoChannel {
         if *verdict == Sdo020::GivenUp.into() {
             return Some(self.verdicts.fault.unwrap_or(offender));
         }
+        if *verdict == Sdo020::Booted.into() && self.history.restart.is_some() {
+            return self.history.restart;
+        }
         if verdict.code.rule().severity == Severity::Info {
             return None;
         }
@@ -244,8 +247,8 @@ impl SdoChannel {
         }
     }
 
-    /// Returns true if a request at the capture's end has waited too long for an answer; for a read this is shorter if
-    /// the server has always answered much sooner.
+    /// Returns true if a request at the capture's end, or at a reset, has waited too long for an answer; for a read this
+    /// is shorter if the server has always answered much sooner.
     pub(super) fn is_overdue(&self, request: &Half, cx: &Context<'_>) -> bool {
         let (Some(asked), Some(now)) = (request.at.t_ns, cx.at.t_ns) else { return false };
         let waited = now.saturating_sub(asked);

@@ -330,7 +330,7 @@ impl Bus {
                 }
                 Some(What::Sdo(Step { command: Command::DownloadInitiated(mux), .. })) => {
                     let mux = *mux;
-                    self.checks.acknowledged(node, mux, frame);
+                    self.checks.acknowledged(node, mux, frame, cx);
                     self.doubt_object(node, mux, cx);
                 }
                 _ => {}
@@ -488,6 +488,11 @@ impl Bus {
             _ => {}
         }
         self.checks.follow(&message, &self.nodes, frame, cx);
+        if let Message::BootUp { node } = message {
+            let restarted = self.checks.nodes.restarted(node);
+            let own = self.channels.values_mut().filter(|channel| channel.node() == node);
+            own.for_each(|channel| channel.restarted(restarted));
+        }
         self.publish(&message, own, cx);
     }
 

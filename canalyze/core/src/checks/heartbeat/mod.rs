@@ -53,6 +53,19 @@ struct Producer {
     /// The shortest consumer time, in ns.
     consumer: Option<i64>,
     start: Start,
+    /// True once an error control frame of the node was seen.
+    seen: bool,
+    /// The longest gap before the period was known in ns, the heartbeat that ended it, and the longest silence of the
+    /// whole bus in it, in ns.
+    unjudged: Option<(i64, FrameRef, i64)>,
+    /// The longest silence of the whole bus since the last heartbeat, in ns.
+    silent_ns: i64,
+    /// The value of 1017h in ns that a request not yet acknowledged writes.
+    requested_ns: Option<i64>,
+    /// True while all gaps since the first heartbeat that was owed are late, and that was reported: one fault.
+    begins_late: bool,
+    /// The frame of the first report of its being late or lost since the period was last doubted.
+    reported: Option<FrameRef>,
     /// The last late gap in ns, the heartbeat that ended the first like it, and the number of punctual gaps since.
     late: Option<(i64, FrameRef, u8)>,
     /// The frame at which it counted as lost, and the number of heartbeats since; two punctual ones end the loss.
@@ -64,7 +77,7 @@ struct Producer {
     duplicate: DuplicateId,
 }
 
-/// The phase after a boot-up, which may change the period; the second heartbeat shows it.
+/// The phase before the first heartbeats. A boot-up may change the period, which the second heartbeat shows.
 #[derive(Clone, Copy, Debug, Default)]
 enum Start {
     #[default]
@@ -72,6 +85,8 @@ enum Start {
     Booted(When),
     /// The time from the boot-up to the first heartbeat in ns, and that heartbeat.
     First(i64, When),
+    /// The acknowledged write of 1017h that begins the heartbeats, and its value in ns.
+    Written(When, i64),
 }
 
 /// Returns the nodes that a node monitors, with times in ns, as far as a better source than an EDS shows.
@@ -163,7 +178,8 @@ impl Heartbeats {
         let Some(producer) = self.producers.get_mut(node) else { return };
         let before = producer.expected().unwrap_or(0);
         producer.period.doubt();
-        (producer.last, producer.start, producer.late) = (None, Start::Over, None);
+        (producer.last, producer.start, producer.late, producer.unjudged) = (None, Start::Over, None, None);
+        (producer.requested_ns, producer.begins_late, producer.reported) = (Some(ns), false, None);
         // The write restarts the period. If the server refuses it, the old one continues.
         if self.owed.met(node).is_some() && ns > 0 {
             let period = before.max(ns);
@@ -173,8 +189,16 @@ impl Heartbeats {
     }
 
     /// Takes an acknowledged write of 1017h; without its request in the capture the new period is unknown.
-    pub fn acknowledged(&mut self, node: u8) {
+    pub fn acknowledged(&mut self, node: u8, cx: &Context<'_>) {
         let Some(producer) = self.producers.get_mut(node) else { return };
+        // Only a node whose error control is in the capture is known to owe its heartbeats there.
+        if let Some(ns) = producer.requested_ns.take().filter(|ns| *ns > 0 && producer.seen) {
+            (producer.start, producer.paused_ns) = (Start::Written(cx.when, ns), 0);
+            if self.owed.get(node).is_none() {
+                let limit_ns = ns.saturating_mul(3).saturating_add(slack(ns, Confidence::Configured));
+                self.owed.open(node, Owed { since: cx.when, limit_ns, why: Some(cx.at) });
+            }
+        }
         if self.owed.get(node).is_some_and(|owed| owed.why.is_none()) {
             producer.period.forget();
             producer.last = None;
@@ -195,9 +219,8 @@ impl Heartbeats {
     pub fn booted(&mut self, node: u8, cx: &mut Context<'_>) {
         self.pause(node, cx);
         cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
-        if let Some(producer) = self.producers.get_mut(node).filter(|producer| producer.expected().is_some()) {
-            producer.start = Start::Booted(cx.when);
-        }
+        let producer = self.producers.entry(node);
+        (producer.seen, producer.start) = (true, Start::Booted(cx.when));
     }
 
     /// Takes a frame with bit 7 from a node that sends heartbeats and is not guarded: a heartbeat whose state does not
@@ -211,6 +234,16 @@ impl Heartbeats {
     pub fn alive(&mut self, node: u8, cx: &mut Context<'_>) {
         if let Some(state) = self.producers.get(node).and_then(|producer| producer.state) {
             self.heartbeat(node, state, cx);
+        } else {
+            self.answers(node);
+        }
+    }
+
+    /// Takes an error control frame of a node that is monitored otherwise: it is not silent.
+    pub fn answers(&mut self, node: u8) {
+        if let Some(producer) = self.producers.get_mut(node).filter(|producer| producer.last.is_none()) {
+            producer.start = Start::Over;
+            self.owed.met(node);
         }
     }
 
@@ -247,6 +280,7 @@ impl Heartbeats {
     pub fn heartbeat(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
         let known = self.known_state(node, state, cx);
         let producer = self.producers.entry(node);
+        producer.seen = true;
         let before = producer.state.replace(state);
         let changed = before.is_some_and(|before| before != state);
         let last = producer.last.replace(cx.when);
@@ -256,10 +290,13 @@ impl Heartbeats {
         }
         if producer.is_lost() {
             cx.evidence.circumstances.over(CircumstanceKind::NodeLost, node);
+            // The first one after a write of 1017h was owed, and reported.
+            producer.begins_late = matches!(producer.start, Start::Written(..));
+            producer.start = if producer.begins_late { Start::Over } else { producer.start };
         }
         producer.lost = producer.lost.filter(|(_, since)| *since == 0).map(|(at, _)| (at, 1));
         producer.begin(node, cx);
-        producer.paused_ns = 0;
+        (producer.paused_ns, producer.silent_ns) = (0, 0);
         let limit = producer.limit();
         cx.evidence.pending.alive(node, limit.is_some());
         match limit {
@@ -297,7 +334,7 @@ impl Heartbeats {
     /// Adds the producers whose heartbeat was due in a silence.
     fn with_producers(&self, silence: Silence) -> Silence {
         let due =
-            |one: &Producer| Some(one.last?.at.t_ns?.saturating_add(one.expected()?.saturating_add(LEAST_SLACK_NS)));
+            |one: &Producer| Some(one.since()?.at.t_ns?.saturating_add(one.expected()?.saturating_add(LEAST_SLACK_NS)));
         let within = |due: i64| silence.from_ns < due && due < silence.to_ns;
         let missing = self.producers.iter().filter(|(_, one)| due(one).is_some_and(within));
         missing.fold(silence, |silence, (id, _)| Silence { missing: silence.missing | 1 << (id & 0x7F), ..silence })
@@ -307,6 +344,7 @@ impl Heartbeats {
     fn resume(&mut self, silence: Silence, cx: &mut Context<'_>) {
         let (mut missing, mut overdue) = (0, false);
         for (node, producer) in self.producers.iter_mut() {
+            producer.silent_ns = producer.silent_ns.max(silence.ns());
             if !producer.misses(node, silence) {
                 continue;
             }
@@ -343,12 +381,14 @@ impl Heartbeats {
     fn lose(&mut self, node: u8, now: When, owed: Owed, cx: &mut Context<'_>) {
         let Some(producer) = self.producers.get_mut(node) else { return };
         // A node that returns for a single heartbeat is still lost.
-        let because_of = producer.lost.map(|(at, _)| at);
+        let because_of = producer.lost.map(|(at, _)| at).or(producer.reported.filter(|_| producer.begins_late));
         producer.lost = Some((because_of.unwrap_or(cx.at), 0));
+        producer.reported.get_or_insert(cx.at);
         let last = producer.last.unwrap_or(owed.since);
         let (silence, limit) = (cx.evidence.recording.between(last, now).unwrap_or(0), owed.limit_ns);
-        let what = match producer.consumer {
-            Some(time) if time >= limit => Hbt002::ConsumerTime { silence, limit },
+        let what = match (producer.start, producer.consumer) {
+            (Start::Written(_, expected), _) => Hbt002::AfterWrite { silence, expected },
+            (_, Some(time)) if time >= limit => Hbt002::ConsumerTime { silence, limit },
             _ => Hbt002::Limit { silence, limit },
         };
         let finding = cx.verdict(what, Some(node), None, Some(last.at));
@@ -388,12 +428,21 @@ impl Producer {
     fn pause(&mut self) {
         self.period.doubt();
         (self.last, self.state, self.late, self.lost) = (None, None, None, None);
-        (self.start, self.paused_ns) = (Start::Over, 0);
+        (self.start, self.paused_ns, self.unjudged, self.requested_ns) = (Start::Over, 0, None, None);
+        (self.begins_late, self.reported) = (false, None);
         self.duplicate = DuplicateId::default();
     }
 
     fn is_lost(&self) -> bool {
         self.lost.is_some_and(|(_, since)| since == 0)
+    }
+
+    /// Returns the place from which the next heartbeat is expected.
+    fn since(&self) -> Option<When> {
+        match self.start {
+            Start::Booted(at) | Start::Written(at, _) => self.last.or(Some(at)),
+            _ => self.last,
+        }
     }
 
     fn expected(&self) -> Option<i64> {
@@ -421,8 +470,7 @@ impl Producer {
 
     /// Returns true if a heartbeat was due in a silence, and the node is not to blame for its absence.
     fn misses(&self, node: u8, silence: Silence) -> bool {
-        let booted = if let Start::Booted(boot) = self.start { Some(boot) } else { None };
-        let Some(last) = self.last.or(booted).and_then(|last| last.at.t_ns) else { return false };
+        let Some(last) = self.since().and_then(|last| last.at.t_ns) else { return false };
         let Some(wait) = self.expected().or(self.consumer) else { return false };
         let due = last.saturating_add(wait);
         silence.is_of_all(node, wait) && due < silence.to_ns && due.saturating_add(self.slack()) > silence.from_ns
@@ -448,6 +496,8 @@ impl Producer {
             let limit = period.saturating_add(self.slack()).saturating_add(paused_ns);
             let late = recording.certainly_later(cx.when, last, limit) && !held_back;
             verdict = Some((period, late));
+        } else if teaches && !held_back && !self.is_lost() && self.unjudged.is_none_or(|(most, ..)| most < gap) {
+            self.unjudged = Some((gap, cx.at, self.silent_ns));
         }
         if teaches && !changed && !held_back {
             self.learn(node, gap, last, cx);
@@ -460,6 +510,7 @@ impl Producer {
     }
 
     fn judge(&mut self, node: u8, (found, expected): (i64, i64), late: bool, cx: &mut Context<'_>) {
+        self.begins_late &= !alike(found, expected);
         if !late {
             self.late = self.late.filter(|(.., since)| *since == 0).map(|(gap, first, _)| (gap, first, 1));
             return;
@@ -467,9 +518,10 @@ impl Producer {
         // Gaps that stay as long, or alternate, are one fault.
         let again = self.late.filter(|(before, ..)| alike(*before, found));
         self.late = Some((found, again.map_or(cx.at, |(_, first, _)| first), 0));
-        if again.is_some() || !self.period.is_even() || self.duplicate.is_found() {
+        if again.is_some() || self.begins_late || !self.period.is_even() || self.duplicate.is_found() {
             return;
         }
+        self.reported.get_or_insert(cx.at);
         cx.report_timed(cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None));
     }
 
@@ -482,8 +534,10 @@ impl Producer {
             SeriesPlace::Additional => return,
         };
         let before = self.period.expected();
-        let Learnt::Changed { from_ns: from, to_ns: to, since } = self.period.take(gap, uncertain, cx.at) else {
-            return;
+        let (from, to, since) = match self.period.take(gap, uncertain, cx.at) {
+            Learnt::Changed { from_ns, to_ns, since } => (from_ns, to_ns, since),
+            Learnt::First => return self.certain(node, cx),
+            Learnt::Nothing => return self.known(node, cx),
         };
         let halved = alike(from, to.saturating_mul(2));
         // A few heartbeats do not show the period: the change may be older than the recording. Fewer suffice, if even,
@@ -504,22 +558,80 @@ impl Producer {
         cx.report_timed(Finding { at: since, because_of, ..finding });
     }
 
-    /// Judges the first heartbeats after a boot-up. If the second shows the previous period, the first was due after
+    /// Judges a period that has become certain against 1017h.
+    fn certain(&mut self, node: u8, cx: &mut Context<'_>) {
+        self.known(node, cx);
+        let (Some(found), Some(expected)) = (self.period.learnt_ns(), self.period.configured_ns()) else { return };
+        let least = found.saturating_sub(self.resolution_ns);
+        let slower = least > expected && !alike(least, expected);
+        if slower && !self.duplicate.is_found() {
+            let finding = cx.verdict(Hbt001::Slower { found, expected }, Some(node), None, None);
+            cx.report_timed(Finding { because_of: self.reported, ..finding });
+        }
+    }
+
+    /// Judges the longest gap from before the period was known, once some even gaps show that.
+    fn known(&mut self, node: u8, cx: &mut Context<'_>) {
+        let known = |known: &Expected| known.gaps >= SHOWN && known.confidence >= Confidence::Likely;
+        if self.unjudged.is_none() || !self.period.expected().is_some_and(|expected| known(&expected)) {
+            return;
+        }
+        let (Some((found, at, silent_ns)), Some(expected)) = (self.unjudged.take(), self.expected()) else { return };
+        let slack = self.slack().max(slack(expected, Confidence::Likely));
+        let limit = expected.saturating_add(slack).saturating_add(self.resolution_ns);
+        if found <= limit || silent_ns > limit || self.late.is_some() || self.duplicate.is_found() {
+            return;
+        }
+        let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
+        cx.report_timed(Finding { at, ..finding });
+    }
+
+    /// Judges the first heartbeats after a write of 1017h or a boot-up. If the second shows the previous period, the first was due after
     /// that.
     fn begin(&mut self, node: u8, cx: &mut Context<'_>) {
         let recording = &cx.evidence.recording;
         match std::mem::take(&mut self.start) {
             Start::Booted(boot) if recording.teaches(boot) && recording.teaches(cx.when) => {
-                self.start = recording
-                    .between(boot, cx.when)
-                    .map_or(Start::Over, |gap| Start::First(gap.saturating_sub(self.paused_ns), cx.when));
+                let Some(found) = recording.between(boot, cx.when) else { return };
+                let found = found.saturating_sub(self.paused_ns);
+                self.start = Start::First(found, cx.when);
+                if self.paused_ns == 0 && self.expected().is_some_and(|expected| equal(expected, found)) {
+                    self.period.take(found, recording.resolution_ns(), cx.at);
+                }
             }
             Start::First(found, first) if recording.teaches(cx.when) => {
-                let second = recording.between(first, cx.when);
-                let Some((expected, second)) = self.expected().zip(second) else { return };
+                let Some(second) = recording.between(first, cx.when) else { return };
+                let Some(expected) = self.expected() else {
+                    // A boot-up is the first heartbeat of a node that sends them from then on.
+                    if equal(found, second) {
+                        self.period.take(found, recording.resolution_ns(), cx.at);
+                    }
+                    return;
+                };
                 if alike(expected, second) && found > expected.saturating_add(self.slack()) {
                     let finding = cx.verdict(Hbt001::Late { found, expected }, Some(node), None, None);
                     cx.report_timed(Finding { at: first.at, ..finding });
+                }
+            }
+            Start::Written(since, expected) if recording.teaches(since) && recording.teaches(cx.when) => {
+                let Some(found) = recording.between(since, cx.when) else { return };
+                let found = found.saturating_sub(self.paused_ns);
+                // The former period may run to its end. A node may begin the new one with a delay, but by a whole
+                // period one heartbeat is missing.
+                let period = expected.max(self.expected().unwrap_or(0));
+                let limit = period.saturating_add((expected / 4 * 3).max(LEAST_SLACK_NS));
+                // The recorder may have held it back.
+                let ended = cx.at.t_ns.and_then(|now| recording.ended_silence(now)).filter(|silence| silence.odd);
+                let limit = limit.saturating_add(self.paused_ns.max(ended.map_or(0, |silence| silence.ns())));
+                if recording.certainly_later(cx.when, since, limit) {
+                    self.begins_late = true;
+                    self.reported.get_or_insert(cx.at);
+                    cx.report_timed(cx.verdict(
+                        Hbt001::AfterWrite { found, expected },
+                        Some(node),
+                        None,
+                        Some(since.at),
+                    ));
                 }
             }
             _ => {}
@@ -531,6 +643,11 @@ impl Producer {
 fn slack(period: i64, confidence: Confidence) -> i64 {
     let percent = if confidence == Confidence::Certain { 30 } else { 45 };
     (period.saturating_mul(percent) / 100).max(LEAST_SLACK_NS)
+}
+
+/// Returns true if two times differ by no more than even gaps do.
+fn equal(one: i64, other: i64) -> bool {
+    one.abs_diff(other) <= (one.max(other) / EVEN_PART).unsigned_abs()
 }
 
 /// Returns true if two times differ by no more than an eighth.

@@ -133,10 +133,27 @@ impl Nmt {
         }
     }
 
+    /// Returns the last boot-up of a node if no command or power-up explains it.
+    pub fn restarted(&self, node: u8) -> Option<FrameRef> {
+        self.nodes.get(node).and_then(|node_state| node_state.boots.unexplained)
+    }
+
     /// Returns the state with its evidence, for verdicts.
     pub fn known(&self, node: u8) -> Option<KnownState> {
         let node_state = self.nodes.get(node)?;
-        let state = self.state(node)?;
+        let Some(state) = self.state(node) else {
+            // A node that has booted is Pre-operational, unless it starts itself.
+            let at = node_state.boots.last.filter(|_| node_state.command.is_none() && !node_state.reset.awaited)?;
+            let (shown, may_start_itself, doubtful) = (false, true, true);
+            return Some(KnownState {
+                state: PRE_OPERATIONAL,
+                at,
+                shown,
+                may_start_itself,
+                doubtful,
+                not_started: None,
+            });
+        };
         let may_start_itself = state == PRE_OPERATIONAL && !node_state.managed && node_state.command.is_none();
         // An unreadable frame since then may have been a command to this node.
         let commanded = |last: FrameRef| self.garbled.is_some_and(|garbled| garbled.no > last.no);

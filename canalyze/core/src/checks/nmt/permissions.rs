@@ -24,6 +24,9 @@ const PROCESSED_NS: i64 = 2_000_000;
 const IDLE_NS: i64 = 1_500_000;
 /// Maximum number of kept faults of a node whose state is uncertain.
 const KEPT: usize = 8;
+/// Maximum number of TPDOs between a boot-up and the start command of a node that has not started itself: one that has
+/// sends more.
+const EARLY: u32 = 5;
 
 /// A node's stay in a state.
 #[derive(Debug, Default)]
@@ -38,6 +41,8 @@ struct StatePeriod {
     vain: Option<FrameRef>,
     /// Faults of a node that may have started itself or not obeyed a command; the next reported state decides.
     undecided: Vec<(u8, Finding)>,
+    /// Number of TPDOs outside Operational since the boot-up.
+    sent: u32,
     /// An SDO response or EMCY after a reset; the boot-up decides if it came before that.
     early: Option<Finding>,
 }
@@ -52,13 +57,17 @@ impl NmtPermissions {
     /// Takes a PDO of a node.
     #[inline]
     pub fn pdo(&mut self, nmt: &Nmt, transmit: bool, number: u16, node: u8, cx: &mut Context<'_>) {
-        if nmt.state(node).is_some_and(|state| state != OPERATIONAL) {
+        if nmt.state(node).map_or(transmit, |state| state != OPERATIONAL) {
             self.pdo_outside(nmt, transmit, number, node, cx);
         }
     }
 
     fn pdo_outside(&mut self, nmt: &Nmt, transmit: bool, number: u16, node: u8, cx: &mut Context<'_>) {
         let Some(known) = nmt.known(node) else { return };
+        if transmit {
+            let sent = &mut self.nodes.entry(node).sent;
+            *sent = sent.saturating_add(1);
+        }
         let (pdo, state) = ((transmit, number), known.state);
         let object = Some(Mux { index: communication_parameter(transmit, number), sub: 1 });
         let (queued, finding) = if transmit {
@@ -129,12 +138,15 @@ impl NmtPermissions {
     }
 
     /// Takes a command to a state, or 0; it may have permitted the frames just before it.
-    pub fn command(&mut self, node: u8, state: u8, cx: &mut Context<'_>) {
+    pub fn command(&mut self, nmt: &Nmt, node: u8, state: u8, cx: &mut Context<'_>) {
         for (id, period) in self.nodes.iter_mut().filter(|(id, _)| node == 0 || node == *id) {
             let voided = |finding: &Finding| finding.node == Some(id) && is_permitted(finding.code, state);
             // A withdrawn fault may occur again, and is reported then.
             period.leave_for(if cx.evidence.pending.withdraw(voided) { 0 } else { state });
             period.vain = period.vain.filter(|request| cx.evidence.recording.is_settled(*request, cx.at));
+            if state == OPERATIONAL && !nmt.shows(id) {
+                period.started(cx);
+            }
         }
     }
 
@@ -143,6 +155,7 @@ impl NmtPermissions {
         let Some(period) = self.nodes.get_mut(node) else { return };
         period.leave_for(0);
         period.undecided.clear();
+        period.sent = 0;
         if let Some(early) = period.early.take() {
             cx.report(early);
         }
@@ -203,6 +216,16 @@ impl StatePeriod {
             self.reported.push(code);
         }
         first
+    }
+
+    /// Takes the start command of a node that reports no states: it has not started itself if it sent few TPDOs.
+    fn started(&mut self, cx: &mut Context<'_>) {
+        let few = self.sent <= EARLY;
+        for (_, finding) in std::mem::take(&mut self.undecided) {
+            if few && finding.code == Code::Pdo002 && cx.evidence.recording.is_settled(finding.at, cx.at) {
+                cx.report_listed(finding);
+            }
+        }
     }
 
     /// Takes a change, or command, to a state: faults are reported again unless it is the present state.
