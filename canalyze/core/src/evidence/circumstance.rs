@@ -75,9 +75,9 @@ use Rules::{EventPdo, Nmt, PdoLength, SdoAnswer, SdoTime, Srdo, Sync, Synchronou
 
 /// The excuses: circumstance, scope, rules. A kind or group is listed once it is noted or asked for.
 const EXCUSES: &[(CircumstanceKind, Scope, &[Rules])] = &[
-    (CircumstanceKind::Gap, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
+    (CircumstanceKind::Gap, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer, Nmt]),
     (CircumstanceKind::Stall, Scope::Bus, &[SynchronousPdo, EventPdo, Srdo, SdoTime]),
-    (CircumstanceKind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime]),
+    (CircumstanceKind::Pause, Scope::Others, &[EventPdo, Srdo, SdoTime, Nmt]),
     (CircumstanceKind::SyncBroken, Scope::Bus, &[SynchronousPdo]),
     (CircumstanceKind::TwoSyncProducers, Scope::Bus, &[Sync, SynchronousPdo]),
     (CircumstanceKind::NodeLost, Scope::Node, &[SynchronousPdo, EventPdo, Srdo, SdoTime, SdoAnswer]),
@@ -129,12 +129,19 @@ impl Circumstances {
     }
 
     /// Returns the frame of the latest circumstance that excuses a breach of such rules by a node (`None`: by the bus)
-    /// of an obligation since `since`.
-    pub fn excuse(&self, rules: Rules, node: Option<u8>, since: When, recording: &Recording) -> Option<FrameRef> {
+    /// of an obligation between two frames. Those that last excuse it whenever they are noted.
+    pub fn excuse(
+        &self,
+        rules: Rules,
+        node: Option<u8>,
+        (since, until): (When, FrameRef),
+        recording: &Recording,
+    ) -> Option<FrameRef> {
         let mut past = self.past.iter().rev();
         let found = past.find(|one| {
-            let after = one.kind.lasts() || recording.may_precede(since, one.when);
-            after && EXCUSES.iter().any(|row| one.fits(row, rules, node))
+            let between = recording.may_precede(since, one.when) && one.when.at.no <= until.no;
+            let concerns = one.kind.lasts() || between;
+            concerns && EXCUSES.iter().any(|row| one.fits(row, rules, node))
         });
         found.map(|one| one.when.at)
     }

@@ -198,7 +198,7 @@ impl Recording {
             }
             let original = happened.sighting == Sighting::Original;
             let too_close = (close, resolution_ns < wire_ns, resolution_ns);
-            let missed = self.stalls.follow(frame, (self.last_ns, now, silent_ns), original, too_close);
+            let missed = self.stalls.follow(frame, (self.last_ns, now, silent_ns), happened.sighting, too_close);
             // A recording that shows frames twice does not lose them.
             let missed = missed.filter(|_| original && resolution_ns < LATE_NS);
             self.single.follow(frame, missed);

@@ -13,7 +13,7 @@
 
 use crate::bytes::frame::{Frame, Kind};
 
-use super::duplicates::{Duplicates, PATIENCE_NS};
+use super::duplicates::{Duplicates, PATIENCE_NS, Sighting};
 use super::senders::{Even, Late, Missed, Run, SenderEvidence, Senders};
 
 /// Minimum length of a stall, in ns; shorter silences change no verdict.
@@ -161,7 +161,7 @@ pub(super) struct Stalls {
 
 impl Stalls {
     /// Follows a frame by its times: that of the previous frame, its own, and the silence of the bus between them, in
-    /// ns. `original` is false for possible duplicates, which show nothing until they are decided. `close`: it follows
+    /// ns. Possible duplicates show nothing until they are decided, and known ones nothing at all. `close`: it follows
     /// the previous frame in less time than it takes on the fastest bus; `exact`: the stamps are fine enough to show
     /// that; the last value is the resolution of the stamps in ns, within which there is no silence. Returns the frames
     /// of its sender that are missing before it.
@@ -169,7 +169,7 @@ impl Stalls {
         &mut self,
         frame: &Frame,
         (last, now, gap): (Option<i64>, i64, i64),
-        original: bool,
+        sighting: Sighting,
         (close, exact, resolution_ns): (bool, bool, i64),
     ) -> Option<Missed> {
         let Some(last) = last else {
@@ -191,7 +191,10 @@ impl Stalls {
                 ..Burst::default()
             });
         }
-        let seen = self.senders.see(frame, now, self.run(), DRAIN_NS);
+        let seen = match sighting {
+            Sighting::Duplicate => SenderEvidence::default(),
+            _ => self.senders.see(frame, now, self.run(), DRAIN_NS),
+        };
         let too_close = self.is_too_close(close, exact);
         self.compare_later(seen.tells_of);
         if seen.late.is_some_and(Late::is_on_time) && !too_close {
@@ -202,7 +205,7 @@ impl Stalls {
             self.know_gap(gap);
         }
         if self.running {
-            self.take(seen, now, too_close, original);
+            self.take(seen, now, too_close, sighting == Sighting::Original);
         }
         seen.missed
     }

@@ -189,7 +189,11 @@ impl SdoChannel {
         let unanswered = matches!(code, Code::Sdo002 | Code::Sdo015 | Code::Sdo020 | Code::Sdo031);
         let (evidence, node) = (&cx.evidence, Some(self.server.node));
         let lost = || {
-            evidence.circumstances.excuse(Rules::SdoAnswer, node, cx.when, &evidence.recording).filter(|_| unanswered)
+            let since = evidence.recording.at(offender);
+            evidence
+                .circumstances
+                .excuse(Rules::SdoAnswer, node, (since, cx.at), &evidence.recording)
+                .filter(|_| unanswered)
         };
         let because_of = in_vain.or_else(|| self.explain(&verdict, at, offender)).or_else(lost);
         let because_of = if missing { self.still_mute(because_of, at) } else { because_of };
@@ -237,7 +241,7 @@ impl SdoChannel {
             let because_of = evidence.circumstances.excuse(
                 Rules::SdoTime,
                 Some(self.server.node),
-                request.when,
+                (request.when, cx.at),
                 &evidence.recording,
             );
             let because_of =

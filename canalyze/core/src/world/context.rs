@@ -88,7 +88,7 @@ impl Context<'_> {
     /// one.
     pub fn excused(&self, rules: Rules, since: When, finding: Finding) -> Finding {
         let Evidence { circumstances, recording, .. } = &*self.evidence;
-        let excuse = || circumstances.excuse(rules, finding.node, since, recording);
+        let excuse = || circumstances.excuse(rules, finding.node, (since, finding.at), recording);
         Finding { because_of: finding.because_of.or_else(excuse), ..finding }
     }
 

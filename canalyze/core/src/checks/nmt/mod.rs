@@ -13,10 +13,10 @@ use self::commandless::Commandless;
 use self::node_state::{NodeState, PendingCommand, Reports, Spontaneous, Suspect, bit, bits_of};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Obligations;
-use crate::evidence::Rules;
 use crate::evidence::circumstance::CircumstanceKind as Circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::obligation::Owed;
+use crate::evidence::{Rules, When};
 use crate::rules::finding::{Finding, Verdict};
 use crate::rules::heartbeat::Hbt004;
 use crate::rules::nmt::{Nmt001, Nmt003, Nmt004, Nmt005, Nmt006};
@@ -118,6 +118,11 @@ pub struct Nmt {
     /// Commands always preceded their effects: the capture is in causal order.
     causal: bool,
     late: bool,
+}
+
+/// Returns the place of a node's last frame before the current one; that of the current one if there is none.
+fn since(last: Option<FrameRef>, cx: &Context<'_>) -> When {
+    last.map_or(cx.when, |last| cx.evidence.recording.at(last))
 }
 
 impl Nmt {
@@ -323,7 +328,7 @@ impl Nmt {
         }
         self.suspects += u32::from(node_state.suspect.is_none());
         node_state.boots.unexplained = Some(cx.at);
-        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate });
+        node_state.suspect = Some(Suspect { at: cx.at, since: since(before.1.last, cx), what, duplicate });
     }
 
     /// Takes a reported state. `period_ns`: the period of the node's reports if known.
@@ -374,7 +379,7 @@ impl Nmt {
         self.suspects += u32::from(node_state.suspect.is_none());
         let wait_ns = period_ns.map_or(0, |period_ns| period_ns.saturating_mul(ALTERNATES));
         let what = Spontaneous::Change { from: before, to: state, wait_ns };
-        node_state.suspect = Some(Suspect { at: cx.at, what, duplicate: false });
+        node_state.suspect = Some(Suspect { at: cx.at, since: since(beat, cx), what, duplicate: false });
     }
 
     /// Takes an unreadable error control frame, which may be the boot-up due after a reset.
@@ -487,7 +492,7 @@ impl Nmt {
                 let finding = of(boot_verdict(suspect));
                 match suspect.what {
                     Spontaneous::TwoBootUps { .. } => cx.report(finding),
-                    _ => self.commandless.find(finding, 0, cx),
+                    _ => self.commandless.find(cx.excused(Rules::Nmt, suspect.since, finding), 0, cx),
                 }
                 continue;
             };
@@ -502,7 +507,7 @@ impl Nmt {
             }
             self.commandless.changed(node, to, &finding);
             // Two nodes with one node-ID seem to change their state.
-            self.commandless.find(cx.excused(Rules::Nmt, cx.when, finding), wait_ns, cx);
+            self.commandless.find(cx.excused(Rules::Nmt, suspect.since, finding), wait_ns, cx);
         }
     }
 

@@ -107,6 +107,8 @@ impl PendingCommand {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Suspect {
     pub(super) at: FrameRef,
+    /// The node's frame before it, or the same: the command may have been between them.
+    pub(super) since: When,
     pub(super) what: Spontaneous,
     /// The frame may be a second capture of another.
     pub(super) duplicate: bool,

@@ -128,8 +128,8 @@ impl PdoTiming {
         let period_ns = if owed.since.at == last.at { sent.timer_ns } else { i64::MAX };
         let held_back =
             recording.was_silent(node, now_ns.saturating_sub(gap.saturating_sub(sent.timer_ns)), period_ns, now_ns);
-        let excused =
-            held_back || cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), owed.since, recording).is_some();
+        let excused = held_back
+            || cx.evidence.circumstances.excuse(Rules::EventPdo, Some(node), (owed.since, cx.at), recording).is_some();
         if excused || !recording.certainly_later(cx.when, owed.since, limit) {
             return false;
         }
