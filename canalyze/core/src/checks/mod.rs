@@ -249,6 +249,7 @@ impl Checks {
     }
 
     /// Takes a PDO with data; `known` is its configuration.
+    #[inline]
     pub fn process_data(
         &mut self,
         name: PdoName,

@@ -123,6 +123,7 @@ impl Duplicates {
     }
 
     /// Returns the number of the first frame that may be a duplicate not decided yet.
+    #[inline]
     pub fn undecided_since(&self) -> Option<u64> {
         self.suspect.map(|suspect| suspect.number)
     }

@@ -184,6 +184,7 @@ impl Holes {
     }
 
     /// Returns the number of the first frame that may be after a hole not decided yet.
+    #[inline]
     pub(super) fn undecided_since(&self) -> Option<u64> {
         self.doubt.as_ref().map(|doubt| doubt.first)
     }

@@ -187,6 +187,7 @@ impl Losses {
     }
 
     /// Returns the number of the first frame that waits.
+    #[inline]
     pub(super) fn undecided_since(&self) -> Option<u64> {
         self.open.map(|open| open.no)
     }

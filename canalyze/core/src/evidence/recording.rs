@@ -261,7 +261,11 @@ impl Recording {
     /// Returns true if nothing is open about any frame so far.
     #[inline]
     pub fn is_decided(&self) -> bool {
-        self.undecided_since().is_none()
+        let (duplicates, stalls) = (&self.duplicates, &self.stalls);
+        duplicates.undecided_since().is_none()
+            && stalls.undecided_since().is_none()
+            && self.holes.undecided_since().is_none()
+            && self.single.undecided_since().is_none()
     }
 
     /// Returns the number of the first frame about which something is open.

@@ -81,8 +81,7 @@ impl Answer {
     #[inline]
     fn take(&mut self, sync: SyncSeen, now: i64) -> bool {
         let delay_ns = now.saturating_sub(sync.last_ns);
-        let most_ns = (sync.gap_ns / ANSWER_PART).min(ANSWER_NS);
-        let alike = delay_ns.saturating_sub(self.delay_ns).saturating_abs() <= most_ns && delay_ns <= sync.gap_ns / 2;
+        let alike = delay_ns.saturating_sub(self.delay_ns).saturating_abs() <= sync.most_ns && delay_ns <= sync.half_ns;
         let answers = alike && self.even >= ANSWERS;
         if alike {
             self.even = (self.even + 1).min(2 * ANSWERS);
@@ -97,11 +96,13 @@ impl Answer {
     }
 }
 
-/// The last SYNC and the usual gap between SYNCs, in ns.
+/// The last SYNC and half the usual gap between SYNCs, in ns.
 #[derive(Clone, Copy, Debug, Default)]
 struct SyncSeen {
     last_ns: i64,
-    gap_ns: i64,
+    half_ns: i64,
+    /// Maximum difference of the delays of an answer, in ns.
+    most_ns: i64,
     /// Its counter, if it has one.
     counter: Option<u8>,
 }
@@ -356,7 +357,8 @@ impl Senders {
         let Some(usual) = self.usual.get_mut(id) else { return SenderEvidence::default() };
         let answers = PDO.contains(&id) && usual.answer.take(self.sync, now);
         if id == SYNC {
-            self.sync = SyncSeen { last_ns: now, gap_ns: usual.gap_ns, counter: frame.payload().first().copied() };
+            let (half_ns, most_ns) = (usual.gap_ns / 2, (usual.gap_ns / ANSWER_PART).min(ANSWER_NS));
+            self.sync = SyncSeen { last_ns: now, half_ns, most_ns, counter: frame.payload().first().copied() };
         }
         if usual.last_ns == 0 {
             self.active.push(id);

@@ -70,7 +70,7 @@ struct Signs {
 }
 
 impl Signs {
-    fn take(&mut self, seen: SenderEvidence, too_close: bool) {
+    fn take(&mut self, seen: &SenderEvidence, too_close: bool) {
         self.frames += 1;
         self.close += u32::from(too_close);
         self.alone += u32::from(!seen.answers);
@@ -205,13 +205,13 @@ impl Stalls {
             self.know_gap(gap);
         }
         if self.running {
-            self.take(seen, now, too_close, sighting == Sighting::Original);
+            self.take(&seen, now, too_close, sighting == Sighting::Original);
         }
         seen.missed
     }
 
     /// Adds a frame to the running burst.
-    fn take(&mut self, seen: SenderEvidence, now: i64, too_close: bool, original: bool) {
+    fn take(&mut self, seen: &SenderEvidence, now: i64, too_close: bool, original: bool) {
         let mean_ns = self.mean_gap_64 / 64;
         let Some(burst) = self.bursts.last_mut() else { return };
         burst.until_ns = now;
@@ -331,6 +331,7 @@ impl Stalls {
     }
 
     /// Returns the number of the first frame that may be in a burst not decided yet.
+    #[inline]
     pub(super) fn undecided_since(&self) -> Option<u64> {
         self.bursts.iter().find(|burst| burst.verdict == Verdict::Open).map(|burst| burst.first)
     }

@@ -139,6 +139,7 @@ impl Capture {
     }
 
     /// A frame of the file has come.
+    #[inline]
     fn arrived(&mut self, frame: &Frame) {
         self.file.frames += 1;
         self.file.beyond += u64::from(frame.is_clamped());
@@ -146,6 +147,7 @@ impl Capture {
 
     /// Gives the next frame its number and its time among the capture's. Whether it begins a file whose times
     /// cannot be compared with those of the one before.
+    #[inline]
     pub(super) fn place(&mut self, frame: &mut Frame) -> bool {
         self.numbered += 1;
         self.arrived(frame);
@@ -163,6 +165,7 @@ impl Capture {
     }
 
     /// Returns true if the frame placed last begins a file that follows another.
+    #[inline]
     pub(super) fn begins_file(&self) -> bool {
         self.file.frames == 1 && self.numbered > 1
     }
@@ -173,6 +176,7 @@ impl Capture {
     }
 
     /// A frame that was placed is handed on. `held`: its file, where it was held back.
+    #[inline]
     pub(super) fn take(&mut self, frame: &Frame, held: Option<Origin>) {
         self.frames += 1;
         self.of_held = held;
@@ -197,6 +201,7 @@ impl Capture {
     }
 
     /// The frame before this one on its bus, where it is in the same file and both stamps can be compared.
+    #[inline]
     pub(super) fn before(&mut self, frame: &Frame) -> Option<FrameRef> {
         let bus = usize::from(frame.bus.0);
         if self.file.last.len() <= bus {

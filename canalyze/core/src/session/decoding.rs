@@ -235,10 +235,15 @@ impl Decoding {
 
     /// Restores the stamps of events that were judged without times, and the numbers of frames that were judged in
     /// another place, for printing.
+    #[inline]
     pub(super) fn restore(&mut self) {
-        if self.stamps.is_empty() && !self.moves {
-            return;
+        if !self.stamps.is_empty() || self.moves {
+            self.restore_all();
         }
+    }
+
+    #[cold]
+    fn restore_all(&mut self) {
         let (stamps, events) = (&self.stamps, &mut self.events);
         let restore = |at: &mut FrameRef| {
             if let (None, Ok(place)) = (at.t_ns, stamps.binary_search_by_key(&at.no, |(no, _)| *no)) {
@@ -450,11 +455,13 @@ impl Decoding {
     }
 
     /// Returns true if nobody asks what frames mean.
+    #[inline]
     pub(super) fn is_blind(&self) -> bool {
         self.blind
     }
 
     /// Takes out what is only counted.
+    #[inline]
     pub(super) fn fold(&mut self) {
         if self.folds {
             self.repeats.fold(&mut self.events);

@@ -67,6 +67,7 @@ impl Stream {
     }
 
     /// Gives a frame its place in the capture and in the recording, and hands on what is known by that.
+    #[inline]
     pub(super) fn place(&mut self, frame: &mut Frame, buses: &Buses, out: &mut Vec<u8>) {
         // Nobody may have recorded between two files: a silence there that is longer than usual is nobody's fault.
         let apart = self.capture.place(frame);
@@ -85,10 +86,16 @@ impl Stream {
     }
 
     /// Hands on the frames before which no frame follows that is listed late. `over`: none follows at all.
+    #[inline]
     fn arrange(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
-        if self.order.is_empty() {
-            return;
+        if !self.order.is_empty() {
+            self.hand_on(over, buses, out);
         }
+    }
+
+    /// Does the same where frames wait.
+    #[cold]
+    fn hand_on(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
         while !self.sinks.is_done()
             && let Some((frame, before, origin)) = self.order.next(over)
         {
@@ -98,6 +105,7 @@ impl Stream {
     }
 
     /// Gives a frame its place in the recording. `origin`: its file, where it was held back.
+    #[inline(always)]
     fn observe(
         &mut self,
         frame: &Frame,
@@ -210,6 +218,7 @@ impl Stream {
     }
 
     /// Writes the frames that were judged before others, once those are written. `over`: no others follow.
+    #[cold]
     fn write_judged(&mut self, over: bool, buses: &Buses, out: &mut Vec<u8>) {
         while !self.sinks.has_enough()
             && let Some(JudgedFrame { frame, events, sync, origin }) = self.judged.next(over)
@@ -221,6 +230,7 @@ impl Stream {
     }
 
     /// Writes a frame with its events.
+    #[inline(always)]
     fn write(&mut self, frame: &Frame, sync: (u64, Option<i64>), buses: &Buses, out: &mut Vec<u8>) {
         self.decoding.restore();
         if self.sinks.has_beside() {

@@ -507,7 +507,15 @@ impl Bus {
     }
 
     /// Takes the changes that were published from a place on.
+    #[inline]
     fn note_changes(&mut self, from: usize, cx: &Context<'_>) {
+        if cx.events.len() > from {
+            self.note_changes_from(from, cx);
+        }
+    }
+
+    #[inline(never)]
+    fn note_changes_from(&mut self, from: usize, cx: &Context<'_>) {
         for event in cx.events.iter().skip(from) {
             if let What::Change(change) = &event.what {
                 self.publisher.published(change);

@@ -166,7 +166,19 @@ impl PdoLength {
 
     /// Takes a frame of a PDO of unknown mapping. If the capture would not show a change of mapping, the frames after
     /// it decide: they return to the previous length.
-    pub fn unmapped(&mut self, (transmit, number, node): (bool, u16, u8), frame: &Frame, cx: &mut Context<'_>) {
+    #[inline]
+    pub fn unmapped(&mut self, name: (bool, u16, u8), frame: &Frame, cx: &mut Context<'_>) {
+        let (transmit, number, node) = name;
+        let kept = self.nodes.get_mut(node).and_then(|lengths| lengths.kept.get_mut(&(transmit, number)));
+        match kept.filter(|kept| kept.len == frame.len && kept.count == SHOWN && kept.other.is_none()) {
+            Some(kept) => kept.wrong.keep(),
+            None => self.differs(name, frame, cx),
+        }
+    }
+
+    /// Does the same where it may have another length than before.
+    #[inline(never)]
+    fn differs(&mut self, (transmit, number, node): (bool, u16, u8), frame: &Frame, cx: &mut Context<'_>) {
         let lengths = self.nodes.entry(node);
         let fresh = Kept { len: frame.len, count: 0, other: None, wrong: Series::default() };
         let kept = lengths.kept.entry((transmit, number)).or_insert(fresh);
