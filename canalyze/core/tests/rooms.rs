@@ -20,7 +20,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("python", 1_100),
     ("rules", 1_700),
     ("sdo", 4_500),
-    ("session", 2_750),
+    ("session", 2_780),
     ("settings", 1_300),
     ("stories", 5_100),
     ("tables", 6_100),
