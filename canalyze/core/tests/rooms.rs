@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 58_200;
+const WHOLE: usize = 58_400;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -27,7 +27,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("views", 7_900),
     ("wire", 2_550),
     ("words", 3_700),
-    ("world", 2_950),
+    ("world", 2_970),
 ];
 
 /// Adds the product lines below a folder, each under its room.
