@@ -6,8 +6,8 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// 两个心跳的间隔明显超过了周期。周期取自1017h或之前的心跳; 额外的心跳是允许的。
-    /// Two heartbeats are clearly further apart than the period, which is taken from 1017h or the previous heartbeats. Additional heartbeats are legal.
+    /// 两个心跳的间隔明显超过了周期, 或者写入1017h之后第一个心跳迟到了一个周期。周期取自1017h或其他心跳; 额外的心跳是允许的。
+    /// Two heartbeats are clearly further apart than the period, or the first one after a write of 1017h is a period late. The period is taken from 1017h or the other heartbeats. Additional heartbeats are legal.
     ///
     /// 节点太忙, 总线负载太高, 或者丢了一帧。
     /// A busy node, high bus load, or a missing frame.
@@ -22,8 +22,8 @@ rules! {
             "心跳周期为{found}, 而1017h为{expected}" "heartbeat period is {found}, 1017h holds {expected}";
     }
 
-    /// 消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。
-    /// No heartbeat within the consumer heartbeat time (1016h) or, where none is known, within three periods plus a tolerance. Reported once.
+    /// 上一个心跳或写入1017h之后, 消费者心跳时间 (1016h) 内没有心跳; 消费者心跳时间未知时, 判定时限为三个周期加容差。只报告一次。
+    /// No heartbeat after the previous one or a write of 1017h within the consumer heartbeat time (1016h) or, where none is known, within three periods plus a tolerance. Reported once.
     ///
     /// 节点掉线、断电或死机, 电缆断开, 或者节点总线关闭(bus off)。
     /// The node is disconnected, powered off or hung, a cable is broken, or its controller is bus-off.
