@@ -6,7 +6,7 @@ use super::{Verdict, rules};
 rules! {
     Verdict:
 
-    /// 两个心跳的间隔明显超过了周期, 或者写入1017h之后第一个心跳迟到了一个周期。周期取自1017h或其他心跳; 额外的心跳是允许的。
+    /// 两个心跳的间隔明显超过了周期, 或者写入1017h之后第一个心跳延迟了一个周期。周期取自1017h或其他心跳; 额外的心跳是允许的。
     /// Two heartbeats are clearly further apart than the period, or the first one after a write of 1017h is a period late. The period is taken from 1017h or the other heartbeats. Additional heartbeats are legal.
     ///
     /// 节点太忙, 总线负载太高, 或者丢了一帧。
