@@ -29,7 +29,6 @@ BELOW = {
     "heartbeat gap after a write of 1017h",
     "node lost",
     "node never back after a reset",
-    "command ignored for two heartbeats",
     "TPDO while not Operational",
     "SDO without answer",
     "SDO request repeated",

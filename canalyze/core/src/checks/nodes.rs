@@ -87,9 +87,9 @@ impl Nodes {
         self.nmt.state(node)
     }
 
-    /// Returns the last boot-up of a node if no command or power-up explains it.
-    pub fn restarted(&self, node: u8) -> Option<FrameRef> {
-        self.nmt.restarted(node)
+    /// Returns the last boot-up of a node if it is the second one for no reason.
+    pub fn booted_twice(&self, node: u8) -> Option<FrameRef> {
+        self.nmt.booted_twice(node)
     }
 
     /// Returns the last state reported by a node since its boot-up.

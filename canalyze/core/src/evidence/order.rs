@@ -115,7 +115,7 @@ impl<T> Order<T> {
         self.places.is_empty()
     }
 
-    /// Frames pass until one is listed late, also at the beginning: on a live bus nothing may wait without need.
+    /// Frames pass until one is listed late, also at the beginning: on a live bus or a pipe nothing may wait without need.
     pub fn pass_first(&mut self) {
         self.learning = 0;
     }

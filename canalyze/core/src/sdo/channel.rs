@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::exchange::{expedited, lacks_data};
-use super::limits::UNANSWERED_NS;
+use super::limits::{UNANSWERED_NS, within};
 use super::phase::{Half, Phase, Segments, strict_initiate};
 use super::state::{GivenUpWrite, History, Hypotheses, Proof, SdoChannel, Sequence, Server, Verdicts};
 use super::transfer::{Beginning, Direction, Mode, Status, Transfer, TransferId};
@@ -43,6 +43,17 @@ fn empty_step() -> Step {
         place: Place::Due,
         result: None,
     }
+}
+
+/// An event that interrupts the transfers of a server.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interruption {
+    /// Frames are missing from the recording.
+    LostFrames,
+    /// The server has booted, and may still answer what it was asked before.
+    BootUp,
+    /// An NMT command resets the server.
+    Command,
 }
 
 impl SdoChannel {
@@ -404,13 +415,17 @@ impl SdoChannel {
     }
 
     /// Closes what was open after a reset of the server or lost frames.
-    pub fn lost(&mut self, reset: bool, cx: &mut Context<'_>) {
+    pub fn lost(&mut self, by: Interruption, cx: &mut Context<'_>) {
+        let reset = by != Interruption::LostFrames;
         self.own = false;
         self.order_rest(cx);
         let pending = self.pending();
         if reset
             && let Some(pending) = self.pending()
-            && self.is_overdue(&pending, cx)
+            && match by {
+                Interruption::Command => self.is_overdue(&pending, cx),
+                _ => !within(pending.at, cx.at, UNANSWERED_NS),
+            }
             && !self.is_edge(&pending)
             && !self.sequence.may_be_answered(&pending)
         {
@@ -443,9 +458,9 @@ impl SdoChannel {
         }
     }
 
-    /// Takes a boot-up of the server that no command explains, if it is one.
-    pub fn restarted(&mut self, unexplained: Option<FrameRef>) {
-        self.history.restart = unexplained;
+    /// Takes a boot-up of the server that is the second one for no reason, if it is one.
+    pub fn booted_twice(&mut self, second: Option<FrameRef>) {
+        self.history.booted_twice = second;
     }
 
     /// Takes a boot-up of the server: later frames answer no earlier request.

@@ -5,6 +5,7 @@
 //! command. A transfer without its beginning in the capture is incomplete.
 
 use super::block::{Block, MOST};
+use super::channel::Interruption;
 use super::machine::{Action, ChannelState, transition};
 use super::phase::{Half, Phase, Segments, is_strict_answer, strict_initiate};
 use super::state::{Hypotheses, SdoChannel};
@@ -209,7 +210,7 @@ impl SdoChannel {
     pub(super) fn leave_behind(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.reading.is_some() && !self.is_midway() {
             self.find(Sdo024::Elsewhere, half.at, cx);
-            self.lost(false, cx);
+            self.lost(Interruption::LostFrames, cx);
         }
     }
 

@@ -215,8 +215,8 @@ impl SdoChannel {
         if *verdict == Sdo020::GivenUp.into() {
             return Some(self.verdicts.fault.unwrap_or(offender));
         }
-        if *verdict == Sdo020::Booted.into() && self.history.restart.is_some() {
-            return self.history.restart;
+        if *verdict == Sdo020::Booted.into() && self.history.booted_twice.is_some() {
+            return self.history.booted_twice;
         }
         if verdict.code.rule().severity == Severity::Info {
             return None;

@@ -35,8 +35,8 @@ pub(super) struct History {
     pub(super) before_reset: Option<Half>,
     /// The server has booted since `given_up`.
     pub(super) booted: bool,
-    /// The last boot-up of the server that no command explains.
-    pub(super) restart: Option<FrameRef>,
+    /// The last boot-up of the server, if it is the second one for no reason.
+    pub(super) booted_twice: Option<FrameRef>,
     /// Number of the client's newest frame.
     pub(super) sent: u64,
     /// The server's last abort.

@@ -108,7 +108,7 @@ impl Session {
     /// begin, and all of them begin before any is fed.
     pub fn begin_one(&mut self, input: usize, name: &[u8], format: Input, regular: bool) {
         let reader = Reader::new(format, &Settings { regular, ..self.reading.clone() });
-        if reader.is_live() {
+        if !regular || reader.is_live() {
             self.stream.order.pass_first();
         }
         self.inputs.open(input == 0, name, reader);

@@ -20,7 +20,7 @@ use crate::evidence::When;
 use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
 use crate::evidence::recording::{self, Happened};
-use crate::sdo::channel::is_whole;
+use crate::sdo::channel::{Interruption, is_whole};
 use crate::sdo::exchange::expedited;
 use crate::sdo::state::SdoChannel;
 use crate::sdo::transfer::Transfer;
@@ -475,23 +475,25 @@ impl Bus {
         }
         match message {
             Message::BootUp { node } => {
-                self.reset(Some(node), cx);
+                self.reset(Some(node), Interruption::BootUp, cx);
                 self.booted.insert(node);
                 self.channels
                     .values_mut()
                     .filter(|channel| channel.node() == node)
                     .for_each(|channel| channel.boot_up());
             }
-            Message::ErrorFrame if error_frame::is_deaf(frame) => self.lost(None, false, cx),
-            Message::Nmt { command, node: 0 } if nmt::is_reset(command) => self.reset(None, cx),
-            Message::Nmt { command, node } if nmt::is_reset(command) => self.reset(Some(node), cx),
+            Message::ErrorFrame if error_frame::is_deaf(frame) => self.lost(None, Interruption::LostFrames, cx),
+            Message::Nmt { command, node: 0 } if nmt::is_reset(command) => self.reset(None, Interruption::Command, cx),
+            Message::Nmt { command, node } if nmt::is_reset(command) => {
+                self.reset(Some(node), Interruption::Command, cx)
+            }
             _ => {}
         }
         self.checks.follow(&message, &self.nodes, frame, cx);
         if let Message::BootUp { node } = message {
-            let restarted = self.checks.nodes.restarted(node);
+            let twice = self.checks.nodes.booted_twice(node);
             let own = self.channels.values_mut().filter(|channel| channel.node() == node);
-            own.for_each(|channel| channel.restarted(restarted));
+            own.for_each(|channel| channel.booted_twice(twice));
         }
         self.publish(&message, own, cx);
     }
@@ -557,8 +559,8 @@ impl Bus {
     }
 
     /// Resets a node (or all): its transfers end, and written values that were not stored are gone.
-    fn reset(&mut self, node: Option<u8>, cx: &mut Context<'_>) {
-        self.lost(node, true, cx);
+    fn reset(&mut self, node: Option<u8>, by: Interruption, cx: &mut Context<'_>) {
+        self.lost(node, by, cx);
         self.booted.retain(|one| node.is_some_and(|node| node != *one));
         self.checks.reset(node, cx);
         let mut changed = false;
@@ -575,14 +577,14 @@ impl Bus {
     }
 
     /// Closes what was open on one node (or all) after a reset or lost frames.
-    pub fn lost(&mut self, node: Option<u8>, reset: bool, cx: &mut Context<'_>) {
+    pub fn lost(&mut self, node: Option<u8>, by: Interruption, cx: &mut Context<'_>) {
         let concerned = |of: &u8| node.is_none_or(|node| node == *of);
         let open: Vec<_> =
             self.open_writes.iter().filter(|(of, _)| concerned(of)).map(|(of, it)| (*of, it.0)).collect();
         for (of, mux) in open {
             self.unanswered(of, mux);
         }
-        if !reset {
+        if by == Interruption::LostFrames {
             self.began_ns = None;
             self.booted.clear();
             cx.release_all();
@@ -594,7 +596,7 @@ impl Bus {
         }
         for channel in self.channels.values_mut() {
             if node.is_none_or(|node| node == channel.node()) {
-                channel.lost(reset, cx);
+                channel.lost(by, cx);
             }
         }
     }

@@ -138,9 +138,10 @@ impl Nmt {
         }
     }
 
-    /// Returns the last boot-up of a node if no command or power-up explains it.
-    pub fn restarted(&self, node: u8) -> Option<FrameRef> {
-        self.nodes.get(node).and_then(|node_state| node_state.boots.unexplained)
+    /// Returns the last boot-up of a node if it is the second one for no reason.
+    pub fn booted_twice(&self, node: u8) -> Option<FrameRef> {
+        let suspect = self.nodes.get(node)?.suspect?;
+        matches!(suspect.what, Spontaneous::TwoBootUps { .. }).then_some(suspect.at)
     }
 
     /// Returns the state with its evidence, for verdicts.

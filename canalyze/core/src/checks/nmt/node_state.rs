@@ -16,8 +16,8 @@ const EMERGENCY_NS: i64 = 1_000_000_000;
 const EMERGENCY_FRAMES: u64 = 10;
 /// Number of missing heartbeats after which a possible master has not returned from a reset.
 const MASTER_PERIODS: i64 = 4;
-/// Part of a heartbeat period that a node may take longer than the period to obey a command.
-const OBEYED_PART: i64 = 8;
+/// Part of a heartbeat period by which one that is sent a period after another may be early.
+const ON_TIME_PART: i64 = 16;
 /// Time after a reset in which a boot-up was sent before the node saw it, in ns.
 const SENT_NS: i64 = 1_000_000;
 
@@ -259,7 +259,7 @@ impl NodeState {
         let late = match (cx.at.since(command.at), period_ns) {
             // A heartbeat on its way, and then a second one: the node has had a whole period.
             (Some(_), Some(period)) => {
-                let limit_ns = period.saturating_add(period / OBEYED_PART).max(least);
+                let limit_ns = (period - period / ON_TIME_PART).max(least);
                 command.wrong > 1 && cx.evidence.recording.certainly_later(cx.when, command.when, limit_ns)
             }
             (Some(age), None) => command.wrong > 2 && age > least,
