@@ -11,7 +11,6 @@ use crate::evidence::recording::Happened;
 use crate::evidence::services::Nature;
 use crate::evidence::{Evidence, Recording, When};
 use crate::rules::finding::{Finding, Verdict};
-use crate::sdo::channel::Interruption;
 use crate::sdo::transfer::{Hole, Status, Transfer};
 use crate::sdo::wire::Mux;
 use crate::stories::incident::IncidentId;
@@ -322,7 +321,7 @@ impl Decoding {
     /// Frames of a bus are missing here, behind the frame `last`.
     pub(super) fn lost(&mut self, bus: BusId, last: FrameRef, buses: &Buses) {
         let from = self.events.len();
-        self.on_bus(bus, buses, |recording| recording.at(last), |bus, cx| bus.lost(None, Interruption::LostFrames, cx));
+        self.on_bus(bus, buses, |recording| recording.at(last), |bus, cx| bus.lost_frames(cx));
         if let Some(verification) = &mut self.verification {
             verification.asides(&mut self.events, from, buses);
             verification.lost(bus, buses);

@@ -576,8 +576,13 @@ impl Bus {
         }
     }
 
+    /// Closes what was open on all nodes after lost frames.
+    pub fn lost_frames(&mut self, cx: &mut Context<'_>) {
+        self.lost(None, Interruption::LostFrames, cx);
+    }
+
     /// Closes what was open on one node (or all) after a reset or lost frames.
-    pub fn lost(&mut self, node: Option<u8>, by: Interruption, cx: &mut Context<'_>) {
+    fn lost(&mut self, node: Option<u8>, by: Interruption, cx: &mut Context<'_>) {
         let concerned = |of: &u8| node.is_none_or(|node| node == *of);
         let open: Vec<_> =
             self.open_writes.iter().filter(|(of, _)| concerned(of)).map(|(of, it)| (*of, it.0)).collect();
