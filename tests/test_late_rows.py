@@ -20,7 +20,7 @@ from fault_table import TABLE, AnyFault
 from canalyze import _core
 
 EVERY = 13
-"""Of the cases of a fault one in so many is tried: they differ by place and by what is known."""
+"""Only every 13th case of a fault is tried: they differ by place and by what is known."""
 
 Named = tuple[str, str, int | None, tuple[CanFrame | None, ...]]
 

@@ -7,11 +7,12 @@ not do: repeat what `test_seeded_faults.py` and `test_network_faults.py` show, t
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import pytest
-from captures import Analysis, CanFrame, analyze, console_text, log_text, spaced
+from captures import Analysis, CanFrame, analyze, console_text, log_text, session_output, spaced
 from network import OPERATIONAL, PRE_OP, PRE_OPERATIONAL, START, Frames, Network, find
 from network_sessions import SESSIONS
 from sdo_wire import (
@@ -371,3 +372,18 @@ def test_heartbeats_slower_than_1017h() -> None:
     net = Network().boot(5).write(5, 0x1017, 0, 100, 2)
     net.live(5, period=0.2, seconds=2.0, states=[(0, PRE_OPERATIONAL)])
     assert only(analyze(log_text(net.frames())), "HBT001")
+
+
+@pytest.mark.parametrize(
+    ("count", "before_ms", "said"),
+    [(1, 40, ["PDO002"]), (5, 40, ["PDO002"]), (6, 40, []), (30, 40, []), (1, 5, [])],
+)
+def test_tpdos_between_a_boot_up_and_the_start(count: int, before_ms: int, said: list[str]) -> None:
+    """A few are a fault; a node that sends many has started itself, and the command may be listed late."""
+    start = (count * 20 + before_ms) * 1000
+    frames = [CanFrame("can0", 0x705, b"\0", 0), CanFrame("can0", 0x000, b"\x01\x00", start)]
+    frames += [CanFrame("can0", 0x185, b"\x07", (place + 1) * 20_000) for place in range(count)]
+    frames += [CanFrame("can0", 0x185, b"\x07", start + (place + 1) * 20_000) for place in range(5)]
+    output = session_output([log_text(sorted(frames, key=lambda frame: frame.t_us))], output_format="check")
+    rows = [json.loads(line) for line in output.decode().splitlines()]
+    assert [row["code"] for row in rows if row["kind"] == "finding" and row["severity"] != "info"] == said

@@ -19,7 +19,7 @@ use crate::bytes::frame::{BusId, Frame, FrameRef, Kind};
 /// Time by which a frame may be listed late, in ns: a step back of the stamps by more is a set clock.
 const WINDOW_NS: i64 = CLOCK_STEP_NS;
 /// Number of frames at the beginning of a capture that wait although none was listed late: where one row in twenty is
-/// late, several tens of them are among so many.
+/// late, these contain about fifty of them.
 const LEARNING: u32 = 1024;
 /// Maximum number of waiting frames (invariant 6): those of the beginning, and more than a bus carries within the window.
 const MOST: usize = 2 * LEARNING as usize;
@@ -181,7 +181,7 @@ impl<T> Order<T> {
         self.now_ns = self.now_ns.max(now_ns);
     }
 
-    /// Returns the next frame of which no earlier one can follow. `over`: none follows at all.
+    /// Returns the next frame once no earlier one can follow. `over`: none follows at all.
     pub fn next(&mut self, over: bool) -> Option<Released<T>> {
         if self.learning > 0 && !over {
             return None;
@@ -264,7 +264,7 @@ impl<T> Waiting<T> {
         self.row = LateRow::default();
     }
 
-    /// Follows SDO by the stamps as far as no frame can be missing, and sorts the frames anew if they are in the wrong
+    /// Follows SDO by the stamps as far as no frame can be missing, and sorts the frames again if they are in the wrong
     /// order by that. `over`: no frame follows. `by_stamp`: the order in which they are.
     fn compare(&mut self, over: bool, by_stamp: bool) {
         let (step, now) = self.newest;
