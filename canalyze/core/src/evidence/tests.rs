@@ -406,7 +406,7 @@ fn the_mean_of_many_gaps_tells_what_each_is_too_uneven_for() {
 fn one_gap_confirms_a_doubted_period() {
     for (gap_ms, learnt) in [(100, true), (103, true), (97, true), (104, false), (150, false), (200, false)] {
         let mut period = Period::default();
-        let mut take = |period: &mut Period, ms: i64| _ = period.take(ms * 1_000_000, 1000, FrameRef::default());
+        let take = |period: &mut Period, ms: i64| _ = period.take(ms * 1_000_000, 1000, FrameRef::default());
         (0..6).for_each(|_| take(&mut period, 100));
         period.doubt();
         take(&mut period, gap_ms);
