@@ -2,6 +2,7 @@
 //!
 //! An unknown command or a node-ID above 127 is still an NMT frame; a frame of another length is not.
 
+use super::error_control;
 use super::prelude::*;
 
 /// Start remote node: to Operational.
@@ -32,6 +33,17 @@ static FIELDS: &[FieldRow] = &[
 /// Returns true if a command resets the node, or its communication at least.
 pub const fn is_reset(command: u8) -> bool {
     matches!(command, RESET_NODE | RESET_COMMUNICATION)
+}
+
+/// Returns the state that a command asks for, in the encoding of error control; a reset ends in a boot-up.
+pub const fn commanded_state(command: u8) -> Option<u8> {
+    match command {
+        START => Some(error_control::OPERATIONAL),
+        STOP => Some(error_control::STOPPED),
+        PRE_OPERATIONAL => Some(error_control::PRE_OPERATIONAL),
+        RESET_NODE | RESET_COMMUNICATION => Some(error_control::BOOT_UP),
+        _ => None,
+    }
 }
 
 /// Decodes a frame on 000.

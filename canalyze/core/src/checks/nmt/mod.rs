@@ -249,7 +249,7 @@ impl Nmt {
 
     /// Takes a node control command to `node`, or to all (0).
     pub fn command(&mut self, specifier: u8, node: u8, cx: &mut Context<'_>) {
-        let Some(state) = commanded_state(specifier) else {
+        let Some(state) = nmt::commanded_state(specifier) else {
             if EXTENSIONS.contains(&specifier) {
                 return;
             }
@@ -541,17 +541,6 @@ impl Nmt {
         self.boot_ups.void(|_| true);
         (self.broadcast, self.began) = (None, None);
         self.commandless.forget();
-    }
-}
-
-/// Returns the state requested by a command, 0 for a reset.
-pub fn commanded_state(specifier: u8) -> Option<u8> {
-    match specifier {
-        nmt::START => Some(OPERATIONAL),
-        nmt::STOP => Some(STOPPED),
-        nmt::PRE_OPERATIONAL => Some(PRE_OPERATIONAL),
-        nmt::RESET_NODE | nmt::RESET_COMMUNICATION => Some(0),
-        _ => None,
     }
 }
 

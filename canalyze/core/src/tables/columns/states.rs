@@ -12,7 +12,8 @@ use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::Frame;
 use crate::tables::table::{Moment, Name, U8, U64, Word, table};
-use crate::wire::error_control;
+use crate::wire::error_control::{self, BOOT_UP};
+use crate::wire::nmt::commanded_state;
 use crate::world::change::Change;
 use crate::world::event::{Event, What};
 
@@ -54,7 +55,7 @@ impl Collector for Table<States> {
                     ShownState { event, node: Some(node), state: Some(state), source, command: None }
                 }
                 (None, &Change::Command { command, node }) => {
-                    let (node, state) = ((node > 0).then_some(node), commanded(command));
+                    let (node, state) = ((node > 0).then_some(node), commanded_state(command).filter(|state| *state != BOOT_UP));
                     ShownState { event, node, state, source: "command", command: Some(command) }
                 }
                 _ => continue,
@@ -75,16 +76,6 @@ pub(super) fn seen(change: &Change) -> Option<(u8, u8, &'static str)> {
         Change::State { state, previous: Some(before), .. } if before == state => None,
         Change::State { node, state, guarding: true, .. } => Some((node, state, "guarding")),
         Change::State { node, state, .. } => Some((node, state, "heartbeat")),
-        _ => None,
-    }
-}
-
-/// Returns the state that a command asks for (CiA 301, 7.2.8.3.1).
-fn commanded(command: u8) -> Option<u8> {
-    match command {
-        0x01 => Some(0x05),
-        0x02 => Some(0x04),
-        0x80 => Some(0x7F),
         _ => None,
     }
 }

@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::state::commanded;
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, mistake};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp013, Exp015};
@@ -14,6 +13,7 @@ use crate::sdo::transfer::{Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
 use crate::wire::error_control::BOOT_UP;
 use crate::wire::message::Message;
+use crate::wire::nmt::commanded_state;
 use crate::world::event::{Event, Place as Stands, ProcessData, Step};
 
 /// Maximum number of SDO requests that wait for their response at a time.
@@ -170,7 +170,7 @@ impl Latencies {
     }
 
     fn command(&mut self, command: u8, node: u8, scene: &Scene<'_>) {
-        let Some(state) = commanded(command) else { return };
+        let Some(state) = commanded_state(command) else { return };
         let ordered = Ordered { command, state, at: scene.at, told: false };
         for ((bus, id), known) in &mut self.nodes {
             if *bus != scene.bus || node != 0 && node != *id {

@@ -12,6 +12,7 @@ use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::message::Message;
+use crate::wire::nmt::commanded_state;
 use crate::wire::pdo::mapping::Mapping;
 use crate::world::drive::{self, DriveState};
 use crate::world::event::{ProcessData, Signals};
@@ -412,7 +413,7 @@ impl States {
                 }
             }
             Message::Nmt { command, node } => {
-                let Some(state) = commanded(command) else { return };
+                let Some(state) = commanded_state(command) else { return };
                 for one in self.all.iter_mut().filter(|one| one.place.is_on(name)) {
                     if (node == 0 || node == one.entry.node)
                         && let Some(track) = one.track(scene.bus)
@@ -473,18 +474,6 @@ impl States {
         for one in &self.all {
             one.finish(closing);
         }
-    }
-}
-
-/// Returns the state that an NMT command leads to, in the encoding of error control.
-pub(super) fn commanded(command: u8) -> Option<u8> {
-    use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
-    match command {
-        0x01 => Some(OPERATIONAL),
-        0x02 => Some(STOPPED),
-        0x80 => Some(PRE_OPERATIONAL),
-        RESET_NODE | RESET_COMMUNICATION => Some(BOOT_UP),
-        _ => None,
     }
 }
 

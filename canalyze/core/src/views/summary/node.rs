@@ -6,7 +6,9 @@ use super::spread::{Ranked, Spread};
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::sdo::transfer::{Direction, Status, Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
+use crate::wire::error_control::BOOT_UP;
 use crate::wire::message::Message;
+use crate::wire::nmt::commanded_state;
 use crate::words::profiles::Profile;
 use crate::world::event::{Place, Step};
 
@@ -169,12 +171,7 @@ impl NodeSummary {
 
     /// Takes an NMT command to it.
     pub fn command(&mut self, command: u8, at: FrameRef) {
-        let state = match command {
-            0x01 => 0x05,
-            0x02 => 0x04,
-            0x80 => 0x7F,
-            _ => return,
-        };
+        let Some(state) = commanded_state(command).filter(|state| *state != BOOT_UP) else { return };
         if self.commanded.state != Some(state) {
             self.commanded.enters(state, at, true);
         }

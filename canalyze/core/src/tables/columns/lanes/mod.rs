@@ -37,7 +37,7 @@ use crate::sdo::wire::Side;
 use crate::tables::selection::Selection;
 use crate::tables::setting::Setting;
 use crate::tables::table::{Moment, U64, Word as Choice, table};
-use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::error_control::BOOT_UP;
 use crate::wire::message::Message;
 use crate::wire::nmt;
 use crate::words::lane::Word;
@@ -361,13 +361,7 @@ impl Lanes {
 
     /// The master commands a node, or all of them (0).
     fn command(&mut self, done: &mut Vec<Batch>, place: Place<'_>, command: u8, addressed: u8) {
-        let state = match command {
-            nmt::START => OPERATIONAL,
-            nmt::STOP => STOPPED,
-            nmt::PRE_OPERATIONAL => PRE_OPERATIONAL,
-            nmt::RESET_NODE | nmt::RESET_COMMUNICATION => BOOT_UP,
-            _ => return,
-        };
+        let Some(state) = nmt::commanded_state(command) else { return };
         let Some(bus) = self.buses.get_mut(usize::from(place.frame.bus.0)) else { return };
         if (1..=127).contains(&addressed) {
             bus.node(addressed);
