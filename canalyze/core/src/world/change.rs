@@ -20,17 +20,18 @@ pub enum Change {
         /// The node.
         node: u8,
     },
-    /// A node reports its state: another one than before, the first one since its boot-up, or the first one after its
-    /// loss.
+    /// A node reports its state, another one or the same ([`Change::is_news`]).
     State {
         /// The node.
         node: u8,
         /// In the encoding of error control, without the toggle bit.
         state: u8,
-        /// The state that it reported before; `None` if unknown.
+        /// The state that it reported before; `None` if unknown, and after a boot-up.
         previous: Option<u8>,
         /// By a response to node guarding instead of a heartbeat.
         guarding: bool,
+        /// The first report after its loss.
+        returns: bool,
     },
     /// An NMT command asks for a state.
     Command {
@@ -110,6 +111,11 @@ impl Change {
         }
     }
 
+    /// Returns true unless a node reports the state that it is known to be in.
+    pub fn is_news(&self) -> bool {
+        !matches!(*self, Self::State { state, previous: Some(before), returns: false, .. } if state == before)
+    }
+
     /// Returns the loss that a finding reports.
     pub fn of_finding(finding: &Finding) -> Option<Self> {
         let after = |from: Option<FrameRef>, name, sign: i64| match finding.measured()?.get(name)? {
@@ -154,12 +160,15 @@ impl Publisher {
             Message::Heartbeat { node, state, guarding, .. } => {
                 // Only the states of CiA 301 are kept; another one is a change each time.
                 if matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
-                    return self.report(node, reported?, guarding);
+                    return Some(self.report(node, reported?, guarding));
                 }
                 let previous = self.nodes.entry(node).state;
-                Some(Change::State { node, state, previous, guarding })
+                Some(Change::State { node, state, previous, guarding, returns: false })
             }
-            Message::Malformed { role: Role::ErrorControl(node), .. } => self.report(node, reported?, false),
+            // Its length is wrong; it may be too short to show a state.
+            Message::Malformed { role: Role::ErrorControl(node), .. } => {
+                Some(self.report(node, reported?, false)).filter(Change::is_news)
+            }
             Message::Nmt { command, node } => Some(Change::Command { command, node }),
             Message::Emcy { node, code, profile, register, manufacturer, active, cleared } => {
                 Some(Change::Error(EmcyChange { node, code, profile, register, manufacturer, active, cleared }))
@@ -173,13 +182,10 @@ impl Publisher {
         }
     }
 
-    fn report(&mut self, node: u8, state: u8, guarding: bool) -> Option<Change> {
+    fn report(&mut self, node: u8, state: u8, guarding: bool) -> Change {
         let last = self.nodes.entry(node);
-        let previous = last.state.replace(state);
-        if !std::mem::take(&mut last.lost) && previous == Some(state) {
-            return None;
-        }
-        Some(Change::State { node, state, previous, guarding })
+        let (previous, returns) = (last.state.replace(state), std::mem::take(&mut last.lost));
+        Change::State { node, state, previous, guarding, returns }
     }
 
     /// Takes a published change, in order: a node may be back in the frame that shows its loss.

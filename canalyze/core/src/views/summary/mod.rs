@@ -26,6 +26,7 @@ use crate::rules::finding::{Code, Facts, Finding, Quantity, Severity};
 use crate::sdo::wire::Side;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
+use crate::world::change::Change;
 use crate::world::event::{Event, What};
 use crate::world::network::Network;
 
@@ -176,16 +177,6 @@ impl BusSummary {
         services
     }
 
-    /// Counts a finding about a node.
-    fn found(&mut self, finding: &Finding) {
-        let lost = matches!(finding.code, Code::Hbt002 | Code::Grd002);
-        if let Some(node) = finding.node.filter(|_| lost)
-            && let Some(Some(node)) = self.nodes.get_mut(usize::from(node))
-        {
-            node.lost = true;
-        }
-    }
-
     fn node(&mut self, id: u8) -> Option<&mut NodeSummary> {
         let to_all = self.to_all;
         let slot = self.nodes.get_mut(usize::from(id))?;
@@ -250,18 +241,8 @@ impl BusSummary {
         if service == FOREIGN && frame.kind != Kind::Remote {
             self.identifiers.foreign(Some(frame.id));
         }
-        match *message {
-            Message::Sync { counter } => self.sync.take(counter, frame.t_ns),
-            Message::Nmt { command, node: 0 } => {
-                self.to_all = Some((command, frame.reference()));
-                for node in self.nodes.iter_mut().flatten() {
-                    node.command(command, frame.reference());
-                }
-            }
-            Message::Pdo { transmit, number, node } | Message::Mpdo { transmit, number, node, .. } => {
-                self.pdos.take((node, transmit, number), None, frame);
-            }
-            _ => {}
+        if let Message::Pdo { transmit, number, node } | Message::Mpdo { transmit, number, node, .. } = *message {
+            self.pdos.take((node, transmit, number), None, frame);
         }
         let Some(node) = message.node().and_then(|id| self.node(id)) else { return };
         node.frames += 1;
@@ -271,7 +252,26 @@ impl BusSummary {
                 node.tpdos += u64::from(transmit);
                 node.rpdos += u64::from(!transmit);
             }
-            _ => node.message(message, frame),
+            Message::GuardingRequest { .. } => node.guarded = true,
+            _ => {}
+        }
+    }
+
+    fn change(&mut self, change: &Change, at: FrameRef) {
+        match *change {
+            Change::SyncCycle { counter, .. } => self.sync.take(counter, at.t_ns),
+            Change::Command { command, node: 0 } => {
+                self.to_all = Some((command, at));
+                self.nodes.iter_mut().flatten().for_each(|node| node.command(command, at));
+            }
+            Change::Lost { node: None, .. } => {
+                self.nodes.iter_mut().flatten().for_each(|node| node.lost |= node.heartbeats > 0);
+            }
+            _ => {
+                if let Some(node) = change.node().and_then(|id| self.node(id)) {
+                    node.change(change, at);
+                }
+            }
         }
     }
 
@@ -302,6 +302,7 @@ impl BusSummary {
                     node.transfer(transfer, event.at);
                 }
             }
+            (What::Change(change), _) => self.change(change, event.at),
             _ => {}
         }
     }
@@ -310,14 +311,14 @@ impl BusSummary {
 /// Returns true if the node that a message is about has sent it.
 fn is_from_node(message: &Message) -> bool {
     match *message {
-        Message::Emcy { .. } | Message::BootUp { .. } | Message::Heartbeat { .. } => true,
         Message::Srdo { .. } | Message::Usdo { .. } => true,
+        Message::GuardingRequest { .. } | Message::PdoRequest { .. } => false,
         Message::Pdo { transmit, .. } | Message::Mpdo { transmit, .. } => transmit,
         Message::Malformed { role, flaw } => {
             flaw != crate::wire::message::Flaw::Remote
                 && matches!(role, Role::Tpdo { .. } | Role::SdoResponse(_) | Role::Emcy(_) | Role::ErrorControl(_))
         }
-        _ => false,
+        _ => matches!(message.role(), Role::Emcy(_) | Role::ErrorControl(_)),
     }
 }
 
@@ -383,10 +384,7 @@ impl Summary {
         bus.take(frame, at_ns, self.bit_time);
         for event in events {
             match &event.what {
-                What::Finding(finding) => {
-                    raise(&mut self.findings, finding);
-                    bus.found(finding);
-                }
+                What::Finding(finding) => raise(&mut self.findings, finding),
                 _ => bus.event(event, Some(frame)),
             }
             if let What::Sdo(step) = &event.what {
@@ -399,10 +397,7 @@ impl Summary {
     pub fn asides(&mut self, events: &[Event]) {
         for event in events {
             match &event.what {
-                What::Finding(finding) => {
-                    self.finding(finding);
-                    self.bus(event.bus).found(finding);
-                }
+                What::Finding(finding) => self.finding(finding),
                 _ => self.bus(event.bus).event(event, None),
             }
         }

@@ -3,13 +3,13 @@
 //! It counts events and does not judge. Every list is bounded; further elements are only counted.
 
 use super::spread::{Ranked, Spread};
-use crate::bytes::frame::{Frame, FrameRef};
+use crate::bytes::frame::FrameRef;
 use crate::sdo::transfer::{Direction, Status, Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
 use crate::wire::error_control::BOOT_UP;
-use crate::wire::message::Message;
 use crate::wire::nmt::commanded_state;
 use crate::words::profiles::Profile;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::event::{Place, Step};
 
 /// Maximum number of listed changes of state.
@@ -133,18 +133,17 @@ impl NodeSummary {
         self.pending.clear();
     }
 
-    /// Takes a message about the node.
-    pub fn message(&mut self, message: &Message, frame: &Frame) {
-        let at = frame.reference();
-        match *message {
-            Message::BootUp { .. } => {
+    /// Takes a change of its state, a report of it, a command or an emergency.
+    pub fn change(&mut self, change: &Change, at: FrameRef) {
+        match *change {
+            Change::BootUp { .. } => {
                 self.boot_ups += 1;
                 self.lost = false;
                 self.last_heartbeat_ns = None;
                 self.shown.enters(0, at, false);
                 self.commanded.enters(0, at, false);
             }
-            Message::Heartbeat { state, guarding, .. } => {
+            Change::State { state, guarding, .. } => {
                 self.heartbeats += 1;
                 self.lost = false;
                 self.guarded |= guarding;
@@ -158,13 +157,13 @@ impl NodeSummary {
                     self.shown.enters(state, at, false);
                 }
             }
-            Message::GuardingRequest { .. } => self.guarded = true,
-            Message::Emcy { code, profile, .. } => {
+            Change::Error(EmcyChange { code, profile, .. }) => {
                 self.profile = profile;
                 self.emcys += 1;
                 count(&mut self.emcy_codes, code, at);
             }
-            Message::Nmt { command, .. } => self.command(command, at),
+            Change::Command { command, .. } => self.command(command, at),
+            Change::Lost { .. } => self.lost = true,
             _ => {}
         }
     }
