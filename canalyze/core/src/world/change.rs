@@ -6,7 +6,7 @@
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::wire::cob_id::Role;
-use crate::wire::error_control::{OPERATIONAL, PRE_OPERATIONAL, STOPPED};
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
 use crate::wire::message::{Errors, Message};
 use crate::words::profiles::Profile;
 use crate::world::drive::DriveState;
@@ -26,7 +26,7 @@ pub enum Change {
         node: u8,
         /// In the encoding of error control, without the toggle bit.
         state: u8,
-        /// The state that it reported before; `None` if unknown, and after a boot-up.
+        /// The state that it reported before, 00 for a boot-up; `None` if unknown.
         previous: Option<u8>,
         /// By a response to node guarding instead of a heartbeat.
         guarding: bool,
@@ -154,16 +154,13 @@ impl Publisher {
     pub fn message(&mut self, message: &Message, reported: Option<u8>, cycle: u64) -> Option<Change> {
         match *message {
             Message::BootUp { node } => {
-                *self.nodes.entry(node) = LastPublished::default();
+                *self.nodes.entry(node) = LastPublished { state: Some(BOOT_UP), lost: false };
                 Some(Change::BootUp { node })
             }
             Message::Heartbeat { node, state, guarding, .. } => {
-                // Only the states of CiA 301 are kept; another one is a change each time.
-                if matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
-                    return Some(self.report(node, reported?, guarding));
-                }
-                let previous = self.nodes.entry(node).state;
-                Some(Change::State { node, state, previous, guarding, returns: false })
+                // The checks keep only the states of CiA 301.
+                let known = matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL);
+                Some(self.report(node, if known { reported? } else { state }, guarding))
             }
             // Its length is wrong; it may be too short to show a state.
             Message::Malformed { role: Role::ErrorControl(node), .. } => {

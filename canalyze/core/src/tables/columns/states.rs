@@ -55,7 +55,8 @@ impl Collector for Table<States> {
                     ShownState { event, node: Some(node), state: Some(state), source, command: None }
                 }
                 (None, &Change::Command { command, node }) => {
-                    let (node, state) = ((node > 0).then_some(node), commanded_state(command).filter(|state| *state != BOOT_UP));
+                    let (node, state) =
+                        ((node > 0).then_some(node), commanded_state(command).filter(|state| *state != BOOT_UP));
                     ShownState { event, node, state, source: "command", command: Some(command) }
                 }
                 _ => continue,

@@ -17,6 +17,7 @@ use crate::stories::rank::is_root;
 use crate::wire::cob_id::Role;
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::Mapping;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::dictionary::Described;
 use crate::world::drive::{self, DriveState};
 use crate::world::event::{Event, ProcessData, Signals, What};
@@ -198,7 +199,6 @@ pub struct BusDigest {
     pub cyclic: BTreeMap<(u8, Service), CyclicStream>,
     /// By rule, node and object.
     pub findings: BTreeMap<(Code, Option<u8>, Option<Mux>), Vec<Finding>>,
-    states: BTreeMap<u8, u8>,
     drives: BTreeMap<(u8, u8), Option<DriveState>>,
 }
 
@@ -307,6 +307,7 @@ impl Digest {
         for event in events {
             match &event.what {
                 What::Message(message) => self.message(message, frame, event),
+                What::Change(change) => self.change(change, frame, event),
                 What::Pdo(data) => self.process_data(data, frame, at),
                 What::Mpdo(data) => {
                     self.pass(frame, (data.node, Service::Pdo(data.transmit, data.number)), at, None);
@@ -398,45 +399,49 @@ impl Digest {
         let at = CapturePlace::of(event.at);
         let one = |action| Item { at, since: at, action };
         match *message {
-            Message::Nmt { command, node } => {
-                // Numbers above 127 are not node-IDs.
-                let node = if node <= 127 { node } else { 0 };
-                self.add(frame.bus, (node, ItemKind::Nmt), one(Action::Nmt(command)));
-            }
-            Message::BootUp { node } => {
-                self.state(frame.bus, node, 0, at);
-                self.add(frame.bus, (node, ItemKind::State), one(Action::BootUp));
-            }
-            Message::Heartbeat { node, state, .. } => {
-                if self.state(frame.bus, node, state, at) {
-                    self.add(frame.bus, (node, ItemKind::State), one(Action::State(state)));
-                }
-                self.pass(frame, (node, Service::ErrorControl), at, None);
-            }
-            Message::Emcy { node, code, register, .. } => {
-                self.add(frame.bus, (node, ItemKind::Emcy), one(Action::Emcy(code, register)));
-            }
             Message::Lss { from_master, .. } => {
                 let kind = if from_master { ItemKind::LssMaster } else { ItemKind::LssSlave };
                 self.add(frame.bus, (0, kind), one(Action::Lss(frame.head())));
             }
-            Message::Sync { .. } => self.pass(frame, (0, Service::Sync), at, None),
             Message::Time { .. } => self.pass(frame, (0, Service::Time), at, None),
             Message::Srdo { number, inverted, .. } => self.pass(frame, (0, Service::Srdo(number, inverted)), at, None),
             Message::Pdo { transmit, number, node } => {
                 self.pass(frame, (node, Service::Pdo(transmit, number)), at, None);
             }
             // A frame of another length still belongs to its stream.
-            Message::Malformed { role: Role::Sync, .. } => self.pass(frame, (0, Service::Sync), at, None),
+            _ if message.role() == Role::Sync => self.pass(frame, (0, Service::Sync), at, None),
             _ => {}
         }
     }
 
-    /// Records a state. Returns true if it differs from the one before.
-    fn state(&mut self, bus: BusId, node: u8, state: u8, at: CapturePlace) -> bool {
-        let line = self.lines.entry(bus).or_default();
-        line.known.entry((node, ItemKind::State)).or_insert(at);
-        line.states.insert(node, state).is_some_and(|before| before != state)
+    fn change(&mut self, change: &Change, frame: &Frame, event: &Event) {
+        let (bus, at) = (event.bus, CapturePlace::of(event.at));
+        let one = |action| Item { at, since: at, action };
+        match *change {
+            Change::Command { command, .. } => {
+                self.add(bus, (change.node().unwrap_or(0), ItemKind::Nmt), one(Action::Nmt(command)));
+            }
+            Change::BootUp { node } => {
+                self.known(bus, node, at);
+                self.add(bus, (node, ItemKind::State), one(Action::BootUp));
+            }
+            Change::State { node, state, previous, .. } => {
+                self.known(bus, node, at);
+                if previous.is_some_and(|before| before != state) {
+                    self.add(bus, (node, ItemKind::State), one(Action::State(state)));
+                }
+                self.pass(frame, (node, Service::ErrorControl), at, None);
+            }
+            Change::Error(EmcyChange { node, code, register, .. }) => {
+                self.add(bus, (node, ItemKind::Emcy), one(Action::Emcy(code, register)));
+            }
+            _ => {}
+        }
+    }
+
+    /// Notes that the state of a node is known from here on.
+    fn known(&mut self, bus: BusId, node: u8, at: CapturePlace) {
+        self.lines.entry(bus).or_default().known.entry((node, ItemKind::State)).or_insert(at);
     }
 
     fn process_data(&mut self, data: &ProcessData, frame: &Frame, at: CapturePlace) {

@@ -31,18 +31,18 @@ use self::values::Values;
 use super::column::{Batch, Table};
 use super::{Collector, Ends, TableContext};
 use crate::bytes::frame::{BusId, Frame};
-use crate::rules::finding::{Code, Finding, Quantity};
+use crate::rules::finding::{Code, Finding};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Side;
 use crate::tables::selection::Selection;
 use crate::tables::setting::Setting;
 use crate::tables::table::{Moment, U64, Word as Choice, table};
 use crate::wire::error_control::BOOT_UP;
-use crate::wire::message::Message;
 use crate::wire::nmt;
 use crate::words::lane::Word;
 use crate::words::profiles::Profile;
 use crate::words::{Lang, signal, value};
+use crate::world::change::{Change, EmcyChange, LostBy};
 use crate::world::dictionary::Described;
 use crate::world::drive::{self, DriveObject};
 use crate::world::event::{Event, Note, ProcessData, What};
@@ -135,11 +135,9 @@ impl Collector for Lanes {
         let at = At::frame(frame, scene.cycle);
         let place = Place { frame, at, shown: scene.shown };
         self.know(scene.setting, frame.bus);
-        // Findings that became due before the frame are behind its own event.
+        // Losses that became due before the frame are behind its own event.
         for event in events.iter().skip(1) {
-            if let What::Finding(finding) = &event.what {
-                self.silence(done, finding, scene.cycle);
-            }
+            self.lost(done, event, scene.cycle);
         }
         let Some(bus) = self.buses.get_mut(usize::from(frame.bus.0)) else { return };
         bus.last = at;
@@ -147,7 +145,7 @@ impl Collector for Lanes {
         for event in events {
             match &event.what {
                 What::Pdo(data) => self.process_data(done, place, data),
-                What::Message(message) => self.message(done, place, message),
+                What::Change(change) => self.change(done, place, change),
                 What::Sdo(step) => {
                     let node = event.node.unwrap_or(0);
                     self.sdo(done, place, step.side, node);
@@ -161,9 +159,7 @@ impl Collector for Lanes {
 
     fn asides(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, events: &[Event]) {
         for event in events {
-            if let What::Finding(finding) = &event.what {
-                self.silence(done, finding, scene.cycles.at(finding.bus, finding.at.no));
-            }
+            self.lost(done, event, scene.cycles.at(event.bus, event.at.no));
         }
     }
 
@@ -249,30 +245,26 @@ impl Lanes {
         }
     }
 
-    /// A node, or every node, is silent.
-    fn silence(&mut self, done: &mut Vec<Batch>, finding: &Finding, cycle: u64) {
-        let since = |from: Option<i64>, name, sign: i64| {
-            Some(from?.saturating_add(sign.saturating_mul(measured(finding, name)?)))
+    /// A node, or every node, is lost.
+    fn lost(&mut self, done: &mut Vec<Batch>, event: &Event, cycle: u64) {
+        let What::Change(Change::Lost { node: lost, by, since_ns: t_ns }) = event.what else { return };
+        let node_state = match by {
+            LostBy::Heartbeat => NodeState::Lost(Word::HeartbeatLost),
+            LostBy::Guarding => NodeState::Lost(Word::GuardingLost),
+            LostBy::Silence => NodeState::Unknown(Word::Silence),
         };
-        let heard = finding.cause.and_then(|cause| cause.t_ns);
-        let (node_state, t_ns) = match finding.code {
-            Code::Hbt002 => (NodeState::Lost(Word::HeartbeatLost), since(heard, "limit", 1)),
-            Code::Grd002 => (NodeState::Lost(Word::GuardingLost), None),
-            Code::Hbt005 => (NodeState::Unknown(Word::Silence), since(finding.at.t_ns, "silence", -1)),
-            _ => return,
-        };
-        let Some(bus) = self.buses.get_mut(usize::from(finding.bus.0)) else { return };
-        let at = At { t_ns: finding.at.t_ns, frame: finding.at.no, cycle };
+        let Some(bus) = self.buses.get_mut(usize::from(event.bus.0)) else { return };
+        let at = At { t_ns: event.at.t_ns, frame: event.at.no, cycle };
         let mut pen = self.sheet.pen(done);
         for (id, node) in &mut bus.nodes {
-            if finding.node.is_some_and(|lost| lost != *id) || finding.node.is_none() && !node.is_heard() {
+            if lost.is_some_and(|lost| lost != *id) || lost.is_none() && !node.is_heard() {
                 continue;
             }
             bus.fresh &= !bit(*id);
             node.lose(&mut pen, &bus.prefix, node_state, t_ns, at);
             node.lose_drives(&mut pen, &bus.prefix, t_ns, at);
             // The frame at which it is found out may carry a PDO of the node itself.
-            self.values.end_since(&mut pen, finding.bus, Some(*id), at, bus.last);
+            self.values.end_since(&mut pen, event.bus, Some(*id), at, bus.last);
         }
     }
 
@@ -322,13 +314,13 @@ impl Lanes {
         }
     }
 
-    fn message(&mut self, done: &mut Vec<Batch>, place: Place<'_>, message: &Message) {
+    fn change(&mut self, done: &mut Vec<Batch>, place: Place<'_>, change: &Change) {
         let id = place.frame.bus;
         let Some(bus) = self.buses.get_mut(usize::from(id.0)) else { return };
         let mut pen = self.sheet.pen(done);
         let at = place.frame.reference();
-        match *message {
-            Message::BootUp { node } => {
+        match *change {
+            Change::BootUp { node } => {
                 bus.present |= bit(node);
                 bus.node(node).boots(at);
                 let (prefix, one) = bus.parts(node);
@@ -336,24 +328,23 @@ impl Lanes {
                 bus.fresh |= bit(node);
                 self.restart(done, place, node);
             }
-            Message::Heartbeat { node, state, toggle, .. } => {
+            Change::State { node, state, .. } => {
                 bus.present |= bit(node);
-                let Some(node_state) = bus.node(node).shows(state, toggle, at) else { return };
+                let Some(node_state) = bus.node(node).shows(state, at) else { return };
                 bus.fresh &= !bit(node);
                 let (prefix, one) = bus.parts(node);
                 if one.stand(&mut pen, prefix, node_state, place.at, place.shown) {
                     self.follow(done, place, node, node_state);
                 }
             }
-            Message::GuardingRequest { node } => bus.node(node).asked = true,
-            Message::Nmt { command, node } => self.command(done, place, command, node),
-            Message::Emcy { node, code, profile, register, .. } => {
+            Change::Command { command, node } => self.command(done, place, command, node),
+            Change::Error(EmcyChange { node, profile, active, .. }) => {
                 if bus.present & bit(node) == 0 {
                     bus.appears(&mut pen, place, node);
                 }
                 let (prefix, one) = bus.parts(node);
                 one.profile = profile;
-                one.emergency(&mut pen, prefix, (code, register), place.at, place.shown);
+                one.errors(&mut pen, prefix, active, place.at, place.shown);
             }
             _ => {}
         }
@@ -472,12 +463,4 @@ pub fn class_of(kind: &str, number: u16) -> Option<&'static str> {
 /// The bit of a node.
 fn bit(node: u8) -> u128 {
     1 << (node & 0x7F)
-}
-
-/// Returns a measured quantity of a finding, in ns.
-fn measured(finding: &Finding, name: &str) -> Option<i64> {
-    match finding.measured()?.get(name)? {
-        Quantity::Ns(ns) => Some(ns),
-        _ => None,
-    }
 }

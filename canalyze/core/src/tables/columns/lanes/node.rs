@@ -18,8 +18,6 @@ const LATE_NS: i64 = 10_000_000;
 const LATE: u64 = 2;
 /// A state that a node shows within this time after a command was sent before it obeyed, in ns.
 const SENT_NS: i64 = 1_000_000;
-/// So many frames of error control without toggle bit are heartbeats.
-const HEARTBEATS: u8 = 3;
 
 /// A state in the lane of the NMT state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,12 +95,6 @@ pub(super) struct Node {
     command: Option<(u8, FrameRef)>,
     /// A master commands or configures it: it is not the master itself.
     pub(super) managed: bool,
-    /// The master has asked for its state.
-    pub(super) asked: bool,
-    /// It has answered with its toggle bit set.
-    toggles: bool,
-    /// Frames without toggle bit.
-    plain: u8,
     /// By its device type.
     pub(super) profile: Profile,
     axes: Vec<Axis>,
@@ -169,13 +161,7 @@ impl Node {
     }
 
     /// Error control has shown a state; gives what the lane should show. `None`: it says nothing new.
-    pub(super) fn shows(&mut self, state: u8, toggle: bool, at: FrameRef) -> Option<NodeState> {
-        if toggle && !self.toggles && !self.asked && self.plain >= HEARTBEATS {
-            // Heartbeats have no bit 7.
-            return None;
-        }
-        self.toggles |= toggle;
-        self.plain = if toggle { 0 } else { self.plain.saturating_add(1) };
+    pub(super) fn shows(&mut self, state: u8, at: FrameRef) -> Option<NodeState> {
         if let Some((commanded, command)) = self.command
             && commanded != state
             && sent_before(command, at)
@@ -189,7 +175,6 @@ impl Node {
     /// It has booted.
     pub(super) fn boots(&mut self, at: FrameRef) {
         (self.boot_up, self.command, self.restarted) = (Some(at), None, at.no);
-        (self.toggles, self.plain) = (false, 0);
     }
 
     /// Returns true if a reset command is the echo of one that its boot-up has already answered.
@@ -285,21 +270,9 @@ impl Node {
         }
     }
 
-    /// It reports an error, or that there is none any more.
-    pub(super) fn emergency(
-        &mut self,
-        pen: &mut Pen<'_>,
-        prefix: &str,
-        (code, register): (u16, u8),
-        at: At,
-        shown: bool,
-    ) {
-        let before = self.errors;
-        if code > 0xFF {
-            self.errors.add(code);
-        } else if register == 0 {
-            self.errors = Errors::default();
-        }
+    /// It reports an error, or that there is none any more: these are left.
+    pub(super) fn errors(&mut self, pen: &mut Pen<'_>, prefix: &str, active: Errors, at: At, shown: bool) {
+        let before = std::mem::replace(&mut self.errors, active);
         let none = self.errors.iter().next().is_none();
         if none || !shown {
             return self.end_errors(pen, prefix, at);
@@ -328,7 +301,6 @@ impl Node {
     /// Frames are missing: what it does is known again when it says it.
     pub(super) fn forget(&mut self, at: At) {
         (self.boot_up, self.command, self.restarted) = (None, None, at.frame);
-        (self.toggles, self.asked, self.plain) = (false, false, 0);
     }
 
     /// The node is reset; its former states are void.
