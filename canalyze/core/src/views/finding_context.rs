@@ -317,17 +317,9 @@ fn family(what: &What) -> Family {
         What::Pdo(_) | What::Mpdo(_) => Pdo,
         What::Sdo(_) => Sdo,
         What::Message(message) => match message {
-            Message::Nmt { .. } | Message::Gfc | Message::FlyingMaster { .. } => Nmt,
-            Message::Sync { .. } => Sync,
-            Message::Time { .. } => Time,
-            Message::Emcy { .. } => Emcy,
-            Message::Pdo { .. } | Message::PdoRequest { .. } | Message::Mpdo { .. } => Pdo,
-            Message::Srdo { .. } => Srdo,
-            Message::BootUp { .. } | Message::Heartbeat { .. } | Message::GuardingRequest { .. } => ErrorControl,
-            Message::Lss { .. } => Lss,
             Message::Usdo { .. } => Sdo,
             Message::ErrorFrame => Error,
-            Message::Foreign { role } | Message::Malformed { role, .. } => of_role(*role),
+            _ => of_role(message.role()),
         },
         What::Transfer(_) | What::Note(_) | What::Change(_) | What::Finding(_) => Other,
     }

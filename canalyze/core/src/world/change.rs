@@ -116,6 +116,13 @@ impl Change {
         !matches!(*self, Self::State { state, previous: Some(before), returns: false, .. } if state == before)
     }
 
+    /// Returns true if a node reports another state than the one that it reported before, boot-ups apart: such a report
+    /// may come at any time.
+    pub fn is_another_state(&self) -> bool {
+        let Self::State { state, previous: Some(before), .. } = *self else { return false };
+        before != state && before != BOOT_UP
+    }
+
     /// Returns the loss that a finding reports.
     pub fn of_finding(finding: &Finding) -> Option<Self> {
         let after = |from: Option<FrameRef>, name, sign: i64| match finding.measured()?.get(name)? {

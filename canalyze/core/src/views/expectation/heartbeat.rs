@@ -9,8 +9,8 @@ use super::rhythm::{Period, Rhythm};
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, raise};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::expectation::{Exp009, Exp015};
-use crate::wire::message::Message;
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
+use crate::world::change::Change;
 use crate::world::event::Event;
 
 /// An expectation in the form of the file.
@@ -57,17 +57,17 @@ impl Heartbeats {
         Self { all: all.collect() }
     }
 
-    /// Takes error control or an NMT command.
-    pub(super) fn message(&mut self, message: &Message, scene: &mut Scene<'_>) {
-        match *message {
-            Message::Heartbeat { node, state, guarding: false, previous, .. } => {
-                let extra = previous.is_some_and(|before| before != state);
+    /// Takes a report of a state, a boot-up or an NMT command.
+    pub(super) fn change(&mut self, change: &Change, scene: &mut Scene<'_>) {
+        match *change {
+            Change::State { node, guarding: false, .. } => {
+                let extra = change.is_another_state();
                 for one in self.all.iter_mut().filter(|one| one.place.holds(scene.name, Some(node))) {
                     one.beat(extra, scene);
                 }
             }
-            Message::BootUp { node } => self.reconfigured(scene.bus, node),
-            Message::Nmt { command: RESET_NODE | RESET_COMMUNICATION, node } => {
+            Change::BootUp { node } => self.reconfigured(scene.bus, node),
+            Change::Command { command: RESET_NODE | RESET_COMMUNICATION, node } => {
                 for one in self.all.iter_mut().filter(|one| node == 0 || node == one.node) {
                     one.interrupt(scene.bus);
                 }

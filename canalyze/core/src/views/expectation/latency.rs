@@ -12,8 +12,8 @@ use crate::rules::expectation::{Exp013, Exp015};
 use crate::sdo::transfer::{Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
 use crate::wire::error_control::BOOT_UP;
-use crate::wire::message::Message;
 use crate::wire::nmt::commanded_state;
+use crate::world::change::Change;
 use crate::world::event::{Event, Place as Stands, ProcessData, Step};
 
 /// Maximum number of SDO requests that wait for their response at a time.
@@ -156,15 +156,15 @@ impl Latencies {
         });
     }
 
-    /// Takes a boot-up, error control or an NMT command.
-    pub(super) fn message(&mut self, message: &Message, scene: &mut Scene<'_>) {
+    /// Takes a boot-up, a report of a state or an NMT command.
+    pub(super) fn change(&mut self, change: &Change, scene: &mut Scene<'_>) {
         if !self.nmt {
             return;
         }
-        match *message {
-            Message::Nmt { command, node } => self.command(command, node, scene),
-            Message::BootUp { node } => self.shows(node, BOOT_UP, scene),
-            Message::Heartbeat { node, state, .. } => self.shows(node, state, scene),
+        match *change {
+            Change::Command { command, node } => self.command(command, node, scene),
+            Change::BootUp { node } => self.shows(node, BOOT_UP, scene),
+            Change::State { node, state, .. } => self.shows(node, state, scene),
             _ => {}
         }
     }

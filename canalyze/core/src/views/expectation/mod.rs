@@ -35,7 +35,7 @@ use crate::rules::finding::{Deviation, Facts, Finding, Unmet};
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::Mux;
 use crate::stories::Diagnosis;
-use crate::wire::message::Message;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::event::{Event, What};
 
 /// The expectations of a capture.
@@ -325,22 +325,23 @@ impl Verification {
                 self.latencies.process_data(data, scene);
             }
             (What::Mpdo(data), Some(frame)) => self.signals.multiplexed(data, frame, scene),
-            (What::Message(message), Some(_)) => self.message(message, scene),
+            (What::Change(change), Some(_)) => self.change(change, scene),
             _ => {}
         }
     }
 
-    fn message(&mut self, message: &Message, scene: &mut Scene<'_>) {
-        match *message {
-            Message::Sync { .. } => self.syncs.sync(scene),
-            Message::Emcy { node, code, profile, .. } => self.emergencies.emcy(node, (code, profile), scene),
-            Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Nmt { .. } => {
-                self.heartbeats.message(message, scene);
-                self.signals.message(message, scene);
-                self.states.message(message, scene);
-                self.latencies.message(message, scene);
+    fn change(&mut self, change: &Change, scene: &mut Scene<'_>) {
+        match *change {
+            Change::SyncCycle { .. } => self.syncs.sync(scene),
+            Change::Error(EmcyChange { node, code, profile, .. }) => {
+                self.emergencies.emcy(node, (code, profile), scene);
             }
-            _ => {}
+            _ => {
+                self.heartbeats.change(change, scene);
+                self.signals.change(change, scene);
+                self.states.change(change, scene);
+                self.latencies.change(change, scene);
+            }
         }
     }
 

@@ -15,10 +15,10 @@ use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::sdo::transfer::Transfer;
 use crate::views::summary::spread::Spread;
 use crate::wire::error_control::BOOT_UP;
-use crate::wire::message::Message;
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::signal;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::drive::{self, DriveState};
 use crate::world::event::{Event, Signals as Content, What};
 
@@ -160,7 +160,7 @@ impl Observed {
                     let pdo = PdoChoice { node: data.node, transmit: data.transmit, number: data.number };
                     self.signals(bus, pdo, &data.mapping, frame);
                 }
-                What::Message(message) => self.message(message, bus, at),
+                What::Change(change) => self.change(change, bus, at),
                 _ => {}
             }
         }
@@ -207,23 +207,23 @@ impl Observed {
         }
     }
 
-    fn message(&mut self, message: &Message, bus: BusId, at: FrameRef) {
-        if let Some(node) = stopped(message) {
+    fn change(&mut self, change: &Change, bus: BusId, at: FrameRef) {
+        if let Some(node) = stopped(change) {
             self.interrupt_pdos(bus, node);
         }
-        match *message {
-            Message::Sync { .. } => {
+        match *change {
+            Change::SyncCycle { .. } => {
                 if let Some(train) = kept(&mut self.syncs, bus, Train::default) {
                     train.beat(at, false);
                 }
             }
-            Message::Emcy { node, code, .. } => {
+            Change::Error(EmcyChange { node, code, .. }) => {
                 let made = || Reported { count: 0, first: at };
                 if let Some(reported) = kept(&mut self.emergencies, (bus, node, code), made) {
                     reported.count += 1;
                 }
             }
-            Message::BootUp { node } => {
+            Change::BootUp { node } => {
                 self.booted.entry((bus, node)).or_insert(at);
                 self.interrupt_heartbeats(bus, node);
                 self.show(bus, node, StateKind::Nmt(BOOT_UP), at);
@@ -232,13 +232,13 @@ impl Observed {
                     shown.left |= *of == bus && *id == node && matches!(kind, StateKind::Drive(..));
                 }
             }
-            Message::Heartbeat { node, state, guarding, previous, .. } => {
+            Change::State { node, state, guarding, .. } => {
                 self.show(bus, node, StateKind::Nmt(state), at);
                 if !guarding && let Some(train) = kept(&mut self.heartbeats, (bus, node), Train::default) {
-                    train.beat(at, previous.is_some_and(|before| before != state));
+                    train.beat(at, change.is_another_state());
                 }
             }
-            Message::Nmt { command: RESET_NODE | RESET_COMMUNICATION, node } => self.interrupt_heartbeats(bus, node),
+            Change::Command { command: RESET_NODE | RESET_COMMUNICATION, node } => self.interrupt_heartbeats(bus, node),
             _ => {}
         }
     }

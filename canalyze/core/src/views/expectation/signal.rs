@@ -14,9 +14,10 @@ use crate::bytes::select::Select;
 use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
 use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
-use crate::wire::message::Message;
+use crate::wire::nmt::START;
 use crate::wire::pdo::mapping::{Mapped, Mapping};
 use crate::words::signal;
+use crate::world::change::Change;
 use crate::world::event::{Addressed, Event, ProcessData, Signals as Content, Unmapped};
 
 /// Maximum number of mappings whose selection is remembered.
@@ -175,9 +176,9 @@ impl SignalExpectations {
         picks
     }
 
-    /// Takes a boot-up, error control or an NMT command, which may stop a node's PDOs.
-    pub(super) fn message(&mut self, message: &Message, scene: &Scene<'_>) {
-        if let Some(node) = stopped(message) {
+    /// Takes a boot-up, a report of a state or an NMT command, which may stop a node's PDOs.
+    pub(super) fn change(&mut self, change: &Change, scene: &Scene<'_>) {
+        if let Some(node) = stopped(change) {
             self.interrupt(scene.bus, Some(node).filter(|node| *node != 0));
         }
     }
@@ -312,12 +313,12 @@ impl WatchedSignal {
     }
 }
 
-/// Returns the node whose PDOs a message stops; 0: all nodes.
-pub(super) fn stopped(message: &Message) -> Option<u8> {
-    match *message {
-        Message::BootUp { node } => Some(node),
-        Message::Heartbeat { node, state, .. } if state != OPERATIONAL => Some(node),
-        Message::Nmt { command, node } if command != 0x01 => Some(node),
+/// Returns the node whose PDOs a change stops; 0: all nodes.
+pub(super) fn stopped(change: &Change) -> Option<u8> {
+    match *change {
+        Change::BootUp { node } => Some(node),
+        Change::State { node, state, .. } if state != OPERATIONAL => Some(node),
+        Change::Command { command, node } if command != START => Some(node),
         _ => None,
     }
 }

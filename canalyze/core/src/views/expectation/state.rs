@@ -11,9 +11,9 @@ use crate::rules::expectation::{Exp005, Exp006, Exp015};
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED};
-use crate::wire::message::Message;
 use crate::wire::nmt::commanded_state;
 use crate::wire::pdo::mapping::Mapping;
+use crate::world::change::Change;
 use crate::world::drive::{self, DriveState};
 use crate::world::event::{ProcessData, Signals};
 
@@ -390,11 +390,11 @@ impl States {
         self.all.iter_mut().filter(move |one| one.place.holds(name, Some(node)))
     }
 
-    /// Takes a boot-up, error control or an NMT command.
-    pub(super) fn message(&mut self, message: &Message, scene: &mut Scene<'_>) {
+    /// Takes a boot-up, a report of a state or an NMT command.
+    pub(super) fn change(&mut self, change: &Change, scene: &mut Scene<'_>) {
         let name = scene.name;
-        match *message {
-            Message::BootUp { node } => {
+        match *change {
+            Change::BootUp { node } => {
                 for one in self.of(node, name) {
                     if let Some(track) = one.track(scene.bus) {
                         track.commanded = Some(PRE_OPERATIONAL);
@@ -402,7 +402,7 @@ impl States {
                     one.boot_up(scene);
                 }
             }
-            Message::Heartbeat { node, state, .. } => {
+            Change::State { node, state, .. } => {
                 for one in self.of(node, name) {
                     if let Some(track) = one.track(scene.bus) {
                         track.controlled = true;
@@ -412,7 +412,7 @@ impl States {
                     }
                 }
             }
-            Message::Nmt { command, node } => {
+            Change::Command { command, node } => {
                 let Some(state) = commanded_state(command) else { return };
                 for one in self.all.iter_mut().filter(|one| one.place.is_on(name)) {
                     if (node == 0 || node == one.entry.node)

@@ -21,9 +21,9 @@ use crate::bytes::frame::{BusId, CanId, Frame, FrameRef};
 use crate::sdo::transfer::{Abort, Direction, Transfer};
 use crate::sdo::wire::Mux;
 use crate::views::filter::Filter;
-use crate::wire::message::Message;
 use crate::words::profiles::Profile;
 use crate::world::bus::Bus;
+use crate::world::change::Change;
 use crate::world::configuration::{self, KnownValue};
 use crate::world::dictionary::Described;
 use crate::world::drive;
@@ -381,7 +381,7 @@ impl Inventory {
     /// Takes boot-ups, also those of frames that are not to be shown.
     pub fn boot_ups(&mut self, events: &[Event]) {
         for event in events {
-            if let What::Message(Message::BootUp { node }) = &event.what {
+            if let What::Change(Change::BootUp { node }) = &event.what {
                 self.booted.insert((event.bus, *node));
             }
         }

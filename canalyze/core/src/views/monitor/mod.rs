@@ -112,7 +112,7 @@ impl Monitor {
         self.summary.frame(frame, events);
         let bits = self.summary.buses.get(&frame.bus).map_or(0, |bus| bus.load.bits);
         let own = events.first().is_some_and(|event| is_own(&event.what)).then(|| events.remove(0));
-        self.wire(frame.bus, |wire| wire.take(frame, own.as_ref(), bits));
+        self.wire(frame.bus, |wire| wire.take(frame, own.as_ref(), events, bits));
         let worst = self.follow(setting, events, Some((frame, own.as_ref())));
         self.said.clear();
         if let Some(own) = &own {

@@ -5,8 +5,8 @@ use super::recent::Recent;
 use crate::bytes::frame::{Frame, Kind};
 use crate::rules::finding::Severity;
 use crate::wire::error_frame;
-use crate::wire::message::Message;
 use crate::words::profiles::Profile;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::event::{Event, What};
 use crate::world::node::PerNode;
 
@@ -97,15 +97,15 @@ impl Default for Live {
 }
 
 impl Live {
-    fn message(&mut self, message: &Message, t_ns: Option<i64>) {
-        self.unknown &= !matches!(message, Message::BootUp { .. } | Message::Heartbeat { .. } | Message::Nmt { .. });
-        match *message {
-            Message::BootUp { .. } => {
+    fn change(&mut self, change: &Change, t_ns: Option<i64>) {
+        self.unknown &= !matches!(change, Change::BootUp { .. } | Change::State { .. } | Change::Command { .. });
+        match *change {
+            Change::BootUp { .. } => {
                 self.beat_ns = t_ns;
                 self.taken_back();
             }
-            Message::Heartbeat { .. } => self.beat_ns = t_ns,
-            Message::Emcy { code, profile, active, .. } => {
+            Change::State { .. } => self.beat_ns = t_ns,
+            Change::Error(EmcyChange { code, profile, active, .. }) => {
                 let latest = if code > RESET { Some(code) } else { active.iter().last() };
                 let Some(code_now) = latest else { return self.taken_back() };
                 let before = self.emergency.filter(|before| code <= RESET && before.code == code_now);
@@ -146,8 +146,8 @@ impl Default for Wire {
 }
 
 impl Wire {
-    /// Takes a frame with its own event. `bits`: of this bus, with this frame.
-    pub(super) fn take(&mut self, frame: &Frame, own: Option<&Event>, bits: u64) {
+    /// Takes a frame with its own event and the others. `bits`: of this bus, with this frame.
+    pub(super) fn take(&mut self, frame: &Frame, own: Option<&Event>, events: &[Event], bits: u64) {
         let more = bits.saturating_sub(std::mem::replace(&mut self.bits, bits));
         if let Some(now) = frame.t_ns {
             self.load.add(now, more as u32);
@@ -159,13 +159,13 @@ impl Wire {
             // A controller that is off receives nothing.
             self.state = None;
         }
-        let Some((event, node)) = own.and_then(|event| Some((event, event.node?))) else { return };
-        let live = self.nodes.entry(node);
-        if let Some(now) = frame.t_ns {
-            live.rate.add(now, 1);
+        if let Some((node, now)) = own.and_then(|event| event.node).zip(frame.t_ns) {
+            self.nodes.entry(node).rate.add(now, 1);
         }
-        if let What::Message(message) = &event.what {
-            live.message(message, frame.t_ns);
+        for event in events {
+            if let (What::Change(change), Some(node)) = (&event.what, event.node) {
+                self.nodes.entry(node).change(change, frame.t_ns);
+            }
         }
     }
 

@@ -98,6 +98,7 @@ impl Decoded {
             }
             (What::Mpdo(data), Some(frame)) => self.pdos.multiplexed(place, bus, event, data, frame),
             (What::Message(message), Some(frame)) => report::message(self, place, bus, event.at, message, frame),
+            (What::Change(change), _) => report::change(self, place, bus, event.at, change),
             (What::Transfer(transfer), _) => report::transfer(self, place, bus, event.at, transfer),
             (What::Finding(finding), _) => self.finding(place, bus, finding),
             _ => {}

@@ -5,10 +5,11 @@ use super::{Decoded, MessagePlace};
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::{Finding, Severity};
 use crate::sdo::transfer::Transfer;
-use crate::wire::error_control;
+use crate::wire::error_control::{self, BOOT_UP};
 use crate::wire::message::Message;
 use crate::words::digits::put;
 use crate::words::{Depth, findings, services, terms, transferred, value};
+use crate::world::change::Change;
 use crate::world::drive::DriveState;
 use crate::world::event::Event;
 
@@ -24,7 +25,22 @@ const fn level(severity: Severity) -> u8 {
     }
 }
 
-/// Appends what a frame of an error-control or an emergency service says.
+/// Appends a state that a node reports.
+pub(super) fn change(
+    decoded: &mut Decoded,
+    place: &mut MessagePlace<'_, '_>,
+    bus: &str,
+    at: FrameRef,
+    change: &Change,
+) {
+    match *change {
+        Change::BootUp { node } => nmt_state(decoded, place, bus, at, node, BOOT_UP),
+        Change::State { node, state, .. } => nmt_state(decoded, place, bus, at, node, state),
+        _ => {}
+    }
+}
+
+/// Appends an emergency.
 pub(super) fn message(
     decoded: &mut Decoded,
     place: &mut MessagePlace<'_, '_>,
@@ -34,8 +50,6 @@ pub(super) fn message(
     frame: &Frame,
 ) {
     match *message {
-        Message::BootUp { node } => nmt_state(decoded, place, bus, at, node, 0),
-        Message::Heartbeat { node, state, .. } => nmt_state(decoded, place, bus, at, node, state),
         Message::Emcy { node, code, register, manufacturer, .. } => {
             let mut words = std::mem::take(&mut decoded.words);
             words.clear();
