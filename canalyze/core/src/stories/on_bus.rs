@@ -14,7 +14,7 @@ use super::status::status;
 use super::trackers::boots::Boots;
 use super::trackers::configuration::Configurations;
 use super::trackers::drive::Drives;
-use super::trackers::emcy::{Emergencies, Emergency, LIFE_GUARD};
+use super::trackers::emcy::{Emergencies, LIFE_GUARD};
 use super::trackers::load::LoadIncident;
 use super::trackers::masters::Masters;
 use super::trackers::motion::Motions;
@@ -29,6 +29,7 @@ use crate::wire::error_control::OPERATIONAL;
 use crate::wire::lss::command as lss;
 use crate::wire::message::Message;
 use crate::world::bus::Bus;
+use crate::world::change::{Change, EmcyChange};
 use crate::world::drive::DriveState;
 use crate::world::event::{Event, Note, ProcessData, Step, What};
 
@@ -125,7 +126,8 @@ impl OfBus {
         for event in events {
             dirty |= match &event.what {
                 What::Message(_) | What::Pdo(_) | What::Mpdo(_) | What::Sdo(_) if again => false,
-                What::Message(message) => self.message(message, frame, bus, ledger),
+                What::Message(message) => self.message(message, at, id, bus, ledger),
+                What::Change(change) => self.change(change, frame, bus, ledger),
                 What::Pdo(data) => self.pdo(data, frame, bus, ledger),
                 What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
                 What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
@@ -150,7 +152,7 @@ impl OfBus {
                     ledger.open(IncidentKind::BitTiming, id, incident::Subject::default(), event.at, at);
                     false
                 }
-                What::Mpdo(_) | What::Note(_) | What::Change(_) => false,
+                What::Mpdo(_) | What::Note(_) => false,
             };
         }
         if !self.found.is_empty() && frame.kind != frame::Kind::Error {
@@ -326,10 +328,28 @@ impl OfBus {
         self.alive(node, frame, bus, ledger)
     }
 
-    fn message(&mut self, message: &Message, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
-        let (at, id) = (frame.reference(), frame.bus);
+    fn message(&mut self, message: &Message, at: FrameRef, id: BusId, bus: &Bus, ledger: &mut Ledger) -> bool {
         match *message {
-            Message::BootUp { node } => {
+            Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } } => {
+                if !self.found.is_empty() {
+                    let sign = Sign { ends: Ends::Lss, node: None, pdo: None, object: None };
+                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
+                }
+            }
+            Message::ErrorFrame => {
+                let first = if self.heard.errors.0 == 0 { at } else { self.heard.errors.1 };
+                self.heard.errors = (self.heard.errors.0 + 1, first);
+                self.heard.last_error = at;
+            }
+            _ => {}
+        }
+        false
+    }
+
+    fn change(&mut self, change: &Change, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
+        let (at, id) = (frame.reference(), frame.bus);
+        match *change {
+            Change::BootUp { node } => {
                 self.was = self.heard.is_operational(node);
                 self.nodes.booted(node, scene!(self, ledger, bus, id, at));
                 self.emergencies.booted(node, scene!(self, ledger, bus, id, at));
@@ -347,7 +367,7 @@ impl OfBus {
                 }
                 true
             }
-            Message::Heartbeat { node, state, .. } => {
+            Change::State { node, state, .. } => {
                 self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.heard.heartbeat(node, at);
                 let before = self.heard.is_operational(node);
@@ -363,9 +383,8 @@ impl OfBus {
                 }
                 self.alive(node, frame, bus, ledger) || changed
             }
-            Message::Emcy { node, code, profile, register, manufacturer, active, .. } => {
+            Change::Error(emergency @ EmcyChange { node, code, manufacturer, .. }) => {
                 self.heard.serves(node);
-                let emergency = Emergency { node, code, profile, register, manufacturer, active };
                 let dirty = self.alive(node, frame, bus, ledger);
                 if code == LIFE_GUARD {
                     let scene = scene!(self, ledger, bus, id, at);
@@ -375,7 +394,7 @@ impl OfBus {
                 self.emergencies.emergency(emergency, scene!(self, ledger, bus, id, at));
                 dirty || code <= 0xFF
             }
-            Message::Nmt { command, node } if node <= 127 => {
+            Change::Command { command, node } if node <= 127 => {
                 self.heard.control = at;
                 let before = self.heard.operational;
                 let meant = self.heard.known & if node == 0 { u128::MAX } else { bit(node) };
@@ -396,7 +415,7 @@ impl OfBus {
                 }
                 false
             }
-            Message::Sync { .. } => {
+            Change::SyncCycle { .. } => {
                 let gap = at.since(Some(self.heard.sync).filter(|last| last.no > 0));
                 self.heard.sync_period_ns =
                     gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
@@ -405,19 +424,6 @@ impl OfBus {
                     let sign = Sign { ends: Ends::Sync, node: None, pdo: None, object: None };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
-                false
-            }
-            Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } } => {
-                if !self.found.is_empty() {
-                    let sign = Sign { ends: Ends::Lss, node: None, pdo: None, object: None };
-                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                }
-                false
-            }
-            Message::ErrorFrame => {
-                let first = if self.heard.errors.0 == 0 { at } else { self.heard.errors.1 };
-                self.heard.errors = (self.heard.errors.0 + 1, first);
-                self.heard.last_error = at;
                 false
             }
             _ => false,

@@ -13,8 +13,7 @@ use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
-use crate::wire::message::Errors;
-use crate::words::profiles::Profile;
+use crate::world::change::EmcyChange;
 
 /// Maximum distance of errors of one node with one cause, in ns.
 const TOGETHER_NS: i64 = 500_000_000;
@@ -47,17 +46,6 @@ fn kind(code: u16) -> IncidentKind {
     }
 }
 
-/// One emergency.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::stories) struct Emergency {
-    pub(in crate::stories) node: u8,
-    pub(in crate::stories) code: u16,
-    pub(in crate::stories) profile: Profile,
-    pub(in crate::stories) register: u8,
-    pub(in crate::stories) manufacturer: [u8; 5],
-    pub(in crate::stories) active: Errors,
-}
-
 /// The open incidents of emergencies on a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct Emergencies {
@@ -68,7 +56,7 @@ pub(in crate::stories) struct Emergencies {
 
 impl Emergencies {
     /// Processes an emergency that raises an error or clears errors.
-    pub(in crate::stories) fn emergency(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
+    pub(in crate::stories) fn emergency(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
         self.quiet &= !bit(emergency.node);
         let unsaid = scene.ledger.last(scene.id, |one| {
             one.kind == IncidentKind::RegisterWithoutEmcy
@@ -89,8 +77,8 @@ impl Emergencies {
         }
     }
 
-    fn raised(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
-        let Emergency { node, code, profile, register, .. } = emergency;
+    fn raised(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
+        let EmcyChange { node, code, profile, register, .. } = emergency;
         let at = scene.at;
         let kind = kind(code);
         let open = self.open.entry(node).or_default();
@@ -152,8 +140,8 @@ impl Emergencies {
     }
 
     /// Adds the facts that are known at the beginning and needed to find the cause.
-    fn begin(&mut self, place: LedgerPlace, emergency: Emergency, scene: &mut Scene<'_>) {
-        let Emergency { node, code, manufacturer, .. } = emergency;
+    fn begin(&mut self, place: LedgerPlace, emergency: EmcyChange, scene: &mut Scene<'_>) {
+        let EmcyChange { node, code, manufacturer, .. } = emergency;
         let misfit = matches!(code, 0x8210 | 0x8220);
         let (watched, sources) = (scene.watched(node), if misfit { scene.taken(node) } else { scene.sources(node) });
         let suspects = if code == RPDO_TIMEOUT { scene.suspects(node) } else { 0 };
@@ -201,8 +189,8 @@ impl Emergencies {
         }
     }
 
-    fn taken_back(&mut self, emergency: Emergency, scene: &mut Scene<'_>) {
-        let Emergency { node, profile, register, active, .. } = emergency;
+    fn taken_back(&mut self, emergency: EmcyChange, scene: &mut Scene<'_>) {
+        let EmcyChange { node, profile, register, active, .. } = emergency;
         let at = scene.at;
         let Some(open) = self.open.get_mut(&node) else { return };
         open.retain(|place| {

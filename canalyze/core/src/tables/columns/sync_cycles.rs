@@ -13,7 +13,7 @@ use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::{Code, Finding};
 use crate::tables::setting::Setting;
 use crate::tables::table::{Cx, Duration, Moment, Name, U8, U32, U64, table};
-use crate::wire::message::Message;
+use crate::world::change::Change;
 use crate::world::event::{Event, What};
 
 table! {
@@ -87,7 +87,7 @@ impl Cycles {
 
 impl Collector for Cycles {
     fn passing(&mut self, done: &mut Vec<Batch>, scene: TableContext<'_>, frame: &Frame, events: &[Event]) {
-        let TableContext { cycle, window_ns, shown, setting, .. } = scene;
+        let TableContext { window_ns, shown, setting, .. } = scene;
         match events.first().map(|event| &event.what) {
             Some(What::Pdo(data)) => {
                 let Some(placement) = data.sync else { return };
@@ -99,12 +99,13 @@ impl Collector for Cycles {
                     seen.delays = Some((least.min(delay), most.max(delay)));
                 }
             }
-            Some(What::Message(message)) => {
+            Some(What::Message(_)) => {
+                let cycle = events.iter().find_map(|event| match event.what {
+                    What::Change(Change::SyncCycle { cycle, counter }) => Some((cycle, counter)),
+                    _ => None,
+                });
+                let Some((cycle, counter)) = cycle else { return };
                 let running = self.running.entry(frame.bus).or_default();
-                if cycle <= running.cycle {
-                    return;
-                }
-                let counter = if let Message::Sync { counter } = message { *counter } else { None };
                 let at = frame.reference();
                 let before = *running;
                 let known = before.cycle > 0 && !before.broken;
