@@ -4,6 +4,9 @@
 //! on *isolated* frames only: those without an equal one for a while. Each of them appears twice in a capture that
 //! shows frames twice, and once in any other; they also show the distance of the two. Once this is known, a frame that
 //! equals another at that distance is a duplicate. Frames before the proof are then examined again.
+//!
+//! Two adapters with clocks of their own are up to some ten milliseconds apart. There a client that repeats its requests
+//! looks alike, so that such a distance is proven by frames of several services only.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -16,12 +19,11 @@ pub(super) const APART_NS: i64 = 10_000_000;
 const APART_FRAMES: u64 = 8;
 /// Minimum time in which a sender repeats a frame, in ns.
 const CLOSE_NS: i64 = 300_000;
-/// A frame is isolated if no equal one came within this many ns or, without stamps, frames.
-const ISOLATED_NS: i64 = 3 * APART_NS;
+/// Without stamps, a frame is isolated if no equal one came within this many frames.
 const ISOLATED_FRAMES: u64 = 3 * APART_FRAMES;
 /// Number of isolated frames seen twice that are a proof, and their minimum ratio to those seen once: a block or an
 /// object that is sent again gives a row of equal frames, too.
-const PROOF: u32 = 8;
+const PROOF: usize = 8;
 const RATIO: usize = 8;
 /// Minimum number of them with other CAN-IDs, unless there are very many.
 const OTHERS: usize = 2;
@@ -41,6 +43,31 @@ const AGES: usize = 16;
 pub(super) const PATIENCE_NS: i64 = 250_000_000;
 /// Number of slots for the last time of payloads, addressed by a part of their key.
 const PAYLOADS: usize = 4096;
+
+/// The distances at which duplicates are searched.
+#[derive(Clone, Copy, Debug)]
+struct Reach {
+    /// The time from an original to its duplicate, in ns.
+    apart_ns: (i64, i64),
+    /// Minimum number of services that the isolated frames seen twice belong to.
+    services: u32,
+}
+
+const NEARBY: Reach = Reach { apart_ns: (0, APART_NS), services: 1 };
+/// A client that repeats requests, and is answered twice, shows two services.
+const FAR: Reach = Reach { apart_ns: (APART_NS + 1, 60_000_000), services: 3 };
+
+impl Reach {
+    /// Returns true if a frame is this old and may be seen again now.
+    fn contains(&self, age_ns: i64) -> bool {
+        (self.apart_ns.0..=self.apart_ns.1).contains(&age_ns)
+    }
+
+    /// Returns the time without an equal frame before an isolated one, in ns.
+    fn isolated_ns(&self) -> i64 {
+        3 * self.apart_ns.1
+    }
+}
 
 /// The sighting of a frame in the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,8 +110,75 @@ struct Last {
 }
 
 /// The evidence about one bus.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Duplicates {
+    nearby: Copies,
+    far: Copies,
+}
+
+impl Default for Duplicates {
+    fn default() -> Self {
+        Self { nearby: Copies::new(NEARBY), far: Copies::new(FAR) }
+    }
+}
+
+impl Duplicates {
+    /// Returns true if the capture is known to show its frames twice.
+    pub fn are_proven(&self) -> bool {
+        self.nearby.proven || self.far.proven
+    }
+
+    /// Returns true if the capture is known to show its frames once.
+    pub fn are_refuted(&self) -> bool {
+        self.nearby.are_refuted() && !self.far.proven
+    }
+
+    /// Returns the number of the first frame that may be a duplicate not decided yet.
+    #[inline]
+    pub fn undecided_since(&self) -> Option<u64> {
+        let suspects = [self.nearby.suspect, self.far.suspect];
+        suspects.into_iter().flatten().map(|suspect| suspect.number).min()
+    }
+
+    /// Returns the final sighting of a frame that was observed as `observed`.
+    pub fn decided(&self, number: u64, observed: Sighting) -> Sighting {
+        let found = |copies: &Copies| copies.found.binary_search(&number).is_ok();
+        if found(&self.nearby) || found(&self.far) { Sighting::Duplicate } else { observed }
+    }
+
+    /// Decides without further frames.
+    pub fn settle(&mut self) {
+        self.nearby.settle();
+        self.far.settle();
+    }
+
+    /// Advances a live bus to `now_ns`; the decision is awaited only for a short time.
+    pub fn advance(&mut self, now_ns: i64) {
+        self.nearby.advance(now_ns);
+        self.far.advance(now_ns);
+    }
+
+    /// Examines the next frame. `squeezed`: it is closer to the previous one than possible on a bus, so its time is no
+    /// evidence. `resolution_ns`: the resolution of the stamps.
+    #[inline]
+    pub fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: i64) -> Sighting {
+        let sighting = self.nearby.step(frame, squeezed, resolution_ns);
+        let far = &self.far;
+        let ended = !far.proven && far.suspect.is_none() && (far.are_refuted() || far.given_up);
+        if ended || self.nearby.proven || frame.t_ns.is_none() {
+            return sighting;
+        }
+        match self.far.step(frame, squeezed, resolution_ns) {
+            Sighting::Duplicate => Sighting::Duplicate,
+            _ => sighting,
+        }
+    }
+}
+
+/// The evidence about one bus at the distances of one reach.
+#[derive(Debug)]
+struct Copies {
+    reach: Reach,
     /// The last frames, oldest first; after the proof, only those not seen again.
     recent: VecDeque<SeenFrame>,
     /// Last sightings by a part of their key; empty until the first frame.
@@ -111,31 +205,34 @@ pub struct Duplicates {
     found: Vec<u64>,
 }
 
-impl Duplicates {
-    /// Returns true if the capture is known to show its frames twice.
-    pub fn are_proven(&self) -> bool {
-        self.proven
+impl Copies {
+    fn new(reach: Reach) -> Self {
+        Self {
+            reach,
+            recent: VecDeque::new(),
+            last: Vec::new(),
+            count: 0,
+            resolution_ns: 0,
+            pairs: 0,
+            apart_ns: VecDeque::new(),
+            following: 0,
+            twice: 0,
+            once: 0,
+            suspect: None,
+            proven: false,
+            given_up: false,
+            found: Vec::new(),
+        }
     }
 
     /// Returns true if the capture is known to show its frames once.
-    pub fn are_refuted(&self) -> bool {
+    fn are_refuted(&self) -> bool {
         self.once >= REFUTED && !self.proven
-    }
-
-    /// Returns the number of the first frame that may be a duplicate not decided yet.
-    #[inline]
-    pub fn undecided_since(&self) -> Option<u64> {
-        self.suspect.map(|suspect| suspect.number)
-    }
-
-    /// Returns the final sighting of a frame that was observed as `observed`.
-    pub fn decided(&self, number: u64, observed: Sighting) -> Sighting {
-        if self.found.binary_search(&number).is_ok() { Sighting::Duplicate } else { observed }
     }
 
     /// Decides without further frames. The capture shows frames twice if every frame so far, except the last one, was
     /// immediately followed by an equal one.
-    pub fn settle(&mut self) {
+    fn settle(&mut self) {
         if self.suspect.is_some() {
             let at_once = self.pairs > 0 && self.count <= 2 * self.pairs + 1;
             self.decide(self.proven || at_once);
@@ -143,18 +240,17 @@ impl Duplicates {
         }
     }
 
-    /// Advances a live bus to `now_ns`; the decision is awaited only for a short time.
-    pub fn advance(&mut self, now_ns: i64) {
+    /// Advances a live bus to `now_ns`.
+    fn advance(&mut self, now_ns: i64) {
         let since = self.suspect.and_then(|suspect| suspect.t_ns);
         if since.is_some_and(|since| now_ns.saturating_sub(since) > PATIENCE_NS) {
             self.settle();
         }
     }
 
-    /// Examines the next frame. `squeezed`: it is closer to the previous one than possible on a bus, so its time is no
-    /// evidence. `resolution_ns`: the resolution of the stamps.
+    /// Examines the next frame.
     #[inline]
-    pub fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: i64) -> Sighting {
+    fn step(&mut self, frame: &Frame, squeezed: bool, resolution_ns: i64) -> Sighting {
         if self.once >= SETTLED && self.twice < self.once {
             self.suspect = None;
             return Sighting::Original;
@@ -200,7 +296,7 @@ impl Duplicates {
     fn resembles(&mut self, now: &SeenFrame) -> bool {
         // Without stamps there is only the order: an equal frame must follow immediately.
         let near = |seen: &SeenFrame| match seen.age_ns(now) {
-            Some(age) => (0..=APART_NS).contains(&age),
+            Some(age) => self.reach.contains(age),
             None => seen.count + 1 == now.count,
         };
         let equal = |seen: &&mut SeenFrame| seen.key == now.key && !seen.again && near(seen);
@@ -233,7 +329,7 @@ impl Duplicates {
     /// Withdraws the evidence of a frame that is listed a third time: it is sent repeatedly.
     fn unlearn(&mut self, now: &SeenFrame) {
         let near = |seen: &SeenFrame| match seen.age_ns(now) {
-            Some(age) => (0..=2 * APART_NS).contains(&age),
+            Some(age) => (0..=2 * self.reach.apart_ns.1).contains(&age),
             None => now.count - seen.count <= APART_FRAMES,
         };
         let paired = |seen: &&mut SeenFrame| seen.key == now.key && seen.isolated && seen.again && near(seen);
@@ -253,16 +349,18 @@ impl Duplicates {
         let around = |age: i64| age - room(age)..=age + room(age);
         let alike = |age: i64| self.apart_ns.iter().filter(move |(other, ..)| around(age).contains(other));
         let most_alike = self.apart_ns.iter().max_by_key(|(age, ..)| alike(*age).count());
-        let Some((age, ..)) = most_alike.copied() else { return (0..=APART_NS, 0) };
+        let Some((age, ..)) = most_alike.copied() else { return (0..=self.reach.apart_ns.1, 0) };
         let (least, most) = alike(age).fold((age, age), |(least, most), (one, ..)| (least.min(*one), most.max(*one)));
         let count = alike(age).count();
         // One sender repeats itself for its own reasons, and is confirmed as often: a sub-block of equal data looks
         // like the previous one. They do not explain that each of its frames is near its equal.
         let following = count == AGES && self.following >= AGES;
         let others = |id: CanId| alike(age).filter(move |(_, other, _)| *other != id).count();
-        let several = following || alike(age).all(|(_, id, _)| others(*id) >= OTHERS);
+        let services = alike(age).fold(0u16, |all, (_, id, _)| all | 1 << (id.raw() >> 7 & 0xF));
+        let several = services.count_ones() >= self.reach.services;
+        let several = several && (following || alike(age).all(|(_, id, _)| others(*id) >= OTHERS));
         let room = (2 * (most - least)).max(most / 32).max(CLOSE_NS / 6);
-        ((least - room).max(0)..=(most + room).min(APART_NS), if several { count } else { 0 })
+        ((least - room).max(0)..=(most + room).min(self.reach.apart_ns.1), if several { count } else { 0 })
     }
 
     /// Returns true if a frame is the duplicate of an earlier one at the known distance. Both sightings have the same
@@ -298,7 +396,7 @@ impl Duplicates {
         // A frame that comes a third time, like sub-blocks of equal data, is no evidence; that takes as long again.
         let over = |at: i64| now.t_ns.is_none_or(|now| now.saturating_sub(at) > *usual.end());
         let settled = self.apart_ns.iter().filter(|(age, _, at)| usual.contains(age) && over(*at)).count();
-        if alike.min(settled) >= PROOF as usize {
+        if alike.min(settled) >= PROOF {
             let once = self.once as usize + self.recent.iter().filter(late).count();
             if self.twice as usize > RATIO * once {
                 return self.decide(true);
@@ -331,8 +429,9 @@ impl Duplicates {
     /// Removes frames too old to be seen again and counts those seen once. They are kept while frames wait for the
     /// decision.
     fn forget_old(&mut self, now: &SeenFrame) {
+        let most_ns = self.reach.apart_ns.1;
         let old = |seen: &SeenFrame| match seen.age_ns(now) {
-            Some(age) => !(0..=APART_NS).contains(&age),
+            Some(age) => !(0..=most_ns).contains(&age),
             None => now.count - seen.count > APART_FRAMES,
         };
         for seen in self.recent.iter_mut().filter(|seen| seen.isolated && !seen.again) {
@@ -342,8 +441,7 @@ impl Duplicates {
             }
         }
         // A third one may follow the second at the same distance.
-        let gone =
-            |seen: &SeenFrame| old(seen) && seen.age_ns(now).is_none_or(|age| !(0..=2 * APART_NS).contains(&age));
+        let gone = |seen: &SeenFrame| old(seen) && seen.age_ns(now).is_none_or(|age| !(0..=2 * most_ns).contains(&age));
         while self.recent.len() > MOST || self.recent.front().is_some_and(|seen| self.suspect.is_none() && gone(seen)) {
             let seen = self.recent.pop_front();
             self.once = self.once.saturating_add(u32::from(seen.is_some_and(|seen| seen.isolated && !seen.again)));
@@ -355,12 +453,13 @@ impl Duplicates {
         if self.last.is_empty() {
             self.last = vec![Last::default(); PAYLOADS];
         }
+        let isolated_ns = self.reach.isolated_ns();
         let Some(last) = self.last.get_mut(key as usize % PAYLOADS) else { return false };
         let before = std::mem::replace(last, Last { key, t_ns: frame.t_ns.unwrap_or(0), count: self.count });
         before.count == 0
             || before.key != key
             || match frame.t_ns {
-                Some(now) => now.saturating_sub(before.t_ns) > ISOLATED_NS,
+                Some(now) => now.saturating_sub(before.t_ns) > isolated_ns,
                 None => self.count.saturating_sub(before.count) > ISOLATED_FRAMES,
             }
     }

@@ -177,7 +177,7 @@ fn a_live_bus_does_not_wait_long_for_what_comes_behind_a_burst() {
 
 #[test]
 fn frames_captured_twice_are_duplicates_at_any_distance() {
-    for apart in [1, 100, 800, 2_000, 5_000, 8_000] {
+    for apart in [1, 100, 800, 2_000, 5_000, 8_000, 15_000, 30_000, 50_000] {
         let mut frames: Vec<(i64, usize, u16)> = Vec::new();
         for (no, (at, id)) in cyclic(1_000).into_iter().enumerate() {
             frames.extend([(at, no, id), (at + apart, no, id)]);
@@ -194,6 +194,26 @@ fn frames_captured_twice_are_duplicates_at_any_distance() {
         let duplicates =
             observed.iter().filter(|(at, sighting)| recording.sighting(*at, *sighting) == Sighting::Duplicate);
         assert_eq!(duplicates.count(), frames.len() / 2, "{apart}");
+    }
+}
+
+#[test]
+fn a_client_that_repeats_its_requests_is_no_second_adapter() {
+    for apart in [15_000, 30_000, 50_000] {
+        let mut recording = Recording::default();
+        let mut duplicates = 0;
+        for node in 1..=60u16 {
+            let began = i64::from(node) * 200_000;
+            let talk = [(0x600, 0), (0x600, apart), (0x580, apart + 300), (0x580, 2 * apart + 300)];
+            for (id, at) in talk {
+                let one = frame(u64::from(node), id + node, &[0x40, 0x18, 0x10, node as u8], began + at);
+                let (_, happened) = observe(&mut recording, &one, false);
+                duplicates += usize::from(happened.sighting == Sighting::Duplicate);
+            }
+        }
+        recording.settle();
+        assert!(!recording.shows_duplicates(), "{apart}");
+        assert_eq!(duplicates, 0, "{apart}");
     }
 }
 
