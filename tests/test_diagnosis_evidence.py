@@ -11,6 +11,8 @@ import pytest
 from captures import session_output
 from diagnoses import diagnosed
 
+from canalyze import _core
+
 BEGIN = 1_700_000_000
 Line = tuple[float, str]
 
@@ -160,3 +162,23 @@ def test_a_pdo_has_a_delay_only_while_sync_runs(stops: bool) -> None:
     assert pdo["frames"] == 100 and pdo["synchronous"] == pdo["delay"]["count"]
     assert pdo["delay"]["count"] in (range(50, 52) if stops else range(100, 101))
     assert float(pdo["delay"]["max_us"]) < 15_000, pdo
+
+
+def spread(bursts: int) -> bytes:
+    """Ten PDOs every 10 ms: so many cycles at 500 kbit/s one behind the other, then evenly, as 125 kbit/s would be full."""
+    lines: list[Line] = [line for node in range(1, 9) for line in beats(node, 0.0051 * node, 5, period=0.8)]
+    bits = [55 + 8 * (7 + number % 2) for number in range(10)]
+    for cycle in range(490):
+        at = cycle * 0.01
+        for number, size in enumerate(bits):
+            lines.append((at, f"{0x181 + number % 8 + 0x100 * (number // 8):03X}#{'5A' * (7 + number % 2)}"))
+            at += size * 2e-6 if cycle < bursts else 0.01 * size / sum(bits)
+    return log(lines)
+
+
+@pytest.mark.parametrize(("bursts", "given", "loaded"), [(0, None, True), (200, None, False), (200, 125_000, True)])
+def test_the_bit_rate_is_bounded_by_the_shortest_gaps(bursts: int, given: int | None, loaded: bool) -> None:
+    network = _core.Network(bitrate=given) if given else None
+    output = session_output([spread(bursts)], output_format="diagnosis", lang="en", network=network)
+    kinds = [json.loads(line).get("incident") for line in output.splitlines()]
+    assert ("overload" in kinds) == loaded

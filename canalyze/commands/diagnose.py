@@ -17,6 +17,7 @@ from canalyze.configuration.options import (
     ANY_PATH,
     CaptureOptions,
     OneOf,
+    bitrate_option,
     capture_options,
     color_option,
     format_option,
@@ -138,6 +139,7 @@ def command(words: Words) -> click.Command:
             click.Option(["--fail-on"], type=OneOf(tuple(FAIL_ON), words), help=words("diagnose.fail_on")),
             format_option(words, "diagnose"),
             color_option(words),
+            bitrate_option(words),
             *_options(words),
         ],
     )

@@ -1,8 +1,8 @@
 //! The load of a bus: an identifier that floods it, more frames than it can carry, and PDOs that multiply after a
 //! repeated start.
 //!
-//! The bit rate is given, or derived from frames without an idle gap between them. Bits are estimated (`summary` counts
-//! exactly). SDO is not judged, since block transfers fill a bus by design.
+//! The bit rate is given, or derived from frames without an idle gap between them; the shortest gaps of the capture are a
+//! lower bound. Bits are estimated (`summary` counts exactly). SDO is not judged, since block transfers fill a bus by design.
 
 use crate::bytes::frame::{Frame, FrameRef};
 use crate::rules::finding::Quantity;
@@ -43,6 +43,9 @@ const EVEN: i64 = 8;
 const AFTER_START: u32 = 12;
 /// The bit rates of CANopen (CiA 301, table 1), in kbit/s.
 const RATES: [i64; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
+/// Part of the frames, and number of them, that may be stamped closer than they were on the bus.
+const UNEVEN: u64 = 20;
+const FEW: u64 = 4;
 
 /// The known traffic of an identifier.
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,6 +88,8 @@ pub(in crate::stories) struct LoadIncident {
     /// Number of frames so far.
     frames: u64,
     last_ns: Option<i64>,
+    /// Number of frames that came too soon for the rate below, by [`RATES`].
+    faster: [u64; RATES.len()],
     window: Window,
     /// The rate that the previous window would fill, in kbit/s, and the number of consecutive windows that were full or
     /// relieved.
@@ -115,6 +120,10 @@ impl LoadIncident {
             let least_ns = size * 1_000_000 / self.assumed.max(1) * 8 / 10;
             let gap = now.saturating_sub(last);
             self.window.short += u32::from(gap < least_ns);
+            let carried = RATES.iter().take_while(|rate| size * 1_000_000 > gap.max(0).saturating_mul(**rate) * 5 / 4);
+            if let Some(count) = carried.count().checked_sub(1).and_then(|rate| self.faster.get_mut(rate)) {
+                *count += 1;
+            }
             if (least_ns..=least_ns * 8 / 5).contains(&gap) && self.assumed > 0 {
                 self.window.tight += 1;
                 self.window.lengths |= 1 << (frame.len & 63);
@@ -232,7 +241,8 @@ impl LoadIncident {
         let (rate, sure) = match scene.heard.bit_rate {
             Some(rate) => (i64::from(rate) / 1000, true),
             None => {
-                let rate = RATES.into_iter().find(|rate| used * 100 <= rate * 103).unwrap_or(0);
+                let rate =
+                    RATES.into_iter().find(|rate| used * 100 <= rate * 103 && self.is_possible(*rate)).unwrap_or(0);
                 let same = std::mem::replace(&mut self.assumed, rate) == rate;
                 // Frames of a single length may come evenly without filling the bus.
                 let behind = tight * 2 > frames && lengths.count_ones() > 1;
@@ -265,6 +275,12 @@ impl LoadIncident {
         if self.relieved >= WINDOWS {
             self.relieve(self.last_full, scene);
         }
+    }
+
+    /// Returns true if the bus can have a bit rate, in kbit/s, by the shortest gaps of the capture.
+    fn is_possible(&self, rate: i64) -> bool {
+        let too_soon = RATES.iter().zip(self.faster).filter(|(other, _)| **other >= rate);
+        too_soon.map(|(_, count)| count).sum::<u64>() <= (self.frames / UNEVEN).max(FEW)
     }
 
     fn relieve(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
