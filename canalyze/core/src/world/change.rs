@@ -165,9 +165,12 @@ impl Publisher {
                 Some(Change::BootUp { node })
             }
             Message::Heartbeat { node, state, guarding, .. } => {
-                // The checks keep only the states of CiA 301.
-                let known = matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL);
-                Some(self.report(node, if known { reported? } else { state }, guarding))
+                if matches!(state, STOPPED | OPERATIONAL | PRE_OPERATIONAL) {
+                    return Some(self.report(node, reported?, guarding));
+                }
+                // Only the states of CiA 301 are kept; another one is a change each time.
+                let previous = self.nodes.entry(node).state;
+                Some(Change::State { node, state, previous, guarding, returns: false })
             }
             // Its length is wrong; it may be too short to show a state.
             Message::Malformed { role: Role::ErrorControl(node), .. } => {
