@@ -57,12 +57,12 @@ def segment_lost(faulty: bool) -> Frames:
 
 
 def overload(faulty: bool) -> Frames:
-    """PDOs one behind the other for a second at 125 kbit/s, or half as many."""
+    """PDOs one behind the other for a second at 500 kbit/s, or half as many."""
     net = beats(started(3, 4), {3: 4, 4: 4}).wait(1)
     after = 0.0
-    for place in range(1200 if faulty else 600):
+    for place in range(4800 if faulty else 2400):
         size = 8 if place % 2 else 4
-        after += (0.0010 if size == 8 else 0.0007) * (1 if faulty else 2)
+        after += (0.00025 if size == 8 else 0.000175) * (1 if faulty else 2)
         net.send(0x183 + place % 2, bytes(size), after=after)
     return net.frames()
 

@@ -90,6 +90,9 @@ pub(in crate::stories) struct LoadIncident {
     last_ns: Option<i64>,
     /// Number of frames that came too soon for the rate below, by [`RATES`].
     faster: [u64; RATES.len()],
+    /// The identifier of the last frame, and the number of [`RATES`] at which an SDO response came too soon.
+    last_id: u32,
+    answered: usize,
     window: Window,
     /// The rate that the previous window would fill, in kbit/s, and the number of consecutive windows that were full or
     /// relieved.
@@ -121,14 +124,20 @@ impl LoadIncident {
             let gap = now.saturating_sub(last);
             self.window.short += u32::from(gap < least_ns);
             let carried = RATES.iter().take_while(|rate| size * 1_000_000 > gap.max(0).saturating_mul(**rate) * 5 / 4);
-            if let Some(count) = carried.count().checked_sub(1).and_then(|rate| self.faster.get_mut(rate)) {
+            if let Some(rate) = carried.count().checked_sub(1)
+                && let Some(count) = self.faster.get_mut(rate)
+            {
                 *count += 1;
+                // A response is sent once its request was received, however unevenly others are stamped.
+                let answers = (0x581..0x600).contains(&frame.id.raw()) && self.last_id == frame.id.raw() + 0x80;
+                self.answered = self.answered.max(if answers { rate + 1 } else { 0 });
             }
             if (least_ns..=least_ns * 8 / 5).contains(&gap) && self.assumed > 0 {
                 self.window.tight += 1;
                 self.window.lengths |= 1 << (frame.len & 63);
             }
         }
+        self.last_id = frame.id.raw();
         let over = frame.reference().since(self.window.begin).is_none_or(|since| !(0..WINDOW_NS).contains(&since));
         if over || self.window.frames == 0 {
             self.window_over(frame.reference(), scene);
@@ -280,7 +289,8 @@ impl LoadIncident {
     /// Returns true if the bus can have a bit rate, in kbit/s, by the shortest gaps of the capture.
     fn is_possible(&self, rate: i64) -> bool {
         let too_soon = RATES.iter().zip(self.faster).filter(|(other, _)| **other >= rate);
-        too_soon.map(|(_, count)| count).sum::<u64>() <= (self.frames / UNEVEN).max(FEW)
+        let slow = RATES.iter().take(self.answered).any(|other| *other >= rate);
+        !slow && too_soon.map(|(_, count)| count).sum::<u64>() <= (self.frames / UNEVEN).max(FEW)
     }
 
     fn relieve(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
