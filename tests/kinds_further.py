@@ -75,9 +75,9 @@ def even_stream() -> Frames:
 def overload_to_the_end() -> Frames:
     net = beats(started(3, 4), {3: 2, 4: 2}).wait(1)
     after = 0.0
-    for place in range(1200):
+    for place in range(4800):
         size = 8 if place % 2 else 4
-        after += 0.0010 if size == 8 else 0.0007
+        after += 0.00025 if size == 8 else 0.000175
         net.send(0x183 + place % 2, bytes(size), after=after)
     return net.frames()
 
