@@ -123,7 +123,7 @@ impl LoadIncident {
             let least_ns = size * 1_000_000 / self.assumed.max(1) * 8 / 10;
             let gap = now.saturating_sub(last);
             self.window.short += u32::from(gap < least_ns);
-            let carried = RATES.iter().take_while(|rate| size * 1_000_000 > gap.max(0).saturating_mul(**rate) * 5 / 4);
+            let carried = RATES.iter().take_while(|rate| size * 1_000_000 > gap.max(0).saturating_mul(**rate * 5 / 4));
             if let Some(rate) = carried.count().checked_sub(1)
                 && let Some(count) = self.faster.get_mut(rate)
             {
