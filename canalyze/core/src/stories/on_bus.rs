@@ -138,7 +138,7 @@ impl OfBus {
                     self.boots.transfer(transfer, &self.heard);
                     self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
                     if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
-                        let sign = Sign { ends: Ends::Transferred, node: Some(transfer.node), pdo: None, object: None };
+                        let sign = Sign::of(Ends::Transferred, Some(transfer.node));
                         self.found.sign(sign, scene!(self, ledger, bus, id, at));
                         if transfer.direction == Direction::Download {
                             let sign = Sign { ends: Ends::Written, object: transfer.mux, ..sign };
@@ -156,10 +156,7 @@ impl OfBus {
             };
         }
         if !self.found.is_empty() && frame.kind != frame::Kind::Error {
-            self.found.sign(
-                Sign { ends: Ends::Traffic, node: None, pdo: None, object: None },
-                scene!(self, ledger, bus, id, at),
-            );
+            self.found.sign(Sign::of(Ends::Traffic, None), scene!(self, ledger, bus, id, at));
         }
         self.conclude(before, dirty, id, at, bus, ledger);
     }
@@ -243,7 +240,7 @@ impl OfBus {
         self.heard.frame(node, at);
         self.configurations.heard(node, scene!(self, ledger, bus, id, at));
         if !self.found.is_empty() {
-            let sign = Sign { ends: Ends::Heard, node: Some(node), pdo: None, object: None };
+            let sign = Sign::of(Ends::Heard, Some(node));
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
         }
         if self.drives.is_empty() {
@@ -322,7 +319,7 @@ impl OfBus {
             self.masters.answered(node, mux, scene!(self, ledger, bus, id, at));
         }
         if !self.found.is_empty() {
-            let sign = Sign { ends: Ends::Answered, node: Some(node), pdo: None, object: None };
+            let sign = Sign::of(Ends::Answered, Some(node));
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
         }
         self.alive(node, frame, bus, ledger)
@@ -332,7 +329,7 @@ impl OfBus {
         match *message {
             Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } } => {
                 if !self.found.is_empty() {
-                    let sign = Sign { ends: Ends::Lss, node: None, pdo: None, object: None };
+                    let sign = Sign::of(Ends::Lss, None);
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
             }
@@ -362,7 +359,7 @@ impl OfBus {
                 self.heard.frame(node, at);
                 self.heard.operational &= !bit(node);
                 for ends in [Ends::Heard, Ends::Guarded] {
-                    let sign = Sign { ends, node: Some(node), pdo: None, object: None };
+                    let sign = Sign::of(ends, Some(node));
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 true
@@ -378,7 +375,7 @@ impl OfBus {
                 let changed = state == OPERATIONAL && (!before || self.nodes.is_waiting(node));
                 if changed {
                     self.nodes.state(node, state, scene!(self, ledger, bus, id, at));
-                    let sign = Sign { ends: Ends::Guarded, node: Some(node), pdo: None, object: None };
+                    let sign = Sign::of(Ends::Guarded, Some(node));
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 self.alive(node, frame, bus, ledger) || changed
@@ -421,7 +418,7 @@ impl OfBus {
                     gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
                 (self.heard.sync, self.heard.control) = (at, at);
                 if !self.found.is_empty() {
-                    let sign = Sign { ends: Ends::Sync, node: None, pdo: None, object: None };
+                    let sign = Sign::of(Ends::Sync, None);
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 false
@@ -451,7 +448,7 @@ impl OfBus {
             (Code::Drv002, Some(node)) => self.drives.stuck(node, finding, scene),
             (Code::Bus006, _) => {
                 for ends in [Ends::Controller, Ends::Traffic] {
-                    let sign = Sign { ends, node: None, pdo: None, object: None };
+                    let sign = Sign::of(ends, None);
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
             }

@@ -40,6 +40,13 @@ pub(in crate::stories) struct Sign {
     pub(in crate::stories) object: Option<Mux>,
 }
 
+impl Sign {
+    /// Makes a sign of a node, or of the bus.
+    pub(in crate::stories) fn of(ends: Ends, node: Option<u8>) -> Self {
+        Self { ends, node, pdo: None, object: None }
+    }
+}
+
 /// Returns true for kinds that are one problem of an SDO server.
 fn is_sdo(kind: IncidentKind) -> bool {
     matches!(
