@@ -295,7 +295,9 @@ impl Nmt {
         if silence_ns >= SWITCHED_ON_NS {
             self.switched_on = cx.at.t_ns;
         }
+        let first = !self.commanded() && self.nodes.iter().all(|(_, other)| !other.present);
         let node_state = self.nodes.entry(node);
+        node_state.first = first || node_state.first && node_state.reset.count == 0;
         if node_state.given {
             // A slave has another node-ID; its previous one is uncertain.
             self.boot_ups.void(|_| true);
@@ -534,8 +536,8 @@ impl Nmt {
     /// Forgets states and commands after lost frames.
     pub fn forget(&mut self) {
         for (_, node_state) in self.nodes.iter_mut() {
-            let NodeState { present, managed, given, .. } = *node_state;
-            *node_state = NodeState { present, managed, given, ..NodeState::default() };
+            let NodeState { present, managed, given, first, .. } = *node_state;
+            *node_state = NodeState { present, managed, given, first, ..NodeState::default() };
         }
         self.suspects = 0;
         self.boot_ups.void(|_| true);

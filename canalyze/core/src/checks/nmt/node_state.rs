@@ -36,6 +36,8 @@ pub(super) struct NodeState {
     pub(super) allowed: u8,
     pub(super) boots: Boots,
     pub(super) reset: Reset,
+    /// Its boot-up is the first frame of the network, before any command, and it has obeyed no reset since.
+    pub(super) first: bool,
     /// LSS has assigned this node-ID, and no node has booted with it yet.
     pub(super) given: bool,
     /// Its last emergency, except those that end an error.
@@ -153,6 +155,7 @@ impl NodeState {
             managed: self.managed || self.reset.awaited,
             boots: Boots { last: Some(at), unexplained: None },
             reset: Reset { count, at: self.reset.at, ..Reset::default() },
+            first: self.first,
             emergency: self.emergency,
             suspect: self.suspect,
             ..Self::default()
@@ -210,7 +213,7 @@ impl NodeState {
 
     /// Returns true if the node may be the master itself.
     pub(super) fn may_be_master(&self) -> bool {
-        !self.managed && self.boots.last.is_none()
+        !self.managed && (self.boots.last.is_none() || self.first)
     }
 
     /// Returns the time in ns after which a reset must be followed by a boot-up; `None` if one came just before it and
