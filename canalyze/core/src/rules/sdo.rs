@@ -115,7 +115,8 @@ rules! {
     /// The sender sets the DLC to the length of its data.
     Sdo010 "SDO010" "frame-length" Warning "CiA 301 7.2.4.3" [Sdo] {
         message "SDO帧长度不是8字节" "SDO frame is not 8 bytes long";
-        Length { length: Count } "SDO帧长度为{length}字节, 应为8字节" "SDO frame is {length|byte|bytes} long, expected 8";
+        Request { length: Count } "SDO请求长度为{length}字节, 应为8字节" "SDO request is {length|byte|bytes} long, expected 8";
+        Response { length: Count } "SDO响应长度为{length}字节, 应为8字节" "SDO response is {length|byte|bytes} long, expected 8";
     }
 
     /// 停止状态和启动报文之前不允许SDO: 节点不应响应, 客户端也不应请求。

@@ -7,7 +7,7 @@ use super::limits::{SHORTEST_TIMEOUT_NS, UNANSWERED_NS};
 use super::phase::{Half, Phase};
 use super::state::{Doubt, SdoChannel, Verdicts};
 use super::transfer::Transfer;
-use super::wire::{self, Command, Mux, Segment};
+use super::wire::{self, Command, Mux, Segment, Side};
 use crate::bytes::frame::FrameRef;
 use crate::evidence::Rules;
 use crate::rules::finding::{Code, Finding, Severity, Verdict};
@@ -37,7 +37,12 @@ impl SdoChannel {
     /// Reports flaws of the frame itself, regardless of its place.
     pub(super) fn judge_frame(&mut self, half: &Half, cx: &mut Context<'_>) {
         if half.len != 8 {
-            self.find(Sdo010::Length { length: half.len.into() }, half.at, cx);
+            let length = half.len.into();
+            let what = match self.step.side {
+                Side::Client => Sdo010::Request { length },
+                Side::Server => Sdo010::Response { length },
+            };
+            self.find(what, half.at, cx);
         }
         if matches!(self.step.place, Place::Uncaptured | Place::InFlight) {
             return;
