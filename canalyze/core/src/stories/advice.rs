@@ -9,6 +9,8 @@ use super::sayings::{self as say, Check};
 pub struct AdviceFacts {
     /// True if it has error frames.
     pub error_frames: bool,
+    /// Number of nodes seen.
+    pub nodes: u32,
 }
 
 /// Returns the things to check, the first one first.
@@ -33,7 +35,11 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         | IncidentKind::NoBootUp => match (boot_up, one.end) {
             (true, _) => vec![say::SUPPLY, say::WATCHDOG],
             (false, _) if one.has("left_operational") => vec![say::CONNECTOR, say::SUPPLY, say::FELL_BACK, wires],
-            (false, Some(_)) => vec![say::CONNECTOR, say::CABLE_ONLY, wires],
+            (false, Some(_)) if one.kind == IncidentKind::NodeSilent => vec![say::CONNECTOR, say::CABLE_ONLY, wires],
+            (false, Some(_)) => vec![say::SERVER, say::CONNECTOR, wires],
+            (false, None) if one.kind != IncidentKind::NodeSilent => {
+                vec![say::SUPPLY, say::CONNECTOR, say::LEDS, wires]
+            }
             (false, None) => vec![say::SUPPLY, say::CONNECTOR, say::LEDS, say::NO_SIGN, wires],
         },
         IncidentKind::SegmentLost if boot_up => vec![say::SUPPLY, say::SEGMENT],

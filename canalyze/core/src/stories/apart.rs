@@ -13,6 +13,8 @@ use crate::rules::Words;
 const TOGETHER_NS: i64 = 100_000_000;
 /// Maximum time before an incident within which an earlier one belongs to it, in ns.
 const BEFORE_NS: i64 = 2_000_000_000;
+/// Minimum number of nodes of which one alone is lost.
+const ENOUGH: u32 = 3;
 /// Maximum distance of error frames around an incident, in ns.
 const AROUND_NS: i64 = 1_000_000_000;
 
@@ -41,10 +43,16 @@ pub fn of(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Vec<Tell> {
         SupplyVoltage, Temperature,
     };
     match one.kind {
-        NodeSilent | SegmentLost | NodeRestarted | RestartLoop | GuardingUnanswered | NoBootUp => {
-            vec![back(one), others(one, ledger), warned(one, ledger), noise(one, ledger, shown)]
+        NodeSilent | SegmentLost | NodeRestarted | RestartLoop => {
+            let others = others(one, ledger, shown);
+            [back(one)].into_iter().chain(others).chain([warned(one, ledger), noise(one, ledger, shown)]).collect()
         }
-        NodeAbsent => vec![if one.end.is_some() { back(one) } else { NEVER_HEARD }, noise(one, ledger, shown)],
+        // The node may have sent other frames all the time.
+        GuardingUnanswered | NoBootUp => vec![warned(one, ledger), noise(one, ledger, shown)],
+        NodeAbsent if one.has("boot_up") => Vec::new(),
+        NodeAbsent => {
+            vec![if one.end.is_some() { HEARD_LATER } else { NEVER_HEARD }, noise(one, ledger, shown)]
+        }
         HeartbeatStopped => vec![GOES_ON, warned(one, ledger)],
         AxisFault | QuickStop | StateLeft | DeviceError | SupplyVoltage | Temperature => {
             let mut tells = vec![if one.clue.reported.is_empty() { UNNAMED } else { NAMED }];
@@ -83,15 +91,16 @@ fn back(one: &Incident) -> Tell {
 /// Returns the line on the time that a consumer waits, compared with the time that passed.
 fn limit(one: &Incident, cause: &Incident) -> Tell {
     let delay = one.cause.and_then(|link| link.delay_ns);
-    match one.limit(cause).zip(delay) {
-        Some(((_, limit), delay)) if within(cause, limit).contains(&delay) => LIMIT_KNOWN,
+    let limit = one.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node));
+    match limit.zip(delay) {
+        Some(((_, limit), delay)) if within(cause, *limit).contains(&delay) => LIMIT_KNOWN,
         Some(_) => LIMIT_DIFFERS,
         None => LIMIT_UNKNOWN,
     }
 }
 
-/// Returns the line on other nodes lost with it.
-fn others(one: &Incident, ledger: &Ledger) -> Tell {
+/// Returns the line on other nodes lost with it; `None` if there are too few others to tell.
+fn others(one: &Incident, ledger: &Ledger, shown: AdviceFacts) -> Option<Tell> {
     let with = |other: &Incident| {
         let silent =
             matches!(other.kind, IncidentKind::NodeSilent | IncidentKind::SegmentLost | IncidentKind::NodeRestarted);
@@ -100,7 +109,10 @@ fn others(one: &Incident, ledger: &Ledger) -> Tell {
             && other.subject.nodes & !one.subject.nodes != 0
             && is_near(one, other, TOGETHER_NS)
     };
-    if one.subject.nodes.count_ones() > 1 || ledger.told().any(with) { WITH_OTHERS } else { ALONE }
+    if one.subject.nodes.count_ones() > 1 || ledger.told().any(with) {
+        return Some(WITH_OTHERS);
+    }
+    (shown.nodes >= ENOUGH).then_some(ALONE)
 }
 
 /// Returns the line on errors reported by the node before.
@@ -147,13 +159,13 @@ fn lost(one: &Incident, ledger: &Ledger) -> Option<Tell> {
     (!ledger.told().any(before)).then_some(NO_LOSS)
 }
 
-/// Returns the line on the presence of the node; `None` if it was silent at another time.
+/// Returns the line on the presence of the node; `None` if nothing shows it, or if it was silent at another time.
 fn presence(one: &Incident, ledger: &Ledger) -> Option<Tell> {
     let silent = |other: &Incident| is_loss(other.kind) && other.subject.nodes & one.subject.nodes != 0;
     if cause(one, ledger).is_some_and(silent) {
         return Some(GONE);
     }
-    (!ledger.told().any(silent)).then_some(PRESENT)
+    (one.has("heard_meanwhile") && !ledger.told().any(silent)).then_some(PRESENT)
 }
 
 /// Returns its cause, if that is more than possible.

@@ -6,6 +6,7 @@ use super::kinds::{Impact, IncidentKind};
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::rules::finding::Finding;
 use crate::rules::{Code, Measured, Quantity};
+use crate::sdo::wire::Mux;
 
 /// Maximum number of kept steps of an incident; further ones are counted.
 pub const STEPS: usize = 16;
@@ -242,6 +243,10 @@ pub struct Incident {
     pub(super) merged: bool,
     /// Facts for links.
     pub(super) clue: Clue,
+    /// Its own status at the end, whatever follows from it.
+    pub(super) alone: Status,
+    /// What its first finding measured.
+    pub(super) measured: Option<Measured>,
 }
 
 /// Facts known at the beginning of an incident that are needed to find its cause.
@@ -387,6 +392,19 @@ impl Incident {
         let rule = self.cause.filter(|link| link.cause == cause.id && matches!(link.rule, 1 | 7))?;
         let watched = self.clue.watched.iter().find(|(node, _)| cause.subject.concerns(*node))?;
         (rule.delay_ns >= Some(0)).then_some((0x1016, watched.1))
+    }
+
+    /// Returns what its first finding measured, if its kind alone does not say what is wrong.
+    pub fn measured(&self) -> Option<&Measured> {
+        self.measured.as_ref()
+    }
+
+    /// Returns the object of its first finding.
+    pub fn object(&self) -> Option<Mux> {
+        match self.get("object") {
+            Some(Quantity::Object(object)) => Some(object),
+            _ => None,
+        }
     }
 
     /// Returns true if it is to be reported: it has happened often enough and is not merged.

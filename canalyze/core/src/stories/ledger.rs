@@ -62,6 +62,8 @@ impl Ledger {
             parts: Vec::new(),
             merged: false,
             clue: Clue::default(),
+            alone: Status::default(),
+            measured: None,
         });
         Some(self.all.len() - 1)
     }

@@ -56,6 +56,9 @@ pub struct Diagnosis {
     first: Option<FrameRef>,
     last: FrameRef,
     frames: u64,
+    /// The earliest first stamp of a bus, and the latest stamp, in ns: buses may have clocks of their own.
+    began_ns: Option<i64>,
+    latest_ns: Option<i64>,
     /// Reported incidents that have not ended.
     open: Vec<LedgerPlace>,
     /// Recently ended incidents; if one recurs, it is reported again.
@@ -107,7 +110,9 @@ impl Diagnosis {
         let index = usize::from(frame.bus.0);
         if self.buses.len() <= index {
             self.buses.resize_with(index + 1, || OfBus::new(self.bit_rate));
+            self.began_ns = [self.began_ns, frame.t_ns].into_iter().flatten().min();
         }
+        self.latest_ns = self.latest_ns.max(frame.t_ns);
         let Self { ledger, buses, .. } = self;
         if let Some(of_bus) = buses.get_mut(index) {
             of_bus.frame(frame, events, bus, ledger);
@@ -201,6 +206,7 @@ impl Diagnosis {
         }
         links::settle(&mut self.ledger);
         links::join(&mut self.ledger);
+        status::of_chains(&mut self.ledger);
         let order = rank::stories(&self.ledger);
         self.ledger.give_numbers(order.into_iter().map(|(id, _)| id));
     }
@@ -213,8 +219,10 @@ impl Diagnosis {
     /// Returns the number of frames so far, and the first and the last of them.
     pub fn extent(&self) -> (u64, Option<FrameRef>, FrameRef) {
         // Stamps that become useless later have no usable beginning.
-        let timed = |first: FrameRef| FrameRef { t_ns: first.t_ns.filter(|_| self.last.t_ns.is_some()), ..first };
-        (self.frames, self.first.map(timed), self.last)
+        let usable = self.last.t_ns.is_some();
+        let timed = |first: FrameRef| FrameRef { t_ns: self.began_ns.or(first.t_ns).filter(|_| usable), ..first };
+        let last = FrameRef { t_ns: self.latest_ns.filter(|_| usable), ..self.last };
+        (self.frames, self.first.map(timed), last)
     }
 
     /// Creates a diagnosis of buses with this bit rate in bit/s, if known.
@@ -224,7 +232,10 @@ impl Diagnosis {
 
     /// Returns the facts of the whole capture that advice depends on.
     pub fn shown(&self) -> advice::AdviceFacts {
-        advice::AdviceFacts { error_frames: self.buses.iter().any(|one| one.heard.errors.0 > 0) }
+        advice::AdviceFacts {
+            error_frames: self.buses.iter().any(|one| one.heard.errors.0 > 0),
+            nodes: self.buses.iter().map(|one| one.heard.known.count_ones()).max().unwrap_or(0),
+        }
     }
 
     /// Returns the nodes seen, and those that incidents concern.
@@ -238,7 +249,7 @@ impl Diagnosis {
                     self.ledger.told().any(|one| {
                         one.bus == bus
                             && one.subject.concerns(node)
-                            && matches!(one.status, Status::Stands | Status::Unknown)
+                            && matches!(one.alone, Status::Stands | Status::Unknown)
                             && self.ledger.comes_from(one.id, **id)
                     })
                 };

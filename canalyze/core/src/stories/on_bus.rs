@@ -238,7 +238,7 @@ impl OfBus {
         let (at, id) = (frame.reference(), frame.bus);
         self.nodes.heard(node, false, scene!(self, ledger, bus, id, at));
         self.heard.frame(node, at);
-        self.configurations.heard(node, scene!(self, ledger, bus, id, at));
+        self.configurations.heard(node, false, scene!(self, ledger, bus, id, at));
         if !self.found.is_empty() {
             let sign = Sign::of(Ends::Heard, Some(node));
             self.found.sign(sign, scene!(self, ledger, bus, id, at));
@@ -258,8 +258,7 @@ impl OfBus {
                 ends.push(Ends::Length);
             }
             for ends in ends {
-                self.found
-                    .sign(Sign { ends, node: Some(data.node), pdo, object: None }, scene!(self, ledger, bus, id, at));
+                self.found.sign(Sign { pdo, ..Sign::of(ends, Some(data.node)) }, scene!(self, ledger, bus, id, at));
             }
         }
         self.drives.pdo(data, frame, scene!(self, ledger, bus, id, at));
@@ -314,7 +313,7 @@ impl OfBus {
             }
             return false;
         };
-        self.heard.serves(node);
+        self.heard.answers(node, at);
         if let Some(mux) = step.command.mux() {
             self.masters.answered(node, mux, scene!(self, ledger, bus, id, at));
         }
@@ -354,12 +353,12 @@ impl OfBus {
                 self.motions.booted(node, scene!(self, ledger, bus, id, at));
                 self.boots.booted(node, at);
                 self.load.booted(node, scene!(self, ledger, bus, id, at));
-                self.configurations.heard(node, scene!(self, ledger, bus, id, at));
+                self.configurations.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.configurations.booted(node, scene!(self, ledger, bus, id, at));
                 self.heard.frame(node, at);
                 self.heard.operational &= !bit(node);
                 for ends in [Ends::Heard, Ends::Guarded] {
-                    let sign = Sign::of(ends, Some(node));
+                    let sign = Sign { boot_up: true, ..Sign::of(ends, Some(node)) };
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
                 true

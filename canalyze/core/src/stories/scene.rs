@@ -38,6 +38,8 @@ pub(super) struct Heard {
     pdos: Vec<FrameRef>,
     /// The last write to each node.
     written: Vec<FrameRef>,
+    /// The last SDO response of each node.
+    answered: Vec<FrameRef>,
     /// The last order to each node to store, restore or program something.
     stored: Vec<FrameRef>,
     /// The bit rate in bit/s, if given.
@@ -60,6 +62,7 @@ impl Default for Heard {
             asked: vec![FrameRef::default(); SLOTS],
             pdos: vec![FrameRef::default(); SLOTS],
             written: vec![FrameRef::default(); SLOTS],
+            answered: vec![FrameRef::default(); SLOTS],
             stored: vec![FrameRef::default(); SLOTS],
             bit_rate: None,
         }
@@ -131,6 +134,19 @@ impl Heard {
     /// Returns the last write to a node.
     pub(super) fn written(&self, node: u8) -> Option<FrameRef> {
         self.written.get(usize::from(node)).copied().filter(|at| at.no > 0)
+    }
+
+    /// Records an SDO response of a node.
+    pub(super) fn answers(&mut self, node: u8, at: FrameRef) {
+        self.serves(node);
+        if let Some(slot) = self.answered.get_mut(usize::from(node)) {
+            *slot = at;
+        }
+    }
+
+    /// Returns the last SDO response of a node.
+    pub(super) fn answered(&self, node: u8) -> Option<FrameRef> {
+        self.answered.get(usize::from(node)).copied().filter(|at| at.no > 0)
     }
 
     /// Records an order to store, restore or program something.

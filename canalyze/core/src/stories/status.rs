@@ -2,6 +2,8 @@
 
 use super::incident::{Incident, Status};
 use super::kinds::IncidentKind;
+use super::ledger::Ledger;
+use super::rank::is_root;
 use super::trackers::rules::GOES_ON;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Code;
@@ -15,6 +17,20 @@ const SETTLED_NS: i64 = 500_000_000;
 pub(super) fn is_harmless(kind: IncidentKind) -> bool {
     use IncidentKind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Scan, Storing};
     matches!(kind, Scan | BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
+}
+
+/// Leaves a root open as long as one of its consequences is.
+pub(super) fn of_chains(ledger: &mut Ledger) {
+    let open: Vec<_> =
+        ledger.told().filter(|one| !is_root(one) && one.status == Status::Stands).map(|one| one.id).collect();
+    ledger.all.iter_mut().for_each(|one| one.alone = one.status);
+    for place in 0..ledger.all.len() {
+        let Some(one) = ledger.get(place).filter(|one| is_root(one) && one.status > Status::Stands) else { continue };
+        let caused = open.iter().any(|effect| ledger.comes_from(*effect, one.id));
+        if let Some(one) = ledger.get_mut(place).filter(|_| caused) {
+            one.status = Status::Stands;
+        }
+    }
 }
 
 /// Returns true if an incident has ended and will probably not recur at once.
@@ -49,6 +65,8 @@ pub(super) fn status(
         // A single node that stays stopped while others run is not intended.
         CommandedStop if one.end.is_none() && left_alone && !one.has("started_again") => return Status::Stands,
         kind if is_harmless(kind) => return Status::Harmless,
+        // It was not switched on yet.
+        NodeAbsent if one.has("boot_up") => return Status::Harmless,
         // No frame shows that one of the two is gone.
         ConsumerTimeTooShort | DuplicateNodeId => return Status::Stands,
         // A node in a restart loop that was not started since is probably still in it.
@@ -72,6 +90,9 @@ pub(super) fn status(
     }
     // Not every controller reports that it is active again.
     if one.kind == IncidentKind::ErrorPassive {
+        return Status::Unknown;
+    }
+    if one.has("client_aborted") {
         return Status::Unknown;
     }
     // A refused write may still be made up for if the capture ends too soon for the rule.

@@ -33,7 +33,21 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         IncidentKind::SegmentLost => Saying::Segment { at, count: one.subject.nodes.count_ones().into() }.into(),
         IncidentKind::NodeRestarted if count == 1 => Saying::Restarted { at }.into(),
         IncidentKind::NodeRestarted | IncidentKind::RestartLoop => Saying::RestartedOften { at, count }.into(),
-        IncidentKind::NodeAbsent => Saying::Absent { at }.into(),
+        IncidentKind::NodeAbsent => match one.end.and_then(|end| Some(end.t_ns?.saturating_sub(began_ns?))) {
+            Some(heard) if one.has("boot_up") => Saying::AbsentThenBooted { at, heard }.into(),
+            Some(heard) => Saying::AbsentThenHeard { at, heard }.into(),
+            None => Saying::Absent { at }.into(),
+        },
+        IncidentKind::NotStarted => match get("object") {
+            Some(Quantity::Object(object)) => Saying::NeverStarted { at, object }.into(),
+            _ => return None,
+        },
+        IncidentKind::LateAnswer => match (get("object"), ns("delay"), ns("waited")) {
+            (Some(Quantity::Object(object)), Some(delay), Some(waited)) => {
+                Saying::Late { object, at, delay, waited }.into()
+            }
+            _ => return None,
+        },
         IncidentKind::NoBootUp => Saying::NoBootUp { at }.into(),
         IncidentKind::LeftOperational => match get("state") {
             Some(Quantity::State(state)) => Saying::LeftOperational { at, state }.into(),
@@ -67,6 +81,12 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
                 Saying::ReportedOften { code: (code, profile), at, count }.into()
             }
             Some(Quantity::Emcy(code, profile)) => Saying::Reported { code: (code, profile), at }.into(),
+            _ => return None,
+        },
+        _ if one.has("client_aborted") => match (get("object"), get("abort")) {
+            (Some(Quantity::Object(object)), Some(Quantity::Abort(abort))) => {
+                Saying::ClientAborted { object, abort }.into()
+            }
             _ => return None,
         },
         _ if get("refused").is_some() => match (get("refused"), get("object"), get("abort")) {
@@ -105,6 +125,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
 fn untimed(one: &Incident) -> Option<Measured> {
     let get = |name: &str| one.get(name);
     Some(match (one.kind, get("code"), get("object")) {
+        (IncidentKind::NodeAbsent, ..) if one.end.is_some() => Saying::HeardLater.into(),
         (IncidentKind::AxisFault, Some(Quantity::Emcy(code, profile)), _) => {
             Saying::FaultOnce { code: (code, profile) }.into()
         }
@@ -132,6 +153,7 @@ pub fn is_whole(one: &Incident) -> bool {
         IncidentKind::PdoLength | IncidentKind::PdoNotAllowed | IncidentKind::CaptureGap => {
             one.kind == IncidentKind::CaptureGap || !one.clue.reported.is_empty()
         }
+        IncidentKind::NotStarted | IncidentKind::LateAnswer => of(one, Some(0)).is_some(),
         IncidentKind::NodeSilent
         | IncidentKind::HeartbeatStopped
         | IncidentKind::SegmentLost
@@ -149,6 +171,6 @@ pub fn is_whole(one: &Incident) -> bool {
         | IncidentKind::BusSilent
         | IncidentKind::SyncStopped
         | IncidentKind::PdoMissing => one.repeats.count == 1 || one.kind != IncidentKind::RequestUnanswered,
-        _ => !one.clue.reported.is_empty() || one.has("refused"),
+        _ => !one.clue.reported.is_empty() || one.has("refused") || one.has("client_aborted"),
     }
 }

@@ -1,6 +1,7 @@
 //! Incidents in words, in both languages. The sentences are declared in `diagnosis`.
 
 use super::digits::put;
+use super::object::pdo_of;
 use super::{Lang, sentence};
 use crate::rules::finding::{Measured, Said};
 use crate::stories::incident::{Grade, Incident, IncidentId, members};
@@ -63,11 +64,23 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64
     let words = lang.of(one.kind.row().words);
     match titles::of(one, began_ns) {
         Some(title) if titles::is_whole(one) => said(out, lang, &title),
-        Some(title) => {
-            put!(out; words, lang.pick(", ", ", "));
-            said(out, lang, &title);
+        title => {
+            match one.measured() {
+                Some(measured) => {
+                    if let Some(object) = one.object() {
+                        put!(out; object);
+                        pdo_of(out, object);
+                        put!(out; " ");
+                    }
+                    said(out, lang, measured);
+                }
+                None => put!(out; words),
+            }
+            if let Some(title) = title {
+                put!(out; ", ");
+                said(out, lang, &title);
+            }
         }
-        None => put!(out; words),
     }
 }
 

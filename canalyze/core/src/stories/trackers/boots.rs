@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Mux;
 use crate::stories::incident::{Grade, StepRole, Subject, bit};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::sayings::Saying;
@@ -32,6 +33,8 @@ struct Boot {
     last: FrameRef,
     /// True if it has been written to.
     configured: bool,
+    /// The object of the last transfer with it.
+    step: Option<Mux>,
 }
 
 /// The nodes that wait for their start command.
@@ -46,7 +49,7 @@ impl Boots {
         let reads = self.waiting.get(&node).map_or((0, at, at), |boot| (boot.reads, boot.first, boot.last));
         let (reads, first, last) = reads;
         let begin = self.waiting.get(&node).map_or(at, |boot| boot.begin);
-        self.waiting.insert(node, Boot { begin, booted: true, reads, first, last, configured: false });
+        self.waiting.insert(node, Boot { begin, booted: true, reads, first, last, configured: false, step: None });
     }
 
     /// Removes nodes started by the NMT master, one bit each.
@@ -61,9 +64,13 @@ impl Boots {
         let (node, at) = (transfer.node, transfer.first);
         let done = transfer.outcome.status == Status::Ok;
         let Some(mux) = transfer.mux.filter(|_| done && !heard.is_operational(node)) else { return };
+        if let Some(boot) = self.waiting.get_mut(&node) {
+            boot.step = Some(mux);
+        }
         match transfer.direction {
             Direction::Upload if mux.index == 0x1000 => {
-                let fresh = Boot { begin: at, booted: false, reads: 0, first: at, last: at, configured: false };
+                let fresh =
+                    Boot { begin: at, booted: false, reads: 0, first: at, last: at, configured: false, step: None };
                 let boot = self.waiting.entry(node).or_insert(fresh);
                 if boot.reads == 0 {
                     (boot.first, boot.last, boot.reads) = (at, at, 1);
@@ -85,9 +92,11 @@ impl Boots {
         let running = scene.heard.operational & scene.heard.serving;
         for (node, boot) in std::mem::take(&mut self.waiting) {
             let long = scene.at.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
+            // A network in which SYNC goes on is meant to run, whatever else is on it.
+            let cycles = scene.heard.sync.since(boot.begin).is_some_and(|since| since >= WAITING_NS);
             let rest = scene.heard.last(node).and_then(|last| scene.at.since(last)).unwrap_or(i64::MAX);
             let here = rest <= scene.bus.heartbeat_period(node).unwrap_or(0).saturating_mul(2).max(WAITING_NS / 2);
-            if !long || !here || running & !bit(node) == 0 || scene.heard.is_operational(node) {
+            if !long || !here || running & !bit(node) == 0 && !cycles || scene.heard.is_operational(node) {
                 continue;
             }
             // An incident since then explains why it is not Operational.
@@ -105,6 +114,9 @@ impl Boots {
             if let Some(one) = scene.ledger.get_mut(place) {
                 one.grade = Grade::Likely;
                 one.fact("reads", Quantity::Count(boot.reads));
+                if let Some(object) = boot.step {
+                    one.fact("object", Quantity::Object(object));
+                }
                 if boot.booted {
                     one.step(boot.begin, StepRole::Sign, Saying::Booted, None);
                 }

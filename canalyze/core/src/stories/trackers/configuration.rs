@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::{Finding, Quantity};
-use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::transfer::{Abort, Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
 use crate::stories::incident::{IncidentId, StepRole, Subject, bit};
 use crate::stories::kinds::IncidentKind;
@@ -64,11 +64,10 @@ impl Configurations {
     pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
         match (transfer.outcome.status, transfer.outcome.abort) {
-            (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
-                self.refused(transfer, mux, abort.code, scene)
-            }
             // A program download that its client aborts has not been written, either.
-            (Status::Aborted, Some(abort)) if mux.index == 0x1F50 => self.refused(transfer, mux, abort.code, scene),
+            (Status::Aborted, Some(abort)) if abort.by == Side::Server || mux.index == 0x1F50 => {
+                self.refused(transfer, mux, abort, scene)
+            }
             (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),
             _ => {}
         }
@@ -96,9 +95,9 @@ impl Configurations {
         one.step(at, StepRole::Attempt, Saying::ClientGaveUp, None);
     }
 
-    /// Ends the incidents of a node that was requested in vain and is now heard.
+    /// Ends the incidents of a node that was requested in vain and is now heard; `booted`: by its boot-up.
     #[inline]
-    pub(in crate::stories) fn heard(&mut self, node: u8, scene: &mut Scene<'_>) {
+    pub(in crate::stories) fn heard(&mut self, node: u8, booted: bool, scene: &mut Scene<'_>) {
         if self.missed.is_empty() {
             return;
         }
@@ -107,14 +106,18 @@ impl Configurations {
             if *missed == node
                 && let Some(one) = scene.ledger.get_mut((id.0 as usize).wrapping_sub(1))
             {
-                one.step(at, StepRole::Recovery, Saying::HeardAgain, None);
+                if booted {
+                    one.fact("boot_up", Quantity::Count(1));
+                }
+                let said = if booted { Saying::Booted } else { Saying::FirstHeard };
+                one.step(at, StepRole::Recovery, said, None);
                 one.ends(at);
             }
             *missed != node
         });
     }
 
-    fn refused(&mut self, transfer: &Transfer, mux: Mux, abort: u32, scene: &mut Scene<'_>) {
+    fn refused(&mut self, transfer: &Transfer, mux: Mux, abort: Abort, scene: &mut Scene<'_>) {
         let node = transfer.node;
         let open = self.open.get(&node).map(|(place, _)| *place);
         let ended = || {
@@ -123,6 +126,7 @@ impl Configurations {
             })
         };
         let place = open.or_else(ended);
+        let (by_client, abort) = (abort.by == Side::Client, abort.code);
         let (begin, at) = (transfer.first, transfer.last);
         let place = match place {
             Some(place) => place,
@@ -139,8 +143,13 @@ impl Configurations {
         };
         if let Some(one) = scene.ledger.get_mut(place) {
             one.end = None;
-            one.step(at, StepRole::Sign, Saying::WriteRefused { object: mux, abort }, None);
-            one.fact("refused", Quantity::Count(one.count("refused") + 1));
+            let object = mux;
+            let (said, name) = match by_client {
+                true => (Saying::ClientAborted { object, abort }, "client_aborted"),
+                false => (Saying::WriteRefused { object, abort }, "refused"),
+            };
+            one.step(at, StepRole::Sign, said, None);
+            one.fact(name, Quantity::Count(one.count(name) + 1));
         }
         let (_, objects) = self.open.entry(node).or_insert((place, Vec::new()));
         let asked = Some(&transfer.data.requested).filter(|value| value.len() <= LONGEST).cloned().unwrap_or_default();

@@ -294,7 +294,15 @@ impl Drives {
         if found.is_empty() || scene.ledger.last(scene.id, told).is_some() {
             return;
         }
+        // All errors were gone later: whether the axis still is in fault is not known.
+        let gone = |one: &Incident, at: FrameRef| {
+            let reported = one.subject.node == Some(node) && !one.clue.reported.is_empty();
+            reported && one.clue.codes.is_empty() && one.end.is_some_and(|end| end.no > at.no)
+        };
         for (axis, statusword, at) in found {
+            if scene.ledger.last(scene.id, |one| gone(one, at)).is_some() {
+                continue;
+            }
             self.enter(node, (at, axis as u8 + 1), None, None, scene);
             if let Some(one) = self.faults.get(&node).and_then(|place| scene.ledger.get_mut(*place)) {
                 one.step(at, StepRole::Sign, Saying::InFault { statusword }, None);

@@ -7,7 +7,7 @@ use crate::bytes::frame::FrameRef;
 use crate::checks::pdo::configuration::pdo_parameter;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::wire::Mux;
-use crate::stories::incident::{StepRole, Subject};
+use crate::stories::incident::{Incident, StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
@@ -38,12 +38,14 @@ pub(in crate::stories) struct Sign {
     pub(in crate::stories) node: Option<u8>,
     pub(in crate::stories) pdo: Option<(bool, u16)>,
     pub(in crate::stories) object: Option<Mux>,
+    /// The node has booted.
+    pub(in crate::stories) boot_up: bool,
 }
 
 impl Sign {
     /// Makes a sign of a node, or of the bus.
     pub(in crate::stories) fn of(ends: Ends, node: Option<u8>) -> Self {
-        Self { ends, node, pdo: None, object: None }
+        Self { ends, node, pdo: None, object: None, boot_up: false }
     }
 }
 
@@ -107,6 +109,9 @@ impl RuleIncidents {
         if let Some(place) = again {
             let one = scene.ledger.get_mut(place)?;
             one.found(finding);
+            if code == Code::Sdo020 && one.kind == IncidentKind::RequestUnanswered && one.repeats.count == 1 {
+                answered_late(one, finding);
+            }
             // A consequence of an earlier one of the same kind is a repetition.
             if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) {
                 if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
@@ -160,8 +165,16 @@ impl RuleIncidents {
         if let Some(object) = finding.object {
             one.fact("object", Quantity::Object(object));
         }
+        one.measured = finding.measured();
         one.found(finding);
-        self.keep(place, ends, last);
+        // The finding waited for what excuses it: the node may have responded since.
+        let answered = finding.node.and_then(|node| scene.heard.answered(node)).filter(|at| at.no > finding.at.no);
+        if let (Ends::Answered, Some(answered)) = (ends, answered) {
+            one.step(answered, StepRole::Recovery, Saying::Answered, None);
+            one.ends(answered);
+        } else {
+            self.keep(place, ends, last);
+        }
         Some(place)
     }
 
@@ -196,6 +209,9 @@ impl RuleIncidents {
         let at = scene.at;
         self.open.retain(|(place, ends)| {
             let Some(one) = scene.ledger.get_mut(*place) else { return false };
+            if sign.ends == Ends::Heard && *ends == Ends::Answered && one.subject.node == sign.node {
+                one.fact("heard_meanwhile", Quantity::Count(1));
+            }
             let of_node = sign.node.is_none() || one.subject.node == sign.node;
             let of_pdo = one.subject.pdo.is_none() || one.subject.pdo == sign.pdo;
             let after = at.no > one.noticed.no;
@@ -205,9 +221,15 @@ impl RuleIncidents {
             if *ends != sign.ends || !of_node || !after || (matches!(ends, Ends::Pdo | Ends::Length) && !of_pdo) {
                 return true;
             }
+            if sign.boot_up {
+                one.fact("boot_up", Quantity::Count(1));
+            }
             let said = match ends {
+                _ if sign.boot_up => Saying::Booted,
+                Ends::Heard if one.kind == IncidentKind::NodeAbsent => Saying::FirstHeard,
                 Ends::Heard => Saying::HeardAgain,
-                Ends::Answered | Ends::Transferred => Saying::Answered,
+                Ends::Transferred => Saying::Transferred,
+                Ends::Answered => Saying::Answered,
                 Ends::Written => Saying::WrittenAgain,
                 Ends::Sync => Saying::SyncAgain,
                 Ends::Pdo => Saying::PdoAgain,
@@ -246,6 +268,17 @@ impl RuleIncidents {
             }
         }
     }
+}
+
+/// Records that the unanswered request of an incident was answered after its client had given up.
+fn answered_late(one: &mut Incident, finding: &Finding) {
+    one.kind = IncidentKind::LateAnswer;
+    for (name, until) in [("delay", finding.at), ("waited", one.noticed)] {
+        if let Some(ns) = until.since(one.begin) {
+            one.fact(name, Quantity::Ns(ns));
+        }
+    }
+    one.ends(finding.at);
 }
 
 /// Returns the frame number of the last write to the node of a finding.
