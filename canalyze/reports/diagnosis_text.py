@@ -67,7 +67,7 @@ def show(
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
     lines = [f"{verdict(roots, whole, words)}{_only(chosen, words)}   {extent(whole, words)}"]
     if not told:
-        lines += _healthy(whole, words)
+        lines += [*_healthy(whole, words), *_nodes(whole, by_id, words, chosen)]
         hidden = len(roots)
     else:
         if (notice := _notice(whole, words)) is not None:
@@ -82,8 +82,7 @@ def show(
         )
         lines += stories
         lines += _nodes(whole, by_id, words, chosen)
-    if told or hidden:
-        lines.append(_more(told, names, hidden, words))
+    lines.append(_more(told, names, hidden, words))
     headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
     headings[lines[0]] = _COLOURS[worst(roots, whole)]
     room = shutil.get_terminal_size().columns if out.is_terminal else None
@@ -422,6 +421,8 @@ def _seconds(t: str | None, whole: Record, words: Words) -> str:
 
 
 def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Chosen) -> list[str]:
+    if whole["nature"] != "canopen":  # nothing shows that these are nodes
+        return []
     parts = []
     # What is not asked for is not said to be well.
     nodes = [
@@ -435,8 +436,10 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
         number = f"{printable(node['bus'])}:{node['node']}" if len(whole["buses"]) > 1 else str(node["node"])
         if node["incident"] in by_id:
             parts.append(words("diagnose.node_in", node=number, number=node["incident"]))
+        elif node["state"] is not None:
+            parts.append(words("diagnose.node_state", node=number, state=node["state_text"] or f"{node['state']}h"))
         else:
-            parts.append(words("diagnose.node_ok", node=number))
+            parts.append(words("diagnose.node_heard", node=number))
     if len(nodes) > _NODES:
         parts.append(words("diagnose.node_more", count=len(nodes) - _NODES))
     return [words("diagnose.heading_nodes") + " · ".join(parts)] if parts else []
@@ -452,6 +455,8 @@ def _more(told: Sequence[Record], names: Sequence[str], hidden: int, words: Word
             f"canalyze {file} -n {first['id']}",
             f"canalyze decode {file} --frame {_around(first['begin']['frame'])}",
         ]
+    else:
+        commands = [f"canalyze summary {file}", f"canalyze decode {file}"]
     if hidden:
         commands.insert(1, f"canalyze {file} --all")
     return words("diagnose.more", said=" · ".join(commands))

@@ -38,7 +38,6 @@ use self::on_bus::OfBus;
 use self::status::{is_harmless, is_over};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::{Code, Finding};
-use crate::wire::error_control::OPERATIONAL;
 use crate::world::bus::Bus;
 use crate::world::event::{Event, What};
 
@@ -254,7 +253,7 @@ impl Diagnosis {
                     })
                 };
                 let incident = order.iter().find(about).copied();
-                let state = of_bus.heard.is_operational(node).then_some(OPERATIONAL);
+                let state = of_bus.heard.states.get(usize::from(node)).copied().flatten();
                 views.push(NodeView { bus, node, state, incident });
             }
         }

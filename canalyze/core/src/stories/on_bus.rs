@@ -25,7 +25,7 @@ use crate::checks::pdo::length::fits;
 use crate::rules::finding::{Code, Finding, Quantity};
 use crate::sdo::transfer::{Direction, Status as Transferred};
 use crate::sdo::wire::{Command, Side};
-use crate::wire::error_control::OPERATIONAL;
+use crate::wire::error_control::{BOOT_UP, OPERATIONAL};
 use crate::wire::lss::command as lss;
 use crate::wire::message::Message;
 use crate::world::bus::Bus;
@@ -346,6 +346,7 @@ impl OfBus {
         let (at, id) = (frame.reference(), frame.bus);
         match *change {
             Change::BootUp { node } => {
+                self.heard.state(node, Some(BOOT_UP));
                 self.was = self.heard.is_operational(node);
                 self.nodes.booted(node, scene!(self, ledger, bus, id, at));
                 self.emergencies.booted(node, scene!(self, ledger, bus, id, at));
@@ -363,7 +364,13 @@ impl OfBus {
                 }
                 true
             }
+            Change::Lost { node, .. } => {
+                let all = if node.is_none() { 1..=127 } else { 0..=0 };
+                node.into_iter().chain(all).for_each(|node| self.heard.state(node, None));
+                false
+            }
             Change::State { node, state, .. } => {
+                self.heard.state(node, Some(state));
                 self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.heard.heartbeat(node, at);
                 let before = self.heard.is_operational(node);

@@ -18,6 +18,8 @@ pub(super) struct Heard {
     heartbeats: Vec<FrameRef>,
     /// Nodes seen, one bit each.
     pub(super) known: u128,
+    /// The state that each node has reported last; `None` if it has not, or has been lost since.
+    pub(super) states: Vec<Option<u8>>,
     /// Operational nodes, one bit each.
     pub(super) operational: u128,
     /// The last SYNC.
@@ -52,6 +54,7 @@ impl Default for Heard {
             frames: vec![FrameRef::default(); SLOTS],
             heartbeats: vec![FrameRef::default(); SLOTS],
             known: 0,
+            states: vec![None; SLOTS],
             operational: 0,
             sync: FrameRef::default(),
             serving: 0,
@@ -82,6 +85,13 @@ impl Heard {
     /// Records a node that has sent something that only a device sends.
     pub(super) fn serves(&mut self, node: u8) {
         self.serving |= bit(node);
+    }
+
+    /// Records a reported state, or that it is not known any more.
+    pub(super) fn state(&mut self, node: u8, state: Option<u8>) {
+        if let Some(slot) = self.states.get_mut(usize::from(node)) {
+            *slot = state;
+        }
     }
 
     /// Records a heartbeat or a response to guarding.

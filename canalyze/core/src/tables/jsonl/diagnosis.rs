@@ -6,6 +6,7 @@ use crate::bytes::frame::FrameRef;
 use crate::stories::incident::{Incident, IncidentId, Status, members};
 use crate::stories::rank::{is_root, roots};
 use crate::stories::{Diagnosis, Phase, advice, apart};
+use crate::wire::error_control;
 use crate::words::digits::put;
 use crate::words::incidents as words;
 
@@ -144,6 +145,7 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
             "bus": named(setting.buses.name(view.bus)),
             "node": view.node,
             "state": view.state.map(hex2),
+            "state_text": view.state.and_then(|state| error_control::state(setting.lang, state)),
             "incident": view.incident.map(|id| ledger.number(id)),
         })),
         "beyond": ledger.beyond(),
