@@ -19,6 +19,7 @@ use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::wire::error_control::OPERATIONAL;
+use crate::wire::nmt::START;
 
 /// The open incidents of the nodes of a bus.
 #[derive(Clone, Debug, Default)]
@@ -108,7 +109,11 @@ impl NodeIncidents {
             }
         }
         if let Some(place) = self.owing.get(&node).copied()
-            && scene.ledger.get(place).is_some_and(|one| one.kind == IncidentKind::StartWithoutEffect)
+            && scene.ledger.get(place).is_some_and(|one| {
+                // A node that goes on has not obeyed another command.
+                let ignored = one.get("command").is_some_and(|command| command != Quantity::Command(START));
+                one.kind == IncidentKind::StartWithoutEffect && !ignored
+            })
         {
             self.owing.remove(&node);
             self.close(place, at, Saying::OperationalAgain, scene);
