@@ -240,7 +240,7 @@ SAMPLES = {
     "commanded-stop": Sample(lambda faulty: commanded(PRE_OP, faulty), (NODE,), "harmless", (0x000, 1)),
     "heartbeat-consumer-error": Sample(consumer_error, NODE, "stands", (0x085, 0)),
     "guarding-unanswered": of_rule("GRD002", NODE, "over"),
-    "guarding-stopped": of_rule("GRD005", NODE, "stands"),
+    "guarding-stopped": of_rule("GRD005", NODE, "over"),
     "guarding-and-heartbeat": of_rule("GRD003", NODE, "stands"),
     "duplicate-node-id": of_rule("HBT004", NODE, "stands"),
     "heartbeat-irregular": Sample(irregular, NODE, "over"),

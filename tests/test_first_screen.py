@@ -35,7 +35,7 @@ def told(text: bytes) -> Told:
 
 @pytest.mark.parametrize(
     ("answer", "status", "words"),
-    [("70B#00", "harmless", "before it booted at 3 s"), (f"58B#{DEVICE_TYPE}", "over", "first heard at 3 s")],
+    [("70B#00", "harmless", "before it booted at 3 s"), ("70B#7F", "over", "first heard at 3 s")],
 )
 def test_a_node_that_comes_later_was_not_lost(answer: str, status: str, words: str) -> None:
     lines = [(0.0, f"60B#{READ}"), (1.0, f"60B#{GIVEN_UP}"), (3.0, answer)]

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 58_400;
+const WHOLE: usize = 58_700;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -19,15 +19,15 @@ const BUDGETS: &[(&str, usize)] = &[
     ("lib", 50),
     ("python", 1_100),
     ("rules", 1_700),
-    ("sdo", 4_500),
+    ("sdo", 4_530),
     ("session", 2_780),
     ("settings", 1_300),
-    ("stories", 5_070),
+    ("stories", 5_280),
     ("tables", 6_100),
     ("views", 7_860),
     ("wire", 2_550),
     ("words", 3_700),
-    ("world", 2_970),
+    ("world", 2_975),
 ];
 
 /// Adds the product lines below a folder, each under its room.

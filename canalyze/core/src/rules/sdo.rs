@@ -286,6 +286,7 @@ rules! {
         Acknowledgement [reason = "acknowledgement"]
             "记录中缺少子块的确认: 发送方随即继续"
             "the acknowledgement of the sub-block is not in the capture: its sender goes on immediately";
+        Data [reason = "data"] "记录中缺少传输的数据段" "the segments with the data are not in the capture";
         Missing [reason = "missing"] { missing: Count }
             "记录中缺少{missing}段" "{missing|segment is|segments are} not in the capture";
         Elsewhere [reason = "elsewhere"]

@@ -103,6 +103,8 @@ pub struct Block {
     pub started: bool,
     /// An acknowledgement was unreadable, so repeated segments are unknown.
     pub unsure: bool,
+    /// It ended without a segment: if the server agrees, none was captured.
+    pub unseen: bool,
     /// Number of segments out of sequence that were acknowledged without a place in the data, and of those since the
     /// last acknowledgement, which may be repeated.
     uncounted: (u64, u64),
@@ -127,6 +129,7 @@ impl Block {
             end: None,
             started: false,
             unsure: false,
+            unseen: false,
             uncounted: (0, 0),
         }
     }

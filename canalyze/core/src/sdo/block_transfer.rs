@@ -264,8 +264,10 @@ impl SdoChannel {
             let (newest, unsure) = (block.marks.newest.unwrap_or(half.at), block.unsure);
             let hole = transfer.data.hole;
             block.finish_early(transfer);
+            block.unseen = block.marks.newest.is_none() && transfer.data.size == 0 && !hole;
+            transfer.data.hole |= block.unseen;
             // If segments are missing, the last is among them, and that was reported.
-            if !hole && !unsure {
+            if !hole && !unsure && !block.unseen {
                 self.doubt(Sdo012::NoLast, newest, false, cx);
             }
         }
@@ -423,6 +425,9 @@ impl SdoChannel {
 
     pub(super) fn confirm_end(&mut self, cx: &mut Context<'_>) {
         self.weigh_doubts(cx);
+        if self.block().is_some_and(|block| block.unseen) {
+            self.find(Sdo024::Data, cx.at, cx);
+        }
         let status = match &self.transfer {
             Some(transfer) if transfer.outcome.bad => Status::Failed,
             Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,

@@ -148,6 +148,11 @@ impl SdoChannel {
         let request = self.history.given_up.take();
         self.step.answered_by = request.map(|request| Box::new(request.at));
         if let Some(request) = request {
+            if strict_initiate(&request) && request.command.mux() == half.command.mux() && !self.proof.trusted {
+                // A late response proves the channel like one in time.
+                self.proof.paired = true;
+                self.trust(cx);
+            }
             self.confirm_late(&request);
         }
         self.verdicts.about = half.command.mux();

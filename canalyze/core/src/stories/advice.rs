@@ -3,6 +3,7 @@
 use super::incident::{Grade, Incident, Status};
 use super::kinds::IncidentKind;
 use super::sayings::{self as say, Check};
+use crate::checks::pdo::configuration::pdo_parameter;
 
 /// The facts of the whole capture that advice depends on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,6 +68,9 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
             vec![say::STATE, say::EDS]
         }
         IncidentKind::RpdoTimeout => vec![say::PRODUCER],
+        IncidentKind::PdoConfiguration if one.object().is_none_or(|mux| pdo_parameter(mux.index).is_none()) => {
+            vec![say::EDS]
+        }
         IncidentKind::PdoLength
         | IncidentKind::SharedCobId
         | IncidentKind::PdoConfiguration

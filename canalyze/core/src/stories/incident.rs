@@ -245,7 +245,7 @@ pub struct Incident {
     pub(super) clue: Clue,
     /// Its own status at the end, whatever follows from it.
     pub(super) alone: Status,
-    /// What its first finding measured.
+    /// The measurements of its first finding.
     pub(super) measured: Option<Measured>,
 }
 

@@ -332,6 +332,9 @@ impl OfBus {
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
             }
+            Message::GuardingRequest { node } if !self.found.is_empty() => {
+                self.found.sign(Sign::of(Ends::Guarded, Some(node)), scene!(self, ledger, bus, id, at));
+            }
             Message::ErrorFrame => {
                 let first = if self.heard.errors.0 == 0 { at } else { self.heard.errors.1 };
                 self.heard.errors = (self.heard.errors.0 + 1, first);

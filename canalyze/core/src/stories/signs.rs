@@ -33,7 +33,7 @@ pub(super) enum Ends {
     Traffic,
     /// A positive answer of an LSS slave.
     Lss,
-    /// A boot-up, or the state Operational.
+    /// A boot-up, the state Operational, or a guarding request.
     Guarded,
 }
 

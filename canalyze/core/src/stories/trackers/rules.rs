@@ -106,6 +106,21 @@ impl RuleIncidents {
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
             same && soon || of_kind(is_sdo) || of_kind(is_sync) || explained
         });
+        // It was there all along: the client did not wait for its response.
+        let late = |one: &Incident| {
+            one.kind == IncidentKind::NodeAbsent && one.subject.node == node && one.end == Some(finding.at)
+        };
+        if code == Code::Sdo020
+            && let Some(one) = scene.ledger.last(scene.id, late).and_then(|place| scene.ledger.get_mut(place))
+        {
+            if let Some(object) = finding.object {
+                one.fact("object", Quantity::Object(object));
+            }
+            one.measured = finding.measured();
+            one.found(finding);
+            answered_late(one, finding);
+            return None;
+        }
         if let Some(place) = again {
             let one = scene.ledger.get_mut(place)?;
             one.found(finding);
