@@ -264,10 +264,9 @@ impl SdoChannel {
             let (newest, unsure) = (block.marks.newest.unwrap_or(half.at), block.unsure);
             let hole = transfer.data.hole;
             block.finish_early(transfer);
-            block.unseen = block.marks.newest.is_none() && transfer.data.size == 0 && !hole;
-            transfer.data.hole |= block.unseen;
+            block.unseen = block.marks.newest.is_none() && transfer.data.size == 0;
             // If segments are missing, the last is among them, and that was reported.
-            if !hole && !unsure && !block.unseen {
+            if !hole && !unsure {
                 self.doubt(Sdo012::NoLast, newest, false, cx);
             }
         }
@@ -417,17 +416,22 @@ impl SdoChannel {
         let missing = bytes.div_ceil(7).saturating_sub(uncounted);
         let whole = !transfer.data.even || bytes % 7 == 0;
         if missing > 0 && whole && !transfer.outcome.bad {
-            self.dismiss_doubts(missing, cx);
+            self.dismiss_doubts(Sdo024::Missing { missing }, cx);
         } else {
             self.confirm_doubts(cx);
         }
     }
 
+    /// Takes the confirmation of a block transfer's end. Where no segment was captured, the other side has them.
+    pub(super) fn agree_on_end(&mut self, cx: &mut Context<'_>) {
+        if self.is_doubted() && self.block().is_some_and(|block| block.unseen) {
+            self.dismiss_doubts(Sdo024::Data, cx);
+        }
+        self.confirm_end(cx);
+    }
+
     pub(super) fn confirm_end(&mut self, cx: &mut Context<'_>) {
         self.weigh_doubts(cx);
-        if self.block().is_some_and(|block| block.unseen) {
-            self.find(Sdo024::Data, cx.at, cx);
-        }
         let status = match &self.transfer {
             Some(transfer) if transfer.outcome.bad => Status::Failed,
             Some(transfer) if transfer.data.hole || transfer.outcome.midway => Status::Incomplete,

@@ -59,7 +59,7 @@ impl SdoChannel {
             ) => self.block_initiated(request.at, blksize, client && server, size.filter(|_| request.len == 8)),
             (Command::EndBlock { .. }, _) => {
                 self.settle_end(&request, cx);
-                self.confirm_end(cx);
+                self.agree_on_end(cx);
             }
             _ => {}
         }
@@ -148,8 +148,9 @@ impl SdoChannel {
         let request = self.history.given_up.take();
         self.step.answered_by = request.map(|request| Box::new(request.at));
         if let Some(request) = request {
-            if strict_initiate(&request) && request.command.mux() == half.command.mux() && !self.proof.trusted {
-                // A late response proves the channel like one in time.
+            let same = strict_initiate(&request) && request.command.mux() == half.command.mux();
+            if same && !self.proof.trusted && self.proof.given_up > 0 && !self.history.booted {
+                // A response behind the client's abort proves the channel like one in time.
                 self.proof.paired = true;
                 self.trust(cx);
             }

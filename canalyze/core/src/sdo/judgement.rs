@@ -150,7 +150,7 @@ impl SdoChannel {
     }
 
     /// Explains the doubts by this number of segments missing in the recording.
-    pub(super) fn dismiss_doubts(&mut self, segments: u64, cx: &mut Context<'_>) {
+    pub(super) fn dismiss_doubts(&mut self, lacking: Sdo024, cx: &mut Context<'_>) {
         let doubted = std::mem::take(&mut self.verdicts.doubted);
         let first = doubted.first().map_or(cx.at, |doubt| doubt.finding.at);
         let explains = |fault: &FrameRef| doubted.iter().any(|doubt| doubt.finding.at.no == fault.no);
@@ -162,7 +162,7 @@ impl SdoChannel {
                 doubted.iter().for_each(|doubt| transfer.miss_before(doubt.offset));
             }
         }
-        self.find(Sdo024::Missing { missing: segments }, first, cx);
+        self.find(lacking, first, cx);
     }
 
     /// Lists a finding with the running transfer. On a one-sided channel missing answers cannot be judged.

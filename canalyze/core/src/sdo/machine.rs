@@ -281,7 +281,7 @@ impl SdoChannel {
             Action::AcknowledgeUnread => self.acknowledge_unread(side, half, cx),
             Action::End => self.end_block(half, cx),
             Action::EndUnread => self.end_unread(half, cx),
-            Action::ConfirmEnd => self.confirm_end(cx),
+            Action::ConfirmEnd => self.agree_on_end(cx),
             Action::ConfirmUnseen => self.confirm_unseen(&half, cx),
             Action::Duplicate => {
                 self.step.place = Place::Outside;

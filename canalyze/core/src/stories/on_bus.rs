@@ -326,11 +326,10 @@ impl OfBus {
 
     fn message(&mut self, message: &Message, at: FrameRef, id: BusId, bus: &Bus, ledger: &mut Ledger) -> bool {
         match *message {
-            Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } } => {
-                if !self.found.is_empty() {
-                    let sign = Sign::of(Ends::Lss, None);
-                    self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                }
+            Message::Lss { from_master: false, command: lss::Command::Confirmation { error: 0, .. } }
+                if !self.found.is_empty() =>
+            {
+                self.found.sign(Sign::of(Ends::Lss, None), scene!(self, ledger, bus, id, at));
             }
             Message::GuardingRequest { node } if !self.found.is_empty() => {
                 self.found.sign(Sign::of(Ends::Guarded, Some(node)), scene!(self, ledger, bus, id, at));

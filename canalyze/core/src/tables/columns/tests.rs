@@ -23,6 +23,7 @@ use crate::views::lines::Clocked;
 use crate::wire::message::Message;
 use crate::wire::pdo::mapping::Mapping;
 use crate::words::Lang;
+use crate::world::change::Change;
 use crate::world::configuration::Provenance;
 use crate::world::event::{Event, Placement, ProcessData, Signals, What};
 
@@ -91,24 +92,41 @@ struct Capture {
     buses: Buses,
     no: u64,
     cycle: u64,
+    /// The last cycle that has begun.
+    begun: u64,
 }
 
 impl Capture {
     fn new(tables: &[Name]) -> Self {
         let mut buses = Buses::default();
         buses.intern(b"can0");
-        Self { columns: Columns::new(Lang::En, &Select::default(), tables, Some(500_000)), buses, no: 0, cycle: 0 }
+        Self {
+            columns: Columns::new(Lang::En, &Select::default(), tables, Some(500_000)),
+            buses,
+            no: 0,
+            cycle: 0,
+            begun: 0,
+        }
     }
 
     fn frame(&mut self, payload: &[u8], what: What) {
         self.no += 1;
         let id = CanId::standard(0x185);
         let frame = Frame { no: self.no, t_ns: Some(1000 * self.no as i64), ..Frame::classic(id, payload) };
-        let event = Event { at: frame.reference(), about: None, bus: BusId(0), node: Some(5), transfer: None, what };
+        let begins = match what {
+            What::Message(Message::Sync { counter }) if self.cycle > self.begun => {
+                self.begun = self.cycle;
+                Some(What::Change(Change::SyncCycle { cycle: self.cycle, counter }))
+            }
+            _ => None,
+        };
+        let at = frame.reference();
+        let event = |what| Event { at, about: None, bus: BusId(0), node: Some(5), transfer: None, what };
+        let events: Vec<Event> = [Some(what), begins].into_iter().flatten().map(event).collect();
         let setting =
             Setting { lang: Lang::En, file: b"a.log", buses: &self.buses, decimals: 6, clock: Clocked::default() };
         let seen = Seen { service: ("pdo", Some(5)), cycle: self.cycle, window_ns: Some(5_000), shown: true, setting };
-        self.columns.frame(seen, &frame, &[event]);
+        self.columns.frame(seen, &frame, &events);
     }
 
     fn frame_at(&mut self, t_ns: Option<i64>) {

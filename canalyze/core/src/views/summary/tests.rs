@@ -106,7 +106,7 @@ fn sync_and_pdos_without_what_was_lost() {
 
 #[test]
 fn no_stamps_no_times() {
-    let found = records("can0 080#\ncan0 705#05\ncan0 705#05\ncan0 185#0011\ncan0 185#0011\n", Some(500_000));
+    let found = records("can0 080#\ncan0 705#05\ncan0 185#0011\ncan0 705#05\ncan0 185#0011\n", Some(500_000));
     let (capture, bus) = (of(&found, "summary_capture")[0], of(&found, "summary_bus")[0]);
     assert_eq!((&capture["frames"], &capture["unstamped"], &capture["seconds"]), (&5.into(), &5.into(), &Value::Null));
     for key in ["rate", "peak_rate_1s", "peak_rate_100ms", "load", "load_peak_1s", "load_peak_100ms", "burst"] {

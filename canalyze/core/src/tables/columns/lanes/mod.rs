@@ -338,13 +338,13 @@ impl Lanes {
                 }
             }
             Change::Command { command, node } => self.command(done, place, command, node),
-            Change::Error(EmcyChange { node, profile, active, .. }) => {
+            Change::Error(ref emcy @ EmcyChange { node, profile, .. }) => {
                 if bus.present & bit(node) == 0 {
                     bus.appears(&mut pen, place, node);
                 }
                 let (prefix, one) = bus.parts(node);
                 one.profile = profile;
-                one.errors(&mut pen, prefix, active, place.at, place.shown);
+                one.errors(&mut pen, prefix, emcy, place.at, place.shown);
             }
             _ => {}
         }

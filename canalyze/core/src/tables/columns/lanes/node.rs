@@ -10,6 +10,7 @@ use crate::wire::message::Errors;
 use crate::words::lane::{self, Word};
 use crate::words::profiles::Profile;
 use crate::words::terms;
+use crate::world::change::EmcyChange;
 use crate::world::drive::DriveState;
 
 /// A reset command captured so soon after a boot-up was sent before it, in ns: an echo may be late.
@@ -101,6 +102,8 @@ pub(super) struct Node {
     /// States from before this frame are void.
     restarted: u64,
     errors: Errors,
+    /// Errors that it may have taken back where frames are missing.
+    doubted: Vec<u16>,
     /// Its lane shows errors.
     failing: bool,
 }
@@ -271,7 +274,13 @@ impl Node {
     }
 
     /// It reports an error, or that there is none any more: these are left.
-    pub(super) fn errors(&mut self, pen: &mut Pen<'_>, prefix: &str, active: Errors, at: At, shown: bool) {
+    pub(super) fn errors(&mut self, pen: &mut Pen<'_>, prefix: &str, emcy: &EmcyChange, at: At, shown: bool) {
+        let mut active = Errors::default();
+        emcy.active
+            .iter()
+            .filter(|code| *code == emcy.code || !self.doubted.contains(code))
+            .for_each(|code| active.add(code));
+        self.doubted.retain(|code| *code != emcy.code && emcy.active.iter().any(|known| known == *code));
         let before = std::mem::replace(&mut self.errors, active);
         let none = self.errors.iter().next().is_none();
         if none || !shown {
@@ -288,7 +297,7 @@ impl Node {
 
     /// Its reported errors become unknown.
     pub(super) fn forget_errors(&mut self, pen: &mut Pen<'_>, prefix: &str, at: At) {
-        self.errors = Errors::default();
+        self.doubted.extend(std::mem::take(&mut self.errors).iter());
         self.end_errors(pen, prefix, at);
     }
 

@@ -49,27 +49,23 @@ pub(super) fn message(
     message: &Message,
     frame: &Frame,
 ) {
-    match *message {
-        Message::Emcy { node, code, register, manufacturer, .. } => {
-            let mut words = std::mem::take(&mut decoded.words);
-            words.clear();
-            services::message(&mut words, decoded.lang, Depth::Default, message, frame);
-            let topic = format!("/{bus}/node{node}/emcy");
-            let report = message! { "canalyze_msgs/msg/Emergency" {
-                header: Header(place.now, bus),
-                code: code,
-                error_register: register,
-                manufacturer: manufacturer,
-                text: &*words,
-            }};
-            decoded.send(place, &topic, (at, place.now), report);
-            // 00xx says that an error has gone.
-            let severity = if code & 0xFF00 == 0 { Severity::Info } else { Severity::Error };
-            log(decoded, place, bus, Some(node), at, severity, &words);
-            decoded.words = words;
-        }
-        _ => {}
-    }
+    let Message::Emcy { node, code, register, manufacturer, .. } = *message else { return };
+    let mut words = std::mem::take(&mut decoded.words);
+    words.clear();
+    services::message(&mut words, decoded.lang, Depth::Default, message, frame);
+    let topic = format!("/{bus}/node{node}/emcy");
+    let report = message! { "canalyze_msgs/msg/Emergency" {
+        header: Header(place.now, bus),
+        code: code,
+        error_register: register,
+        manufacturer: manufacturer,
+        text: &*words,
+    }};
+    decoded.send(place, &topic, (at, place.now), report);
+    // 00xx says that an error has gone.
+    let severity = if code & 0xFF00 == 0 { Severity::Info } else { Severity::Error };
+    log(decoded, place, bus, Some(node), at, severity, &words);
+    decoded.words = words;
 }
 
 fn nmt_state(decoded: &mut Decoded, place: &mut MessagePlace<'_, '_>, bus: &str, at: FrameRef, node: u8, state: u8) {
