@@ -122,6 +122,21 @@ def test_the_only_node_is_never_started(started: bool) -> None:
     assert started or "its last step was 1018h:02" in found[0][2]
 
 
+@pytest.mark.parametrize("factor", [1.0, 1.2, 1.5, 2.0, 3.0, 5.0])
+@pytest.mark.parametrize("written", [False, True])
+def test_a_slower_heartbeat_is_told_at_every_magnitude(factor: float, written: bool) -> None:
+    """To the end it is open; of one that is as before in the end nothing is."""
+    lines = [(0.0, "605#2B171000F4010000"), (0.001, "585#6017100000000000")] if written else beats(5, 5, 0.1, 10)
+    begin = 0.6 if written else 10.1
+    slow = beats(5, 5, begin, begin + 20, 0.5 * factor)
+    others = beats(3, 5, 0, begin + 20)
+    assert bool(told(log([*lines, *slow, *others]))) == (factor > 1)
+    if factor in (1.2, 1.5) and not written:  # twice as slow, and back, looks like two nodes
+        back = beats(5, 5, begin + 20, begin + 40)
+        found = told(log([*lines, *slow, *back, *beats(3, 5, 0, begin + 40)]))
+        assert {status for status, _, _ in found} <= {"over"}
+
+
 @pytest.mark.parametrize("canopen", [False, True])
 def test_what_is_not_judged_is_no_problem(canopen: bool) -> None:
     lines = [(0.0, "0B1#1255AAFF00140000"), (0.01, "18FEF117#0011"), (0.02, "133#E40D11FE07000028")]

@@ -18,7 +18,7 @@ rules! {
         AfterWrite { found: Ns, expected: Ns }
             "写入1017h之后{found}才收到第一个心跳, 周期为{expected}"
             "first heartbeat {found} after 1017h was written (period {expected})";
-        Slower { found: Ns, expected: Ns }
+        Slower [reason = "period"] { found: Ns, expected: Ns }
             "心跳周期为{found}, 而1017h为{expected}" "heartbeat period is {found}, 1017h holds {expected}";
     }
 

@@ -75,7 +75,7 @@ pub(super) const SIGNS: &[SignRow] = &[
     (Code::Hbt004, IncidentKind::DuplicateNodeId, 1, Ends::Never),
     (Code::Hbt005, IncidentKind::BusSilent, 1, Ends::Once),
     (Code::Hbt006, IncidentKind::WireError, 1, Ends::Once),
-    (Code::Hbt007, IncidentKind::HeartbeatIrregular, 1, Ends::Once),
+    (Code::Hbt007, IncidentKind::HeartbeatIrregular, 1, Ends::Never),
     (Code::Lss001, IncidentKind::WireError, 1, Ends::Once),
     (Code::Lss002, IncidentKind::WireError, 1, Ends::Once),
     (Code::Lss003, IncidentKind::LssRefused, 1, Ends::Once),

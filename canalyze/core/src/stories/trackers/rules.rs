@@ -18,6 +18,8 @@ use crate::stories::signs::{self, Ends};
 const ONE_TRANSFER_NS: i64 = 2_000_000_000;
 /// Maximum time from the signs of a second node with the same node-ID to its proof, in ns.
 const DOUBLE_NS: i64 = 15_000_000_000;
+/// A period that differs by less than this part is the same again.
+const SAME_PERIOD: i64 = 8;
 /// Ratio to its limit from which on a PDO is missing and not late.
 const MISSING: i64 = 5;
 /// Number of times from which an incident is still open at the end of the capture if the next time is not due yet.
@@ -78,7 +80,11 @@ impl RuleIncidents {
         let at = finding.about().unwrap_or(finding.at);
         let pdo =
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
-        let (kind, ends) = match (code, says(finding)) {
+        // A period that stays another one is told from the first time on.
+        let stays = code == Code::Hbt007 || code == Code::Hbt001 && constant(finding, "reason") == Some("period");
+        let least = if stays { 1 } else { least };
+        let (kind, ends) = match (code, constant(finding, "missing")) {
+            _ if stays => (kind, Ends::Never),
             (Code::Sdo002, Some("request")) => (IncidentKind::DamagedTransfer, Ends::Transferred),
             // A node that was heard exists.
             (Code::Sdo031, _) if finding.node.is_some_and(|node| scene.heard.last(node).is_some()) => {
@@ -124,11 +130,29 @@ impl RuleIncidents {
         if let Some(place) = again {
             let one = scene.ledger.get_mut(place)?;
             one.found(finding);
+            if stays && one.kind == kind {
+                self.last.retain(|(other, _)| *other != place);
+                let period = finding.measured().and_then(|all| all.get("to"));
+                if let (Some(from), Some(Quantity::Ns(to))) = (one.ns("from"), period)
+                    && from.saturating_sub(to).saturating_abs() <= from / SAME_PERIOD
+                {
+                    one.ends(finding.at);
+                    return None;
+                }
+                (one.clue.least, one.end, one.measured) = (least, None, finding.measured());
+                for (name, value) in finding.measured().iter().flat_map(|all| all.facts()) {
+                    if !one.has(name) {
+                        one.fact(name, value);
+                    }
+                }
+                return None;
+            }
             if code == Code::Sdo020 && one.kind == IncidentKind::RequestUnanswered && one.repeats.count == 1 {
                 answered_late(one, finding);
             }
             // A consequence of an earlier one of the same kind is a repetition.
-            if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) {
+            let totals = code == Code::Bus001 && finding.measured().is_some_and(|all| all.get("duration").is_some());
+            if one.kind == kind && because.is_none_or(|frame| one.holds(frame)) && !totals {
                 if one.end.is_some() || matches!(ends, Ends::Once | Ends::Never) {
                     one.again(at);
                 }
@@ -308,13 +332,17 @@ fn times(finding: &Finding, least: u64) -> u64 {
         Quantity::Count(count) if matches!(name, "count" | "missing") => Some(count),
         _ => None,
     });
+    // These count error frames.
+    if matches!(finding.code, Code::Bus001 | Code::Bus002 | Code::Bus003) {
+        return 1;
+    }
     let lasts = finding.code == Code::Syn003 && measured.get("gap").is_none();
     if lasts { least } else { counted.unwrap_or(1).max(1) }
 }
 
-/// Returns the word for the missing part in a finding about an unanswered request.
-fn says(finding: &Finding) -> Option<&'static str> {
+/// Returns a word that the sentence of a finding always has, by its name in machine output.
+fn constant(finding: &Finding, wanted: &str) -> Option<&'static str> {
     let measured = finding.measured()?;
-    let (_, value) = measured.variant.constants.iter().find(|(name, _)| *name == "missing")?;
+    let (_, value) = measured.variant.constants.iter().find(|(name, _)| *name == wanted)?;
     Some(value.trim_matches('"'))
 }
