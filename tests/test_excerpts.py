@@ -24,7 +24,7 @@ UNANNOUNCED = "unannounced"
 """A hole that nothing announces may look like a fault, or join two transfers: how often is counted."""
 HOLES = 10
 """Such holes in each generated session."""
-FALSE_BEHIND_HOLES = 49
+FALSE_BEHIND_HOLES = 47
 """Of these, the ones of which something false is said; it may only fall."""
 MISSING = {"CAP002", "SDO024", "SDO031"}
 """What is true of every excerpt that lacks frames: so many were lost, and requests have no response in it."""
