@@ -165,7 +165,7 @@ def test_a_pdo_has_a_delay_only_while_sync_runs(stops: bool) -> None:
 
 
 def spread(bursts: int) -> bytes:
-    """Ten PDOs every 10 ms: in so many cycles at 500 kbit/s without a gap, then evenly, as if 125 kbit/s were full."""
+    """Ten PDOs every 10 ms: `bursts` cycles at 500 kbit/s without a gap, then evenly, as if 125 kbit/s were full."""
     lines: list[Line] = [line for node in range(1, 9) for line in beats(node, 0.0051 * node, 5, period=0.8)]
     bits = [55 + 8 * (7 + number % 2) for number in range(10)]
     for cycle in range(490):

@@ -1,4 +1,4 @@
-"""What the first screen says of small captures in which something is easily said falsely; each with its other side.
+"""Headlines and statuses of small captures on which false ones have been printed, each with its other side.
 
 What it must not do: hold what only one layout of the report has.
 """

@@ -13,7 +13,7 @@ use crate::rules::Words;
 const TOGETHER_NS: i64 = 100_000_000;
 /// Maximum time before an incident within which an earlier one belongs to it, in ns.
 const BEFORE_NS: i64 = 2_000_000_000;
-/// Minimum number of nodes of which one alone is lost.
+/// Minimum number of nodes on a bus for the loss of a single one to exclude a shared cause.
 const ENOUGH: u32 = 3;
 /// Maximum distance of error frames around an incident, in ns.
 const AROUND_NS: i64 = 1_000_000_000;

@@ -394,7 +394,7 @@ impl Incident {
         (rule.delay_ns >= Some(0)).then_some((0x1016, watched.1))
     }
 
-    /// Returns what its first finding measured, if its kind alone does not say what is wrong.
+    /// Returns the measurements of its first finding, if no tracker has a headline of its own for it.
     pub fn measured(&self) -> Option<&Measured> {
         self.measured.as_ref()
     }

@@ -450,7 +450,7 @@ mod tests {
             for node in 1..128u8 {
                 let mut one = frame(u64::from(bus) * 128 + u64::from(node), 0x700 + u16::from(node), &[5]);
                 one.bus = BusId(bus);
-                let mut said = event(&one, Some(node), What::Message(Message::BootUp { node }));
+                let mut said = event(&one, Some(node), What::Message(Message::GuardingRequest { node }));
                 said.bus = one.bus;
                 context.push(&one, Some(said));
             }

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::digits::put;
-use super::object::pdo_of;
-use super::{Lang, escape, say, sentence};
-use crate::rules::finding::{Code, Facts, Finding, Measured, Quantity, Said, Severity};
+use super::{Lang, escape, object, say, sentence};
+use crate::rules::finding::{Code, Facts, Finding, Measured, Said, Severity};
 
 /// Returns the word for a severity.
 pub fn severity(lang: Lang, severity: Severity) -> &'static str {
@@ -64,12 +63,7 @@ fn subject(out: &mut Vec<u8>, lang: Lang, finding: &Finding, measured: Option<&M
     if let Some(node) = finding.node {
         put!(out; lang.pick("节点", "node "), node, " ");
     }
-    let named = measured.is_some_and(|all| all.facts().any(|(_, fact)| matches!(fact, Quantity::Object(_))));
-    if let Some(object) = finding.object.filter(|_| !named) {
-        put!(out; object);
-        pdo_of(out, object);
-        put!(out; " ");
-    }
+    object::before(out, finding.object, measured);
     if finding.node.is_some() {
         out.pop();
         put!(out; ": ");

@@ -1,8 +1,7 @@
 //! Incidents in words, in both languages. The sentences are declared in `diagnosis`.
 
 use super::digits::put;
-use super::object::pdo_of;
-use super::{Lang, sentence};
+use super::{Lang, object, sentence};
 use crate::rules::finding::{Measured, Said};
 use crate::stories::incident::{Grade, Incident, IncidentId, members};
 use crate::stories::rank::is_root;
@@ -67,11 +66,7 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64
         title => {
             match one.measured() {
                 Some(measured) => {
-                    if let Some(object) = one.object() {
-                        put!(out; object);
-                        pdo_of(out, object);
-                        put!(out; " ");
-                    }
+                    object::before(out, one.object(), Some(measured));
                     said(out, lang, measured);
                 }
                 None => put!(out; words),

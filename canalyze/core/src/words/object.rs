@@ -1,11 +1,22 @@
 //! Objects of the dictionary in CiA's notation: `1008h:00`.
 
 use super::digits::{Hex, Put, put};
+use crate::rules::finding::{Measured, Quantity};
 use crate::sdo::wire::Mux;
 
 impl Put for Mux {
     fn put(&self, out: &mut Vec<u8>) {
         put!(out; Hex::<4>(u64::from(self.index)), "h:", Hex::<2>(u64::from(self.sub)));
+    }
+}
+
+/// Appends an object and a blank before a sentence that does not name it by itself.
+pub fn before(out: &mut Vec<u8>, object: Option<Mux>, sentence: Option<&Measured>) {
+    let named = sentence.is_some_and(|all| all.facts().any(|(_, fact)| matches!(fact, Quantity::Object(_))));
+    if let Some(object) = object.filter(|_| !named) {
+        put!(out; object);
+        pdo_of(out, object);
+        put!(out; " ");
     }
 }
 

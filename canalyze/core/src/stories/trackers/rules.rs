@@ -80,7 +80,7 @@ impl RuleIncidents {
         let at = finding.about().unwrap_or(finding.at);
         let pdo =
             finding.object.and_then(|mux| pdo_parameter(mux.index)).map(|(_, transmit, number)| (transmit, number));
-        // A period that stays another one is told from the first time on.
+        // A period that stays another one counts from the first time on.
         let stays = code == Code::Hbt007 || code == Code::Hbt001 && constant(finding, "reason") == Some("period");
         let least = if stays { 1 } else { least };
         let (kind, ends) = match (code, constant(finding, "missing")) {
