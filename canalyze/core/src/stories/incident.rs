@@ -407,9 +407,11 @@ impl Incident {
         }
     }
 
-    /// Returns true if it is to be reported: it has happened often enough and is not merged.
+    /// Returns true if it is to be reported: it has happened often enough and is not merged. The checks report each
+    /// emergency of a device, and set aside what another protocol carries.
     pub fn counts(&self) -> bool {
-        !self.merged && self.repeats.count >= self.clue.least
+        let set_aside = !self.clue.reported.is_empty() && self.findings.is_empty();
+        !self.merged && !set_aside && self.repeats.count >= self.clue.least
     }
 
     pub(super) fn link(&mut self, link: Link) {

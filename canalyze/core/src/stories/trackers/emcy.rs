@@ -171,12 +171,6 @@ impl Emergencies {
                 }
             }
         }
-        // The checks report each emergency of a device; they set aside what another protocol carries.
-        for one in scene.ledger.all.iter_mut().filter(|one| one.bus == scene.id && !one.clue.reported.is_empty()) {
-            if one.findings.is_empty() {
-                one.clue.least = u64::MAX;
-            }
-        }
         for place in 0..scene.ledger.all.len() {
             let Some(one) = scene.ledger.get(place) else { continue };
             let silent =
