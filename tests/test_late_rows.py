@@ -16,6 +16,7 @@ from captures import CanFrame, Row, log_text, session_output
 from clean_sessions import sessions
 from distortions import Frames, late_rows, of_two_clocks
 from fault_table import TABLE, AnyFault
+from plants import MASTERS, Session
 
 from canalyze import _core
 
@@ -70,3 +71,21 @@ def test_with_two_clocks_the_order_of_the_capture_holds(apart_us: int) -> None:
     """Each SDO request comes before its response there, and behind it by the stamps."""
     session = sessions()["calm traffic"]
     assert not named(of_two_clocks(session, apart_us, merged=False), None)
+
+
+@pytest.mark.parametrize("apart_us", [-2000, -9000])
+@pytest.mark.parametrize("fault", [one for one in TABLE if "stamps jump" not in one.name], ids=lambda fault: fault.row)
+def test_a_fault_is_found_with_two_clocks(fault: AnyFault, apart_us: int) -> None:
+    """The host's stamps are early, and both recordings were joined by stamps."""
+    for case in islice(fault.cases(), 0, None, EVERY):
+        codes = {code for code, *_ in named(case.faulty.frames, case.network) if code.startswith(fault.codes)}
+        session = Session(tuple(case.faulty.frames), MASTERS)
+        joined = named(of_two_clocks(session, apart_us, merged=True), case.network)
+        assert codes <= {code for code, *_ in joined}, case.where
+
+
+def test_corrected_stamps_are_not_printed() -> None:
+    listed = of_two_clocks(sessions()["calm traffic"], -5000, merged=True)
+    output = session_output([log_text(listed)], output_format="text", lang="en").decode()
+    stamps = [line.split()[0] for line in output.splitlines() if line.startswith("(")]
+    assert stamps == [line.split()[0] for line in log_text(listed).decode().splitlines()]

@@ -171,6 +171,9 @@ pub struct Frame {
     pub no: u64,
     /// Its number in the files, less `no`.
     pub moved: i32,
+    /// Time in ns by which `t_ns` is later than the stamp in the capture, as its clock is not that of other frames; 0 for
+    /// most.
+    pub corrected_ns: i32,
     /// Line in its file, from 1; `None` in binary formats.
     pub line: Option<u64>,
     /// Time in ns: since the epoch, since the start of the capture, or civil time as if it were UTC. `None` without
@@ -210,6 +213,7 @@ impl Frame {
         Self {
             no: 0,
             moved: 0,
+            corrected_ns: 0,
             line: None,
             t_ns: None,
             stamp: None,
@@ -238,15 +242,26 @@ impl Frame {
         [a, b, c, d, e, f, g, h]
     }
 
-    /// Returns the frame with the number that it has in the files, as it is printed.
+    /// Returns the frame with the number and the stamp that it has in the files, as it is printed.
     pub fn listed(&self) -> Self {
-        let FrameRef { no, moved, .. } = self.reference().listed();
-        Self { no, moved, ..*self }
+        let FrameRef { no, moved, corrected_ns, t_ns, .. } = self.reference().listed();
+        Self { no, moved, corrected_ns, t_ns, ..*self }
+    }
+
+    /// Returns true if the frame is judged at another place or at another time than the files list it.
+    pub fn is_relisted(&self) -> bool {
+        self.moved != 0 || self.corrected_ns != 0
     }
 
     /// Returns the number, line and time of this frame, for events and findings.
     pub fn reference(&self) -> FrameRef {
-        FrameRef { no: self.no, moved: self.moved, t_ns: self.t_ns, line: self.line.and_then(NonZeroU64::new) }
+        FrameRef {
+            no: self.no,
+            moved: self.moved,
+            corrected_ns: self.corrected_ns,
+            t_ns: self.t_ns,
+            line: self.line.and_then(NonZeroU64::new),
+        }
     }
 }
 
@@ -257,6 +272,8 @@ pub struct FrameRef {
     pub no: u64,
     /// Its number in the files, less `no`.
     pub moved: i32,
+    /// Time in ns by which `t_ns` is later than the stamp in the capture.
+    pub(crate) corrected_ns: i32,
     pub(crate) line: Option<NonZeroU64>,
     /// Time in ns.
     pub t_ns: Option<i64>,
@@ -273,9 +290,10 @@ impl FrameRef {
         self.line.map(NonZeroU64::get)
     }
 
-    /// Returns the reference with the number that the frame has in the files, as it is printed.
+    /// Returns the reference with the number and the stamp that the frame has in the files, as it is printed.
     pub fn listed(self) -> Self {
-        Self { no: self.no.saturating_add_signed(i64::from(self.moved)), moved: 0, ..self }
+        let t_ns = self.t_ns.map(|t_ns| t_ns.saturating_sub(i64::from(self.corrected_ns)));
+        Self { no: self.no.saturating_add_signed(i64::from(self.moved)), t_ns, moved: 0, corrected_ns: 0, ..self }
     }
 
     /// Returns its number; `None` where it is no frame.

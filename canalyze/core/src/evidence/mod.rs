@@ -6,6 +6,7 @@
 //! findings of its own.
 
 pub mod circumstance;
+mod clocks;
 pub mod duplicates;
 mod holes;
 mod losses;

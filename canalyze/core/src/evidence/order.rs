@@ -5,14 +5,17 @@
 //! that they have in the capture; the places of other buses stay. A step back of the stamps by more is a set clock, across
 //! which nothing is moved.
 //!
-//! Stamps of two clocks show another order than that of the bus, which the capture then lists. SDO tells which order is
-//! right, as its requests and responses take turns, and frames behind later ones of their own sender.
+//! Stamps of two clocks show another order than that of the bus. SDO tells which order is right, as its requests and
+//! responses take turns, and frames behind later ones of their own sender. Where the stamps of the host are off by the
+//! same time in all exchanges ([`super::clocks`]), they are corrected by it for judging; frames are printed with the
+//! stamps of the capture.
 //!
 //! Frames wait for later ones only at the beginning of a capture, and for good once one is listed late. A capture in
 //! order costs a comparison for each frame from then on.
 
 use std::collections::VecDeque;
 
+use super::clocks::Clocks;
 use super::recording::CLOCK_STEP_NS;
 use crate::bytes::frame::{BusId, Frame, FrameRef, Kind};
 
@@ -41,6 +44,8 @@ pub struct Order<T> {
     buses: Vec<Waiting<T>>,
     /// Number of frames until the end of the beginning.
     learning: u32,
+    /// True if the waiting frames were learnt from.
+    learnt: bool,
     /// True once a frame was listed late.
     late: bool,
     /// The time that has come without a frame, in ns.
@@ -71,6 +76,8 @@ struct Waiting<T> {
     /// Number of frames listed behind a later one of their own CAN-ID, as they are not by two clocks.
     behind_own: u32,
     row: LateRow,
+    /// The correction of the host's stamps, once it is learnt.
+    clocks: Option<Clocks>,
 }
 
 /// The last frames of a bus in the capture, if all are listed late, and in the order of their stamps.
@@ -105,7 +112,14 @@ pub type Released<T> = (Frame, Option<FrameRef>, T);
 
 impl<T> Default for Order<T> {
     fn default() -> Self {
-        Self { places: VecDeque::new(), buses: Vec::new(), learning: LEARNING, late: false, now_ns: NEVER }
+        Self {
+            places: VecDeque::new(),
+            buses: Vec::new(),
+            learning: LEARNING,
+            learnt: false,
+            late: false,
+            now_ns: NEVER,
+        }
     }
 }
 
@@ -149,31 +163,23 @@ impl<T> Order<T> {
 
     /// Keeps a frame that does not pass. `before`: the frame listed before it on its bus, if their stamps are comparable.
     pub fn hold(&mut self, frame: &Frame, before: Option<FrameRef>, beside: T) {
+        let learns = self.learning == 1;
         self.learning = self.learning.saturating_sub(1);
+        self.learnt = false;
         self.places.push_back(Slot { bus: frame.bus, no: frame.no, before });
         let Some(waiting) = self.bus(frame.bus) else { return };
-        let (key, late) = waiting.key(frame.t_ns);
-        let by_stamp = waiting.by_stamp();
-        let behind = |(other, later, _): &(OrderKey, Frame, T)| *other > key && later.id == frame.id;
-        let behind_own = late && waiting.frames.iter().any(behind);
-        waiting.row = if late { waiting.row.next(key, frame.no, behind_own) } else { LateRow::default() };
-        // Several in a row count once: they may follow a clock that was set back a little.
-        waiting.behind_own = waiting.behind_own.saturating_add(u32::from(behind_own && waiting.row.behind_own == 1));
-        let place = match late && by_stamp {
-            true => waiting.frames.partition_point(|(other, ..)| *other <= key),
-            false => waiting.frames.len(),
-        };
-        waiting.frames.insert(place, (key, *frame, beside));
-        if let Some(step) = SdoStep::of(frame) {
-            waiting.by_capture.follow(step);
-            let place = waiting.steps.partition_point(|(other, _)| *other <= key);
-            waiting.steps.insert(place, (key, step));
+        self.late |= waiting.hold(frame, beside);
+        if learns {
+            self.learn();
         }
-        if waiting.row.is_set_back() {
-            waiting.set_back();
+    }
+
+    /// Learns from the frames of the beginning by how much the clock of the host is off.
+    fn learn(&mut self) {
+        self.learnt = true;
+        for waiting in &mut self.buses {
+            self.late |= waiting.learn();
         }
-        waiting.compare(false, by_stamp);
-        self.late |= late;
     }
 
     /// Advances to `now_ns` without a frame.
@@ -185,6 +191,9 @@ impl<T> Order<T> {
     pub fn next(&mut self, over: bool) -> Option<Released<T>> {
         if self.learning > 0 && !over {
             return None;
+        }
+        if self.learning > 0 && !self.learnt {
+            self.learn();
         }
         let over = over || self.places.len() > MOST || !self.late;
         let place = self.places.front().copied()?;
@@ -225,11 +234,60 @@ impl<T> Default for Waiting<T> {
             by_stamp: Turns::default(),
             behind_own: 0,
             row: LateRow::default(),
+            clocks: None,
         }
     }
 }
 
 impl<T> Waiting<T> {
+    /// Keeps a frame; returns true if it is listed late.
+    fn hold(&mut self, frame: &Frame, beside: T) -> bool {
+        let corrected;
+        let frame = match &self.clocks {
+            Some(clocks) => {
+                corrected = clocks.corrected(frame);
+                &corrected
+            }
+            None => frame,
+        };
+        let (key, late) = self.key(frame.t_ns);
+        let by_stamp = self.by_stamp();
+        let behind = |(other, later, _): &(OrderKey, Frame, T)| *other > key && later.id == frame.id;
+        let behind_own = late && self.frames.iter().any(behind);
+        self.row = if late { self.row.next(key, frame.no, behind_own) } else { LateRow::default() };
+        // Several in a row count once: they may follow a clock that was set back a little.
+        self.behind_own = self.behind_own.saturating_add(u32::from(behind_own && self.row.behind_own == 1));
+        let place = match late && by_stamp {
+            true => self.frames.partition_point(|(other, ..)| *other <= key),
+            false => self.frames.len(),
+        };
+        self.frames.insert(place, (key, *frame, beside));
+        if let Some(step) = SdoStep::of(frame) {
+            self.by_capture.follow(step);
+            let place = self.steps.partition_point(|(other, _)| *other <= key);
+            self.steps.insert(place, (key, step));
+        }
+        if self.row.is_set_back() {
+            self.set_back();
+        }
+        self.compare(false, by_stamp);
+        late
+    }
+
+    /// Learns by how much the clock of the host is off, and takes the waiting frames anew with corrected stamps. Returns
+    /// true if it was learnt.
+    fn learn(&mut self) -> bool {
+        let frames = self.frames.iter().map(|(_, frame, _)| frame);
+        let Some(clocks) = Clocks::learn(frames).filter(|_| self.clocks.is_none()) else { return false };
+        let mut listed = Vec::from(std::mem::take(&mut self.frames));
+        listed.sort_by_key(|(_, frame, _)| frame.no);
+        *self = Self { released: self.released, clocks: Some(clocks), ..Self::default() };
+        for (_, frame, beside) in listed {
+            self.hold(&frame, beside);
+        }
+        true
+    }
+
     /// Returns the key of the next frame of the capture, and true if it is listed late.
     fn key(&mut self, t_ns: Option<i64>) -> (OrderKey, bool) {
         let (step, newest) = self.newest;

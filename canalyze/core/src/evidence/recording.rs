@@ -39,7 +39,7 @@ const IN_ORDER: u32 = 16;
 const TWO_PERIODS_TENTHS: i64 = 20;
 /// Minimum backward step of the stamps that is a set clock, in ns. Below, two buses or the host's own frames are listed
 /// out of order.
-pub(super) const CLOCK_STEP_NS: i64 = LATEST_ECHO_NS;
+pub(super) const CLOCK_STEP_NS: i64 = LATEST_ECHO_NS + 1;
 /// Minimum backward step after which another recording may begin, as in files joined or recorded twice into one, in ns;
 /// a running clock is set by less.
 const ANOTHER_NS: i64 = 1_000_000_000;

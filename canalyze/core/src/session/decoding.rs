@@ -71,7 +71,7 @@ pub(super) struct Decoding {
     seen: Vec<u128>,
     /// The stamps of the last frames that verdicts saw without, by their numbers.
     stamps: VecDeque<(u64, Option<i64>)>,
-    /// True once a frame was judged in another place than its own in the capture.
+    /// True once a frame was judged at another place or time than its own in the capture.
     moves: bool,
     pub(super) extracted: Vec<Extracted>,
 }
@@ -277,7 +277,7 @@ impl Decoding {
     /// Takes a frame that was observed. `next`: the next one of its SDO channel, where it was read ahead.
     pub(super) fn step(&mut self, frame: &Frame, seen: Option<&(When, Happened)>, next: Option<&Frame>, buses: &Buses) {
         let Some((when, happened)) = seen else { return };
-        self.moves |= frame.moved != 0;
+        self.moves |= frame.is_relisted();
         self.on_bus(
             frame.bus,
             buses,

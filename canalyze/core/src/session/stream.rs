@@ -209,7 +209,7 @@ impl Stream {
         }
         self.decoding.diagnosed(judged);
         let sync = if self.sinks.has_beside() { self.decoding.sync(frame.bus) } else { (0, None) };
-        if frame.moved == 0 && self.judged.is_empty() {
+        if !frame.is_relisted() && self.judged.is_empty() {
             return self.write(frame, sync, buses, out);
         }
         let events = std::mem::take(&mut self.decoding.events);

@@ -188,6 +188,7 @@ impl Packed {
         Some(Frame {
             no: 0,
             moved: 0,
+            corrected_ns: 0,
             line: (line != 0).then_some(u64::from(line)),
             t_ns: stamped.then_some(ns),
             stamp: stamped.then_some(Stamp { form: StampForm::Seconds, ns, width: 1, decimals }),
@@ -344,6 +345,7 @@ mod tests {
                 Frame {
                     no: 0,
                     moved: 0,
+                    corrected_ns: 0,
                     line: None,
                     t_ns: stamp.map(|(ns, _)| ns),
                     stamp: stamp.map(|(ns, decimals)| Stamp { form: StampForm::Seconds, ns, width: 1, decimals }),

@@ -82,6 +82,7 @@ pub(super) fn frame(stamp: Stamp, id: CanId, kind: Kind, dir: Option<Direction>,
     Frame {
         no: 0,
         moved: 0,
+        corrected_ns: 0,
         line: None,
         t_ns: None,
         stamp: Some(stamp),

@@ -47,6 +47,7 @@ pub(super) fn plain<'a>(line: &'a [u8], last: &[u8]) -> Option<(Frame, Option<&'
     let frame = Frame {
         no: 0,
         moved: 0,
+        corrected_ns: 0,
         line: None,
         t_ns: None,
         stamp: Some(stamp),

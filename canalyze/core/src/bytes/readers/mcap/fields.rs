@@ -68,6 +68,7 @@ impl Fields<'_> {
         Ok(Frame {
             no: 0,
             moved: 0,
+            corrected_ns: 0,
             line: None,
             t_ns: None,
             stamp: None,

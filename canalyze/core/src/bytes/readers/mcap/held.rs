@@ -61,6 +61,7 @@ impl Held {
         Frame {
             no: 0,
             moved: 0,
+            corrected_ns: 0,
             line: None,
             t_ns: Some(self.t_ns),
             stamp: Some(Stamp { form: StampForm::Seconds, ns: self.t_ns, width: 1, decimals: 9 }),

@@ -187,6 +187,7 @@ pub(super) fn socketcan(bytes: &[u8], size: u32, order: ByteOrder, fd: Option<bo
     Ok(Frame {
         no: 0,
         moved: 0,
+        corrected_ns: 0,
         line: None,
         t_ns: None,
         stamp: None,
