@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
+import kinds_of_control
 import kinds_of_data
 import kinds_of_drives
 import kinds_of_nodes
@@ -15,5 +16,10 @@ from kinds_further import FURTHER, Further
 
 __all__ = ["FURTHER", "TABLE", "Further"]
 
-TABLE: Final[dict[str, Sample]] = {**kinds_of_nodes.SAMPLES, **kinds_of_data.SAMPLES, **kinds_of_drives.SAMPLES}
+TABLE: Final[dict[str, Sample]] = {
+    **kinds_of_nodes.SAMPLES,
+    **kinds_of_data.SAMPLES,
+    **kinds_of_drives.SAMPLES,
+    **kinds_of_control.SAMPLES,
+}
 """By the name of the kind."""

@@ -116,15 +116,18 @@ def restarts(count: int, faulty: bool) -> Frames:
 
 
 def restart_loop(faulty: bool) -> Frames:
-    """Four boot-ups, one a second, of which nobody takes notice; or as many by command."""
+    """Four boot-ups, one a second, of which nobody takes notice; or as many by command, and it is started each time."""
     net = beats(started(4, NODE), {4: 7})
     beats(net, {NODE: 1}).wait(1.1)
     for _ in range(4):
         if not faulty:
             net.nmt(RESET_NODE, NODE).wait(0.01)
-        net.boot(NODE).wait(0.99)
+        net.boot(NODE)
+        if not faulty:
+            beats(net.nmt(START, NODE), {NODE: 0.9})
+        net.wait(0.98)
     if not faulty:
-        beats(net.nmt(START, NODE), {NODE: 1.5})
+        beats(net, {NODE: 1.5})
     return net.frames()
 
 

@@ -9,20 +9,20 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 58_700;
+const WHOLE: usize = 59_510;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
-    ("bytes", 8_650),
+    ("bytes", 8_660),
     ("checks", 7_450),
-    ("evidence", 2_940),
+    ("evidence", 3_110),
     ("lib", 50),
     ("python", 1_100),
     ("rules", 1_700),
     ("sdo", 4_530),
     ("session", 2_780),
     ("settings", 1_300),
-    ("stories", 5_330),
+    ("stories", 5_920),
     ("tables", 6_100),
     ("views", 7_860),
     ("wire", 2_550),

@@ -85,7 +85,7 @@ impl Bounds {
 
     /// Returns those of the exchanges of all nodes.
     fn of<'a>(frames: impl Iterator<Item = &'a Frame>) -> Vec<Self> {
-        let mut halves: Vec<_> = frames.filter_map(Half::of).collect();
+        let mut halves: Vec<_> = frames.filter_map(ExchangeFrame::of).collect();
         halves.sort_by_key(|half| (half.node, half.t_ns));
         let mut found = Vec::new();
         for of_node in halves.chunk_by(|one, next| one.node == next.node) {
@@ -126,16 +126,16 @@ fn difference(bounds: &[Bounds]) -> Option<i64> {
 
 /// A request or a response of a default SDO or of LSS.
 #[derive(Clone, Copy, Debug)]
-struct Half {
+struct ExchangeFrame {
     t_ns: i64,
     /// The SDO server; 0 for LSS.
     node: u32,
     request: bool,
-    /// What a response must repeat: the object, where an SDO transfer begins, or the LSS command.
+    /// The content that a response repeats: the object, where an SDO transfer begins, or the LSS command.
     repeated: Option<[u8; 3]>,
 }
 
-impl Half {
+impl ExchangeFrame {
     fn of(frame: &Frame) -> Option<Self> {
         let t_ns = frame.t_ns.filter(|_| !frame.id.is_extended() && frame.kind == Kind::Data)?;
         let [command, low, high, sub, ..] = frame.data;

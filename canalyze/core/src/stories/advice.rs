@@ -53,6 +53,13 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         IncidentKind::LeftOperational => vec![say::ERROR_BEHAVIOUR],
         IncidentKind::StartWithoutEffect => vec![say::STATE],
         IncidentKind::WatchedAbsent => vec![say::UNHEARD],
+        IncidentKind::MuteAfterBoot => vec![say::PRODUCER_TIME, say::FIRMWARE],
+        IncidentKind::ResetAgain => vec![say::MASTER_BOOT],
+        IncidentKind::AnotherDevice => vec![say::DEVICE],
+        IncidentKind::AnswerElsewhere => vec![say::SDO_PARAMETER],
+        IncidentKind::ReadInVain => vec![say::EDS],
+        IncidentKind::RpdoStopped => vec![say::CONTROL_PROGRAM],
+        IncidentKind::NotTaken => vec![say::COB_IDS],
         IncidentKind::HeartbeatConsumerError => vec![say::WATCHED],
         IncidentKind::ConsumerTimeTooShort => vec![say::CONSUMER_TIME],
         IncidentKind::GuardingStopped => vec![say::MASTER],
@@ -67,14 +74,13 @@ pub fn of(one: &Incident, shown: AdviceFacts) -> Vec<Check> {
         | IncidentKind::WriteRefused => {
             vec![say::STATE, say::EDS]
         }
+        IncidentKind::SharedCobId if one.has("alternates") => vec![say::OTHER_MASTER],
+        IncidentKind::SharedCobId => vec![say::MAPPING],
         IncidentKind::RpdoTimeout => vec![say::PRODUCER],
         IncidentKind::PdoConfiguration if one.object().is_none_or(|mux| pdo_parameter(mux.index).is_none()) => {
             vec![say::EDS]
         }
-        IncidentKind::PdoLength
-        | IncidentKind::SharedCobId
-        | IncidentKind::PdoConfiguration
-        | IncidentKind::PdoNotAllowed => vec![say::MAPPING],
+        IncidentKind::PdoLength | IncidentKind::PdoConfiguration | IncidentKind::PdoNotAllowed => vec![say::MAPPING],
         IncidentKind::PdoMissing => vec![say::STATE, say::MAPPING],
         IncidentKind::SyncStopped
         | IncidentKind::SyncIrregular

@@ -157,7 +157,7 @@ fn said_by_the_finding(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 /// L1: a heartbeat consumer reported the loss of a node.
 fn loss_reported(pair: &Pair<'_>) -> Option<(Grade, i64)> {
     let kind = pair.cause.kind;
-    (is_gone(kind) || kind == HeartbeatStopped).then(|| loss(pair))?
+    (is_gone(kind) || matches!(kind, HeartbeatStopped | HeartbeatSwitchedOff | MuteAfterBoot)).then(|| loss(pair))?
 }
 
 /// L2: the master stopped guarding.
@@ -299,8 +299,10 @@ fn contradicted(pair: &Pair<'_>) -> Option<(Grade, i64)> {
 
 /// L18: a supply that dips takes other nodes with it.
 fn supply_dipped(pair: &Pair<'_>) -> Option<(Grade, i64)> {
-    let falls = matches!(pair.effect.kind, NodeRestarted | NodeSilent) && !pair.same_node;
-    let soon = (0..=SUPPLY_NS).contains(&pair.effect.noticed.since(pair.cause.begin).unwrap_or(-1));
+    let falls = matches!(pair.effect.kind, NodeRestarted | NodeSilent | SegmentLost)
+        || pair.effect.kind == SupplyVoltage && !pair.same_node;
+    let soon = |since: Option<i64>| since.is_some_and(|since| (0..=SUPPLY_NS).contains(&since));
+    let soon = soon(pair.effect.noticed.since(pair.cause.begin)) || soon(pair.effect.begin.since(pair.cause.begin));
     (pair.cause.kind == SupplyVoltage && falls && soon).then_some((Grade::Likely, pair.delay))
 }
 
@@ -385,6 +387,10 @@ fn configured_wrongly(pair: &Pair<'_>) -> Option<(Grade, i64)> {
         return Some((Grade::Likely, pair.delay));
     }
     let pdo = pair.effect.subject.pdo;
+    // It has the frames of another service, as its COB-ID was set to that of one.
+    if pair.cause.kind == PdoConfiguration && pair.alone() && pdo.is_some() && pdo == pair.cause.subject.pdo && other {
+        return (pair.delay >= 0).then_some((Grade::Certain, pair.delay));
+    }
     let same = pdo.is_none() || pdo == pair.cause.subject.pdo;
     (pair.same_node && other && same && pair.cause.has("refused")).then_some((Grade::Likely, pair.delay))
 }
@@ -443,7 +449,7 @@ fn not_listening(pair: &Pair<'_>) -> Option<(Grade, i64)> {
             let grade = if out { Grade::Certain } else { Grade::Likely };
             (out || errs).then_some((grade, pair.delay.saturating_abs()))
         }
-        NotEnabled if pair.same_node && out => Some((Grade::Likely, pair.delay)),
+        NotEnabled if pair.same_node && (out || pair.cause.kind == NotTaken) => Some((Grade::Likely, pair.delay)),
         _ => None,
     }
 }

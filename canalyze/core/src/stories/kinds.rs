@@ -92,6 +92,9 @@ kinds! {
     HeartbeatStopped "heartbeat-stopped" C "心跳停止, 节点仍在发送其他报文" "heartbeat stopped while the node still sends other frames";
     NodeRestarted "node-restarted" A "节点自行重启" "node restarted by itself";
     RestartLoop "restart-loop" A "节点反复重启" "node restarts repeatedly";
+    MuteAfterBoot "mute-after-boot-up" B "启动后再无报文" "nothing heard after a boot-up";
+    ResetAgain "reset-again-and-again" B "节点被反复复位" "node reset by command again and again";
+    AnotherDevice "another-device" B "该节点ID上是另一个设备" "another device at the node-ID";
     NoBootUp "no-boot-up" B "复位后没有启动报文" "no boot-up after a reset";
     NotStarted "not-started" B "节点没有被主站启动" "node never started by the master";
     BootStuck "boot-stuck" B "主站的启动过程停滞" "boot process of the master stuck";
@@ -106,11 +109,14 @@ kinds! {
     GuardingAndHeartbeat "guarding-and-heartbeat" D "同时使用节点保护和心跳" "node guarding and heartbeat at the same time";
     DuplicateNodeId "duplicate-node-id" A "节点ID重复" "duplicate node-ID";
     HeartbeatIrregular "heartbeat-irregular" C "心跳不均匀" "irregular heartbeats";
+    HeartbeatSwitchedOff "heartbeat-switched-off" E "心跳被写入关闭" "heartbeat switched off by a write";
     ConsumerTimeTooShort "consumer-time-too-short" B "消费者心跳时间短于对方的心跳周期" "consumer heartbeat time shorter than the producer's period";
     WatchedAbsent "watched-node-absent" C "被监视的节点从未出现" "monitored node never seen";
 
     RequestUnanswered "request-unanswered" B "SDO请求没有响应" "SDO requests unanswered";
     LateAnswer "late-answer" C "SDO响应过晚" "SDO response too late";
+    AnswerElsewhere "answer-on-another-id" B "响应出现在其他CAN-ID上" "SDO response with another CAN-ID";
+    ReadInVain "read-in-vain" C "读取对象总是被拒绝" "reads of an object always refused";
     ObjectRefused "object-refused" B "写入的对象不存在" "write to an object that does not exist";
     AccessRefused "access-refused" B "写入被拒绝: 访问权限" "write refused: access right";
     LengthRefused "length-refused" B "写入被拒绝: 长度或类型" "write refused: length or type";
@@ -129,6 +135,8 @@ kinds! {
     PdoLength "pdo-length" B "PDO长度与映射不符" "PDO length differs from its mapping";
     PdoMissing "pdo-missing" A "PDO中断, 节点仍在线" "PDO missing although the node is online";
     RpdoTimeout "rpdo-timeout" A "RPDO超时" "RPDO timeout";
+    RpdoStopped "rpdo-stopped" A "RPDO停止, SYNC继续" "RPDO stopped while SYNC goes on";
+    NotTaken "frames-not-taken" B "没有RPDO接收的帧" "frames that no RPDO takes";
     SharedCobId "shared-cob-id" A "两个发送方使用同一COB-ID" "two producers with the same COB-ID";
     PdoNotAllowed "pdo-not-allowed" D "不应出现的PDO" "PDO that should not be sent";
     PdoConfiguration "pdo-configuration" D "PDO配置有误" "wrong PDO configuration";

@@ -15,10 +15,14 @@ use super::trackers::boots::Boots;
 use super::trackers::configuration::Configurations;
 use super::trackers::drive::Drives;
 use super::trackers::emcy::{Emergencies, LIFE_GUARD};
+use super::trackers::heartbeats::MissingHeartbeats;
+use super::trackers::identity::Identities;
+use super::trackers::in_vain::InVain;
 use super::trackers::load::LoadIncident;
 use super::trackers::masters::Masters;
 use super::trackers::motion::Motions;
 use super::trackers::nodes::NodeIncidents;
+use super::trackers::rpdos::Rpdos;
 use super::trackers::rules::{RuleIncidents, Sign};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
 use crate::checks::pdo::length::fits;
@@ -61,6 +65,10 @@ pub(super) struct OfBus {
     masters: Masters,
     load: LoadIncident,
     motions: Motions,
+    heartbeats: MissingHeartbeats,
+    identities: Identities,
+    in_vain: InVain,
+    rpdos: Rpdos,
     found: RuleIncidents,
     /// Number of frames of the bus.
     frames: u64,
@@ -114,6 +122,10 @@ impl OfBus {
         if frame.kind == frame::Kind::Data && !again {
             let node = events.first().and_then(|event| event.node);
             self.load.frame(frame, node, scene!(self, ledger, bus, id, at));
+            self.identities.frame(frame);
+            if !events.iter().any(|event| matches!(event.what, What::Pdo(_))) {
+                self.rpdos.unknown(frame, scene!(self, ledger, bus, id, at));
+            }
         }
         // A node whose frame is overdue was silent until then.
         for event in events {
@@ -136,6 +148,9 @@ impl OfBus {
                     self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
                     self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
                     self.boots.transfer(transfer, &self.heard);
+                    self.heartbeats.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.identities.transfer(transfer, scene!(self, ledger, bus, id, at));
+                    self.in_vain.transfer(transfer, scene!(self, ledger, bus, id, at));
                     self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
                     if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
                         let sign = Sign::of(Ends::Transferred, Some(transfer.node));
@@ -270,6 +285,7 @@ impl OfBus {
         }
         if !data.transmit {
             self.heard.control = at;
+            self.rpdos.pdo(data, frame, scene!(self, ledger, bus, id, at));
             let taken = data.state.is_none_or(|state| state == OPERATIONAL);
             self.nodes.controlled(data.node, taken, scene!(self, ledger, bus, id, at));
             return false;
@@ -292,6 +308,7 @@ impl OfBus {
             self.heard.control = at;
             if let (Some(node), Some(mux)) = (node, step.command.mux()) {
                 self.masters.asked(node, mux, at);
+                self.identities.asked(node, mux, frame, scene!(self, ledger, bus, id, at));
                 if self.heard.last(node).is_none() {
                     self.configurations.asked(node, at);
                 }
@@ -314,6 +331,7 @@ impl OfBus {
             return false;
         };
         self.heard.answers(node, at);
+        self.identities.answered(node, step.command.mux(), frame);
         if let Some(mux) = step.command.mux() {
             self.masters.answered(node, mux, scene!(self, ledger, bus, id, at));
         }
@@ -355,6 +373,10 @@ impl OfBus {
                 self.drives.booted(node, scene!(self, ledger, bus, id, at));
                 self.motions.booted(node, scene!(self, ledger, bus, id, at));
                 self.boots.booted(node, at);
+                self.heartbeats.booted(node, scene!(self, ledger, bus, id, at));
+                self.identities.booted(node);
+                self.in_vain.booted(node, scene!(self, ledger, bus, id, at));
+                self.rpdos.stopped(node);
                 self.load.booted(node, scene!(self, ledger, bus, id, at));
                 self.configurations.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.configurations.booted(node, scene!(self, ledger, bus, id, at));
@@ -374,6 +396,7 @@ impl OfBus {
             Change::State { node, state, .. } => {
                 self.heard.state(node, Some(state));
                 self.nodes.heard(node, true, scene!(self, ledger, bus, id, at));
+                self.heartbeats.beat(node, scene!(self, ledger, bus, id, at));
                 self.heard.heartbeat(node, at);
                 let before = self.heard.is_operational(node);
                 match state {
@@ -411,6 +434,12 @@ impl OfBus {
                 self.heard.tells(node, at);
                 self.masters.commanded(command, node, scene!(self, ledger, bus, id, at));
                 self.nodes.commanded(command, node, before, scene!(self, ledger, bus, id, at));
+                if node > 0 {
+                    self.in_vain.commanded(command, node, before & bit(node) != 0, scene!(self, ledger, bus, id, at));
+                }
+                if command != 0x01 {
+                    self.rpdos.stopped(node);
+                }
                 if command == 0x01 {
                     self.boots.started(meant);
                     self.configurations.started(meant, scene!(self, ledger, bus, id, at));
@@ -425,6 +454,7 @@ impl OfBus {
                 self.heard.sync_period_ns =
                     gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
                 (self.heard.sync, self.heard.control) = (at, at);
+                self.rpdos.sync(scene!(self, ledger, bus, id, at));
                 if !self.found.is_empty() {
                     let sign = Sign::of(Ends::Sync, None);
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
@@ -460,8 +490,11 @@ impl OfBus {
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));
                 }
             }
-            _ => {
+            (code, node) => {
                 self.found.found(finding, scene);
+                if let (Code::Sdo002, Some(node)) = (code, node) {
+                    self.identities.unasked(node, finding, scene!(self, ledger, bus, id, at));
+                }
             }
         }
         false
@@ -471,6 +504,9 @@ impl OfBus {
     pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         let before = ledger.all.len();
         self.boots.finish(scene!(self, ledger, bus, id, end));
+        self.heartbeats.finish(scene!(self, ledger, bus, id, end));
+        self.identities.finish(scene!(self, ledger, bus, id, end));
+        self.in_vain.finish(scene!(self, ledger, bus, id, end));
         self.motions.finish(scene!(self, ledger, bus, id, end));
         self.drives.finish(scene!(self, ledger, bus, id, end));
         self.load.finish(scene!(self, ledger, bus, id, end));

@@ -15,8 +15,21 @@ const SETTLED_NS: i64 = 500_000_000;
 
 /// Returns true if a kind is explained by a command or by the recording.
 pub(super) fn is_harmless(kind: IncidentKind) -> bool {
-    use IncidentKind::{BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, NotCanopen, Scan, Storing};
-    matches!(kind, Scan | BitTiming | BusSilent | CaptureGap | CommandedReset | CommandedStop | NotCanopen | Storing)
+    use IncidentKind::{
+        BitTiming, BusSilent, CaptureGap, CommandedReset, CommandedStop, HeartbeatSwitchedOff, NotCanopen, Scan,
+        Storing,
+    };
+    matches!(
+        kind,
+        Scan | BitTiming
+            | BusSilent
+            | CaptureGap
+            | CommandedReset
+            | CommandedStop
+            | HeartbeatSwitchedOff
+            | NotCanopen
+            | Storing
+    )
 }
 
 /// Leaves a root open as long as one of its consequences is.

@@ -33,6 +33,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         IncidentKind::SegmentLost => Saying::Segment { at, count: one.subject.nodes.count_ones().into() }.into(),
         IncidentKind::NodeRestarted if count == 1 => Saying::Restarted { at }.into(),
         IncidentKind::NodeRestarted | IncidentKind::RestartLoop => Saying::RestartedOften { at, count }.into(),
+        IncidentKind::NodeAbsent if one.has("commands") => Saying::AbsentCommanded { at }.into(),
         IncidentKind::NodeAbsent => match one.end.and_then(|end| Some(end.t_ns?.saturating_sub(began_ns?))) {
             Some(heard) if one.has("boot_up") => Saying::AbsentThenBooted { at, heard }.into(),
             Some(heard) => Saying::AbsentThenHeard { at, heard }.into(),
@@ -49,6 +50,41 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             _ => return None,
         },
         IncidentKind::NoBootUp => Saying::NoBootUp { at }.into(),
+        IncidentKind::MuteAfterBoot => match ns("period") {
+            Some(period) => Saying::Mute { at, period }.into(),
+            None => return None,
+        },
+        IncidentKind::ResetAgain => Saying::ResetAgain { at, count }.into(),
+        IncidentKind::AnotherDevice => match (get("object"), get("was"), get("is")) {
+            (Some(Quantity::Object(object)), Some(Quantity::Hex8(was)), Some(Quantity::Hex8(is))) => {
+                Saying::Another { object, was, is }.into()
+            }
+            _ => return None,
+        },
+        IncidentKind::HeartbeatSwitchedOff => Saying::SwitchedOff { at }.into(),
+        IncidentKind::WatchedAbsent => match (get("watched"), ns("limit")) {
+            (Some(Quantity::Count(watched)), Some(limit)) => Saying::NeverSeen { watched, limit }.into(),
+            _ => return None,
+        },
+        IncidentKind::AnswerElsewhere => match (get("object"), get("id")) {
+            (Some(Quantity::Object(object)), Some(Quantity::Id(id))) => Saying::Elsewhere { object, id, count }.into(),
+            _ => return None,
+        },
+        IncidentKind::ReadInVain => match (get("object"), get("abort")) {
+            (Some(Quantity::Object(object)), Some(Quantity::Abort(abort))) => {
+                Saying::ReadInVain { object, count, abort }.into()
+            }
+            _ => return None,
+        },
+        IncidentKind::RpdoStopped => Saying::RpdoStopped { pdo: one.subject.pdo?, at }.into(),
+        IncidentKind::NotTaken => match (get("id"), get("other"), get("frames")) {
+            (Some(Quantity::Id(id)), Some(Quantity::Id(other)), Some(Quantity::Count(frames))) => {
+                Saying::NotTaken { id, frames, pdo: one.subject.pdo?, other }.into()
+            }
+            _ => return None,
+        },
+        IncidentKind::DuplicateNodeId if one.has("answers") => Saying::TwoServers { at }.into(),
+        IncidentKind::SharedCobId if one.has("alternates") => Saying::TwoSenders { pdo: one.subject.pdo?, at }.into(),
         IncidentKind::LeftOperational => match get("state") {
             Some(Quantity::State(state)) => Saying::LeftOperational { at, state }.into(),
             _ => return None,
@@ -153,7 +189,18 @@ pub fn is_whole(one: &Incident) -> bool {
         IncidentKind::PdoLength | IncidentKind::PdoNotAllowed | IncidentKind::CaptureGap => {
             one.kind == IncidentKind::CaptureGap || !one.clue.reported.is_empty()
         }
+        IncidentKind::DuplicateNodeId => one.has("answers"),
+        IncidentKind::SharedCobId => one.has("alternates"),
+        IncidentKind::WatchedAbsent => one.has("limit"),
         IncidentKind::NotStarted | IncidentKind::LateAnswer => of(one, Some(0)).is_some(),
+        IncidentKind::MuteAfterBoot
+        | IncidentKind::ResetAgain
+        | IncidentKind::AnotherDevice
+        | IncidentKind::HeartbeatSwitchedOff
+        | IncidentKind::AnswerElsewhere
+        | IncidentKind::ReadInVain
+        | IncidentKind::RpdoStopped
+        | IncidentKind::NotTaken => true,
         IncidentKind::NodeSilent
         | IncidentKind::HeartbeatStopped
         | IncidentKind::SegmentLost

@@ -8,10 +8,14 @@ mod commanded;
 pub(super) mod configuration;
 pub(super) mod drive;
 pub(super) mod emcy;
+pub(super) mod heartbeats;
+pub(super) mod identity;
+pub(super) mod in_vain;
 pub(super) mod load;
 pub(super) mod masters;
 pub(super) mod motion;
 pub(super) mod nodes;
+pub(super) mod rpdos;
 pub(super) mod rules;
 
 /// Maximum time after its end in which a problem that recurs is the same, in ns.

@@ -110,7 +110,9 @@ impl RuleIncidents {
             let soon = one.end.is_none() || one.ended_within(at, AGAIN_NS);
             let of_kind = |is: fn(IncidentKind) -> bool| is(other) && is(kind) && node == subject.node && near;
             let explained = because.is_some_and(|frame| one.holds(frame)) && !is_sdo(kind) && node == subject.node;
-            same && soon || of_kind(is_sdo) || of_kind(is_sync) || explained
+            let answers = other == IncidentKind::DuplicateNodeId && one.has("answers") && node == subject.node;
+            let second = kind == IncidentKind::DamagedTransfer && answers;
+            same && soon || second || of_kind(is_sdo) || of_kind(is_sync) || explained
         });
         // It was there all along: the client did not wait for its response.
         let late = |one: &Incident| {

@@ -1,0 +1,131 @@
+//! MissingHeartbeats that cannot come any more: switched off by a write, missing behind a boot-up with everything else of the
+//! node, or monitored although the node was never there.
+//!
+//! MissingHeartbeats that stop while they are owed are findings of the checks.
+
+use std::collections::BTreeMap;
+
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Quantity;
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::stories::incident::{Incident, StepRole, Subject, members};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+use crate::stories::status::is_harmless;
+
+/// Producer heartbeat time (CiA 301, 7.5.2.19).
+const PRODUCER_TIME: u16 = 0x1017;
+/// Number of periods without any frame of a node behind its boot-up, and minimum time in ns, from which it is mute.
+const MUTE_PERIODS: i64 = 10;
+const MUTE_NS: i64 = 5_000_000_000;
+/// Number of times of a consumer in which a monitored node must be heard.
+const CONSUMER_TIMES: i64 = 3;
+
+/// The heartbeats of a bus that were switched off, and the nodes that booted.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct MissingHeartbeats {
+    off: BTreeMap<u8, LedgerPlace>,
+    /// The last time between two heartbeats of a node, in ns.
+    periods: BTreeMap<u8, i64>,
+    /// The boot-up of each node that sent heartbeats before it, and their period in ns.
+    booted: BTreeMap<u8, (FrameRef, i64)>,
+}
+
+impl MissingHeartbeats {
+    /// Processes the end of an SDO transfer.
+    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let node = transfer.node;
+        let written = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
+        if !written || transfer.mux.is_none_or(|mux| mux.index != PRODUCER_TIME) {
+            return;
+        }
+        if transfer.data.kept.iter().any(|byte| *byte != 0) {
+            if let Some(one) = self.off.remove(&node).and_then(|place| scene.ledger.get_mut(place)) {
+                one.step(transfer.last, StepRole::Recovery, Saying::WrittenAgain, None);
+                one.ends(transfer.last);
+            }
+        } else if let Some(last) = scene.heard.last_heartbeat(node)
+            && !self.off.contains_key(&node)
+        {
+            let period = scene.bus.heartbeat_period(node);
+            let kind = IncidentKind::HeartbeatSwitchedOff;
+            let Some(place) = scene.ledger.open(kind, scene.id, Subject::node(node), transfer.first, transfer.last)
+            else {
+                return;
+            };
+            self.off.insert(node, place);
+            if let Some(one) = scene.ledger.get_mut(place) {
+                one.fact("last_heartbeat", Quantity::Count(last.listed().no));
+                if let Some(period) = period {
+                    one.fact("period", Quantity::Ns(period));
+                }
+            }
+        }
+    }
+
+    /// Processes a heartbeat, before it is recorded as the last one.
+    pub(in crate::stories) fn beat(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if let Some(period) = scene.at.since(scene.heard.last_heartbeat(node)) {
+            self.periods.insert(node, period);
+        }
+    }
+
+    /// Processes a boot-up.
+    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        if let Some(one) = self.off.remove(&node).and_then(|place| scene.ledger.get_mut(place)) {
+            one.ends(scene.at);
+        }
+        if let Some(period) = self.periods.get(&node) {
+            self.booted.insert(node, (scene.at, *period));
+        }
+    }
+
+    /// Concludes at the end of the capture.
+    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (node, (boot_up, period)) in std::mem::take(&mut self.booted) {
+            let silent = scene.heard.last(node) == Some(boot_up);
+            let long = scene.at.since(boot_up).is_some_and(|since| since >= MUTE_NS.max(period * MUTE_PERIODS));
+            let told = scene
+                .ledger
+                .all
+                .iter()
+                .any(|one| is_of(one, scene, node) && one.end.is_none() && !is_harmless(one.kind));
+            if silent && long && !told {
+                let kind = IncidentKind::MuteAfterBoot;
+                let place = scene.ledger.open(kind, scene.id, Subject::node(node), boot_up, boot_up);
+                if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                    one.fact("period", Quantity::Ns(period));
+                }
+            }
+        }
+        // A capture of one node alone does not show the others.
+        if scene.heard.known.count_ones() < 2 {
+            return;
+        }
+        for node in members(scene.heard.known) {
+            for (watched, limit, _) in scene.watched(node) {
+                let first = scene.heard.written(node).filter(|_| scene.heard.last(watched).is_none());
+                let long =
+                    first.and_then(|first| scene.at.since(first)).is_some_and(|since| since > limit * CONSUMER_TIMES);
+                let told = scene.ledger.all.iter().any(|one| {
+                    is_of(one, scene, node)
+                        && matches!(one.kind, IncidentKind::WatchedAbsent | IncidentKind::HeartbeatConsumerError)
+                });
+                let (Some(first), true, false) = (first, long, told) else { continue };
+                let kind = IncidentKind::WatchedAbsent;
+                let place = scene.ledger.open(kind, scene.id, Subject::node(node), first, first);
+                if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                    one.fact("watched", Quantity::Count(watched.into()));
+                    one.fact("limit", Quantity::Ns(limit));
+                }
+            }
+        }
+    }
+}
+
+/// Returns true if an incident concerns a node of the bus.
+fn is_of(one: &Incident, scene: &Scene<'_>, node: u8) -> bool {
+    one.bus == scene.id && one.subject.concerns(node)
+}

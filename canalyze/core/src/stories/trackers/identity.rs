@@ -1,0 +1,178 @@
+//! Who answers at a node-ID: another device than before, and responses with another CAN-ID than the server's.
+
+use std::collections::BTreeMap;
+
+use crate::bytes::frame::{CanId, Frame, FrameRef, Kind};
+use crate::rules::finding::{Finding, Quantity};
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::Mux;
+use crate::stories::incident::{Incident, Subject};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
+use crate::stories::scene::Scene;
+
+/// The identity object (CiA 301, 7.5.2.21).
+const IDENTITY: u16 = 0x1018;
+/// Maximum time between a request and a response, in ns.
+const SOON_NS: i64 = 500_000_000;
+
+/// The command bytes of responses that name an object: expedited uploads with their size, and downloads.
+const RESPONSES: [u8; 5] = [0x43, 0x47, 0x4B, 0x4F, 0x60];
+/// Maximum time between the responses of two servers to one request, in ns.
+const SECOND_NS: i64 = 50_000_000;
+/// Number of second responses with other data that show two servers.
+const DOUBLED: u64 = 3;
+/// Maximum number of kept second responses.
+const KEPT: usize = 64;
+
+/// The identities and the open requests of a bus.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct Identities {
+    /// The answer of a node to a part of its identity, and its boot-ups until then.
+    known: BTreeMap<(u8, u8), (Vec<u8>, u32)>,
+    boots: BTreeMap<u8, u32>,
+    /// The open request of each node.
+    asked: BTreeMap<u8, (Mux, FrameRef)>,
+    /// The frame that may be the response to the open request of a node: the request, the frame and its CAN-ID.
+    candidates: BTreeMap<u8, (Mux, FrameRef, FrameRef, CanId)>,
+    elsewhere: BTreeMap<u8, LedgerPlace>,
+    /// The last response of each node that names an object.
+    answers: BTreeMap<u8, (Mux, [u8; 8], FrameRef)>,
+    /// Second responses with other data, which may be of another request that is listed late.
+    second: Vec<(u8, FrameRef)>,
+    /// The first of those of each node that are known to have no request, and their number.
+    doubled: BTreeMap<u8, (FrameRef, u64)>,
+}
+
+impl Identities {
+    /// Processes a boot-up.
+    pub(in crate::stories) fn booted(&mut self, node: u8) {
+        let boots = self.boots.entry(node).or_insert(0);
+        *boots = boots.saturating_add(1);
+    }
+
+    /// Processes the end of an SDO transfer.
+    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
+        let Some(mux) = transfer.mux.filter(|mux| read && mux.index == IDENTITY && mux.sub > 0) else { return };
+        let (node, value) = (transfer.node, transfer.data.kept.clone());
+        let boots = self.boots.get(&node).copied().unwrap_or(0);
+        let Some((before, then)) = self.known.insert((node, mux.sub), (value.clone(), boots)) else { return };
+        if before == value || then == boots {
+            return;
+        }
+        let (kind, subject) = (IncidentKind::AnotherDevice, Subject::node(node));
+        let open = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node));
+        if open.is_some() {
+            return;
+        }
+        let place = scene.ledger.open(kind, scene.id, subject, transfer.last, transfer.last);
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            one.fact("object", Quantity::Object(mux));
+            let number = |bytes: &[u8]| bytes.iter().rev().fold(0_u32, |all, byte| all << 8 | u32::from(*byte));
+            one.fact("was", Quantity::Hex8(number(&before)));
+            one.fact("is", Quantity::Hex8(number(&value)));
+        }
+    }
+
+    /// Records that the client of a node names an object: in a request, or as it gives up.
+    pub(in crate::stories) fn asked(&mut self, node: u8, mux: Mux, frame: &Frame, scene: &mut Scene<'_>) {
+        let [command, ..] = frame.data;
+        if frame.id.raw() != 0x600 + u32::from(node) || RESPONSES.contains(&command) {
+            return;
+        }
+        if let Some(candidate) = self.candidates.remove(&node) {
+            self.elsewhere(node, candidate, scene);
+        }
+        self.asked.insert(node, (mux, frame.reference()));
+    }
+
+    /// Processes a response of a server; several with other data to the same request are of two servers.
+    pub(in crate::stories) fn answered(&mut self, node: u8, mux: Option<Mux>, frame: &Frame) {
+        if frame.id.raw() != 0x580 + u32::from(node) {
+            return;
+        }
+        let asked = self.asked.remove(&node);
+        self.candidates.remove(&node);
+        let Some(mux) = mux else { return };
+        let (at, bytes) = (frame.reference(), frame.head());
+        let Some((before, first, then)) = self.answers.insert(node, (mux, bytes, at)).filter(|_| asked.is_none())
+        else {
+            return;
+        };
+        let soon = at.since(then).is_none_or(|since| (0..SECOND_NS).contains(&since));
+        if before != mux || first == bytes || !soon {
+            return;
+        }
+        if self.second.len() >= KEPT {
+            self.second.remove(0);
+        }
+        self.second.push((node, at));
+    }
+
+    /// Processes the finding that a response has no request: it may be the second one to the same.
+    pub(in crate::stories) fn unasked(&mut self, node: u8, finding: &Finding, scene: &mut Scene<'_>) {
+        let at = finding.at;
+        let Some(place) = self.second.iter().position(|(of, second)| (*of, second.no) == (node, at.no)) else { return };
+        self.second.remove(place);
+        let doubled = self.doubled.entry(node).or_insert((at, 0));
+        doubled.1 += 1;
+        if doubled.1 != DOUBLED {
+            return;
+        }
+        let begin = doubled.0;
+        let shows = |one: &Incident| one.kind == IncidentKind::DamagedTransfer && one.subject.node == Some(node);
+        let place = scene.ledger.last(scene.id, shows);
+        let kind = IncidentKind::DuplicateNodeId;
+        let place = place.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
+        if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            (one.kind, one.end, one.clue.least) = (kind, None, 1);
+            one.fact("answers", Quantity::Count(2));
+        }
+    }
+
+    /// Looks at a frame of eight bytes that may be the response to an open request.
+    #[inline]
+    pub(in crate::stories) fn frame(&mut self, frame: &Frame) {
+        if self.asked.is_empty() || frame.kind != Kind::Data || frame.len != 8 {
+            return;
+        }
+        let [command, low, high, sub, ..] = frame.data;
+        if !RESPONSES.contains(&command) || frame.id.is_extended() {
+            return;
+        }
+        let mux = Mux { index: u16::from_le_bytes([low, high]), sub };
+        let (at, id) = (frame.reference(), frame.id.raw());
+        let soon = |asked: FrameRef| at.since(asked).is_none_or(|since| (0..SOON_NS).contains(&since));
+        let mut open = self.asked.iter().filter(|(_, (asked, when))| *asked == mux && at.no > when.no && soon(*when));
+        // It may be the response to another node's request, which is listed late.
+        if (0x581..=0x5FF).contains(&id) {
+            return;
+        }
+        if let Some((node, (_, begin))) = open.next() {
+            self.candidates.insert(*node, (mux, *begin, at, frame.id));
+        }
+    }
+
+    /// Concludes at the end of the capture.
+    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (node, candidate) in std::mem::take(&mut self.candidates) {
+            self.elsewhere(node, candidate, scene);
+        }
+    }
+
+    /// Records a request whose response came with another CAN-ID only.
+    fn elsewhere(&mut self, node: u8, found: (Mux, FrameRef, FrameRef, CanId), scene: &mut Scene<'_>) {
+        let (mux, begin, at, id) = found;
+        let known = self.elsewhere.get(&node).copied();
+        let kind = IncidentKind::AnswerElsewhere;
+        let place = known.or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, at));
+        let Some((place, one)) = place.and_then(|place| Some((place, scene.ledger.get_mut(place)?))) else { return };
+        if known.is_some() {
+            one.again(begin);
+        }
+        one.fact("object", Quantity::Object(mux));
+        one.fact("id", Quantity::Id(id));
+        self.elsewhere.insert(node, place);
+    }
+}

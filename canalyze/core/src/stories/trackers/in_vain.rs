@@ -1,0 +1,158 @@
+//! Attempts of a controller without success: reads that a node refuses, resets, and commands to a node that
+//! is not there.
+//!
+//! One refusal or one reset is ordinary traffic. The number of times makes it a problem, unless it succeeds at last.
+
+use std::collections::BTreeMap;
+
+use crate::bytes::frame::FrameRef;
+use crate::rules::finding::Quantity;
+use crate::sdo::transfer::{Direction, Status, Transfer};
+use crate::sdo::wire::{Mux, Side};
+use crate::stories::incident::{StepRole, Subject};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+
+/// Number of refused reads of one object, without one that succeeds, that are a problem.
+const READS: u64 = 5;
+/// Number of resets with a boot-up behind each, without the state Operational in between and not further apart than
+/// `RESETS_NS` in ns, that are a problem.
+const RESETS: u64 = 3;
+const RESETS_NS: i64 = 30_000_000_000;
+/// Number of commands to a node of its own that was never heard.
+const COMMANDS: u64 = 2;
+/// Maximum number of objects that are followed.
+const KEPT: usize = 256;
+/// The history of errors: reading beyond its end is usual.
+const ERROR_HISTORY: u16 = 0x1003;
+/// The abort code of an object without data at this time.
+const NO_DATA: u32 = 0x0800_0024;
+
+/// Something that is tried again and again.
+#[derive(Clone, Copy, Debug)]
+struct Tries {
+    first: FrameRef,
+    last: FrameRef,
+    count: u64,
+    place: Option<LedgerPlace>,
+}
+
+impl Tries {
+    fn new(at: FrameRef) -> Self {
+        Self { first: at, last: at, count: 0, place: None }
+    }
+
+    /// Counts a time, and opens or extends the incident from `least` times on.
+    fn again(&mut self, at: FrameRef, (kind, node, least): (IncidentKind, u8, u64), scene: &mut Scene<'_>) {
+        (self.count, self.last) = (self.count.saturating_add(1), at);
+        if self.count >= least && self.place.is_none() {
+            self.place = scene.ledger.open(kind, scene.id, Subject::node(node), self.first, at);
+        }
+        if let Some(one) = self.place.and_then(|place| scene.ledger.get_mut(place)) {
+            one.repeats.count = self.count;
+            one.repeats.since = at;
+            one.fact("times", Quantity::Count(self.count));
+        }
+    }
+}
+
+/// The vain attempts on a bus.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct InVain {
+    reads: BTreeMap<(u8, Mux), Tries>,
+    /// The last reset of a node by command without a boot-up since, and resets with one.
+    reset: BTreeMap<u8, FrameRef>,
+    resets: BTreeMap<u8, Tries>,
+    commands: BTreeMap<u8, Tries>,
+}
+
+impl InVain {
+    /// Processes the end of an SDO transfer.
+    pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
+        let (Direction::Upload, Some(mux)) = (transfer.direction, transfer.mux) else { return };
+        let key = (transfer.node, mux);
+        match (transfer.outcome.status, transfer.outcome.abort) {
+            (Status::Ok, _) => {
+                let place = self.reads.remove(&key).and_then(|tries| tries.place);
+                if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                    one.step(transfer.last, StepRole::Recovery, Saying::Transferred, None);
+                    one.ends(transfer.last);
+                }
+            }
+            (Status::Aborted, Some(abort)) if abort.by == Side::Server => {
+                let usual = mux.index == ERROR_HISTORY || abort.code == NO_DATA;
+                if usual || self.reads.len() >= KEPT && !self.reads.contains_key(&key) {
+                    return;
+                }
+                let tries = self.reads.entry(key).or_insert(Tries::new(transfer.first));
+                tries.again(transfer.last, (IncidentKind::ReadInVain, transfer.node, READS), scene);
+                if let Some(one) = tries.place.and_then(|place| scene.ledger.get_mut(place)) {
+                    one.fact("object", Quantity::Object(mux));
+                    one.fact("abort", Quantity::Abort(abort.code));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Processes an NMT command to a node of its own; `ran`: the node was Operational.
+    pub(in crate::stories) fn commanded(&mut self, command: u8, node: u8, ran: bool, scene: &mut Scene<'_>) {
+        if matches!(command, 0x81 | 0x82) {
+            // What has been started was not reset in vain before.
+            if ran && self.resets.get(&node).is_some_and(|tries| tries.place.is_none()) {
+                self.resets.remove(&node);
+            }
+            self.reset.insert(node, scene.at);
+        }
+        if scene.heard.last(node).is_none() {
+            let tries = self.commands.entry(node).or_insert(Tries::new(scene.at));
+            (tries.count, tries.last) = (tries.count.saturating_add(1), scene.at);
+        }
+    }
+
+    /// Processes a boot-up.
+    pub(in crate::stories) fn booted(&mut self, node: u8, scene: &mut Scene<'_>) {
+        let Some(reset) = self.reset.remove(&node) else { return };
+        let tries = self.resets.entry(node).or_insert(Tries::new(reset));
+        if reset.since(tries.last).is_some_and(|since| since > RESETS_NS) && tries.place.is_none() {
+            *tries = Tries::new(reset);
+        }
+        tries.again(reset, (IncidentKind::ResetAgain, node, RESETS), scene);
+    }
+
+    /// Concludes at the end of the capture.
+    pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
+        for (node, tries) in std::mem::take(&mut self.resets) {
+            let Some(one) = tries.place.and_then(|place| scene.ledger.get_mut(place)) else { continue };
+            // It runs for longer than it did between the resets.
+            let mean = tries.last.since(tries.first).map(|all| all / tries.count.saturating_sub(1).max(1) as i64);
+            let rest = scene.at.since(tries.last);
+            let stays = mean.zip(rest).is_some_and(|(mean, rest)| rest > mean.saturating_mul(2));
+            if stays && scene.heard.is_operational(node) {
+                one.ends(tries.last);
+            }
+        }
+        // A capture of one node alone does not show the others.
+        if scene.heard.known.count_ones() < 2 {
+            return;
+        }
+        for (node, tries) in std::mem::take(&mut self.commands) {
+            let absent = |one: &crate::stories::incident::Incident| {
+                one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node)
+            };
+            if tries.count < COMMANDS
+                || scene.heard.last(node).is_some()
+                || scene.ledger.last(scene.id, absent).is_some()
+            {
+                continue;
+            }
+            let subject = Subject::node(node);
+            let place = scene.ledger.open(IncidentKind::NodeAbsent, scene.id, subject, tries.first, tries.last);
+            if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+                one.fact("commands", Quantity::Count(tries.count));
+            }
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Frames to the RPDOs of nodes: such that stop while SYNC goes on, two senders of one RPDO, and frames that none takes.
+
+use std::collections::BTreeMap;
+
+use crate::bytes::frame::{CanId, Frame, FrameRef};
+use crate::rules::finding::Quantity;
+use crate::stories::incident::{StepRole, Subject};
+use crate::stories::kinds::IncidentKind;
+use crate::stories::ledger::LedgerPlace;
+use crate::stories::sayings::Saying;
+use crate::stories::scene::Scene;
+use crate::wire::error_control::OPERATIONAL;
+use crate::world::event::ProcessData;
+
+/// Number of SYNC cycles in a row with the RPDO after which it is expected in each, and without it after which it has
+/// stopped.
+const CYCLES: u32 = 20;
+/// Number of SYNC cycles in a row with two different frames, each as in the cycle before, that two senders make.
+const TWICE: u32 = 10;
+/// Number of frames that no RPDO takes beyond the change of a COB-ID.
+const FRAMES: u64 = 10;
+
+/// An RPDO that comes with SYNC.
+#[derive(Clone, Debug)]
+struct Cyclic {
+    node: u8,
+    last: FrameRef,
+    /// Frames of this cycle, the first two of them, and those of the cycle before.
+    frames: u32,
+    now: [[u8; 8]; 2],
+    before: [[u8; 8]; 2],
+    /// Number of cycles in a row with it, without it, and with two different ones.
+    with: u32,
+    without: u32,
+    twice: u32,
+    /// True once it has come in [`CYCLES`] cycles in a row, once in each.
+    expected: bool,
+    stopped: Option<LedgerPlace>,
+    shared: Option<LedgerPlace>,
+}
+
+/// A CAN-ID of the pre-defined connection set whose RPDO has another one.
+#[derive(Clone, Copy, Debug)]
+struct Untaken {
+    first: FrameRef,
+    count: u64,
+    place: Option<LedgerPlace>,
+}
+
+/// The frames to RPDOs of a bus.
+#[derive(Clone, Debug, Default)]
+pub(in crate::stories) struct Rpdos {
+    cyclic: BTreeMap<(u8, u16), Cyclic>,
+    untaken: BTreeMap<u32, Untaken>,
+}
+
+impl Rpdos {
+    /// Processes an RPDO.
+    pub(in crate::stories) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+        if scene.heard.sync_period_ns.is_none() {
+            return;
+        }
+        let key = (data.node, data.number);
+        let at = frame.reference();
+        let one = self.cyclic.entry(key).or_insert_with(|| Cyclic {
+            node: data.node,
+            last: at,
+            frames: 0,
+            now: Default::default(),
+            before: Default::default(),
+            with: 0,
+            without: 0,
+            twice: 0,
+            expected: false,
+            stopped: None,
+            shared: None,
+        });
+        if let Some(slot) = one.now.get_mut(one.frames as usize) {
+            *slot = frame.head();
+        }
+        (one.frames, one.last) = (one.frames.saturating_add(1), at);
+        if let Some(incident) = one.stopped.take().and_then(|place| scene.ledger.get_mut(place)) {
+            incident.step(at, StepRole::Recovery, Saying::PdoAgain, None);
+            incident.ends(at);
+        }
+    }
+
+    /// Processes a SYNC, with which a cycle ends.
+    pub(in crate::stories) fn sync(&mut self, scene: &mut Scene<'_>) {
+        for ((node, number), one) in &mut self.cyclic {
+            let subject = Subject { pdo: Some((false, *number)), ..Subject::node(*node) };
+            let [first, second] = one.now;
+            let two = one.frames == 2 && first != second;
+            one.twice = if two && one.now == one.before { one.twice.saturating_add(1) } else { 0 };
+            if one.frames > 0 {
+                (one.with, one.without, one.before) = (one.with.saturating_add(1), 0, one.now);
+                one.expected |= one.with >= CYCLES && one.frames == 1;
+            } else {
+                (one.with, one.without) = (0, one.without.saturating_add(1));
+            }
+            one.frames = 0;
+            if one.expected && one.twice >= TWICE && one.shared.is_none() {
+                one.shared = scene.ledger.open(IncidentKind::SharedCobId, scene.id, subject, one.last, one.last);
+                if let Some(incident) = one.shared.and_then(|place| scene.ledger.get_mut(place)) {
+                    incident.fact("alternates", Quantity::Count(2));
+                }
+            }
+            let runs = scene.bus.state(one.node) == Some(OPERATIONAL);
+            if one.expected && one.without == CYCLES && one.stopped.is_none() && runs {
+                one.stopped = scene.ledger.open(IncidentKind::RpdoStopped, scene.id, subject, one.last, scene.at);
+            }
+        }
+    }
+
+    /// Processes the boot-up of a node, or a command that stops it: no RPDO is expected.
+    pub(in crate::stories) fn stopped(&mut self, node: u8) {
+        self.cyclic.retain(|(of, _), one| (node != 0 && *of != node) || one.stopped.is_some());
+    }
+
+    /// Processes a data frame that is no known PDO.
+    #[inline]
+    pub(in crate::stories) fn unknown(&mut self, frame: &Frame, scene: &mut Scene<'_>) {
+        let id = frame.id.raw();
+        let number = match id >> 8 {
+            group @ 2..=5 if id & 0x80 == 0 && id & 0x7F != 0 && !frame.id.is_extended() => group as u16 - 1,
+            _ => return,
+        };
+        let node = id as u8 & 0x7F;
+        let Some(taken) = rpdo_of(node, number, frame.id, scene) else {
+            self.untaken.remove(&id);
+            return;
+        };
+        let at = frame.reference();
+        let one = self.untaken.entry(id).or_insert(Untaken { first: at, count: 0, place: None });
+        one.count = one.count.saturating_add(1);
+        if one.count == FRAMES {
+            let subject = Subject { pdo: Some((false, number)), ..Subject::node(node) };
+            one.place = scene.ledger.open(IncidentKind::NotTaken, scene.id, subject, one.first, at);
+        }
+        if let Some(incident) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
+            incident.fact("id", Quantity::Id(frame.id));
+            incident.fact("other", Quantity::Id(taken));
+            incident.fact("frames", Quantity::Count(one.count));
+        }
+    }
+}
+
+/// Returns the CAN-ID that an RPDO has, as the capture shows, if it is not this one and no known RPDO has this one.
+fn rpdo_of(node: u8, number: u16, id: CanId, scene: &Scene<'_>) -> Option<CanId> {
+    let pdos = scene.bus.node(node)?.pdos();
+    let one = pdos.iter().find(|pdo| !pdo.transmit && pdo.number == number)?;
+    let (cob, from) = one.cob;
+    let elsewhere = from.is_told() && !from.is_doubted() && cob.valid && cob.id != id;
+    let taken = |other: u8| {
+        let pdos = scene.bus.node(other).map(|known| known.pdos()).unwrap_or_default();
+        pdos.iter().any(|pdo| pdo.cob.0.valid && pdo.cob.0.id == id)
+    };
+    (elsewhere && !(1..=127).any(taken)).then_some(cob.id)
+}
