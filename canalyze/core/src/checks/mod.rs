@@ -100,6 +100,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Returns true if the frame has the length of the PDO's own mapping.
+    pub fn is_by_own_mapping(&self) -> bool {
+        self.fits
+    }
+
     /// Compares a frame with its content.
     #[inline]
     fn of(content: &Signals, frame: &Frame) -> Self {
@@ -246,6 +251,22 @@ impl Checks {
             return (Signals::None(Unmapped::Contradicted), fit);
         }
         (content, fit)
+    }
+
+    /// Judges a TPDO that has the length of its mapping by the mapping of a node that receives it.
+    #[inline]
+    pub fn consumed(
+        &mut self,
+        name: PdoName,
+        content: &Signals,
+        nodes: &PerNode<Node>,
+        frame: &Frame,
+        cx: &mut Context<'_>,
+    ) {
+        let PdoName { transmit, number, node } = name;
+        if let Some(misfit) = misfit(content, frame).filter(Misfit::is_short) {
+            self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
+        }
     }
 
     /// Takes a PDO with data; `known` is its configuration.

@@ -84,6 +84,10 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             _ => return None,
         },
         IncidentKind::DuplicateNodeId if one.has("answers") => Saying::TwoServers { at }.into(),
+        IncidentKind::NotEnabled => match get("statusword") {
+            Some(Quantity::Statusword(statusword)) => Saying::NotEnabled { at, statusword }.into(),
+            _ => Saying::Since { at }.into(),
+        },
         IncidentKind::SharedCobId if one.has("alternates") => Saying::TwoSenders { pdo: one.subject.pdo?, at }.into(),
         IncidentKind::LeftOperational => match get("state") {
             Some(Quantity::State(state)) => Saying::LeftOperational { at, state }.into(),
@@ -190,6 +194,7 @@ pub fn is_whole(one: &Incident) -> bool {
             one.kind == IncidentKind::CaptureGap || !one.clue.reported.is_empty()
         }
         IncidentKind::DuplicateNodeId => one.has("answers"),
+        IncidentKind::NotEnabled => one.has("statusword"),
         IncidentKind::SharedCobId => one.has("alternates"),
         IncidentKind::WatchedAbsent => one.has("limit"),
         IncidentKind::NotStarted | IncidentKind::LateAnswer => of(one, Some(0)).is_some(),

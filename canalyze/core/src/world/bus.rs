@@ -368,6 +368,7 @@ impl Bus {
         let refuted = asked.map(|asked| (asked.cob.is_some(), asked.is_refuted_by(frame.len)));
         let sync = self.checks.sync.place(node, known, frame, cx.evidence.recording.lag_ns());
         let (content, fit) = self.checks.content(name, content, frame);
+        let consumed = (transmit && fit.is_by_own_mapping()).then(|| self.by_consumer(frame));
         let data = ProcessData { transmit, number, node, content, state: self.checks.nodes.state(node), sync };
         cx.push(None, Some(node), What::Pdo(data));
         if cx.sighting == Sighting::Duplicate {
@@ -375,6 +376,9 @@ impl Bus {
         }
         self.checks.due(frame, cx);
         self.checks.process_data(name, known, fit, &self.nodes, frame, cx);
+        if let Some(consumed) = consumed {
+            self.checks.consumed(name, &consumed, &self.nodes, frame, cx);
+        }
         if let Some((cob, mapping)) = refuted {
             self.refute(name, cob, mapping);
         }

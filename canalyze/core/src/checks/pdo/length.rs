@@ -73,6 +73,13 @@ pub struct Misfit {
     consumer: Option<(u8, u16)>,
 }
 
+impl Misfit {
+    /// Returns true if the frame is too short for the mapping.
+    pub fn is_short(&self) -> bool {
+        self.found < self.mapped
+    }
+}
+
 /// Compares a frame with the mapping that decodes it.
 #[inline]
 pub fn misfit(content: &Signals, frame: &Frame) -> Option<Misfit> {

@@ -21,6 +21,8 @@ use crate::world::od::first_axis;
 
 /// Bits of the statusword: voltage enabled, internal limit active, and those with a meaning given by the mode.
 const VOLTAGE: u16 = 1 << 4;
+/// The bit of the controlword that enables the voltage.
+const ENABLE_VOLTAGE: u16 = 1 << 1;
 const LIMIT: u16 = 1 << 11;
 const ACKNOWLEDGED: u16 = 1 << 12;
 const ERROR: u16 = 1 << 13;
@@ -220,7 +222,7 @@ impl Motions {
             }
             _ => None,
         };
-        if axis.by_pdo || step(word).is_none() {
+        if step(word).is_none() {
             axis.vain = (0, None);
         }
         // A fault reset is a rising edge; a bit set since before the fault is none.
@@ -264,13 +266,17 @@ impl Motions {
         let stays = state == DriveState::SwitchOnDisabled && word & VOLTAGE == 0;
         // An axis that left that state starts anew.
         axis.upward = axis.upward.filter(|_| stays);
-        // A client that has commanded each step and read the state shows it without a clock.
-        axis.vain = match axis.control.and_then(step).filter(|_| !axis.by_pdo) {
+        // A client that has commanded each step by SDO and read the state shows it without a clock. PDOs must have
+        // commanded each for longer than that takes.
+        axis.vain = match axis.control.and_then(step) {
+            _ if axis.by_pdo && axis.control.is_some_and(|word| word & ENABLE_VOLTAGE == 0) => (0, None),
             _ if state != DriveState::SwitchOnDisabled => (0, None),
             Some(step) => (axis.vain.0 | step, axis.vain.1.or(Some(at))),
             None => axis.vain,
         };
-        let vain = axis.vain.1.filter(|_| axis.vain.0 == ALL_STEPS);
+        let by_pdo = axis.by_pdo;
+        let long = |since: FrameRef| at.since(since).is_some_and(|since| since >= ENABLE_NS);
+        let vain = axis.vain.1.filter(|since| axis.vain.0 == ALL_STEPS && (!by_pdo || long(*since)));
         let told = axis.upward.filter(|(since, enable)| {
             let least = if *enable { STANDS_NS } else { ENABLE_NS };
             at.since(*since).is_some_and(|since| since >= least)

@@ -85,6 +85,8 @@ impl RuleIncidents {
         let least = if stays { 1 } else { least };
         let (kind, ends) = match (code, constant(finding, "missing")) {
             _ if stays => (kind, Ends::Never),
+            // Its own length has been right all the time.
+            _ if finding.measured().is_some_and(|all| all.get("consumer").is_some()) => (kind, Ends::Never),
             (Code::Sdo002, Some("request")) => (IncidentKind::DamagedTransfer, Ends::Transferred),
             // A node that was heard exists.
             (Code::Sdo031, _) if finding.node.is_some_and(|node| scene.heard.last(node).is_some()) => {
