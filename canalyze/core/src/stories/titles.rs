@@ -15,7 +15,8 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
         _ => None,
     };
     let count = one.repeats.count;
-    if one.begin.t_ns.is_none() {
+    // A clock that was set back since has no time of the capture's beginning.
+    if one.begin.t_ns.is_none() || at < 0 {
         return untimed(one);
     }
     Some(match one.kind {
@@ -185,8 +186,8 @@ fn untimed(one: &Incident) -> Option<Measured> {
 }
 
 /// Returns true if the line names the kind by itself; otherwise the words of the kind precede it.
-pub fn is_whole(one: &Incident) -> bool {
-    if one.begin.t_ns.is_none() {
+pub fn is_whole(one: &Incident, began_ns: Option<i64>) -> bool {
+    if one.begin.t_ns.is_none() || one.begin.t_ns < began_ns {
         return !matches!(one.kind, IncidentKind::PdoLength | IncidentKind::PdoNotAllowed);
     }
     match one.kind {
@@ -197,7 +198,7 @@ pub fn is_whole(one: &Incident) -> bool {
         IncidentKind::NotEnabled => one.has("statusword"),
         IncidentKind::SharedCobId => one.has("alternates"),
         IncidentKind::WatchedAbsent => one.has("limit"),
-        IncidentKind::NotStarted | IncidentKind::LateAnswer => of(one, Some(0)).is_some(),
+        IncidentKind::NotStarted | IncidentKind::LateAnswer => of(one, began_ns).is_some(),
         IncidentKind::MuteAfterBoot
         | IncidentKind::ResetAgain
         | IncidentKind::AnotherDevice

@@ -62,7 +62,7 @@ pub fn title(out: &mut Vec<u8>, lang: Lang, one: &Incident, began_ns: Option<i64
     subject(out, lang, one);
     let words = lang.of(one.kind.row().words);
     match titles::of(one, began_ns) {
-        Some(title) if titles::is_whole(one) => said(out, lang, &title),
+        Some(title) if titles::is_whole(one, began_ns) => said(out, lang, &title),
         title => {
             match one.measured() {
                 Some(measured) => {

@@ -170,8 +170,11 @@ impl LoadIncident {
         }
         let Some(one) = self.streams.get_mut(identifier) else { return };
         if one.gaps < TAUGHT || gap.saturating_mul(TIMES) > one.gap_ns {
-            // A pause is not evidence for the usual gap.
-            if one.gaps < TAUGHT || gap < one.gap_ns.saturating_mul(PAUSE) {
+            // A pause is not evidence for the usual gap; the first gap may have been one.
+            if one.gaps > 0 && one.gaps < TAUGHT && gap.saturating_mul(PAUSE) < one.gap_ns {
+                one.gaps = 0;
+            }
+            if one.gaps == 0 || gap < one.gap_ns.saturating_mul(PAUSE) {
                 let mean = if one.gaps == 0 { gap } else { one.gap_ns };
                 one.gap_ns = mean.saturating_add(gap.saturating_sub(mean) / 8);
                 let off = gap.saturating_sub(one.gap_ns).saturating_abs();

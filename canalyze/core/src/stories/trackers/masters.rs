@@ -88,6 +88,17 @@ impl Masters {
             return;
         }
         let kind = IncidentKind::TwoClients;
+        // Requests that are listed late overlap, too; a client that waits for its responses then has no finding.
+        let found = scene.ledger.last(scene.id, |one| {
+            let asked = matches!(
+                one.kind,
+                IncidentKind::RequestUnanswered | IncidentKind::LateAnswer | IncidentKind::DamagedTransfer
+            );
+            (asked || one.kind == kind) && one.subject.node == Some(node)
+        });
+        if found.is_none() && self.open.is_none() {
+            return;
+        }
         let known = scene.ledger.last(scene.id, |one| one.kind == kind && one.subject.node == Some(node));
         let place =
             self.open.or(known).or_else(|| scene.ledger.open(kind, scene.id, Subject::node(node), begin, scene.at));
@@ -102,7 +113,10 @@ impl Masters {
         }
         // Both were answered after all.
         let unanswered = scene.ledger.last(scene.id, |one| {
-            let asked = matches!(one.kind, IncidentKind::RequestUnanswered | IncidentKind::DamagedTransfer);
+            let asked = matches!(
+                one.kind,
+                IncidentKind::RequestUnanswered | IncidentKind::LateAnswer | IncidentKind::DamagedTransfer
+            );
             asked && one.subject.node == Some(node) && one.began_within(scene.at, CONTRARY_NS)
         });
         if let (Some(place), Some(unanswered)) = (place, unanswered) {
