@@ -181,10 +181,12 @@ impl Diagnosis {
     /// Processes events without a frame at hand.
     pub fn asides(&mut self, events: &[Event], state: &[Bus]) {
         for event in events {
-            let What::Finding(finding) = &event.what else { continue };
             let index = usize::from(event.bus.0);
-            if let (Some(of_bus), Some(bus)) = (self.buses.get_mut(index), state.get(index)) {
-                of_bus.aside(finding, self.last, bus, &mut self.ledger);
+            let (Some(of_bus), Some(bus)) = (self.buses.get_mut(index), state.get(index)) else { continue };
+            match &event.what {
+                What::Finding(finding) => of_bus.aside(finding, self.last, bus, &mut self.ledger),
+                What::Transfer(transfer) => of_bus.transferred(transfer, self.last, bus, &mut self.ledger),
+                _ => {}
             }
         }
     }

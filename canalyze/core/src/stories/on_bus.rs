@@ -27,7 +27,7 @@ use super::trackers::rules::{RuleIncidents, Sign};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
 use crate::checks::pdo::length::fits;
 use crate::rules::finding::{Code, Finding, Quantity};
-use crate::sdo::transfer::{Direction, Status as Transferred};
+use crate::sdo::transfer::{Direction, Status as Transferred, Transfer};
 use crate::sdo::wire::{Command, Side};
 use crate::wire::error_control::{BOOT_UP, OPERATIONAL};
 use crate::wire::lss::command as lss;
@@ -144,22 +144,7 @@ impl OfBus {
                 What::Mpdo(data) if data.transmit => self.alive(data.node, frame, bus, ledger),
                 What::Sdo(step) => self.sdo(step, event.node, frame, bus, ledger),
                 What::Transfer(transfer) => {
-                    self.drives.transfer(transfer);
-                    self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    self.boots.transfer(transfer, &self.heard);
-                    self.heartbeats.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    self.identities.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    self.in_vain.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
-                    if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
-                        let sign = Sign::of(Ends::Transferred, Some(transfer.node));
-                        self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                        if transfer.direction == Direction::Download {
-                            let sign = Sign { ends: Ends::Written, object: transfer.mux, ..sign };
-                            self.found.sign(sign, scene!(self, ledger, bus, id, at));
-                        }
-                    }
+                    self.transfer(transfer, id, at, bus, ledger);
                     false
                 }
                 What::Finding(finding) => self.finding(finding, id, at, bus, ledger),
@@ -174,6 +159,32 @@ impl OfBus {
             self.found.sign(Sign::of(Ends::Traffic, None), scene!(self, ledger, bus, id, at));
         }
         self.conclude(before, dirty, id, at, bus, ledger);
+    }
+
+    fn transfer(&mut self, transfer: &Transfer, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        self.drives.transfer(transfer);
+        self.motions.transfer(transfer, scene!(self, ledger, bus, id, at));
+        self.emergencies.transfer(transfer, scene!(self, ledger, bus, id, at));
+        self.boots.transfer(transfer, &self.heard);
+        self.heartbeats.transfer(transfer, scene!(self, ledger, bus, id, at));
+        self.identities.transfer(transfer, scene!(self, ledger, bus, id, at));
+        self.in_vain.transfer(transfer, scene!(self, ledger, bus, id, at));
+        self.configurations.transfer(transfer, scene!(self, ledger, bus, id, at));
+        if transfer.outcome.status == Transferred::Ok && !transfer.outcome.bad {
+            let sign = Sign::of(Ends::Transferred, Some(transfer.node));
+            self.found.sign(sign, scene!(self, ledger, bus, id, at));
+            if transfer.direction == Direction::Download {
+                let sign = Sign { ends: Ends::Written, object: transfer.mux, ..sign };
+                self.found.sign(sign, scene!(self, ledger, bus, id, at));
+            }
+        }
+    }
+
+    /// Passes on the end of a transfer without a frame at hand.
+    pub(super) fn transferred(&mut self, transfer: &Transfer, at: FrameRef, bus: &Bus, ledger: &mut Ledger) {
+        let (id, before) = (transfer.bus, ledger.all.len());
+        self.transfer(transfer, id, at, bus, ledger);
+        self.conclude(before, false, id, at, bus, ledger);
     }
 
     /// Passes on a finding without a frame at hand.
@@ -492,6 +503,9 @@ impl OfBus {
             }
             (code, node) => {
                 self.found.found(finding, scene);
+                if code == Code::Cap006 {
+                    self.masters.part();
+                }
                 if let (Code::Sdo002, Some(node)) = (code, node) {
                     self.identities.unasked(node, finding, scene!(self, ledger, bus, id, at));
                 }

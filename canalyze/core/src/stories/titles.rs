@@ -124,12 +124,7 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
             Some(Quantity::Emcy(code, profile)) => Saying::Reported { code: (code, profile), at }.into(),
             _ => return None,
         },
-        _ if one.has("client_aborted") => match (get("object"), get("abort")) {
-            (Some(Quantity::Object(object)), Some(Quantity::Abort(abort))) => {
-                Saying::ClientAborted { object, abort }.into()
-            }
-            _ => return None,
-        },
+        _ if one.has("client_aborted") => return client_aborted(one),
         _ if get("refused").is_some() => match (get("refused"), get("object"), get("abort")) {
             (Some(Quantity::Count(count)), Some(Quantity::Object(object)), Some(Quantity::Abort(abort))) => {
                 match one.status {
@@ -162,9 +157,23 @@ pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
     })
 }
 
+/// Returns the line of a download that its client aborted.
+fn client_aborted(one: &Incident) -> Option<Measured> {
+    Some(match (one.get("object"), one.get("abort")) {
+        (Some(Quantity::Object(object)), Some(Quantity::Abort(abort))) => {
+            Saying::ClientAborted { object, abort }.into()
+        }
+        (None, Some(Quantity::Abort(abort))) => Saying::ClientAbortedUnseen { abort }.into(),
+        _ => return None,
+    })
+}
+
 /// Returns the line in a capture without stamps.
 fn untimed(one: &Incident) -> Option<Measured> {
     let get = |name: &str| one.get(name);
+    if one.has("client_aborted") {
+        return client_aborted(one);
+    }
     Some(match (one.kind, get("code"), get("object")) {
         (IncidentKind::NodeAbsent, ..) if one.end.is_some() => Saying::HeardLater.into(),
         (IncidentKind::AxisFault, Some(Quantity::Emcy(code, profile)), _) => {

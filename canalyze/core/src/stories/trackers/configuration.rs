@@ -59,13 +59,31 @@ fn kind(code: u32, mux: Mux) -> IncidentKind {
     }
 }
 
+/// Reports a download whose start is not in the capture, if its client aborts it for another reason than a time-out.
+fn given_up(transfer: &Transfer, scene: &mut Scene<'_>) {
+    let Some(abort) = transfer.outcome.abort.filter(|abort| abort.by == Side::Client && abort.code != TIMED_OUT) else {
+        return;
+    };
+    let (kind, subject) = (IncidentKind::WriteRefused, Subject::node(transfer.node));
+    let place = scene.ledger.open(kind, scene.id, subject, transfer.first, transfer.last);
+    if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {
+        one.fact("abort", Quantity::Abort(abort.code));
+        one.fact("client_aborted", Quantity::Count(1));
+    }
+}
+
 impl Configurations {
     /// Processes the end of an SDO transfer.
     pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
-        let (Direction::Download, Some(mux)) = (transfer.direction, transfer.mux) else { return };
+        if transfer.direction != Direction::Download {
+            return;
+        }
+        let Some(mux) = transfer.mux else { return given_up(transfer, scene) };
         match (transfer.outcome.status, transfer.outcome.abort) {
-            // A program download that its client aborts has not been written, either.
-            (Status::Aborted, Some(abort)) if abort.by == Side::Server || mux.index == 0x1F50 => {
+            // What its client aborts has not been written, either; a time-out is an unanswered request.
+            (Status::Aborted, Some(abort))
+                if abort.by == Side::Server || mux.index == 0x1F50 || abort.code != TIMED_OUT =>
+            {
                 self.refused(transfer, mux, abort, scene)
             }
             (Status::Ok, _) if !transfer.outcome.bad => self.taken(transfer, mux, scene),

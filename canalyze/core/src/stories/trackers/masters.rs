@@ -57,6 +57,12 @@ pub(in crate::stories) struct Masters {
 type Asked = (Mux, FrameRef, bool);
 
 impl Masters {
+    /// Forgets the commands of a recording behind which another one begins.
+    pub(in crate::stories) fn part(&mut self) {
+        self.nodes.clear();
+        self.asked.clear();
+    }
+
     /// Records a client's request for an object.
     pub(in crate::stories) fn asked(&mut self, node: u8, mux: Mux, at: FrameRef) {
         let before = self.asked.get(&node).map(|(last, _)| *last).filter(|(other, since, answered)| {
@@ -133,13 +139,13 @@ impl Masters {
         else {
             return;
         };
-        let soon = at.since(stop.1).is_some_and(|since| since <= CONTRARY_NS);
+        let soon = at.since(stop.1).is_some_and(|since| (0..=CONTRARY_NS).contains(&since));
         let told = |node: u8| scene.heard.written(node).is_some_and(|written| written.no > stop.1.no);
         let for_a_reason = if node == 0 { members(scene.heard.known).any(told) } else { told(node) };
         if !soon || for_a_reason {
             return;
         }
-        one.contrary.retain(|(_, (_, start))| at.since(*start).is_some_and(|since| since <= WITHIN_NS));
+        one.contrary.retain(|(_, (_, start))| at.since(*start).is_some_and(|since| (0..=WITHIN_NS).contains(&since)));
         if one.contrary.len() < KEPT {
             one.contrary.push((stop, (command, at)));
         }
