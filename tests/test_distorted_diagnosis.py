@@ -2,9 +2,9 @@
 
     python tests/test_distorted_diagnosis.py [--write]
 
-Why it exists: a problem may follow from frames where no check has found anything (`test_distortions.py`), so that a node is
-blamed for what the recording did. A problem that the session has by itself, or that a node reports, may stand. Cells that fail
-today stand in `distorted_diagnosis.json` and are strict xfails.
+Why it exists: a problem may follow from frames where no check has found anything (`test_distortions.py`), so that a
+node is blamed for what the recording did. A problem that the session has by itself, or that a node reports, may stand.
+Cells that fail today stand in `distorted_diagnosis.json` and are strict xfails.
 """
 
 from __future__ import annotations

@@ -298,7 +298,11 @@ def _healthy(whole: Record, words: Words) -> list[str]:
     if (notice := _notice(whole, words)) is not None:
         return [notice]
     key = "diagnose.looked" if whole["error_frames"] else "diagnose.looked_without"
-    return [words(key)]
+    well = [words("diagnose.well_heartbeats", count=whole["heartbeats"])] if whole["heartbeats"] else []
+    if whole["responses"]:
+        slowest = f"{whole['slowest_ns'] / 1e6:.3g}"
+        well.append(words("diagnose.well_responses", count=whole["responses"], slowest=slowest))
+    return [words(key), *(["; ".join(well)] if well else [])]
 
 
 def _stories(
@@ -437,7 +441,9 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
         if node["incident"] in by_id:
             parts.append(words("diagnose.node_in", node=number, number=node["incident"]))
         elif node["state"] is not None:
-            parts.append(words("diagnose.node_state", node=number, state=node["state_text"] or f"{node['state']}h"))
+            states = [node["state_text"] or f"{node['state']}h", *node["drives"]]
+            states += [f"EMCY {node['error']}h"] if node["error"] else []
+            parts.append(words("diagnose.node_state", node=number, state=", ".join(states)))
         else:
             parts.append(words("diagnose.node_heard", node=number))
     if len(nodes) > _NODES:

@@ -39,6 +39,7 @@ use self::status::{is_harmless, is_over};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::rules::finding::{Code, Finding};
 use crate::world::bus::Bus;
+use crate::world::drive::DriveState;
 use crate::world::event::{Event, What};
 
 /// Maximum number of ended incidents that may begin again.
@@ -88,7 +89,7 @@ pub fn shown_by(kind: IncidentKind) -> impl Iterator<Item = Code> {
 }
 
 /// The state of a node at the end of the capture.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct NodeView {
     /// The bus.
     pub bus: BusId,
@@ -96,6 +97,10 @@ pub struct NodeView {
     pub node: u8,
     /// Its last known NMT state.
     pub state: Option<u8>,
+    /// The last states of its axes.
+    pub drives: Vec<DriveState>,
+    /// The last error code that it has reported and not cleared.
+    pub error: Option<u16>,
     /// The first incident in reading order that concerns it and has not ended.
     pub incident: Option<IncidentId>,
 }
@@ -231,6 +236,15 @@ impl Diagnosis {
         Self { bit_rate, ..Self::default() }
     }
 
+    /// Returns what shows that the bus is well: the number of nodes with heartbeats, the number of responses of default SDOs
+    /// and the longest time until one, in ns.
+    pub fn well(&self) -> (usize, u64, i64) {
+        self.buses.iter().fold((0, 0, 0), |(beating, responses, slowest), one| {
+            let (count, longest_ns) = one.heard.responses;
+            (beating + one.heard.beating(), responses + count, longest_ns.max(slowest))
+        })
+    }
+
     /// Returns the facts of the whole capture that advice depends on.
     pub fn shown(&self) -> advice::AdviceFacts {
         advice::AdviceFacts {
@@ -256,7 +270,9 @@ impl Diagnosis {
                 };
                 let incident = order.iter().find(about).copied();
                 let state = of_bus.heard.states.get(usize::from(node)).copied().flatten();
-                views.push(NodeView { bus, node, state, incident });
+                let drives = of_bus.heard.drives.get(usize::from(node)).cloned().unwrap_or_default();
+                let error = of_bus.heard.errors_of.get(usize::from(node)).copied().flatten();
+                views.push(NodeView { bus, node, state, drives, error, incident });
             }
         }
         views

@@ -315,6 +315,9 @@ impl OfBus {
 
     fn sdo(&mut self, step: &Step, node: Option<u8>, frame: &Frame, bus: &Bus, ledger: &mut Ledger) -> bool {
         let (at, id) = (frame.reference(), frame.bus);
+        if let Some(node) = node.filter(|_| (0x580..0x680).contains(&frame.id.raw())) {
+            self.heard.exchanged(node, step.side == Side::Client, at);
+        }
         let (Side::Server, Some(node)) = (step.side, node) else {
             self.heard.control = at;
             if let (Some(node), Some(mux)) = (node, step.command.mux()) {
@@ -378,6 +381,7 @@ impl OfBus {
         match *change {
             Change::BootUp { node } => {
                 self.heard.state(node, Some(BOOT_UP));
+                self.heard.reports(node, None);
                 self.was = self.heard.is_operational(node);
                 self.nodes.booted(node, scene!(self, ledger, bus, id, at));
                 self.emergencies.booted(node, scene!(self, ledger, bus, id, at));
@@ -424,6 +428,7 @@ impl OfBus {
             }
             Change::Error(emergency @ EmcyChange { node, code, manufacturer, .. }) => {
                 self.heard.serves(node);
+                self.heard.reports(node, emergency.active.iter().last());
                 let dirty = self.alive(node, frame, bus, ledger);
                 if code == LIFE_GUARD {
                     let scene = scene!(self, ledger, bus, id, at);
@@ -517,6 +522,7 @@ impl OfBus {
     /// Concludes at the end of the capture.
     pub(super) fn finish(&mut self, id: BusId, end: FrameRef, bus: &Bus, ledger: &mut Ledger) {
         let before = ledger.all.len();
+        self.heard.axes(bus);
         self.boots.finish(scene!(self, ledger, bus, id, end));
         self.heartbeats.finish(scene!(self, ledger, bus, id, end));
         self.identities.finish(scene!(self, ledger, bus, id, end));

@@ -5,6 +5,7 @@ use super::ledger::Ledger;
 use crate::bytes::frame::{BusId, FrameRef};
 use crate::world::bus::Bus;
 use crate::world::configuration::Provenance;
+use crate::world::drive::DriveState;
 
 /// Maximum delay with which a node reports a missing RPDO, in ns.
 const WATCH_NS: i64 = 50_000_000;
@@ -20,6 +21,14 @@ pub(super) struct Heard {
     pub(super) known: u128,
     /// The state that each node has reported last; `None` if it has not, or has been lost since.
     pub(super) states: Vec<Option<u8>>,
+    /// The open request of each default SDO.
+    requested: Vec<FrameRef>,
+    /// The number of responses of default SDOs behind their requests, and the longest time until one, in ns.
+    pub(super) responses: (u64, i64),
+    /// The last error code that each node has reported and not cleared.
+    pub(super) errors_of: Vec<Option<u16>>,
+    /// The last states of each node's axes, at the end of the capture.
+    pub(super) drives: Vec<Vec<DriveState>>,
     /// Operational nodes, one bit each.
     pub(super) operational: u128,
     /// The last SYNC.
@@ -55,6 +64,10 @@ impl Default for Heard {
             heartbeats: vec![FrameRef::default(); SLOTS],
             known: 0,
             states: vec![None; SLOTS],
+            requested: vec![FrameRef::default(); SLOTS],
+            responses: (0, 0),
+            errors_of: vec![None; SLOTS],
+            drives: vec![Vec::new(); SLOTS],
             operational: 0,
             sync: FrameRef::default(),
             serving: 0,
@@ -91,6 +104,35 @@ impl Heard {
     pub(super) fn state(&mut self, node: u8, state: Option<u8>) {
         if let Some(slot) = self.states.get_mut(usize::from(node)) {
             *slot = state;
+        }
+    }
+
+    /// Records a frame of a default SDO by the client, or by the server.
+    pub(super) fn exchanged(&mut self, node: u8, client: bool, at: FrameRef) {
+        let Some(slot) = self.requested.get_mut(usize::from(node)) else { return };
+        if client {
+            *slot = at;
+        } else if let Some(waited) = at.since(Some(std::mem::take(slot)).filter(|at| at.no > 0)).filter(|ns| *ns >= 0) {
+            self.responses = (self.responses.0 + 1, self.responses.1.max(waited));
+        }
+    }
+
+    /// Returns the number of nodes with heartbeats, or with responses to guarding.
+    pub(super) fn beating(&self) -> usize {
+        self.heartbeats.iter().filter(|at| at.no > 0).count()
+    }
+
+    /// Records an error code that a node reports; `None`: it has none left.
+    pub(super) fn reports(&mut self, node: u8, code: Option<u16>) {
+        if let Some(slot) = self.errors_of.get_mut(usize::from(node)) {
+            *slot = code;
+        }
+    }
+
+    /// Records the states of the axes of all nodes.
+    pub(super) fn axes(&mut self, bus: &Bus) {
+        for (node, slot) in (0..).zip(&mut self.drives) {
+            *slot = bus.drive_states(node).map(|(_, state)| state).collect();
         }
     }
 

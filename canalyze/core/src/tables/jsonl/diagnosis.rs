@@ -9,6 +9,7 @@ use crate::stories::{Diagnosis, Phase, advice, apart};
 use crate::wire::error_control;
 use crate::words::digits::put;
 use crate::words::incidents as words;
+use crate::words::terms::drive;
 
 /// Appends all of it.
 pub fn write(out: &mut Vec<u8>, setting: Setting<'_>, diagnosis: &Diagnosis) {
@@ -125,7 +126,8 @@ pub fn facts_of(out: &mut Vec<u8>, one: &Incident) {
 
 fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
     let (frames, first, last) = diagnosis.extent();
-    let ledger = diagnosis.ledger();
+    let (ledger, lang) = (diagnosis.ledger(), setting.lang);
+    let (beating, responses, slowest) = diagnosis.well();
     let order = roots(ledger);
     let counts = [Status::Stands, Status::Unknown, Status::Over, Status::Harmless].map(|status| {
         let all = order.iter().filter_map(|id| ledger.by_id(*id));
@@ -146,8 +148,17 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
             "node": view.node,
             "state": view.state.map(hex2),
             "state_text": view.state.and_then(|state| error_control::state(setting.lang, state)),
+            /// The states of its axes, in words.
+            "drives": array(view.drives.into_iter().map(move |state| drive::state(lang, state))),
+            /// The last error code that it has reported and not cleared.
+            "error": view.error.map(hex4),
             "incident": view.incident.map(|id| ledger.number(id)),
         })),
+        /// The number of nodes with heartbeats or responses to guarding.
+        "heartbeats": beating,
+        /// The number of responses of default SDOs, and the longest time until one.
+        "responses": responses,
+        "slowest_ns": slowest,
         "beyond": ledger.beyond(),
         "error_frames": diagnosis.shown().error_frames,
     }
