@@ -77,9 +77,10 @@ def test_a_healthy_capture_shows_its_nodes(canalyze: Runner, tmp_path: Path) -> 
     (tmp_path / "a.log").write_bytes(lost(40))
     for lang, state in (("zh", "操作状态"), ("en", "Operational")):
         lines = canalyze("a.log", "--lang", lang).out.splitlines()
-        assert len(lines) == 4
-        assert lines[2].endswith(f"5 {state} · 6 {state}")
-        assert "canalyze summary a.log" in lines[3]
+        assert len(lines) == 5
+        assert lines[2] == ("2个节点有心跳" if lang == "zh" else "2 nodes with heartbeats")
+        assert lines[3].endswith(f"5 {state} · 6 {state}")
+        assert "canalyze summary a.log" in lines[4]
 
 
 def test_what_could_not_be_judged(canalyze: Runner, tmp_path: Path) -> None:
