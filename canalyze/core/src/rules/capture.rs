@@ -99,8 +99,8 @@ rules! {
             "文件在一条记录中间结束; 此前的内容都已读取" "file ends in the middle of a record; everything up to there was read";
     }
 
-    /// 该帧的时间戳比同一总线上的前一帧早10 ms以上: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。
-    /// The frame's timestamp is 10 ms or more earlier than that of the previous frame on the same bus: the clock was set, or frames are in the wrong order. Times across the step are not judged.
+    /// 该帧的时间戳比同一总线上的前一帧早超过10 ms: 时钟被调整过, 或者帧的顺序不对。跨越此处的时间不作判断。
+    /// The frame's timestamp is more than 10 ms earlier than that of the previous frame on the same bus: the clock was set, or frames are in the wrong order. Times across the step are not judged.
     ///
     /// 主机时钟被调整(NTP、GPS或手动), 记录拼接的顺序不对, 或者记录被编辑过。
     /// The host's clock was set (NTP, GPS, by hand), recordings were joined out of order, or the recording was edited.
