@@ -75,13 +75,19 @@ def elsewhere(faulty: bool) -> Frames:
     return net.frames()
 
 
-def rpdo(cycles: int, *, of: int = 100, second: int | None = None) -> Frames:
-    """SYNC with an RPDO in each of the first cycles; `second`: another sender of it from this cycle on."""
+def rpdo(
+    cycles: int, *, of: int = 100, second: int | None = None, transmit: bool = False, changes: bool = False
+) -> Frames:
+    """SYNC with a PDO in each of the first cycles; `second`: another sender of it from this cycle on.
+
+    `transmit`: it is a TPDO; `changes`: its data are others each time.
+    """
+    can_id = 0x285 if transmit else 0x205
     net = started(NODE)
     beats(net, {NODE: of / 100})
     net.send(0x000, bytes([0x80, NODE]), after=of / 100 + 0.005)
     for cycle in range(cycles):
-        net.send(0x205, b"\x0f\0", after=cycle / 100 + 0.001)
+        net.send(can_id, bytes([0x0F, cycle % 256 if changes else 0]), after=cycle / 100 + 0.001)
         if second is not None and cycle >= second:
             net.send(0x205, b"\x06\0", after=cycle / 100 + 0.006)
     return net.sync(period=0.01, count=of, followers=[Follower(0x185, lambda _: b"\x37\x02", 0.002)]).frames()

@@ -47,6 +47,20 @@ def test_an_rpdo_that_stops(cycles: int, status: str | None) -> None:
     assert kinds(told(log_text(rpdo(cycles)))) == ([(status, "rpdo-stopped")] if status else [])
 
 
+@pytest.mark.parametrize(("changes", "cycles", "stops"), [(False, 60, True), (True, 60, False), (True, 250, True)])
+def test_a_tpdo_that_stops(changes: bool, cycles: int, stops: bool) -> None:
+    """One that is sent by changes does not stop where nothing changes any more."""
+    said = kinds(told(log_text(rpdo(cycles, of=cycles + 40, transmit=True, changes=changes))))
+    assert said == [("stands", "pdo-missing")] * stops
+
+
+@pytest.mark.parametrize("silence", [0.3, 0.7, 1.17, 1.45, 1.6, 4.0])
+def test_a_restart_is_found_whatever_the_silence_before_it(silence: float) -> None:
+    lines = [*beats(5, 5, 0, 6), *beats(4, 5, 0.1, 16), (5.5 + silence, "705#00")]
+    lines += [(5.8 + silence, "000#0105"), *beats(5, 5, 6 + silence, 16)]
+    assert any(kind in ("node-restarted", "node-silent") for _, kind in kinds(told(log(lines))))
+
+
 @pytest.mark.parametrize(("since", "shared"), [(None, False), (50, True), (95, False)])
 def test_two_senders_of_one_rpdo(since: int | None, shared: bool) -> None:
     assert kinds(told(log_text(rpdo(100, second=since)))) == [("stands", "shared-cob-id")] * shared

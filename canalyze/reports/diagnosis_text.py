@@ -381,7 +381,10 @@ def _delay(one: Record, by_id: Mapping[int, Record], words: Words) -> str:
     begin, then = cause["begin"]["t"], one["begin"]["t"]
     if begin is None or then is None or float(then) < float(begin):
         return ""
-    return words("diagnose.after", ms=f"{(float(then) - float(begin)) * 1000:.0f}")
+    seconds = float(then) - float(begin)
+    if seconds >= 1:
+        return words("diagnose.after_seconds", seconds=f"{seconds:.3g}")
+    return words("diagnose.after", ms=f"{seconds * 1000:.0f}")
 
 
 def _fitted(line: str, columns: int) -> list[str]:
@@ -438,12 +441,15 @@ def _nodes(whole: Record, by_id: Mapping[int, Record], words: Words, chosen: Cho
     ]
     for node in nodes[:_NODES]:
         number = f"{printable(node['bus'])}:{node['node']}" if len(whole["buses"]) > 1 else str(node["node"])
-        if node["incident"] in by_id:
+        states = [node["state_text"] or f"{node['state']}h"] if node["state"] is not None else []
+        states += [*node["drives"], *([f"EMCY {node['error']}h"] if node["error"] else [])]
+        state = ", ".join(states)
+        if node["incident"] in by_id and state:
+            parts.append(words("diagnose.node_state_in", node=number, state=state, number=node["incident"]))
+        elif node["incident"] in by_id:
             parts.append(words("diagnose.node_in", node=number, number=node["incident"]))
-        elif node["state"] is not None:
-            states = [node["state_text"] or f"{node['state']}h", *node["drives"]]
-            states += [f"EMCY {node['error']}h"] if node["error"] else []
-            parts.append(words("diagnose.node_state", node=number, state=", ".join(states)))
+        elif state:
+            parts.append(words("diagnose.node_state", node=number, state=state))
         else:
             parts.append(words("diagnose.node_heard", node=number))
     if len(nodes) > _NODES:

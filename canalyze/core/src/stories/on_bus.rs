@@ -294,9 +294,9 @@ impl OfBus {
                 self.drives.stays(data.node, scene!(self, ledger, bus, id, at));
             }
         }
+        self.rpdos.pdo(data, frame, scene!(self, ledger, bus, id, at));
         if !data.transmit {
             self.heard.control = at;
-            self.rpdos.pdo(data, frame, scene!(self, ledger, bus, id, at));
             let taken = data.state.is_none_or(|state| state == OPERATIONAL);
             self.nodes.controlled(data.node, taken, scene!(self, ledger, bus, id, at));
             return false;

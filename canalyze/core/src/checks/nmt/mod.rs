@@ -38,7 +38,8 @@ pub(super) const RESETS_NS: i64 = 1_000_000_000;
 const ACTIVATED_NS: i64 = 5_000_000_000;
 /// Boot-ups of one node-ID closer than this come from two nodes, in ns.
 const TWO_BOOT_UPS_NS: i64 = 20_000_000;
-/// A node that boots within this time after its last heartbeat did not lose its power, in ns.
+/// A node that boots within this time after its last heartbeat did not lose its power, in ns; or within the time after
+/// which heartbeats are missing.
 const RESTART_NS: i64 = 1_000_000_000;
 /// Maximum time of a boot-up after a reset, in ns: CiA 301 sets no limit, real nodes take well below 2 s.
 const BOOT_NS: i64 = 3_000_000_000;
@@ -555,10 +556,12 @@ fn spontaneous_boot((last, reports): (Option<FrameRef>, Reports), cx: &Context<'
         let gap = at.since(last).filter(|gap| *gap >= 0 && recording.teaches(cx.when));
         gap.is_some_and(|gap| gap.saturating_add(recording.resolution_ns()) < TWO_BOOT_UPS_NS)
     };
+    // Until then no heartbeat is reported as missing.
+    let unmissed_ns = RESTART_NS.max(reports.period_ns.unwrap_or(0).saturating_mul(13) / 4);
     match (last, reports.last.filter(|_| reports.count >= RUNNING)) {
         (Some(last), _) if together(last) => Some(Spontaneous::TwoBootUps { last }),
         (Some(last), _) => Some(Spontaneous::BootUp { last }),
-        (None, Some(last)) if within(last, RESTART_NS) => Some(Spontaneous::Restart { last }),
+        (None, Some(last)) if within(last, unmissed_ns) => Some(Spontaneous::Restart { last }),
         (None, _) => None,
     }
 }

@@ -1,4 +1,4 @@
-//! Frames to the RPDOs of nodes: such that stop while SYNC goes on, two senders of one RPDO, and frames that none takes.
+//! PDOs that come with SYNC and stop while it goes on, two senders of one RPDO, and frames that no RPDO takes.
 
 use std::collections::BTreeMap;
 
@@ -12,15 +12,18 @@ use crate::stories::scene::Scene;
 use crate::wire::error_control::OPERATIONAL;
 use crate::world::event::ProcessData;
 
-/// Number of SYNC cycles in a row with the RPDO after which it is expected in each, and without it after which it has
+/// Number of SYNC cycles in a row with the PDO after which it is expected in each, and without it after which it has
 /// stopped.
 const CYCLES: u32 = 20;
+/// Number of those with the data of the cycle before, or of cycles in all, from which it is not sent by changes.
+const UNCHANGED: u32 = 10;
+const MANY: u32 = 10 * CYCLES;
 /// Number of SYNC cycles in a row with two different frames, each as in the cycle before, that two senders make.
 const TWICE: u32 = 10;
 /// Number of frames that no RPDO takes beyond the change of a COB-ID.
 const FRAMES: u64 = 10;
 
-/// An RPDO that comes with SYNC.
+/// A PDO that comes with SYNC.
 #[derive(Clone, Debug)]
 struct Cyclic {
     node: u8,
@@ -29,8 +32,9 @@ struct Cyclic {
     frames: u32,
     now: [[u8; 8]; 2],
     before: [[u8; 8]; 2],
-    /// Number of cycles in a row with it, without it, and with two different ones.
+    /// Number of cycles in a row with it, with the same data, without it, and with two different ones.
     with: u32,
+    same: u32,
     without: u32,
     twice: u32,
     /// True once it has come in [`CYCLES`] cycles in a row, once in each.
@@ -50,17 +54,18 @@ struct Untaken {
 /// The frames to RPDOs of a bus.
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct Rpdos {
-    cyclic: BTreeMap<(u8, u16), Cyclic>,
+    /// By node, true for a TPDO, and number.
+    cyclic: BTreeMap<(u8, bool, u16), Cyclic>,
     untaken: BTreeMap<u32, Untaken>,
 }
 
 impl Rpdos {
-    /// Processes an RPDO.
+    /// Processes a PDO.
     pub(in crate::stories) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
         if scene.heard.sync_period_ns.is_none() {
             return;
         }
-        let key = (data.node, data.number);
+        let key = (data.node, data.transmit, data.number);
         let at = frame.reference();
         let one = self.cyclic.entry(key).or_insert_with(|| Cyclic {
             node: data.node,
@@ -69,6 +74,7 @@ impl Rpdos {
             now: Default::default(),
             before: Default::default(),
             with: 0,
+            same: 0,
             without: 0,
             twice: 0,
             expected: false,
@@ -87,19 +93,21 @@ impl Rpdos {
 
     /// Processes a SYNC, with which a cycle ends.
     pub(in crate::stories) fn sync(&mut self, scene: &mut Scene<'_>) {
-        for ((node, number), one) in &mut self.cyclic {
-            let subject = Subject { pdo: Some((false, *number)), ..Subject::node(*node) };
+        for ((node, transmit, number), one) in &mut self.cyclic {
+            let subject = Subject { pdo: Some((*transmit, *number)), ..Subject::node(*node) };
             let [first, second] = one.now;
             let two = one.frames == 2 && first != second;
             one.twice = if two && one.now == one.before { one.twice.saturating_add(1) } else { 0 };
             if one.frames > 0 {
+                one.same = one.same.saturating_add(u32::from(one.now == one.before));
                 (one.with, one.without, one.before) = (one.with.saturating_add(1), 0, one.now);
-                one.expected |= one.with >= CYCLES && one.frames == 1;
+                let cyclic = one.same >= UNCHANGED || one.with >= MANY;
+                one.expected |= one.with >= CYCLES && one.frames == 1 && cyclic;
             } else {
-                (one.with, one.without) = (0, one.without.saturating_add(1));
+                (one.with, one.same, one.without) = (0, 0, one.without.saturating_add(1));
             }
             one.frames = 0;
-            if one.expected && one.twice >= TWICE && one.shared.is_none() {
+            if one.expected && one.twice >= TWICE && one.shared.is_none() && !*transmit {
                 one.shared = scene.ledger.open(IncidentKind::SharedCobId, scene.id, subject, one.last, one.last);
                 if let Some(incident) = one.shared.and_then(|place| scene.ledger.get_mut(place)) {
                     incident.fact("alternates", Quantity::Count(2));
@@ -107,14 +115,18 @@ impl Rpdos {
             }
             let runs = scene.bus.state(one.node) == Some(OPERATIONAL);
             if one.expected && one.without == CYCLES && one.stopped.is_none() && runs {
-                one.stopped = scene.ledger.open(IncidentKind::RpdoStopped, scene.id, subject, one.last, scene.at);
+                let kind = if *transmit { IncidentKind::PdoMissing } else { IncidentKind::RpdoStopped };
+                let here = scene.heard.last(*node).is_some_and(|last| last.no > one.last.no);
+                if !*transmit || here && is_unknown(*node, *number, scene) {
+                    one.stopped = scene.ledger.open(kind, scene.id, subject, one.last, scene.at);
+                }
             }
         }
     }
 
     /// Processes the boot-up of a node, or a command that stops it: no RPDO is expected.
     pub(in crate::stories) fn stopped(&mut self, node: u8) {
-        self.cyclic.retain(|(of, _), one| (node != 0 && *of != node) || one.stopped.is_some());
+        self.cyclic.retain(|(of, ..), one| (node != 0 && *of != node) || one.stopped.is_some());
     }
 
     /// Processes a data frame that is no known PDO.
@@ -143,6 +155,13 @@ impl Rpdos {
             incident.fact("frames", Quantity::Count(one.count));
         }
     }
+}
+
+/// Returns true if the transmission type of a TPDO is not known; otherwise the checks judge its cycles.
+fn is_unknown(node: u8, number: u16, scene: &Scene<'_>) -> bool {
+    let pdos = scene.bus.node(node).map(|known| known.pdos()).unwrap_or_default();
+    let one = pdos.iter().find(|pdo| pdo.transmit && pdo.number == number);
+    one.is_none_or(|pdo| pdo.transmission.is_none())
 }
 
 /// Returns the CAN-ID that an RPDO has, as the capture shows, if it is not this one and no known RPDO has this one.

@@ -252,6 +252,10 @@ impl RuleIncidents {
         let at = scene.at;
         self.open.retain(|(place, ends)| {
             let Some(one) = scene.ledger.get_mut(*place) else { return false };
+            // Two devices with one node-ID are there whatever comes.
+            if one.kind == IncidentKind::DuplicateNodeId {
+                return false;
+            }
             if sign.ends == Ends::Heard && *ends == Ends::Answered && one.subject.node == sign.node {
                 one.fact("heard_meanwhile", Quantity::Count(1));
             }
