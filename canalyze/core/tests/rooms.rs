@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 59_670;
+const WHOLE: usize = 59_680;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
@@ -22,7 +22,7 @@ const BUDGETS: &[(&str, usize)] = &[
     ("sdo", 4_530),
     ("session", 2_780),
     ("settings", 1_300),
-    ("stories", 6_060),
+    ("stories", 6_080),
     ("tables", 6_100),
     ("views", 7_860),
     ("wire", 2_550),

@@ -93,7 +93,7 @@ kinds! {
     NodeRestarted "node-restarted" A "节点自行重启" "node restarted by itself";
     RestartLoop "restart-loop" A "节点反复重启" "node restarts repeatedly";
     MuteAfterBoot "mute-after-boot-up" B "启动后再无报文" "nothing heard after a boot-up";
-    ResetAgain "reset-again-and-again" B "节点被反复复位" "node reset by command again and again";
+    ResetAgain "reset-again-and-again" B "节点被反复复位" "node repeatedly reset by command";
     AnotherDevice "another-device" B "该节点ID上是另一个设备" "another device at the node-ID";
     NoBootUp "no-boot-up" B "复位后没有启动报文" "no boot-up after a reset";
     NotStarted "not-started" B "节点没有被主站启动" "node never started by the master";
