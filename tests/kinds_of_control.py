@@ -1,6 +1,6 @@
 """Kinds of incident about what a controller sends, and who answers it: each with a fault and without it.
 
-What it must not do: ask what is told of it.
+What it must not do: know what the program says of it.
 """
 
 from __future__ import annotations

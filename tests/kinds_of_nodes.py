@@ -116,7 +116,7 @@ def restarts(count: int, faulty: bool) -> Frames:
 
 
 def restart_loop(faulty: bool) -> Frames:
-    """Four boot-ups, one a second, of which nobody takes notice; or as many by command, and it is started each time."""
+    """Four boot-ups, one a second, that nobody notices; or as many by command, and it is started each time."""
     net = beats(started(4, NODE), {4: 7})
     beats(net, {NODE: 1}).wait(1.1)
     for _ in range(4):

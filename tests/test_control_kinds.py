@@ -1,4 +1,4 @@
-"""What a controller sends in vain and who answers it: each problem over magnitudes, and beside it what is none.
+"""Problems of a controller and of the nodes that answer it: each over magnitudes, and beside it what is none.
 
 What it must not do: hold how a report is laid out.
 """
@@ -103,6 +103,31 @@ def test_a_monitored_node_that_is_not_there(heard: bool, status: list[str]) -> N
     lines = [(0, "705#00"), (0.01, "704#00"), *written(0.1, 5, 0x1016, 1, 9 << 16 | 1000), (0.5, "000#0100")]
     lines += [*beats(5, 5, 0.6, 12), *beats(4, 5, 0.62, 12), *(beats(9, 5, 0.3, 12) if heard else [])]
     assert [one for one, kind in kinds(told(log(lines))) if kind == "watched-node-absent"] == status
+
+
+def test_a_monitored_node_is_missed_also_while_its_consumer_is_written_to() -> None:
+    lines = [(0.0, "705#00"), (0.01, "704#00"), *written(0.1, 5, 0x1016, 1, 9 << 16 | 1000), (0.5, "000#0100")]
+    lines += [*beats(5, 5, 0.6, 12), *beats(4, 5, 0.62, 12)]
+    lines += [line for second in range(1, 12) for line in written(second + 0.03, 5, 0x2000, 0, second)]
+    assert kinds(told(log(lines))) == [("stands", "watched-node-absent")]
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_frames_that_an_rpdo_takes_again(back: bool) -> None:
+    """RPDO1 has another COB-ID for some time, or for good."""
+    lines = [(0.0, "705#00"), *written(0.1, 5, 0x1400, 1, 0x80000205), *written(0.15, 5, 0x1400, 1, 0x305)]
+    lines += [(0.5, "000#0105"), *beats(5, 5, 0.6, 12), *cyclic("205#0F00", 1, 11, 0.1)]
+    lines += [*written(6, 5, 0x1400, 1, 0x80000305), *written(6.01, 5, 0x1400, 1, 0x205)] if back else []
+    assert kinds(told(log(lines))) == [("over" if back else "stands", "frames-not-taken")]
+
+
+def test_stamps_far_apart_are_no_problem_of_arithmetic() -> None:
+    """Heartbeats centuries apart, and one before the other."""
+    for first, second in ((0, 9_000_000_000), (9_000_000_000, 0)):
+        text = (
+            f"({first}.0) can0 705#05\n({second}.0) can0 705#05\n({second}.1) can0 705#00\n({second}.2) can0 704#05\n"
+        )
+        assert isinstance(told(text.encode()), list)
 
 
 @pytest.mark.parametrize(("times", "heard", "absent"), [(1, False, False), (2, False, True), (2, True, False)])

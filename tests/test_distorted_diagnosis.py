@@ -28,7 +28,7 @@ REPORTED = ("EMC007", "DRV005", "CAP")
 
 
 def problems(text: bytes, form: str = "log") -> list[Row]:
-    """What is told as a problem of the bus, harmless ones apart."""
+    """Returns the problems of a capture that are not harmless."""
     output = session_output([text], name=f"capture.{form}", output_format="diagnosis", lang="en")
     rows: list[Row] = [json.loads(line) for line in output.decode().splitlines()]
     return [row for row in rows if row["kind"] == "incident" and row["status"] != "harmless"]

@@ -89,3 +89,13 @@ def test_corrected_stamps_are_not_printed() -> None:
     output = session_output([log_text(listed)], output_format="text", lang="en").decode()
     stamps = [line.split()[0] for line in output.splitlines() if line.startswith("(")]
     assert stamps == [line.split()[0] for line in log_text(listed).decode().splitlines()]
+
+
+def test_the_diagnosis_shows_stamps_of_the_capture() -> None:
+    session = sessions()["transfers"]
+    for apart_us in (-2000, -9000):
+        listed = of_two_clocks(session, apart_us, merged=True)
+        rows = session_output([log_text(listed)], output_format="diagnosis", lang="en").decode().splitlines()
+        stamps = {f"{frame.t_us / 1e6:.6f}" for frame in listed}
+        shown = [row["begin"]["t"] for row in map(json.loads, rows) if row["kind"] == "incident"]
+        assert shown and stamps.issuperset(shown)

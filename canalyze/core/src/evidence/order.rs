@@ -274,7 +274,7 @@ impl<T> Waiting<T> {
         late
     }
 
-    /// Learns by how much the clock of the host is off, and takes the waiting frames anew with corrected stamps. Returns
+    /// Learns by how much the clock of the host is off, and takes the waiting frames again with corrected stamps. Returns
     /// true if it was learnt.
     fn learn(&mut self) -> bool {
         let frames = self.frames.iter().map(|(_, frame, _)| frame);

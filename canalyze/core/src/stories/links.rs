@@ -8,7 +8,6 @@ use super::incident::{Grade, Incident, Link, Status, bit};
 use super::kinds::IncidentKind;
 use super::ledger::{Ledger, LedgerPlace};
 use crate::bytes::frame::BusId;
-use crate::rules::finding::Code;
 
 /// Links a new incident with earlier ones, and incidents of the last seconds with it.
 pub(super) fn link(ledger: &mut Ledger, place: LedgerPlace, bus: BusId) {
@@ -73,8 +72,6 @@ fn touches(cause: &Incident, effect: &Incident) -> bool {
 /// Number of nodes requested in vain in a row from which it is a scan, and maximum time between two of them in ns.
 const SCANNED: usize = 8;
 const SCAN_NS: i64 = 3_000_000_000;
-/// Maximum number of times of an incident that lost frames explain.
-const LOST: u64 = 3;
 /// Maximum distance of consequences of one cause and kind that are one incident, in ns.
 const TOGETHER_NS: i64 = 100_000_000;
 
@@ -171,7 +168,6 @@ pub(super) fn settle(ledger: &mut Ledger) {
             one.status = Status::Over;
         }
     }
-    explained_by_losses(ledger);
     // A consequence may precede its cause in the list, so this repeats for each link in a chain.
     let mut changed = true;
     while changed {
@@ -195,36 +191,6 @@ pub(super) fn settle(ledger: &mut Ledger) {
         let is_told = |link: &Link| told.get((link.cause.0 as usize).wrapping_sub(1)).copied().unwrap_or(false);
         one.cause = one.cause.filter(is_told);
         one.possible.retain(is_told);
-    }
-}
-
-/// Links what single lost frames explain with the incident that tells of them: steps of SDO transfers and guarding,
-/// heartbeats and PDOs that are missing once or twice, and were there again.
-fn explained_by_losses(ledger: &mut Ledger) {
-    use IncidentKind::{
-        DamagedTransfer, GuardingUnanswered, HeartbeatIrregular, LateAnswer, LssUnanswered, PdoMissing,
-        RequestUnanswered, SyncIrregular, WireError,
-    };
-    let loses = |one: &&Incident| one.findings.iter().any(|cited| cited.code == Code::Cap009);
-    let recordings: Vec<_> = ledger.told().filter(loses).map(|one| (one.bus, one.id)).collect();
-    for (bus, cause) in recordings {
-        for one in ledger.all.iter_mut().filter(|one| one.bus == bus && one.cause.is_none()) {
-            let single = matches!(
-                one.kind,
-                DamagedTransfer
-                    | GuardingUnanswered
-                    | HeartbeatIrregular
-                    | LateAnswer
-                    | LssUnanswered
-                    | PdoMissing
-                    | RequestUnanswered
-                    | SyncIrregular
-                    | WireError
-            );
-            if single && one.status == Status::Over && one.repeats.count <= LOST {
-                one.link(Link { cause, rule: 26, grade: Grade::Likely, delay_ns: None, far_ns: 0 });
-            }
-        }
     }
 }
 

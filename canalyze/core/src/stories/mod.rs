@@ -109,14 +109,15 @@ impl Diagnosis {
     /// Processes a frame with its events.
     pub fn frame(&mut self, frame: &Frame, events: &[Event], bus: &Bus) {
         self.frames += 1;
-        self.first.get_or_insert(frame.reference());
+        self.first.get_or_insert(frame.reference().listed());
         self.last = frame.reference();
+        let listed_ns = self.last.listed().t_ns;
         let index = usize::from(frame.bus.0);
         if self.buses.len() <= index {
             self.buses.resize_with(index + 1, || OfBus::new(self.bit_rate));
-            self.began_ns = [self.began_ns, frame.t_ns].into_iter().flatten().min();
+            self.began_ns = [self.began_ns, listed_ns].into_iter().flatten().min();
         }
-        self.latest_ns = self.latest_ns.max(frame.t_ns);
+        self.latest_ns = self.latest_ns.max(listed_ns);
         let Self { ledger, buses, .. } = self;
         if let Some(of_bus) = buses.get_mut(index) {
             of_bus.frame(frame, events, bus, ledger);

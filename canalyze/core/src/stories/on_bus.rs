@@ -22,7 +22,7 @@ use super::trackers::load::LoadIncident;
 use super::trackers::masters::Masters;
 use super::trackers::motion::Motions;
 use super::trackers::nodes::NodeIncidents;
-use super::trackers::rpdos::Rpdos;
+use super::trackers::pdos::Pdos;
 use super::trackers::rules::{RuleIncidents, Sign};
 use crate::bytes::frame::{self, BusId, Frame, FrameRef};
 use crate::checks::pdo::length::fits;
@@ -68,7 +68,7 @@ pub(super) struct OfBus {
     heartbeats: MissingHeartbeats,
     identities: Identities,
     in_vain: InVain,
-    rpdos: Rpdos,
+    pdos: Pdos,
     found: RuleIncidents,
     /// Number of frames of the bus.
     frames: u64,
@@ -124,7 +124,7 @@ impl OfBus {
             self.load.frame(frame, node, scene!(self, ledger, bus, id, at));
             self.identities.frame(frame);
             if !events.iter().any(|event| matches!(event.what, What::Pdo(_))) {
-                self.rpdos.unknown(frame, scene!(self, ledger, bus, id, at));
+                self.pdos.unknown(frame, scene!(self, ledger, bus, id, at));
             }
         }
         // A node whose frame is overdue was silent until then.
@@ -294,7 +294,7 @@ impl OfBus {
                 self.drives.stays(data.node, scene!(self, ledger, bus, id, at));
             }
         }
-        self.rpdos.pdo(data, frame, scene!(self, ledger, bus, id, at));
+        self.pdos.pdo(data, frame, scene!(self, ledger, bus, id, at));
         if !data.transmit {
             self.heard.control = at;
             let taken = data.state.is_none_or(|state| state == OPERATIONAL);
@@ -391,7 +391,7 @@ impl OfBus {
                 self.heartbeats.booted(node, scene!(self, ledger, bus, id, at));
                 self.identities.booted(node);
                 self.in_vain.booted(node, scene!(self, ledger, bus, id, at));
-                self.rpdos.stopped(node);
+                self.pdos.stopped(node);
                 self.load.booted(node, scene!(self, ledger, bus, id, at));
                 self.configurations.heard(node, true, scene!(self, ledger, bus, id, at));
                 self.configurations.booted(node, scene!(self, ledger, bus, id, at));
@@ -454,7 +454,7 @@ impl OfBus {
                     self.in_vain.commanded(command, node, before & bit(node) != 0, scene!(self, ledger, bus, id, at));
                 }
                 if command != 0x01 {
-                    self.rpdos.stopped(node);
+                    self.pdos.stopped(node);
                 }
                 if command == 0x01 {
                     self.boots.started(meant);
@@ -470,7 +470,7 @@ impl OfBus {
                 self.heard.sync_period_ns =
                     gap.filter(|gap| (1..LONGEST_SYNC_NS).contains(gap)).or(self.heard.sync_period_ns);
                 (self.heard.sync, self.heard.control) = (at, at);
-                self.rpdos.sync(scene!(self, ledger, bus, id, at));
+                self.pdos.sync(scene!(self, ledger, bus, id, at));
                 if !self.found.is_empty() {
                     let sign = Sign::of(Ends::Sync, None);
                     self.found.sign(sign, scene!(self, ledger, bus, id, at));

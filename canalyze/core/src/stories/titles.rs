@@ -8,7 +8,7 @@ use crate::rules::finding::Quantity;
 
 /// Returns the line; `None` if the words of the kind suffice. `began_ns`: the first stamp of the capture.
 pub fn of(one: &Incident, began_ns: Option<i64>) -> Option<Measured> {
-    let at = one.begin.t_ns.zip(began_ns).map_or(0, |(at, began)| at.saturating_sub(began));
+    let at = one.begin.listed().t_ns.zip(began_ns).map_or(0, |(at, began)| at.saturating_sub(began));
     let get = |name: &str| one.get(name);
     let ns = |name: &str| match get(name) {
         Some(Quantity::Ns(ns)) => Some(ns),

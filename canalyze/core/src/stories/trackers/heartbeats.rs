@@ -8,14 +8,15 @@ use std::collections::BTreeMap;
 use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
-use crate::stories::incident::{Incident, StepRole, Subject, members};
+use crate::stories::incident::{Incident, StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
 use crate::stories::scene::Scene;
 use crate::stories::status::is_harmless;
 
-/// Producer heartbeat time (CiA 301, 7.5.2.19).
+/// Consumer and producer heartbeat time (CiA 301, 7.5.2.18, 7.5.2.19).
+const CONSUMER_TIME: u16 = 0x1016;
 const PRODUCER_TIME: u16 = 0x1017;
 /// Number of periods without any frame of a node behind its boot-up, and minimum time in ns, from which it is mute.
 const MUTE_PERIODS: i64 = 10;
@@ -27,6 +28,8 @@ const CONSUMER_TIMES: i64 = 3;
 #[derive(Clone, Debug, Default)]
 pub(in crate::stories) struct MissingHeartbeats {
     off: BTreeMap<u8, LedgerPlace>,
+    /// The last transfer of a consumer heartbeat time with each node.
+    consumers: BTreeMap<u8, FrameRef>,
     /// The last time between two heartbeats of a node, in ns.
     periods: BTreeMap<u8, i64>,
     /// The boot-up of each node that sent heartbeats before it, and their period in ns.
@@ -37,8 +40,12 @@ impl MissingHeartbeats {
     /// Processes the end of an SDO transfer.
     pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let node = transfer.node;
+        let index = transfer.mux.map(|mux| mux.index);
+        if index == Some(CONSUMER_TIME) && transfer.outcome.status == Status::Ok {
+            self.consumers.insert(node, transfer.first);
+        }
         let written = transfer.direction == Direction::Download && transfer.outcome.status == Status::Ok;
-        if !written || transfer.mux.is_none_or(|mux| mux.index != PRODUCER_TIME) {
+        if !written || index != Some(PRODUCER_TIME) {
             return;
         }
         if transfer.data.kept.iter().any(|byte| *byte != 0) {
@@ -67,7 +74,7 @@ impl MissingHeartbeats {
 
     /// Processes a heartbeat, before it is recorded as the last one.
     pub(in crate::stories) fn beat(&mut self, node: u8, scene: &mut Scene<'_>) {
-        if let Some(period) = scene.at.since(scene.heard.last_heartbeat(node)) {
+        if let Some(period) = scene.at.since(scene.heard.last_heartbeat(node)).filter(|period| *period > 0) {
             self.periods.insert(node, period);
         }
     }
@@ -86,7 +93,8 @@ impl MissingHeartbeats {
     pub(in crate::stories) fn finish(&mut self, scene: &mut Scene<'_>) {
         for (node, (boot_up, period)) in std::mem::take(&mut self.booted) {
             let silent = scene.heard.last(node) == Some(boot_up);
-            let long = scene.at.since(boot_up).is_some_and(|since| since >= MUTE_NS.max(period * MUTE_PERIODS));
+            let long =
+                scene.at.since(boot_up).is_some_and(|since| since >= MUTE_NS.max(period.saturating_mul(MUTE_PERIODS)));
             let told = scene
                 .ledger
                 .all
@@ -104,16 +112,18 @@ impl MissingHeartbeats {
         if scene.heard.known.count_ones() < 2 {
             return;
         }
-        for node in members(scene.heard.known) {
+        for (node, first) in std::mem::take(&mut self.consumers) {
             for (watched, limit, _) in scene.watched(node) {
-                let first = scene.heard.written(node).filter(|_| scene.heard.last(watched).is_none());
+                let absent = scene.heard.last(watched).is_none();
                 let long =
-                    first.and_then(|first| scene.at.since(first)).is_some_and(|since| since > limit * CONSUMER_TIMES);
+                    absent && scene.at.since(first).is_some_and(|since| since > limit.saturating_mul(CONSUMER_TIMES));
                 let told = scene.ledger.all.iter().any(|one| {
                     is_of(one, scene, node)
                         && matches!(one.kind, IncidentKind::WatchedAbsent | IncidentKind::HeartbeatConsumerError)
                 });
-                let (Some(first), true, false) = (first, long, told) else { continue };
+                if !long || told {
+                    continue;
+                }
                 let kind = IncidentKind::WatchedAbsent;
                 let place = scene.ledger.open(kind, scene.id, Subject::node(node), first, first);
                 if let Some(one) = place.and_then(|place| scene.ledger.get_mut(place)) {

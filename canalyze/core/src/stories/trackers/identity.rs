@@ -1,4 +1,4 @@
-//! Who answers at a node-ID: another device than before, and responses with another CAN-ID than the server's.
+//! The devices behind a node-ID: another one than before, two at once, and responses with another CAN-ID than the server's.
 
 use std::collections::BTreeMap;
 
@@ -54,8 +54,13 @@ impl Identities {
     /// Processes the end of an SDO transfer.
     pub(in crate::stories) fn transfer(&mut self, transfer: &Transfer, scene: &mut Scene<'_>) {
         let read = transfer.direction == Direction::Upload && transfer.outcome.status == Status::Ok;
-        let Some(mux) = transfer.mux.filter(|mux| read && mux.index == IDENTITY && mux.sub > 0) else { return };
+        let Some(mux) = transfer.mux.filter(|mux| read && mux.index == IDENTITY && matches!(mux.sub, 1..=4)) else {
+            return;
+        };
         let (node, value) = (transfer.node, transfer.data.kept.clone());
+        if value.len() != 4 {
+            return;
+        }
         let boots = self.boots.get(&node).copied().unwrap_or(0);
         let Some((before, then)) = self.known.insert((node, mux.sub), (value.clone(), boots)) else { return };
         if before == value || then == boots {

@@ -9,7 +9,7 @@ use crate::bytes::frame::FrameRef;
 use crate::rules::finding::Quantity;
 use crate::sdo::transfer::{Direction, Status, Transfer};
 use crate::sdo::wire::{Mux, Side};
-use crate::stories::incident::{StepRole, Subject};
+use crate::stories::incident::{Incident, StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
 use crate::stories::ledger::LedgerPlace;
 use crate::stories::sayings::Saying;
@@ -53,7 +53,6 @@ impl Tries {
         if let Some(one) = self.place.and_then(|place| scene.ledger.get_mut(place)) {
             one.repeats.count = self.count;
             one.repeats.since = at;
-            one.fact("times", Quantity::Count(self.count));
         }
     }
 }
@@ -139,9 +138,7 @@ impl InVain {
             return;
         }
         for (node, tries) in std::mem::take(&mut self.commands) {
-            let absent = |one: &crate::stories::incident::Incident| {
-                one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node)
-            };
+            let absent = |one: &Incident| one.kind == IncidentKind::NodeAbsent && one.subject.node == Some(node);
             if tries.count < COMMANDS
                 || scene.heard.last(node).is_some()
                 || scene.ledger.last(scene.id, absent).is_some()

@@ -15,7 +15,7 @@ pub(super) mod load;
 pub(super) mod masters;
 pub(super) mod motion;
 pub(super) mod nodes;
-pub(super) mod rpdos;
+pub(super) mod pdos;
 pub(super) mod rules;
 
 /// Maximum time after its end in which a problem that recurs is the same, in ns.

@@ -65,20 +65,20 @@ table! {
         /// frame of its first sign
         /// 第一个迹象所在的帧
         begin_frame: U64 = of.one.begin.listed().no;
-        t: Moment or null = of.one.begin.t_ns;
+        t: Moment or null = of.one.begin.listed().t_ns;
         cycle: U64 = of.cycle(of.one.begin.listed().no);
         /// frame from which it could be known
         /// 能够判定时的帧
         noticed_frame: U64 = of.one.noticed.listed().no;
         /// time from which it could be known
         /// 能够判定的时刻
-        noticed_t: Moment or null = of.one.noticed.t_ns;
+        noticed_t: Moment or null = of.one.noticed.listed().t_ns;
         /// frame of its end; empty while it stands
         /// 结束时的帧；仍存在时为空
         end_frame: U64 or null = of.one.end.map(|end| end.listed().no);
         /// time of its end
         /// 结束时刻
-        end_t: Moment or null = of.one.end.and_then(|end| end.t_ns);
+        end_t: Moment or null = of.one.end.and_then(|end| end.listed().t_ns);
         /// SYNC cycle of its end
         /// 结束时的同步周期
         end_cycle: U64 or null = of.one.end.map(|end| of.cycle(end.listed().no));

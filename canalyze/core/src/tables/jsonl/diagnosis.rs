@@ -69,7 +69,10 @@ fn incident<'a>(
 ) -> Obj<impl Values> {
     let (_, first, _) = diagnosis.extent();
     let ledger = diagnosis.ledger();
-    let place = move |at: FrameRef| obj! { "frame": at.listed().no, "t": time(at.t_ns, setting.decimals) };
+    let place = move |at: FrameRef| {
+        let at = at.listed();
+        obj! { "frame": at.no, "t": time(at.t_ns, setting.decimals) }
+    };
     let subject = &one.subject;
     let several = subject.node.is_none() || subject.nodes.count_ones() > 1;
     let is_effect = |other: &&Incident| !is_root(other) && other.cause.is_some_and(|link| link.cause == one.id);

@@ -75,7 +75,7 @@ fn story<'a>(setting: DiffSetting<'a>, one: &'a StoryDifference) -> Option<impl 
 fn incident<'a>(setting: DiffSetting<'a>, digest: &'a Digest, one: &'a Incident) -> impl WriteJson {
     obj! {
         "bus": named(digest.buses.name(one.bus)),
-        "id": one.number, "frame": one.begin.listed().no, "t": time(one.begin.t_ns, digest.decimals),
+        "id": one.number, "frame": one.begin.listed().no, "t": time(one.begin.listed().t_ns, digest.decimals),
         "end_frame": one.end.map(|end| end.listed().no),
         "status": one.status.name(),
         "duration_ns": lasted_ns(one).and_then(|ns| u64::try_from(ns).ok()),

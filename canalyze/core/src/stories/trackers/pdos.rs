@@ -20,13 +20,14 @@ const UNCHANGED: u32 = 10;
 const MANY: u32 = 10 * CYCLES;
 /// Number of SYNC cycles in a row with two different frames, each as in the cycle before, that two senders make.
 const TWICE: u32 = 10;
+/// Maximum number of PDOs that are followed.
+const KEPT: usize = 512;
 /// Number of frames that no RPDO takes beyond the change of a COB-ID.
 const FRAMES: u64 = 10;
 
 /// A PDO that comes with SYNC.
 #[derive(Clone, Debug)]
 struct Cyclic {
-    node: u8,
     last: FrameRef,
     /// Frames of this cycle, the first two of them, and those of the cycle before.
     frames: u32,
@@ -51,24 +52,29 @@ struct Untaken {
     place: Option<LedgerPlace>,
 }
 
-/// The frames to RPDOs of a bus.
+/// The PDOs of a bus.
 #[derive(Clone, Debug, Default)]
-pub(in crate::stories) struct Rpdos {
+pub(in crate::stories) struct Pdos {
     /// By node, true for a TPDO, and number.
     cyclic: BTreeMap<(u8, bool, u16), Cyclic>,
     untaken: BTreeMap<u32, Untaken>,
 }
 
-impl Rpdos {
+impl Pdos {
     /// Processes a PDO.
     pub(in crate::stories) fn pdo(&mut self, data: &ProcessData, frame: &Frame, scene: &mut Scene<'_>) {
+        let at = frame.reference();
+        if !self.untaken.is_empty() && !data.transmit {
+            self.taken(frame.id, at, scene);
+        }
         if scene.heard.sync_period_ns.is_none() {
             return;
         }
         let key = (data.node, data.transmit, data.number);
-        let at = frame.reference();
+        if self.cyclic.len() >= KEPT && !self.cyclic.contains_key(&key) {
+            return;
+        }
         let one = self.cyclic.entry(key).or_insert_with(|| Cyclic {
-            node: data.node,
             last: at,
             frames: 0,
             now: Default::default(),
@@ -113,7 +119,7 @@ impl Rpdos {
                     incident.fact("alternates", Quantity::Count(2));
                 }
             }
-            let runs = scene.bus.state(one.node) == Some(OPERATIONAL);
+            let runs = scene.bus.state(*node) == Some(OPERATIONAL);
             if one.expected && one.without == CYCLES && one.stopped.is_none() && runs {
                 let kind = if *transmit { IncidentKind::PdoMissing } else { IncidentKind::RpdoStopped };
                 let here = scene.heard.last(*node).is_some_and(|last| last.no > one.last.no);
@@ -129,6 +135,15 @@ impl Rpdos {
         self.cyclic.retain(|(of, ..), one| (node != 0 && *of != node) || one.stopped.is_some());
     }
 
+    /// Processes a frame that an RPDO takes again.
+    fn taken(&mut self, id: CanId, at: FrameRef, scene: &mut Scene<'_>) {
+        let place = self.untaken.remove(&id.raw()).and_then(|one| one.place);
+        if let Some(incident) = place.and_then(|place| scene.ledger.get_mut(place)) {
+            incident.step(at, StepRole::Recovery, Saying::PdoAgain, None);
+            incident.ends(at);
+        }
+    }
+
     /// Processes a data frame that is no known PDO.
     #[inline]
     pub(in crate::stories) fn unknown(&mut self, frame: &Frame, scene: &mut Scene<'_>) {
@@ -138,20 +153,28 @@ impl Rpdos {
             _ => return,
         };
         let node = id as u8 & 0x7F;
-        let Some(taken) = rpdo_of(node, number, frame.id, scene) else {
+        let at = frame.reference();
+        if let Some(one) = self.untaken.get_mut(&id).filter(|one| one.place.is_some()) {
+            one.count = one.count.saturating_add(1);
+            if let Some(incident) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
+                incident.fact("frames", Quantity::Count(one.count));
+            }
+            return;
+        }
+        let Some(other) = rpdo_of(node, number, frame.id, scene) else {
             self.untaken.remove(&id);
             return;
         };
-        let at = frame.reference();
         let one = self.untaken.entry(id).or_insert(Untaken { first: at, count: 0, place: None });
         one.count = one.count.saturating_add(1);
-        if one.count == FRAMES {
-            let subject = Subject { pdo: Some((false, number)), ..Subject::node(node) };
-            one.place = scene.ledger.open(IncidentKind::NotTaken, scene.id, subject, one.first, at);
+        if one.count < FRAMES {
+            return;
         }
+        let subject = Subject { pdo: Some((false, number)), ..Subject::node(node) };
+        one.place = scene.ledger.open(IncidentKind::NotTaken, scene.id, subject, one.first, at);
         if let Some(incident) = one.place.and_then(|place| scene.ledger.get_mut(place)) {
             incident.fact("id", Quantity::Id(frame.id));
-            incident.fact("other", Quantity::Id(taken));
+            incident.fact("other", Quantity::Id(other));
             incident.fact("frames", Quantity::Count(one.count));
         }
     }
