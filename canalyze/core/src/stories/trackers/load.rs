@@ -5,6 +5,7 @@
 //! lower bound. Bits are estimated (`summary` counts exactly). SDO is not judged, since block transfers fill a bus by design.
 
 use crate::bytes::frame::{Frame, FrameRef};
+use crate::evidence::period::recent::UsualGap;
 use crate::rules::finding::Quantity;
 use crate::stories::incident::{Grade, StepRole, Subject};
 use crate::stories::kinds::IncidentKind;
@@ -23,8 +24,6 @@ const OVERLOAD: i64 = 80;
 const RELIEVED: i64 = 60;
 /// Number of consecutive windows that begin or end an overload.
 const WINDOWS: u32 = 3;
-/// Number of gaps that show the period of an identifier.
-const TAUGHT: u32 = 8;
 /// Minimum ratio of a flood's rate to the rate before, ...
 const TIMES: i64 = 5;
 /// ... its minimum number of frames, minimum duration in ns, and maximum mean gap in ns.
@@ -35,10 +34,6 @@ const RUN_GAP_NS: i64 = 10_000_000;
 const DRY_NS: i64 = 500_000_000;
 /// Maximum time from a write or command to traffic that it caused, in ns, which is no flood.
 const ASKED_NS: i64 = 1_000_000_000;
-/// Ratio to the usual gap from which on a gap is a pause.
-const PAUSE: i64 = 3;
-/// Even traffic deviates by less than this part of its period.
-const EVEN: i64 = 8;
 /// Number of frames after a repeated start that show the new period of a PDO.
 const AFTER_START: u32 = 12;
 /// The bit rates of CANopen (CiA 301, table 1), in kbit/s.
@@ -51,11 +46,7 @@ const FEW: u64 = 4;
 #[derive(Clone, Copy, Debug, Default)]
 struct Stream {
     last: FrameRef,
-    /// Mean gap in ns, and the number of gaps.
-    gap_ns: i64,
-    /// Mean deviation of gaps from it, in ns.
-    off_ns: i64,
-    gaps: u32,
+    usual: UsualGap,
     /// Number of frames in a run of a far higher rate, and its beginning.
     run: u32,
     since: FrameRef,
@@ -169,18 +160,8 @@ impl LoadIncident {
             }
         }
         let Some(one) = self.streams.get_mut(identifier) else { return };
-        if one.gaps < TAUGHT || gap.saturating_mul(TIMES) > one.gap_ns {
-            // A pause is not evidence for the usual gap; the first gap may have been one.
-            if one.gaps > 0 && one.gaps < TAUGHT && gap.saturating_mul(PAUSE) < one.gap_ns {
-                one.gaps = 0;
-            }
-            if one.gaps == 0 || gap < one.gap_ns.saturating_mul(PAUSE) {
-                let mean = if one.gaps == 0 { gap } else { one.gap_ns };
-                one.gap_ns = mean.saturating_add(gap.saturating_sub(mean) / 8);
-                let off = gap.saturating_sub(one.gap_ns).saturating_abs();
-                one.off_ns = one.off_ns.saturating_add(off.saturating_sub(one.off_ns) / 8);
-                one.gaps = one.gaps.saturating_add(1);
-            }
+        if !one.usual.is_known() || gap.saturating_mul(TIMES) > one.usual.ns {
+            one.usual.learn(gap);
             one.run = 0;
             if let Some(place) = one.flood.take() {
                 over(place, last, scene);
@@ -204,12 +185,12 @@ impl LoadIncident {
         self.flooded += 1;
         one.flood = scene.ledger.open(IncidentKind::Flood, scene.id, Subject::of(node), one.since, at);
         if let Some(flood) = one.flood.and_then(|place| scene.ledger.get_mut(place)) {
-            flood.fact("period", Quantity::Ns(one.gap_ns));
+            flood.fact("period", Quantity::Ns(one.usual.ns));
             flood.fact("gap", Quantity::Ns(lasts / i64::from(one.run)));
             flood.step(
                 one.since,
                 StepRole::Sign,
-                Saying::Floods { gap: lasts / i64::from(one.run), period: one.gap_ns },
+                Saying::Floods { gap: lasts / i64::from(one.run), period: one.usual.ns },
                 None,
             );
         }
@@ -219,7 +200,7 @@ impl LoadIncident {
     fn dry(&mut self, at: FrameRef, scene: &mut Scene<'_>) {
         for one in self.streams.iter_mut().filter(|one| one.flood.is_some()) {
             let rest = at.since(one.last).unwrap_or(0);
-            if rest > one.gap_ns.max(DRY_NS)
+            if rest > one.usual.ns.max(DRY_NS)
                 && let Some(place) = one.flood.take()
             {
                 one.run = 0;
@@ -307,8 +288,8 @@ impl LoadIncident {
     pub(in crate::stories) fn started_again(&mut self, node: u8, bus: &Bus) {
         for (identifier, one) in self.streams.iter_mut().enumerate() {
             let of_node = matches!(bus.carries(identifier as u16), Carries::Tpdo { node: other, .. } if other == node);
-            if of_node && one.gaps >= TAUGHT && one.off_ns.saturating_mul(EVEN) < one.gap_ns {
-                one.started = Some((one.gap_ns, FrameRef::default(), 0));
+            if of_node && one.usual.is_even() {
+                one.started = Some((one.usual.ns, FrameRef::default(), 0));
             }
         }
     }

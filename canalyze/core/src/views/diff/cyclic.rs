@@ -9,15 +9,10 @@ use super::alignment::Alignment;
 use super::difference::{CaptureSide, DifferenceKind, Shows};
 use super::digest::{CapturePlace, CyclicStream, Service, Version, alike};
 use super::found::Found;
+use crate::evidence::period::pace::Pace;
 
-/// Minimum number of intervals of a period.
-const PACE: usize = 4;
 /// Minimum number of intervals to estimate their variation.
 const JITTER: usize = 50;
-/// Percentiles of the intervals between which their variation is measured, since the capturing machine may delay a few
-/// frames.
-const LEAST: usize = 5;
-const MOST: usize = 95;
 /// Delay of frames by a machine, in ns: a smaller variation does not describe a node.
 const DELAYED_NS: i64 = 1_000_000;
 
@@ -49,11 +44,11 @@ impl StreamPair<'_> {
         if self.alignment.by_time
             && let [Some(mine), Some(others)] = &paces
         {
-            if mine.parts(others, tolerance, self.alignment) {
+            if parts(mine, others, tolerance, self.alignment) {
                 let shown = [mine.median_ns, others.median_ns];
                 return self.say(DifferenceKind::Period(self.service), shown, [mine, others], found);
             }
-            if mine.varies(others, tolerance, self.alignment) {
+            if varies(mine, others, tolerance, self.alignment) {
                 let shown = [mine.spread_ns, others.spread_ns];
                 return self.say(DifferenceKind::Jitter(self.service), shown, [mine, others], found);
             }
@@ -285,50 +280,22 @@ fn first_apart<'a, K>(
     None
 }
 
-/// The timing of a stream.
-#[derive(Clone, Debug)]
-struct Pace {
-    median_ns: i64,
-    /// The variation of intervals, without the extreme ones.
-    spread_ns: i64,
-    /// It keeps its period.
-    regular: bool,
-    intervals: usize,
+/// Returns true if two periods differ.
+fn parts(one: &Pace, other: &Pace, tolerance: f64, alignment: &Alignment) -> bool {
+    let allowed = (tolerance * one.median_ns.min(other.median_ns) as f64) as i64;
+    let apart = one.median_ns.saturating_sub(other.median_ns).saturating_abs();
+    one.regular && other.regular && apart > allowed.max(2 * alignment.resolution)
 }
 
-impl Pace {
-    fn of(positions: impl Iterator<Item = i64>) -> Option<Self> {
-        let positions: Vec<i64> = positions.collect();
-        let pairs = positions.iter().zip(positions.iter().skip(1));
-        let mut intervals: Vec<i64> = pairs.map(|(one, next)| next.saturating_sub(*one)).collect();
-        if intervals.len() < PACE {
-            return None;
-        }
-        intervals.sort_unstable();
-        let at = |percent: usize| intervals.get((intervals.len() - 1) * percent / 100).copied().unwrap_or(0);
-        let median_ns = at(50);
-        let spread_ns = at(MOST).saturating_sub(at(LEAST));
-        let regular = median_ns > 0 && at(75).saturating_sub(at(25)) <= median_ns / 4;
-        Some(Self { median_ns, spread_ns, regular, intervals: intervals.len() })
-    }
-
-    /// Returns true if two periods differ.
-    fn parts(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
-        let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
-        let apart = self.median_ns.saturating_sub(other.median_ns).saturating_abs();
-        self.regular && other.regular && apart > allowed.max(2 * alignment.resolution)
-    }
-
-    /// Returns true if one varies much more than the other.
-    fn varies(&self, other: &Self, tolerance: f64, alignment: &Alignment) -> bool {
-        let allowed = (tolerance * self.median_ns.min(other.median_ns) as f64) as i64;
-        let apart = self.spread_ns.saturating_sub(other.spread_ns).saturating_abs();
-        let enough = self.intervals.min(other.intervals) >= JITTER;
-        enough
-            && (self.regular || other.regular)
-            && apart > (2 * allowed).max(4 * alignment.resolution).max(DELAYED_NS)
-            && self.spread_ns.max(other.spread_ns) / 3 > self.spread_ns.min(other.spread_ns)
-    }
+/// Returns true if one varies much more than the other.
+fn varies(one: &Pace, other: &Pace, tolerance: f64, alignment: &Alignment) -> bool {
+    let allowed = (tolerance * one.median_ns.min(other.median_ns) as f64) as i64;
+    let apart = one.spread_ns.saturating_sub(other.spread_ns).saturating_abs();
+    let enough = one.gaps.min(other.gaps) >= JITTER;
+    enough
+        && (one.regular || other.regular)
+        && apart > (2 * allowed).max(4 * alignment.resolution).max(DELAYED_NS)
+        && one.spread_ns.max(other.spread_ns) / 3 > one.spread_ns.min(other.spread_ns)
 }
 
 /// Returns the periods of two polls in ns, if they differ.
@@ -342,6 +309,6 @@ pub(super) fn paces(
         Pace::of(places.iter().map(|place| place.on(true)).filter(|at| alignment.may_cover(side, *at)))
     };
     let (mine, other) = (pace(0, a)?, pace(1, b)?);
-    let enough = mine.intervals.min(other.intervals) >= 8;
-    (enough && mine.parts(&other, tolerance, alignment)).then_some((mine.median_ns, other.median_ns))
+    let enough = mine.gaps.min(other.gaps) >= 8;
+    (enough && parts(&mine, &other, tolerance, alignment)).then_some((mine.median_ns, other.median_ns))
 }

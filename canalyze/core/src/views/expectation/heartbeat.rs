@@ -5,9 +5,9 @@
 
 use serde::Deserialize;
 
-use super::rhythm::{Period, Rhythm};
 use super::{Breach, Closing, EntryPlace, Scene, check_node, check_times, raise};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::evidence::period::expected::{AllowedPeriod, Rhythm};
 use crate::rules::expectation::{Exp009, Exp015};
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::world::change::Change;
@@ -36,7 +36,7 @@ impl HeartbeatEntry {
 struct WatchedHeartbeats {
     place: EntryPlace,
     node: u8,
-    period: Period,
+    period: AllowedPeriod,
     rhythms: Vec<(BusId, Rhythm)>,
 }
 
@@ -51,7 +51,7 @@ impl Heartbeats {
         let all = entries.iter().map(|entry| WatchedHeartbeats {
             place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), Some(entry.node)),
             node: entry.node,
-            period: Period { ns: entry.period_ns, tolerance_ns: entry.tolerance_ns },
+            period: AllowedPeriod { ns: entry.period_ns, tolerance_ns: entry.tolerance_ns },
             rhythms: Vec::new(),
         });
         Self { all: all.collect() }
@@ -96,7 +96,7 @@ impl Heartbeats {
             let WatchedHeartbeats { place, period, rhythms, .. } = one;
             for (bus, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, *period) else { continue };
-                let Period { ns: expected, tolerance_ns: tolerance } = *period;
+                let AllowedPeriod { ns: expected, tolerance_ns: tolerance } = *period;
                 let what = Exp009::Overdue { expected, found: gap, tolerance };
                 raise(found, place, Breach::new(what, at, *bus).about(last));
             }
@@ -129,7 +129,7 @@ impl WatchedHeartbeats {
         let Some((_, rhythm)) = self.rhythms.get_mut(index) else { return };
         let before = rhythm.last;
         if let Some(gap) = rhythm.beat(scene.at, extra, self.period) {
-            let Period { ns: expected, tolerance_ns: tolerance } = self.period;
+            let AllowedPeriod { ns: expected, tolerance_ns: tolerance } = self.period;
             let breach = scene.breach(Exp009::Interval { expected, found: gap, tolerance });
             scene.raise(&self.place, Breach { cause: before, ..breach });
         }

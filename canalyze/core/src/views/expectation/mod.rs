@@ -14,7 +14,6 @@ mod incident;
 mod latency;
 mod load;
 pub mod observed;
-mod rhythm;
 mod sdo;
 mod shown;
 mod signal;

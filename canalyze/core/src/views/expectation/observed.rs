@@ -7,13 +7,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::rhythm::Rhythm;
 use super::signal::{PdoChoice, stopped, value};
 use super::state::{object, statusword, uploaded};
 use super::{WrittenPeriod, written};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
+use crate::evidence::period::expected::Rhythm;
+use crate::evidence::period::spread::Spread;
 use crate::sdo::transfer::Transfer;
-use crate::views::summary::spread::Spread;
 use crate::wire::error_control::BOOT_UP;
 use crate::wire::nmt::{RESET_COMMUNICATION, RESET_NODE};
 use crate::wire::pdo::mapping::{Mapped, Mapping};

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::rhythm::{Period, Rhythm};
 use super::{Breach, Closing, EntryPlace, Scene, check_times, mistake, raise};
 use crate::bytes::frame::{BusId, Frame, FrameRef};
 use crate::bytes::select::Select;
+use crate::evidence::period::expected::{AllowedPeriod, Rhythm};
 use crate::rules::expectation::{Exp007, Exp008, Exp015, Exp016};
 use crate::sdo::wire::Mux;
 use crate::wire::error_control::OPERATIONAL;
@@ -84,7 +84,7 @@ struct WatchedSignal {
     expression: String,
     min: Option<f64>,
     max: Option<f64>,
-    period: Option<Period>,
+    period: Option<AllowedPeriod>,
     seen: bool,
     rhythms: Vec<(BusId, PdoChoice, Rhythm)>,
 }
@@ -115,7 +115,10 @@ impl SignalExpectations {
             expression: entry.select.clone(),
             min: entry.min,
             max: entry.max,
-            period: entry.period_ns.zip(entry.tolerance_ns).map(|(ns, tolerance_ns)| Period { ns, tolerance_ns }),
+            period: entry
+                .period_ns
+                .zip(entry.tolerance_ns)
+                .map(|(ns, tolerance_ns)| AllowedPeriod { ns, tolerance_ns }),
             seen: false,
             rhythms: Vec::new(),
         });
@@ -207,7 +210,7 @@ impl SignalExpectations {
             let Some(period) = *period else { continue };
             for (bus, pdo, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, period) else { continue };
-                let Period { ns: expected, tolerance_ns: tolerance } = period;
+                let AllowedPeriod { ns: expected, tolerance_ns: tolerance } = period;
                 let what = Exp008::Overdue { pdo: pdo.named(), expected, found: gap, tolerance };
                 raise(found, place, Breach::new(what, at, *bus).of(pdo.node).about(last));
             }
@@ -292,7 +295,7 @@ impl WatchedSignal {
         let Some((_, _, rhythm)) = self.rhythms.get_mut(index) else { return };
         let before = rhythm.last;
         if let Some(gap) = rhythm.beat(scene.at, false, period) {
-            let Period { ns: expected, tolerance_ns: tolerance } = period;
+            let AllowedPeriod { ns: expected, tolerance_ns: tolerance } = period;
             let what = Exp008::Interval { pdo: pdo.named(), expected, found: gap, tolerance };
             scene.raise(&self.place, Breach { cause: before, ..scene.breach(what).of(pdo.node) });
         }

@@ -2,9 +2,9 @@
 
 use serde::Deserialize;
 
-use super::rhythm::{Period, Rhythm};
 use super::{Breach, Closing, EntryPlace, Scene, check_times, raise};
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::evidence::period::expected::{AllowedPeriod, Rhythm};
 use crate::rules::expectation::{Exp010, Exp015};
 use crate::world::event::Event;
 
@@ -28,7 +28,7 @@ impl SyncEntry {
 #[derive(Debug)]
 struct WatchedSync {
     place: EntryPlace,
-    period: Period,
+    period: AllowedPeriod,
     rhythms: Vec<(BusId, Rhythm)>,
 }
 
@@ -42,7 +42,7 @@ impl Syncs {
     pub(super) fn new(file: &str, entries: &[SyncEntry]) -> Self {
         let all = entries.iter().map(|entry| WatchedSync {
             place: EntryPlace::new(file, entry.line, entry.bus.as_ref(), None),
-            period: Period { ns: entry.period_ns, tolerance_ns: entry.tolerance_ns },
+            period: AllowedPeriod { ns: entry.period_ns, tolerance_ns: entry.tolerance_ns },
             rhythms: Vec::new(),
         });
         Self { all: all.collect() }
@@ -59,7 +59,7 @@ impl Syncs {
             let Some((_, rhythm)) = rhythms.get_mut(index) else { continue };
             let before = rhythm.last;
             if let Some(gap) = rhythm.beat(scene.at, false, *period) {
-                let Period { ns: expected, tolerance_ns: tolerance } = *period;
+                let AllowedPeriod { ns: expected, tolerance_ns: tolerance } = *period;
                 let breach = scene.breach(Exp010::Interval { expected, found: gap, tolerance });
                 scene.raise(place, Breach { cause: before, ..breach });
             }
@@ -79,7 +79,7 @@ impl Syncs {
         for WatchedSync { place, period, rhythms } in &mut self.all {
             for (bus, rhythm) in rhythms {
                 let Some((gap, last)) = rhythm.overdue(now_ns, *period) else { continue };
-                let Period { ns: expected, tolerance_ns: tolerance } = *period;
+                let AllowedPeriod { ns: expected, tolerance_ns: tolerance } = *period;
                 let what = Exp010::Overdue { expected, found: gap, tolerance };
                 raise(found, place, Breach::new(what, at, *bus).about(last));
             }

@@ -7,6 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::recent::Recent;
 use crate::bytes::frame::{BusId, CanId, Frame, FrameRef, Kind};
+use crate::evidence::period::Gaps;
+use crate::evidence::period::recent::RecentGaps;
 use crate::rules::finding::Severity;
 use crate::sdo::wire::Side;
 use crate::wire::message::Message;
@@ -18,8 +20,6 @@ pub(super) const OBJECTS: usize = 4096;
 const FOREIGN: usize = 1024;
 /// Maximum number of further identifiers that are counted apart.
 const FURTHER: usize = 65_536;
-/// Number of intervals from which period and jitter are computed.
-const GAPS: usize = 16;
 /// Length of the time window of a rate, in ns.
 const RATE_NS: i64 = 2_000_000_000;
 /// Time for which a byte counts as changed, in ns.
@@ -105,10 +105,8 @@ pub(super) struct ObjectLine {
     data: [u8; 64],
     /// The annotation of the last frame, without line end.
     pub(super) text: Vec<u8>,
-    /// The time from which the interval to the next frame counts.
-    from_ns: Option<i64>,
-    gaps: [i64; GAPS],
-    measured: usize,
+    gaps: Gaps,
+    recent: RecentGaps,
     /// The time of the last change of each byte; `i64::MAX` without timestamps.
     changed: Vec<Option<i64>>,
     /// The last finding of each severity.
@@ -128,9 +126,8 @@ impl ObjectLine {
             len: 0,
             data: [0; 64],
             text: Vec::new(),
-            from_ns: None,
-            gaps: [0; GAPS],
-            measured: 0,
+            gaps: Gaps::default(),
+            recent: RecentGaps::default(),
             changed: Vec::new(),
             marks: [None; 3],
         }
@@ -155,15 +152,11 @@ impl ObjectLine {
             }
         }
         if let Some(now) = frame.t_ns {
-            if let Some(gap) = self.from_ns.map(|from| now.saturating_sub(from)).filter(|gap| *gap >= 0) {
-                if let Some(slot) = self.gaps.get_mut(self.measured % GAPS) {
-                    *slot = gap;
-                }
-                self.measured += 1;
-            }
             self.rate.add(now, 1);
         }
-        self.from_ns = frame.t_ns;
+        if let Some(gap) = self.gaps.take(frame.t_ns) {
+            self.recent.add(gap);
+        }
         self.count += 1;
         self.last = frame.reference();
         self.id = frame.id;
@@ -188,11 +181,7 @@ impl ObjectLine {
 
     /// Returns the mean of the last intervals in ns, and the greatest deviation from it if there are several.
     pub(super) fn period(&self) -> Option<(i64, Option<i64>)> {
-        let gaps = self.gaps.get(..self.measured.min(GAPS)).filter(|gaps| !gaps.is_empty())?;
-        let mean = gaps.iter().map(|gap| i128::from(*gap)).sum::<i128>() / gaps.len() as i128;
-        let mean = mean as i64;
-        let jitter = gaps.iter().map(|gap| gap.saturating_sub(mean).saturating_abs()).max()?;
-        Some((mean, Some(jitter).filter(|_| gaps.len() > 1)))
+        self.recent.period()
     }
 
     /// Returns the worst recent finding about it.
@@ -281,7 +270,7 @@ impl ObjectLines {
     pub(super) fn lost(&mut self, bus: BusId) {
         for (_, place) in self.places.iter().filter(|(key, _)| key.bus == bus) {
             if let Some(object) = self.all.get_mut(*place) {
-                object.from_ns = None;
+                object.gaps.interrupt();
             }
         }
     }

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::spread::Spread;
 use crate::bytes::frame::{CanId, Frame};
+use crate::evidence::period::Gaps;
+use crate::evidence::period::spread::Spread;
 
 /// Maximum number of identifiers of a bus that are counted apart (invariant 6).
 const TOLD_APART: usize = 1024;
@@ -19,7 +20,7 @@ pub struct Identifier {
     pub length: (u8, u8),
     /// CANopen defines no service for it, or its frames are not those of that service.
     pub foreign: bool,
-    last_ns: Option<i64>,
+    gaps: Gaps,
 }
 
 /// The identifiers of a bus.
@@ -41,16 +42,13 @@ impl Identifiers {
             interval: Spread::default(),
             length: (frame.len, frame.len),
             foreign: false,
-            last_ns: None,
+            gaps: Gaps::default(),
         });
         one.frames += 1;
         one.length = (one.length.0.min(frame.len), one.length.1.max(frame.len));
-        if let (Some(now), Some(before)) = (frame.t_ns, one.last_ns)
-            && now >= before
-        {
-            one.interval.add(now.saturating_sub(before));
+        if let Some(gap) = one.gaps.take(frame.t_ns) {
+            one.interval.add(gap);
         }
-        one.last_ns = frame.t_ns;
     }
 
     /// Marks the frames of an identifier, or of all, as not CANopen.
@@ -77,6 +75,6 @@ impl Identifiers {
 
     /// Stops the measurement of times at a gap, since frames were lost.
     pub fn lost(&mut self) {
-        self.all.values_mut().for_each(|one| one.last_ns = None);
+        self.all.values_mut().for_each(|one| one.gaps.interrupt());
     }
 }

@@ -7,7 +7,6 @@ pub mod bits;
 pub mod identifiers;
 pub mod load;
 pub mod node;
-pub mod spread;
 pub mod traffic;
 
 use std::collections::BTreeMap;

@@ -2,8 +2,8 @@
 //!
 //! It counts events and does not judge. Every list is bounded; further elements are only counted.
 
-use super::spread::{Ranked, Spread};
 use crate::bytes::frame::FrameRef;
+use crate::evidence::period::spread::{Ranked, Spread};
 use crate::sdo::transfer::{Direction, Status, Transfer, TransferId};
 use crate::sdo::wire::{Command, Mux, Side};
 use crate::wire::error_control::BOOT_UP;

@@ -5,8 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use super::spread::{Ranked, Spread};
 use crate::bytes::frame::{CanId, Frame};
+use crate::evidence::period::Gaps;
+use crate::evidence::period::spread::{Ranked, Spread};
 use crate::world::event::Placement;
 
 /// Maximum number of PDOs of a bus that are counted apart; further ones count only for their nodes.
@@ -27,7 +28,7 @@ pub struct Sync {
     pub counters: (u8, u8),
     /// Counters that are neither the one before plus 1, nor 1.
     pub jumps: u64,
-    last_ns: Option<i64>,
+    gaps: Gaps,
     last_counter: Option<u8>,
 }
 
@@ -35,12 +36,9 @@ impl Sync {
     /// Takes a SYNC.
     pub fn take(&mut self, counter: Option<u8>, t_ns: Option<i64>) {
         self.frames += 1;
-        if let (Some(now), Some(before)) = (t_ns, self.last_ns)
-            && now >= before
-        {
-            self.period.add(now.saturating_sub(before));
+        if let Some(gap) = self.gaps.take(t_ns) {
+            self.period.add(gap);
         }
-        self.last_ns = t_ns;
         if let Some(counter) = counter {
             let (least, greatest) = if self.counted == 0 { (counter, counter) } else { self.counters };
             self.counters = (least.min(counter), greatest.max(counter));
@@ -53,7 +51,7 @@ impl Sync {
 
     /// Stops the measurement of times, since frames were lost.
     pub fn lost(&mut self) {
-        self.last_ns = None;
+        self.gaps.interrupt();
         self.last_counter = None;
     }
 }
@@ -78,7 +76,7 @@ pub struct PdoTraffic {
     pub delay: Ranked,
     /// Frames that were captured before their SYNC.
     pub before_sync: u64,
-    last_ns: Option<i64>,
+    gaps: Gaps,
 }
 
 /// The PDOs of a bus.
@@ -103,12 +101,9 @@ impl BusPdos {
         let Some(pdo) = self.all.get_mut(place) else { return };
         pdo.id = frame.id;
         pdo.frames += 1;
-        if let (Some(now), Some(before)) = (frame.t_ns, pdo.last_ns)
-            && now >= before
-        {
-            pdo.interval.add(now.saturating_sub(before));
+        if let Some(gap) = pdo.gaps.take(frame.t_ns) {
+            pdo.interval.add(gap);
         }
-        pdo.last_ns = frame.t_ns;
         if let Some(placement) = placement {
             pdo.synchronous += 1;
             match placement.delay_ns {
@@ -137,7 +132,7 @@ impl BusPdos {
                     synchronous: 0,
                     delay: Ranked::default(),
                     before_sync: 0,
-                    last_ns: None,
+                    gaps: Gaps::default(),
                 });
                 self.places.insert(key, self.all.len() - 1);
                 self.all.len() - 1
@@ -153,7 +148,7 @@ impl BusPdos {
     /// Stops the measurement of times, since frames were lost.
     pub fn lost(&mut self) {
         for pdo in &mut self.all {
-            pdo.last_ns = None;
+            pdo.gaps.interrupt();
         }
     }
 

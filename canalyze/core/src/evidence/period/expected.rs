@@ -1,30 +1,32 @@
 //! Frames that should repeat: the time from one to the next.
 //!
-//! The period is given: `evidence::period` learns one, with all possible disturbances, and `diff::cyclic` compares two.
-//! The meaning of the frames does not matter here.
+//! The period is given, by an expectation; nothing is learnt here.
 
 use crate::bytes::frame::FrameRef;
 
 /// An expected period and its tolerance, in ns.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Period {
-    pub(super) ns: i64,
-    pub(super) tolerance_ns: i64,
+pub struct AllowedPeriod {
+    /// The period, in ns.
+    pub ns: i64,
+    /// The allowed deviation, in ns.
+    pub tolerance_ns: i64,
 }
 
 /// The time from one frame to the next.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Interval {
-    pub(super) ns: i64,
+pub struct Interval {
+    /// Its length, in ns.
+    pub ns: i64,
     /// It may be short.
-    pub(super) loose: bool,
+    pub loose: bool,
 }
 
 /// The last of the frames.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Rhythm {
+pub struct Rhythm {
     /// `None` if the next one begins anew.
-    pub(super) last: Option<FrameRef>,
+    pub last: Option<FrameRef>,
     /// Its absence was reported.
     told: bool,
     /// The next interval may be short.
@@ -34,7 +36,7 @@ pub(super) struct Rhythm {
 impl Rhythm {
     /// Takes the next frame. Returns the time since the one before if that is outside the period. `extra`: the frame
     /// may come at any time, and the one after it too soon.
-    pub(super) fn beat(&mut self, at: FrameRef, extra: bool, period: Period) -> Option<i64> {
+    pub fn beat(&mut self, at: FrameRef, extra: bool, period: AllowedPeriod) -> Option<i64> {
         let told = self.told;
         let Interval { ns, loose } = self.next(at, extra)?;
         let late = ns.saturating_sub(period.ns) > period.tolerance_ns;
@@ -43,7 +45,7 @@ impl Rhythm {
     }
 
     /// Takes the next frame without a period. Returns the interval to be judged.
-    pub(super) fn next(&mut self, at: FrameRef, extra: bool) -> Option<Interval> {
+    pub fn next(&mut self, at: FrameRef, extra: bool) -> Option<Interval> {
         let before = self.last.replace(at);
         self.told = false;
         let loose = std::mem::replace(&mut self.loose, extra) || extra;
@@ -52,7 +54,7 @@ impl Rhythm {
     }
 
     /// Returns, once, the time since the last frame and that frame, if the next one is overdue at `now_ns`.
-    pub(super) fn overdue(&mut self, now_ns: i64, period: Period) -> Option<(i64, FrameRef)> {
+    pub fn overdue(&mut self, now_ns: i64, period: AllowedPeriod) -> Option<(i64, FrameRef)> {
         let last = self.last?;
         let gap = now_ns.saturating_sub(last.t_ns?);
         let late = gap.saturating_sub(period.ns) > period.tolerance_ns;
@@ -60,7 +62,7 @@ impl Rhythm {
     }
 
     /// Separates the frames to come from those before.
-    pub(super) fn interrupt(&mut self) {
+    pub fn interrupt(&mut self) {
         *self = Self::default();
     }
 }

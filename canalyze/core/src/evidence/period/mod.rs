@@ -1,0 +1,22 @@
+//! How often something comes: the only place that measures and models it.
+//!
+//! | file | question |
+//! |---|---|
+//! | [`gaps`] | how long is it from one frame of a stream to the next? |
+//! | [`learnt`] | which period do frames keep, in spite of what the recording did? |
+//! | [`expected`] | does the next frame keep a period that somebody has given? |
+//! | [`recent`] | how often did it come just now, for a screen; how often does it usually come, for a flood? |
+//! | [`pace`] | which period and variation did a complete capture show, to compare it with another? |
+//! | [`spread`] | how are times distributed? |
+//!
+//! Nothing here knows what the frames mean.
+
+pub mod expected;
+pub mod gaps;
+pub mod learnt;
+pub mod pace;
+pub mod recent;
+pub mod spread;
+
+pub use gaps::Gaps;
+pub use learnt::{Confidence, Expected, Learnt, Period};
