@@ -54,6 +54,7 @@ class Check:
     """[check] of canalyze.toml: what of a capture's findings counts; what it does not say is None, or empty."""
 
     fail_on: Literal["error", "warning", "info", "never"] | None
+    problems: Literal["open", "ended", "never"] | None
     incidents: Literal["stands", "over", "never"] | None
     select: list[str]
     ignore: list[str]

@@ -37,6 +37,15 @@ COMMANDS: Final = tuple(name for names in TOPICS.values() for name in names)
 _MACHINE: Final = ("signals", "convert", "export")
 """Commands whose output is no text for people, unless asked."""
 
+_FORMER: Final = {
+    ("--incidents", None): ("--problems", None),
+    ("--incidents", "stands"): ("--problems", "open"),
+    ("--incidents", "over"): ("--problems", "ended"),
+    ("--incidents", "never"): ("--problems", "never"),
+    ("--fail-on", "stands"): ("--fail-on", "open"),
+    ("--fail-on", "over"): ("--fail-on", "ended"),
+}
+"""Former spellings of options and their values, which are still accepted."""
 _SETTLED_FIRST: Final = ("--lang", "--config")
 
 
@@ -134,7 +143,7 @@ def _run(args: list[str]) -> int:
         if not args and not _completes():
             complain_page(group, words)
             return 2
-        return int(group.main(_commanded(args), prog_name="canalyze", standalone_mode=False, obj=config) or 0)
+        return int(group.main(_renamed(_commanded(args)), prog_name="canalyze", standalone_mode=False, obj=config) or 0)
     except click.UsageError as error:
         complain(usage_line(error, words))
         return 2
@@ -172,6 +181,24 @@ def _commanded(args: list[str]) -> list[str]:
     if first == args[0] and not looks and first not in files and _near(first):
         return args  # a command that is spelt wrong, before a file or not
     return ["diagnose", *args] if files or looks else args
+
+
+def _renamed(args: list[str]) -> list[str]:
+    """Put the spellings of today in place of former ones."""
+    found: list[str] = []
+    rest = list(args)
+    while rest:
+        option, equals, value = rest.pop(0).partition("=")
+        if option == "--":
+            return [*found, option, *rest]
+        following = value if equals else rest[0] if rest else None
+        if (now := _FORMER.get((option, following))) and now[1] is not None:
+            found += [f"{now[0]}={now[1]}"]
+            rest = rest if equals else rest[1:]
+            continue
+        option = _FORMER.get((option, None), (option, None))[0]
+        found.append(f"{option}{equals}{value}")
+    return found
 
 
 def _near(name: str) -> list[str]:

@@ -15,6 +15,11 @@ Impact = Literal["A", "B", "C", "D", "E"]
 """What it means: something has stopped, does not start, works worse, is wrong on the wire only, is worth knowing."""
 Grade = Literal["certain", "likely", "possible"]
 """How sure it is."""
+KEYS: Final = (
+    *("kind", "phase", "id", "incident", "subject", "status", "impact", "grade", "begin", "noticed", "end", "cause"),
+    *("effects", "steps", "facts", "checks", "findings", "message", "repeats"),
+)
+"""Of an incident in JSON lines."""
 STATUSES: Final[tuple[Status, ...]] = get_args(Status)
 
 

@@ -26,16 +26,16 @@ def captures(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "incidents", "fails"),
     [
-        ("lost.log", "stands", True),
-        ("lost.log", "over", True),
+        ("lost.log", "open", True),
+        ("lost.log", "ended", True),
         ("lost.log", "never", False),
-        ("back.log", "stands", False),
-        ("back.log", "over", True),
-        ("well.log", "over", False),
+        ("back.log", "open", False),
+        ("back.log", "ended", True),
+        ("well.log", "ended", False),
     ],
 )
 def test_which_problems_fail(canalyze: Runner, file: str, incidents: str, fails: bool) -> None:
-    done = canalyze("check", file, "--incidents", incidents, "--fail-on", "never", "--lang", "en")
+    done = canalyze("check", file, "--problems", incidents, "--fail-on", "never", "--lang", "en")
     assert done.code == fails, done.out
     assert ("problem frame" in done.out) == (file != "well.log")
 
@@ -43,7 +43,7 @@ def test_which_problems_fail(canalyze: Runner, file: str, incidents: str, fails:
 def test_the_configuration_may_ask(canalyze: Runner, tmp_path: Path) -> None:
     (tmp_path / "canalyze.toml").write_text('[check]\nfail_on = "never"\nincidents = "stands"\n')
     assert canalyze("check", "lost.log").code == 1
-    assert canalyze("check", "lost.log", "--incidents", "never").code == 0
+    assert canalyze("check", "lost.log", "--problems", "never").code == 0
     (tmp_path / "canalyze.toml").write_text('[check]\nincidents = "always"\n')
     assert canalyze("check", "lost.log").code == 2
 
@@ -54,12 +54,12 @@ def test_without_it_nothing_is_said(canalyze: Runner) -> None:
 
 def test_reports(canalyze: Runner, tmp_path: Path) -> None:
     files = ["--junit", "j.xml", "--sarif", "s.json", "--format", "jsonl"]
-    done = canalyze("check", "lost.log", "well.log", "--incidents", "stands", "--fail-on", "never", *files)
+    done = canalyze("check", "lost.log", "well.log", "--problems", "open", "--fail-on", "never", *files)
     assert done.code == 1
     rows = [json.loads(line) for line in done.out.splitlines()]
     (problem,) = (row for row in rows if row["kind"] == "incident")
     assert (problem["incident"], problem["node"], problem["status"], problem["fails"]) == (
-        *("node-silent", 5, "stands", True),
+        *("node-silent", 5, "open", True),
     )
     root = ET.parse(tmp_path / "j.xml").getroot()
     failing = [case.get("name") or "" for case in root.iter("testcase") if case.find("failure") is not None]
@@ -70,11 +70,11 @@ def test_reports(canalyze: Runner, tmp_path: Path) -> None:
     assert run["tool"]["driver"]["rules"][result["ruleIndex"]]["id"] == "node-silent"
     assert result["level"] == "error"
     assert result["codeFlows"][0]["threadFlows"][0]["locations"]
-    said = canalyze("check", "lost.log", "--incidents", "stands", "--format", "github").out
+    said = canalyze("check", "lost.log", "--problems", "open", "--format", "github").out
     assert any(line.startswith("::error ") and "node-silent" in line for line in said.splitlines())
 
 
-BASE = ("check", "--fail-on", "never", "--incidents", "stands", "--baseline", "known.json", "--lang", "en")
+BASE = ("check", "--fail-on", "never", "--problems", "open", "--baseline", "known.json", "--lang", "en")
 
 
 def test_known_problems_pass_and_new_ones_fail(canalyze: Runner, tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ def test_problems_that_are_gone_leave_the_baseline(canalyze: Runner, tmp_path: P
 def test_a_wrong_entry_is_one_line(canalyze: Runner, tmp_path: Path, entry: str, said: str, lang: str) -> None:
     text = f'{{"canalyze_baseline": 1, "findings": [],\n"incidents": [\n{entry}\n]}}\n'
     (tmp_path / "known.json").write_text(text)
-    done = canalyze("check", "--incidents", "stands", "--baseline", "known.json", "lost.log", "--lang", lang)
+    done = canalyze("check", "--problems", "open", "--baseline", "known.json", "lost.log", "--lang", lang)
     assert (done.code, done.out) == (2, "")
     (line,) = done.complaints
     assert line.startswith("canalyze: known.json:3") and (lang == "zh" or said in line)

@@ -229,7 +229,7 @@ def examples(canalyze: Runner) -> None:
 @pytest.mark.usefixtures("examples")
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_incidents_as_they_change(canalyze: Runner, name: str) -> None:
-    told = canalyze("decode", "--format", "jsonl", "--incidents", f"{name}.log")
+    told = canalyze("decode", "--format", "jsonl", "--problems", f"{name}.log")
     others, incidents = _records(told.out)
     diagnosed = [json.loads(line) for line in canalyze("diagnose", "--format", "jsonl", f"{name}.log").lines]
     ends = [one for one in incidents if one["phase"] == "final"]
@@ -249,7 +249,7 @@ def test_incidents_as_they_change(canalyze: Runner, name: str) -> None:
 
 @pytest.mark.usefixtures("examples")
 def test_incidents_are_opened_linked_and_ended(canalyze: Runner) -> None:
-    _, lost = _records(canalyze("decode", "--format", "jsonl", "--incidents", "node-restarted.log").out)
+    _, lost = _records(canalyze("decode", "--format", "jsonl", "--problems", "node-restarted.log").out)
     assert {"opened", "ended", "final"} <= {one["phase"] for one in lost}
     linked = [one for one in lost if one["phase"] == "linked"]
     assert all(one["cause"] is not None for one in linked)
@@ -257,7 +257,7 @@ def test_incidents_are_opened_linked_and_ended(canalyze: Runner) -> None:
 
 @pytest.mark.usefixtures("examples")
 def test_a_filter_leaves_incidents(canalyze: Runner) -> None:
-    asked = ("decode", "--format", "jsonl", "--incidents", "node-lost.log")
+    asked = ("decode", "--format", "jsonl", "--problems", "node-lost.log")
     _, every = _records(canalyze(*asked).out)
     frames, some = _records(canalyze(*asked, "--filter", "node=99").out)
     assert some == every and not any('"kind":"frame"' in line for line in frames)
@@ -265,14 +265,14 @@ def test_a_filter_leaves_incidents(canalyze: Runner) -> None:
 
 @pytest.mark.usefixtures("examples")
 def test_incidents_in_lines(canalyze: Runner) -> None:
-    told = canalyze("decode", "--incidents", "--lang", "en", "node-lost.log")
+    told = canalyze("decode", "--problems", "--lang", "en", "node-lost.log")
     assert any(line.startswith("# ✖ problem") for line in told.lines)
     assert not any(line.startswith("# ✖") for line in canalyze("decode", "--lang", "en", "node-lost.log").lines)
 
 
 @pytest.mark.parametrize("path", sorted((SHARED / "stories").glob("*.log")), ids=lambda path: path.stem)
 def test_incidents_of_a_recorded_story(canalyze: Runner, path: Path) -> None:
-    _, incidents = _records(canalyze("decode", "--format", "jsonl", "--incidents", str(path)).out)
+    _, incidents = _records(canalyze("decode", "--format", "jsonl", "--problems", str(path)).out)
     final = [one for one in incidents if one["phase"] == "final"]
     diagnosed = [json.loads(line) for line in canalyze("diagnose", "--format", "jsonl", str(path)).lines]
     assert _unnumbered(final) == _unnumbered(diagnosed)

@@ -328,5 +328,5 @@ def test_problems_are_judged_and_not_listed_by_expectations_alone(canalyze: Runn
         options = ("--expect", "all.toml") if command[0] == "check" else ()
         done = canalyze(*command, *options, "lost.log")
         assert done.code == 0 and '"incident"' not in done.out
-    done = canalyze("check", "--expect", "all.toml", "--incidents", "never", "--format", "jsonl", "lost.log")
+    done = canalyze("check", "--expect", "all.toml", "--problems", "never", "--format", "jsonl", "lost.log")
     assert '"kind":"incident"' in done.out and "EXP" not in done.out

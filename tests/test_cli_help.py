@@ -106,7 +106,7 @@ def test_options_stand_under_their_topic(canalyze: Runner) -> None:
     assert found["Network description"] == ["--cob", "--sdo", "--eds-from-traffic"]
     assert found["Time"] == ["--stamps", "--sync-period", "--sync-window", "--jitter"]
     assert found["Output"] == ["--format", "-n, --number", "--color", "--force"]
-    assert found["More options"] == ["--brief", "--incidents"]
+    assert found["More options"] == ["--brief", "--problems"]
 
 
 def test_few_options_have_one_heading(canalyze: Runner) -> None:

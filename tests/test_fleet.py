@@ -264,7 +264,7 @@ def test_verdicts_survive_the_store(mixed: Path, tmp_path: Path) -> None:
     """What reports are made of is the same, but for the lines around findings that are shown by number only."""
     job = Job("en", {}, Known(), {"stamps": "auto"}, incidents=True)
     for name in ("network/drive-states.log", "rules/HBT002.log", "rules/SDO001.log"):
-        judged = policy.judge(examine(str(SAMPLES / name), job, Far(lambda word: None)), Policy(incidents="stands"), {})
+        judged = policy.judge(examine(str(SAMPLES / name), job, Far(lambda word: None)), Policy(incidents="open"), {})
         row = json.loads(json.dumps(stored.row(judged)))
         back = stored.verdict(row)
         assert stored.row(back) == stored.row(judged)

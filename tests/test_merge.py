@@ -202,12 +202,12 @@ def test_files_that_are_far_apart_may_be_no_one_capture(
     (tmp_path / "a.log").write_text(_beats(1_700_000_000))
     for name in ("b.log", "c.log"):
         (tmp_path / name).write_text(_beats(1_700_000_000 + later * (1 if name == "b.log" else 2)))
-    done = canalyze("--lang", "en", "diagnose", "a.log", "b.log", "c.log")
+    done = canalyze("--lang", "en", "diagnose", "--join", "a.log", "b.log", "c.log")
     assert done.code == 0 and len(done.complaints) == 1, "once, however many files there are"
     assert done.err.startswith(said) and "canalyze check" in done.err
     assert ("--merge" in done.err) == (later < 0), "what is in order needs none"
     assert "no problems found" in done.out and "silent" not in done.out, "nothing is judged across that time"
-    apart = canalyze("--lang", "zh", "diagnose", "a.log", "b.log")
+    apart = canalyze("--lang", "zh", "diagnose", "--join", "a.log", "b.log")
     assert "canalyze check" in apart.err and ("天" in apart.err) == (later > 0)
 
 

@@ -21,14 +21,16 @@ from canalyze.incident import Incident
 Threshold = Severity | Literal["never"]
 THRESHOLDS: Final[tuple[Threshold, ...]] = (*reversed(SEVERITIES), "never")
 """Values of --fail-on."""
-Standing = Literal["stands", "over", "never"]
+Standing = Literal["open", "ended", "never"]
 STANDINGS: Final[tuple[Standing, ...]] = get_args(Standing)
-"""Values of --incidents: which problems fail; `never`: they are only told."""
+"""Values of --problems: which problems fail; `never`: they are only told."""
 _FAILING: Final[dict[Standing, tuple[str, ...]]] = {
-    "stands": ("stands",),
-    "over": ("stands", "unknown", "over"),
+    "open": ("stands",),
+    "ended": ("stands", "unknown", "over"),
     "never": (),
 }
+FORMER: Final[dict[str, Standing]] = {"stands": "open", "over": "ended", "never": "never"}
+"""Former spellings."""
 Ruling = Severity | Literal["ignore"]
 RULINGS: Final[tuple[Ruling, ...]] = ("ignore", *SEVERITIES)
 """What an override may make of a finding."""

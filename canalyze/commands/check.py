@@ -137,7 +137,7 @@ def judging_options(words: Words) -> list[click.Parameter]:
         click.Option(["--baseline"], type=ANY_PATH, metavar="FILE", help=words("check.baseline")),
         click.Option(["--expect"], type=ANY_PATH, metavar="FILE", help=words("check.expect")),
         click.Option(["--no-expect"], is_flag=True, help=words("check.no_expect")),
-        click.Option(["--incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.incidents")),
+        click.Option(["--problems", "incidents"], type=OneOf(policy.STANDINGS, words), help=words("check.incidents")),
     ]
 
 

@@ -8,6 +8,7 @@ Exit codes: 0, whatever was found; with --fail-on 1 where such a problem is ther
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
 import click
@@ -28,11 +29,15 @@ from canalyze.configuration.options import (
     spelled,
 )
 from canalyze.errors import ReaderGone, SourceError
+from canalyze.incident import KEYS
 from canalyze.output import FileOutput, Output, Progress, open_output, told
 from canalyze.output.help import Command
 from canalyze.reports import wording
 from canalyze.running.run import Run
 from canalyze.sources.file import STDIN, total_size
+from canalyze.sources.names import below, expanded
+from canalyze.sources.recordings import Span, recordings
+from canalyze.values import nanoseconds
 from canalyze.words import LANGUAGES, Words
 
 if TYPE_CHECKING:
@@ -40,12 +45,7 @@ if TYPE_CHECKING:
     from canalyze.reports.diagnosis_lanes import Beside
     from canalyze.reports.diagnosis_text import Chosen
 
-KEYS: Final = (
-    *("kind", "phase", "id", "incident", "subject", "status", "impact", "grade", "begin", "noticed", "end", "cause"),
-    *("effects", "steps", "facts", "checks", "findings", "message", "repeats"),
-)
-"""Of an incident in JSON lines."""
-FAIL_ON: Final = {"stands": ("stands",), "unknown": ("stands", "unknown"), "over": ("stands", "unknown", "over")}
+FAIL_ON: Final = {"open": ("stands",), "unknown": ("stands", "unknown"), "ended": ("stands", "unknown", "over")}
 """What makes the command fail, by --fail-on."""
 AROUND: Final = 2
 """Frames that are shown before and behind a step of a story."""
@@ -59,6 +59,7 @@ def command(words: Words) -> click.Command:
         form: str,
         story: int | None,
         everything: bool,
+        join: bool,
         since: float | None,
         node: int | None,
         bus: str | None,
@@ -74,7 +75,7 @@ def command(words: Words) -> click.Command:
     ) -> int:
         from canalyze.reports import diagnosis_text
 
-        names = inputs(files, words)
+        names = inputs(_listed(files), words)
         if expression is not None:  # what goes wrong is no matter of single frames
             raise click.UsageError(words("diagnose.no_filter"), click.get_current_context())
         if html is not None and (STDIN in names or html == STDIN):
@@ -84,17 +85,20 @@ def command(words: Words) -> click.Command:
         if story is not None and (STDIN in names or form != "text"):
             key = "usage.text_only" if form != "text" else "diagnose.story_stdin"
             raise click.UsageError(words(key, option="-n"), click.get_current_context())
-        session = open_session(words, given, format="diagnosis", stamps=stamps)
+        chosen = diagnosis_text.Chosen(node, bus, since)
         with open_output(output, force=force, color=color) as out:
-            results: list[bytes] = []
+            found = [names] if join or given.get("merge") else _recordings(names, given, words, out)
+            if len(found) > 1:
+                if story is not None or html is not None:
+                    option = "-n" if html is None else "--html"
+                    raise click.UsageError(
+                        words("diagnose.one_recording", option=option, count=len(found)),
+                        click.get_current_context(),
+                    )
+                return _each(found, _Reading((), given, stamps, words), out, form, chosen, fail_on)
+            names = found[0]
             total = total_size(names)
-            code = Run(session, words, Progress(words, out, total), results.append, given).over(names)
-            records = _records(results, session)
-            incidents = [one for one in records if one["kind"] == "incident"]
-            whole = next((one for one in records if one["kind"] == "diagnosis"), None)
-            if code and not session.frames:
-                whole = None
-            chosen = diagnosis_text.Chosen(node, bus, since)
+            code, incidents, whole = _diagnosed(_Reading(names, given, stamps, words), out)
             if whole is not None and code < 128:
                 _there(chosen, incidents, whole, words)
             shown = _chosen(incidents, whole, chosen)
@@ -121,8 +125,7 @@ def command(words: Words) -> click.Command:
             told(code, out, words, stream=total is None, some=whole is not None)
             if whole is None:
                 out.drop()
-        fails = FAIL_ON.get(fail_on or "", ())
-        return code or int(any(one["status"] in fails and one["root"] for one in shown))
+        return code or int(_fails(shown, fail_on))
 
     return Command(
         "diagnose",
@@ -131,6 +134,7 @@ def command(words: Words) -> click.Command:
         [
             spelled(words, "-n story", positive, "positive", "N", "diagnose.story"),
             click.Option(["--all", "everything"], is_flag=True, help=words("diagnose.all")),
+            click.Option(["--join"], is_flag=True, help=words("diagnose.join")),
             spelled(words, "--since", moment, "moment", "S", "diagnose.since"),
             spelled(words, "--node", network.node, "node", "N", "diagnose.node"),
             click.Option(["--bus"], metavar="NAME", help=words("diagnose.bus")),
@@ -151,6 +155,79 @@ def _options(words: Words) -> Iterator[click.Parameter]:
         if isinstance(option, click.Option) and option.name == "expression":
             option.hidden = True
         yield option
+
+
+def _listed(files: tuple[str, ...]) -> tuple[str, ...]:
+    """Put the captures of a folder in its place; a folder without any stays, to be complained of."""
+    return tuple(name for file in files for name in (tuple(below(file)) if Path(file).is_dir() else ()) or (file,))
+
+
+def _recordings(names: tuple[str, ...], given: CaptureOptions, words: Words, out: Output) -> list[tuple[str, ...]]:
+    """Give the files of each recording: files that follow one another are one."""
+    every = [one.name for one in expanded(names)]
+    if len(every) < 2 or STDIN in every:
+        return [names]
+    progress = Progress(words, out, total_size(names))
+    return recordings(_span(name, given, words, progress) for name in every)
+
+
+def _span(name: str, given: CaptureOptions, words: Words, progress: Progress) -> Span:
+    """Give the time of a file. What is wrong with it is said when it is diagnosed."""
+    results: list[bytes] = []
+    session = open_session(words, given, format="info")
+    Run(session, words, progress, results.append, given, frameless=True, tell=lambda _: None).over((name,))
+    record: dict[str, Any] = json.loads(b"".join(results) or b"{}")
+    first, last = (record.get(key) for key in ("first_t", "last_t"))
+    buses = frozenset(one["bus"] for one in record.get("buses", ()))
+    return Span(name, first and nanoseconds(first), last and nanoseconds(last), buses)
+
+
+def _diagnosed(reading: "_Reading", out: Output) -> tuple[int, list[dict[str, Any]], dict[str, Any] | None]:
+    """Give the exit code, the problems, and what is known of all of it, if it could be read."""
+    names, given, stamps, words = reading
+    session = open_session(words, given, format="diagnosis", stamps=stamps)
+    results: list[bytes] = []
+    code = Run(session, words, Progress(words, out, total_size(names)), results.append, given).over(names)
+    records = _records(results, session)
+    whole = next((one for one in records if one["kind"] == "diagnosis"), None)
+    incidents = [one for one in records if one["kind"] == "incident"]
+    return code, incidents, None if code and not session.frames else whole
+
+
+def _each(
+    found: list[tuple[str, ...]], reading: "_Reading", out: Output, form: str, chosen: "Chosen", fail_on: str | None
+) -> int:
+    """Diagnose recordings, each by itself; give the exit code."""
+    from canalyze.reports import diagnosis_text
+
+    rows: list[diagnosis_text.Row] = []
+    worst = 0
+    fails = False
+    with suppress(ReaderGone):
+        for names in found:
+            code, incidents, whole = _diagnosed(reading._replace(names=names), out)
+            worst = worst or code
+            if code >= 128:
+                worst = code
+                break
+            shown = _chosen(incidents, whole, chosen)
+            fails = fails or _fails(shown, fail_on)
+            if whole is None:
+                continue
+            if form == "jsonl":
+                _write_lines(shown, out, names)
+            rows.append(diagnosis_text.Row(names, shown, whole))
+        if form == "text":
+            diagnosis_text.show_each(rows, out, reading.words, chosen, unread=len(found) - len(rows))
+            diagnosis_text.further_of_each(rows, out, reading.words)
+    if not rows:
+        out.drop()
+    return worst or int(fails)
+
+
+def _fails(shown: Iterable[Mapping[str, Any]], fail_on: str | None) -> bool:
+    fails = FAIL_ON.get(fail_on or "", ())
+    return any(one["status"] in fails and one["root"] for one in shown)
 
 
 def _there(chosen: "Chosen", incidents: list[dict[str, Any]], whole: dict[str, Any], words: Words) -> None:
@@ -180,9 +257,11 @@ def _records(results: list[bytes], session: "Session") -> list[dict[str, Any]]:
     return records
 
 
-def _write_lines(incidents: list[dict[str, Any]], out: Output) -> None:
+def _write_lines(incidents: list[dict[str, Any]], out: Output, names: tuple[str, ...] = ()) -> None:
+    """Write a JSON object for each problem; names: with the files of its recording, where there are several."""
     for one in incidents:
-        line = json.dumps({key: one[key] for key in KEYS}, ensure_ascii=False)
+        record = {key: one[key] for key in KEYS} | ({"files": list(names)} if names else {})
+        line = json.dumps(record, ensure_ascii=False)
         out.write(f"{line}\n".encode("utf-8", "backslashreplace"))
 
 

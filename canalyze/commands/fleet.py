@@ -37,7 +37,7 @@ from canalyze.output import Progress, complain, open_output
 from canalyze.output.help import Command
 from canalyze.words import Words
 
-_ACTIONS: Final = ("check", "export", "summary")
+_ACTIONS: Final = ("check", "diagnose", "export", "summary")
 _CHECKS: Final = ("fail_on", "select", "ignore", "baseline", "expect", "no_expect", "incidents")
 _OF: Final = dict.fromkeys(_CHECKS, "check") | dict.fromkeys(("tables", "signals", "device_from"), "export")
 """Options that are of one action only."""

@@ -48,5 +48,5 @@ def _policy(said: _core.Check, directory: Path) -> policy.Policy:
         ),
         str(directory),
         tuple(zip(("select", "ignore"), said.at, strict=True)),
-        said.incidents,
+        said.problems or (policy.FORMER[said.incidents] if said.incidents else None),
     )

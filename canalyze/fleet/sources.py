@@ -19,7 +19,7 @@ from canalyze import expectations
 from canalyze.check.globs import glob
 from canalyze.errors import SourceError
 from canalyze.fleet.stores import is_url, listed, local, opened, reported, tag_of
-from canalyze.sources.names import expanded, named_as_capture
+from canalyze.sources.names import below, expanded, named_as_capture
 
 _MAGIC: Final = frozenset("*?[")
 _CHUNK: Final = 1 << 20
@@ -75,9 +75,7 @@ def captures(sources: Iterable[str], out: str, *, beside: bool) -> list[Capture]
 def _files(source: str) -> Iterator[str]:
     """Give the files of a folder that are named as captures are, or those that a name or a pattern stands for."""
     if Path(source).is_dir():
-        for folder, below, files in os.walk(source):
-            below[:] = sorted(one for one in below if not one.startswith("."))
-            yield from (os.path.join(folder, one) for one in sorted(files) if named_as_capture(one))  # noqa: PTH118
+        yield from below(source)
         return
     for one in expanded([source]):
         if one.error is not None:

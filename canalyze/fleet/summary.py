@@ -7,10 +7,11 @@ from collections.abc import Iterable, Sequence
 
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.stores import Place
-from canalyze.fleet.task import Action, records_of, verdict_of
+from canalyze.fleet.task import Action, problems_of, records_of, verdict_of
+from canalyze.incident import KEYS
 from canalyze.output import Output
 from canalyze.output import jsonl as json_lines
-from canalyze.reports import check_jsonl, check_text, fleet_text, junit
+from canalyze.reports import check_jsonl, check_text, diagnosis_text, fleet_text, junit
 from canalyze.words import Words
 
 
@@ -30,6 +31,14 @@ def show(action: Action, done: Sequence[Manifest], out: Output, words: Words, *,
     """Write it as text. whole: of check the findings of each capture too, not only the totals."""
     if action == "check":
         check_text.show([verdict_of(action, one) for one in done], out, words, totals=not whole)
+    elif action == "diagnose":
+        rows = [row for one in done if (row := problems_of(one))]
+        fleet_text.show_problems(rows, out, words)
+        if whole:
+            out.text("\n")
+        diagnosis_text.show_each(
+            rows, out, words, diagnosis_text.Chosen(None, None, None), unread=len(done) - len(rows), totals=not whole
+        )
     elif action == "export":
         fleet_text.show_tables([(one.result or {}).get("rows", {}) for one in done], out, words)
     else:
@@ -58,10 +67,12 @@ def write(action: Action, done: Sequence[Manifest], place: Place, name: str, wor
 
 
 def _records(action: Action, done: Iterable[Manifest]) -> Iterable[str]:
-    """Give the records of summaries, and what was exported, with the capture's name; of one that was not read, why."""
+    """Give the records of summaries and problems and what was exported, each with its capture; why one was not read."""
     for one in done:
         if action == "export" and one.result:
             yield json_lines.text({"capture": one.capture, "kind": "export", **one.result}, compact=True)
+        for problem in (one.result or {}).get("problems", ()) if action == "diagnose" else ():
+            yield json_lines.text({"capture": one.capture, **{key: problem[key] for key in KEYS}}, compact=True)
         for record in records_of(one) if action == "summary" else ():
             yield json_lines.text({"capture": one.capture, **record}, compact=True)
         if one.failed:

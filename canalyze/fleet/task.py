@@ -27,10 +27,12 @@ from canalyze.fleet import manifest, stored
 from canalyze.fleet.manifest import Manifest
 from canalyze.fleet.sources import Capture, content, fetched, stamp
 from canalyze.fleet.stores import place
+from canalyze.incident import KEYS
+from canalyze.reports.diagnosis_text import Row
 from canalyze.running.pool import Tell
 from canalyze.sources.names import unpacked
 
-Action = Literal["check", "summary", "export"]
+Action = Literal["check", "diagnose", "summary", "export"]
 
 
 @dataclass
@@ -144,6 +146,22 @@ def _check(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
     return Result(verdict.error, verdict.frames, findings, stored.row(verdict))
 
 
+def _diagnose(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
+    took: list[bytes] = []
+    job = replace(work.job, beside=False)
+    done = read(path, job, Far(tell), lambda _, result: took.append(result), form="diagnosis", shown=capture.name)
+    if done.signal:
+        raise SystemExit(128 + done.signal)
+    records = [json.loads(line) for line in b"".join(took).splitlines()]
+    whole = next((one for one in records if one["kind"] == "diagnosis"), None)
+    if whole is None or done.session is None:
+        return Result(done.error, 0, 0, None)
+    problems = [{key: one[key] for key in (*KEYS, "root")} for one in records if one["kind"] == "incident"]
+    findings = sum(one["root"] and one["status"] == "stands" for one in problems)
+    kept = {"nature": done.session.nature, "order": whole["order"], "problems": problems}
+    return Result(done.error, done.session.frames, findings, kept)
+
+
 def _summary(work: Work, path: str, capture: Capture, tell: Tell) -> Result:
     took: list[bytes] = []
     job = replace(work.job, beside=False)
@@ -195,7 +213,7 @@ def _described(work: Work) -> Mapping[tuple[str | None, int], str]:
 
 _CARRIED: Final[dict[str, Mapping[tuple[str | None, int], str]]] = {}
 """By the settings of a work."""
-_ACTIONS: Final = {"check": _check, "summary": _summary, "export": _export}
+_ACTIONS: Final = {"check": _check, "diagnose": _diagnose, "summary": _summary, "export": _export}
 
 
 def verdict_of(action: Action, done: Manifest) -> Verdict:
@@ -208,6 +226,13 @@ def verdict_of(action: Action, done: Manifest) -> Verdict:
 def files_of(done: Manifest) -> list[str]:
     """Give what an export has written, by its names in the place of the results."""
     return list((done.result or {}).get("files", ()))
+
+
+def problems_of(done: Manifest) -> Row | None:
+    """Give what was diagnosed; None where it could not be read."""
+    if done.result is None:
+        return None
+    return Row((done.capture,), done.result["problems"], done.result)
 
 
 def records_of(done: Manifest) -> list[Mapping[str, Any]]:

@@ -91,6 +91,60 @@ def show(
             out.text((dyed(piece, headings[line], out=out) if line in headings else piece) + "\n")
 
 
+class Row(NamedTuple):
+    """One of several recordings."""
+
+    names: tuple[str, ...]
+    incidents: Sequence[Record]
+    whole: Record
+
+    @property
+    def roots(self) -> list[Record]:
+        """The problems that come from no other, most important first."""
+        by_id = {one["id"]: one for one in self.incidents}
+        return [by_id[number] for number in self.whole["order"] if number in by_id]
+
+
+def show_each(
+    rows: Sequence[Row], out: Output, words: Words, chosen: Chosen, *, unread: int, totals: bool = False
+) -> None:
+    """Write a line for each recording, the worst first. unread: how many could not be read; totals: no such lines."""
+    states = (*_STATES[:2], "unjudged", "over")
+
+    def rank(row: Row) -> tuple[int, int, int]:
+        open_ones = sum(one["status"] == "stands" for one in row.roots)
+        told = sum(one["status"] != "harmless" for one in row.roots)
+        return states.index(worst(row.roots, row.whole)), -open_ones, -told
+
+    ordered = sorted(rows, key=rank)
+    cells = []
+    for row in [] if totals else ordered:
+        first, *further = (printable(name) for name in row.names)
+        name = f"{first} +{len(further)}" if further else first
+        headline = next((printable(one["message"]) for one in row.roots if one["status"] != "harmless"), "")
+        cells.append((verdict(row.roots, row.whole, words), name, headline))
+    said, named = (max((width(cell[place]) for cell in cells), default=0) for place in (0, 1))
+    room = shutil.get_terminal_size().columns if out.is_terminal else None
+    for row, (state, name, headline) in zip(ordered, cells, strict=False):
+        line = f"{pad(state, said)}  {pad(name, named)}  {headline}".rstrip()
+        for piece in [line] if room is None else _fitted(line, room):
+            out.text(dyed(piece, _COLOURS[worst(row.roots, row.whole)], out=out) + "\n")
+    counts = {state: sum(worst(row.roots, row.whole) == state for row in rows) for state in states}
+    parts = [words(f"diagnose_each.{state}", count=count) for state, count in counts.items() if count]
+    parts += [words("diagnose_each.unread", count=unread)] if unread else []
+    only = _only(chosen, words)
+    total = words("diagnose.each", count=len(rows) + unread, said=words("check.then").join(parts))
+    out.text(f"{total}{only}\n")
+
+
+def further_of_each(rows: Sequence[Row], out: Output, words: Words) -> None:
+    """Write what to type next."""
+    if rows:
+        first = next((row for row in rows if worst(row.roots, row.whole) == "stands"), rows[0])
+        files = " ".join(map(wording.capture_name, first.names))
+        out.text(words("diagnose.more", said=f"canalyze {files} · --join") + "\n")
+
+
 def tell(
     story: int,
     incidents: Sequence[Record],

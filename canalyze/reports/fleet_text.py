@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from canalyze.output import Output, dyed, printable
-from canalyze.reports import table
+from canalyze.reports import table, wording
+from canalyze.reports.diagnosis_text import Row
 from canalyze.reports.table import EMPTY, Column
 from canalyze.words import Words
 
@@ -41,6 +42,40 @@ def show(captures: Sequence[tuple[str, str | None, Sequence[Record]]], out: Outp
     frames = sum(one["frames"] for _, _, records in captures for one in _of("capture", records))
     hours = sum(float(one["seconds"] or 0) for _, _, records in captures for one in _of("capture", records)) / 3600
     out.text("\n" + words("fleet.figures", files=len(captures), frames=frames, hours=f"{hours:.2f}") + "\n")
+
+
+def show_problems(captures: Sequence[Row], out: Output, words: Words) -> None:
+    """Write which kind of problem was found at which node, in how many captures, the most open ones first."""
+    spread: dict[tuple[str, str], list[tuple[str, Record]]] = {}
+    for row in captures:
+        for one in row.roots:
+            if one["status"] != "harmless":
+                subject = one["subject"]
+                nodes = [subject["node"]] if subject.get("node") is not None else subject.get("nodes", [])
+                key = one["incident"], wording.ranges(nodes, ", ") or EMPTY
+                spread.setdefault(key, []).append((row.names[0], one))
+    if not spread:
+        return
+
+    def figures(found: Sequence[tuple[str, Record]]) -> list[int]:
+        states = Counter(one["status"] for _, one in found)
+        return [len({name for name, _ in found}), *(states[state] for state in ("stands", "unknown", "over"))]
+
+    ordered = sorted(spread.items(), key=lambda item: (-figures(item[1])[1], -figures(item[1])[0], item[0]))
+    columns = [
+        Column(words("fleet.problem")),
+        Column(words("fleet.node"), right=True),
+        *(Column(words(f"fleet.{name}"), right=True) for name in ("files", "open", "unknown", "ended")),
+        Column(words("fleet.worst"), folds=True),
+    ]
+    rank = ("stands", "unknown", "over")
+    rows = []
+    for (kind, nodes), found in ordered:
+        name, one = min(found, key=lambda entry: rank.index(entry[1]["status"]))
+        where = f"{wording.capture_name(name)} -n {one['id']}"
+        rows.append([kind, nodes, *map(str, figures(found)), where])
+    table.write(columns, rows, out)
+    out.text("\n")
 
 
 def show_tables(captures: Sequence[Mapping[str, int]], out: Output, words: Words) -> None:

@@ -34,6 +34,13 @@ def named_as_capture(name: str) -> bool:
     return not Path(name).name.startswith(".") and unpacked(name).suffix.lower() in CAPTURES
 
 
+def below(folder: str) -> Iterator[str]:
+    """Give the files of a folder, and of those in it, that are named as captures are."""
+    for inside, folders, files in os.walk(folder):
+        folders[:] = sorted(one for one in folders if not one.startswith("."))
+        yield from (os.path.join(inside, one) for one in sorted(files) if named_as_capture(one))  # noqa: PTH118
+
+
 class Named(NamedTuple):
     """A capture to read."""
 

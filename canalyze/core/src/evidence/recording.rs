@@ -87,8 +87,8 @@ impl Silence {
 /// The events of the recording at a frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Happened {
-    /// The step by which the clock was set, in ns.
-    pub step_ns: Option<i64>,
+    /// The clock was set.
+    pub step: Option<ClockStep>,
     /// The silence of the whole bus before this frame, if it concerns a verdict.
     pub silence: Option<Box<Silence>>,
     /// The sighting of the frame, as a possible duplicate.
@@ -125,12 +125,23 @@ pub struct Recording {
     jitter_ns: Option<i64>,
 }
 
+/// A step by which the clock of the stamps was set back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockStep {
+    /// The bus goes on.
+    Set,
+    /// Another recording may begin, as in files that were joined: what was known before holds no longer. The step is
+    /// long, or leads back to where the recording began.
+    Anew,
+}
+
 /// The clock of the stamps.
 #[derive(Clone, Copy, Debug, Default)]
 struct StampClock {
     /// Incremented at each step.
     steps: u32,
-    /// The latest time since, in ns.
+    /// The first and the latest time since, in ns.
+    first_ns: Option<i64>,
     latest_ns: Option<i64>,
 }
 
@@ -139,11 +150,6 @@ struct StampClock {
 struct Echo {
     exchanges: u32,
     latest_ns: i64,
-}
-
-/// Returns true if another recording may begin at a step of the clock: what was known before holds no longer.
-pub fn is_another(step_ns: i64) -> bool {
-    step_ns <= -ANOTHER_NS
 }
 
 impl Recording {
@@ -162,7 +168,7 @@ impl Recording {
         if self.resolution.is_of_use() != of_use {
             // Times before and after are not comparable.
             self.clock.steps = self.clock.steps.saturating_add(1);
-            (self.clock.latest_ns, self.last_ns) = (None, None);
+            (self.clock.first_ns, self.clock.latest_ns, self.last_ns) = (None, None, None);
             self.stalls.end_burst();
         }
         let untimed;
@@ -184,8 +190,8 @@ impl Recording {
         let mut silent_ns = 0;
         if let Some(now) = frame.t_ns {
             self.resolution.follow(frame, (now, gap, wire_ns), happened.sighting);
-            happened.step_ns = self.step_of_clock(now);
-            if happened.step_ns.is_some() || self.last_ns.is_none() {
+            happened.step = self.step_of_clock(now);
+            if happened.step.is_some() || self.last_ns.is_none() {
                 self.holes.start(now);
             }
             silent_ns = gap.map_or(0, |gap| gap.max(0));
@@ -203,6 +209,7 @@ impl Recording {
             let missed = missed.filter(|_| original && resolution_ns < LATE_NS);
             self.single.follow(frame, missed);
             self.last_ns = Some(now);
+            self.clock.first_ns = self.clock.first_ns.or(Some(now));
             self.clock.latest_ns = Some(self.clock.latest_ns.map_or(now, |latest| latest.max(now)));
         }
         self.stalls.decide_shown(&self.duplicates);
@@ -488,15 +495,16 @@ impl Recording {
         self.stalls.verdict(burst)
     }
 
-    fn step_of_clock(&mut self, now: i64) -> Option<i64> {
+    fn step_of_clock(&mut self, now: i64) -> Option<ClockStep> {
+        let first = self.clock.first_ns?;
         let back = self.clock.latest_ns?.saturating_sub(now);
         if back < CLOCK_STEP_NS {
             return None;
         }
         self.clock.steps = self.clock.steps.saturating_add(1);
-        self.clock.latest_ns = None;
+        (self.clock.first_ns, self.clock.latest_ns) = (None, None);
         self.stalls.end_burst();
-        Some(-back)
+        Some(if back >= ANOTHER_NS || now <= first { ClockStep::Anew } else { ClockStep::Set })
     }
 
     /// Returns true if a frame at this time ends a silence of the bus longer than recent ones.

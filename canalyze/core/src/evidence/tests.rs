@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::duplicates::Sighting;
 use super::period::{Confidence, Learnt};
-use super::recording::{Happened, Verdict};
+use super::recording::{ClockStep, Happened, Verdict};
 use super::*;
 use crate::bytes::frame::{CanId, Frame, FrameRef};
 
@@ -265,7 +265,20 @@ fn a_clock_that_is_set_back_begins_an_epoch() {
         let mut recording = Recording::default();
         observe(&mut recording, &frame(1, 0x181, &[1], 4_000_000_001), false);
         let (_, happened) = observe(&mut recording, &frame(2, 0x181, &[2], 4_000_000_001 - back), false);
-        assert_eq!(happened.step_ns.is_some(), stepped, "{back}");
+        assert_eq!(happened.step.is_some(), stepped, "{back}");
+    }
+}
+
+#[test]
+fn a_step_back_to_the_beginning_begins_anew() {
+    // A short capture may have been joined to itself.
+    for (to_us, step) in [(1, ClockStep::Set), (0, ClockStep::Anew), (-5, ClockStep::Anew)] {
+        let mut recording = Recording::default();
+        for (no, us) in [(1, 0), (2, 300_000), (3, 500_000)] {
+            observe(&mut recording, &frame(no, 0x181, &[1], 4_000_000_001 + us), false);
+        }
+        let (_, happened) = observe(&mut recording, &frame(4, 0x181, &[2], 4_000_000_001 + to_us), false);
+        assert_eq!(happened.step, Some(step), "{to_us}");
     }
 }
 
@@ -375,7 +388,7 @@ fn frames_that_are_listed_out_of_order_are_no_steps() {
         for no in 0..400 {
             let t_us = 4_000_000_001 + no * 300 - if no % 100 == 99 { late } else { 0 };
             let (_, happened) = observe(&mut recording, &frame(no as u64, 0x181, &[no as u8], t_us), false);
-            assert!(happened.step_ns.is_none(), "{no}, {late} us earlier");
+            assert!(happened.step.is_none(), "{no}, {late} us earlier");
         }
     }
 }

@@ -54,6 +54,7 @@ impl Expectations {
 #[pyclass(module = "canalyze._core", frozen, get_all)]
 struct Check {
     fail_on: Option<String>,
+    problems: Option<String>,
     incidents: Option<String>,
     select: Vec<String>,
     ignore: Vec<String>,
@@ -91,6 +92,7 @@ fn read(py: Python<'_>, content: &[u8], file: &str) -> PyResult<Settings> {
         |one: settings::Override| (one.codes, one.severity, one.reason, one.files, numbers(one.nodes), one.bus, one.at);
     let check = |check: settings::CheckSettings| Check {
         fail_on: check.fail_on,
+        problems: check.problems,
         incidents: check.incidents,
         select: check.select,
         ignore: check.ignore,

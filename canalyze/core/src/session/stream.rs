@@ -185,7 +185,7 @@ impl Stream {
         out: &mut Vec<u8>,
     ) {
         let holed = self.decoding.is_behind_hole(frame);
-        let stepped = seen.is_some_and(|(_, happened)| happened.step_ns.is_some());
+        let stepped = seen.is_some_and(|(_, happened)| happened.step.is_some());
         if holed && let Some(before) = before {
             self.sinks.take(out, self.capture.view(buses), Notice::Gap(frame.bus, false));
             self.decoding.lost(frame.bus, *before, buses);

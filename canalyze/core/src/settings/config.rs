@@ -18,8 +18,10 @@ const TOP: [SchemaKey; 3] = [
 ];
 const SYNC: [SchemaKey; 2] =
     [key("period_us", ValueForm::Microseconds(true)), key("window_us", ValueForm::Microseconds(true))];
-const CHECK: [SchemaKey; 5] = [
+const CHECK: [SchemaKey; 6] = [
     key("fail_on", ValueForm::Choice(|| severities().rev().chain(["never"]).collect(), "threshold")),
+    key("problems", ValueForm::Choice(|| vec!["open", "ended", "never"], "choice")),
+    // The former spelling of `problems`.
     key("incidents", ValueForm::Choice(|| vec!["stands", "over", "never"], "choice")),
     key("select", ValueForm::Codes),
     key("ignore", ValueForm::Codes),
@@ -127,7 +129,9 @@ pub struct SdoIds {
 pub struct CheckSettings {
     /// The least severity that fails, or never.
     pub fail_on: Option<String>,
-    /// The problems that fail: stands, over or never.
+    /// The problems that fail: open, ended or never.
+    pub problems: Option<String>,
+    /// The same in the former spelling: stands, over or never.
     pub incidents: Option<String>,
     /// Codes, or their beginnings, of the findings that are judged.
     #[serde(default)]

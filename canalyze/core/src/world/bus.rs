@@ -19,7 +19,7 @@ use crate::checks::{Checks, PdoName};
 use crate::evidence::When;
 use crate::evidence::circumstance;
 use crate::evidence::duplicates::Sighting;
-use crate::evidence::recording::{self, Happened};
+use crate::evidence::recording::{ClockStep, Happened};
 use crate::sdo::channel::{Interruption, is_whole};
 use crate::sdo::exchange::expedited;
 use crate::sdo::state::SdoChannel;
@@ -202,9 +202,9 @@ impl Bus {
             let only = (paused.count_ones() == 1).then(|| paused.trailing_zeros() as u8);
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Pause, only, cx.when);
         }
-        if let Some(step_ns) = happened.step_ns {
+        if let Some(step) = happened.step {
             cx.evidence.circumstances.note(circumstance::CircumstanceKind::Gap, None, cx.when);
-            if recording::is_another(step_ns) {
+            if step == ClockStep::Anew {
                 cx.release_all();
                 self.checks.lost(cx);
                 self.doubt(cx.at.no.saturating_sub(1));

@@ -1,4 +1,4 @@
-//! How often something comes: the only place that measures and models it.
+//! Periods of everything that repeats: the only place that measures and models them.
 //!
 //! | file | question |
 //! |---|---|

@@ -1,0 +1,43 @@
+"""Which captures are parts of one recording: those that follow one another on the same bus.
+
+Must not: read a capture.
+"""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+APART_NS: Final = 5_000_000_000
+"""Longest time from the end of a part to the beginning of the next, in ns: a slow bus is silent for so long."""
+
+
+class Span(NamedTuple):
+    """The time and the buses of one file."""
+
+    name: str
+    begin_ns: int | None
+    """The first stamp; None without stamps, or if it could not be read."""
+    end_ns: int | None
+    buses: frozenset[str]
+
+    def follows(self, before: "Span") -> bool:
+        """Return true if it goes on where another one has ended."""
+        if self.begin_ns is None or before.end_ns is None or not self.buses & before.buses:
+            return False
+        return 0 <= self.begin_ns - before.end_ns <= APART_NS
+
+
+def recordings(spans: Iterable[Span]) -> list[tuple[str, ...]]:
+    """Return the names of the files of each recording, in the order of time."""
+    every = list(spans)
+    timed = sorted((one for one in every if one.begin_ns is not None), key=lambda one: one.begin_ns or 0)
+    chains: list[list[Span]] = []
+    for span in timed:
+        chain = next((one for one in reversed(chains) if span.follows(one[-1])), None)
+        if chain is None:
+            chains.append([span])
+        else:
+            chain.append(span)
+    place = {span.name: number for number, span in enumerate(every)}
+    chains += [[span] for span in every if span.begin_ns is None]
+    chains.sort(key=lambda chain: min(place[span.name] for span in chain))
+    return [tuple(span.name for span in chain) for chain in chains]
