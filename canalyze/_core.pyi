@@ -200,6 +200,8 @@ class Network:
         *,
         descriptions: Sequence[tuple[str | None, int, Dictionary]] = (),
         cobs: Sequence[tuple[str | None, int, bool, int, str, int]] = (),
+        values: Sequence[tuple[str | None, int, int, int, int]] = (),
+        profiles: Sequence[tuple[str | None, int, int]] = (),
         sdos: Sequence[tuple[str | None, int, bool, int, bool, int]] = (),
         sync_period_ns: int | None = None,
         sync_window_ns: int | None = None,
@@ -210,6 +212,8 @@ class Network:
 
         descriptions: bus, node-ID 1 to 127, what describes the node.
         cobs: bus, CAN-ID, whether it has 29 bits, node-ID, tpdo | rpdo, number of the PDO 1 to 512.
+        values: bus, node-ID, index, sub-index, value of the object.
+        profiles: bus, node-ID, number of the profile whose default mappings it has: 401 or 402.
         sdos: bus, CAN-ID client to server, whether it has 29 bits, CAN-ID server to client, whether it has 29 bits,
         node-ID of the server.
         sync_period_ns, sync_window_ns: 1006h and 1007h, above 0. jitter_ns: error of the stamps to allow for, 0 or

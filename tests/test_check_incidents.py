@@ -59,7 +59,7 @@ def test_reports(canalyze: Runner, tmp_path: Path) -> None:
     rows = [json.loads(line) for line in done.out.splitlines()]
     (problem,) = (row for row in rows if row["kind"] == "incident")
     assert (problem["incident"], problem["node"], problem["status"], problem["fails"]) == (
-        *("node-silent", 5, "open", True),
+        *("node-silent", 5, "stands", True),
     )
     root = ET.parse(tmp_path / "j.xml").getroot()
     failing = [case.get("name") or "" for case in root.iter("testcase") if case.find("failure") is not None]

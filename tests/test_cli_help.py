@@ -103,7 +103,7 @@ def test_usual_options_stand_first(canalyze: Runner, name: str, usual: list[str]
 
 def test_options_stand_under_their_topic(canalyze: Runner) -> None:
     found = sections(canalyze("decode", "--help", "--lang", "en").out)
-    assert found["Network description"] == ["--cob", "--sdo", "--eds-from-traffic"]
+    assert found["Network description"] == ["--cob", "--pdo", "--profile", "--sdo", "--eds-from-traffic"]
     assert found["Time"] == ["--stamps", "--sync-period", "--sync-window", "--jitter"]
     assert found["Output"] == ["--format", "-n, --number", "--color", "--force"]
     assert found["More options"] == ["--brief", "--problems"]

@@ -115,11 +115,13 @@ MAY_USE: dict[str, set[str]] = {
         "configuration.options",
         "expectations",
         "exporting",
+        "incident",
         "output",
         "output.jsonl",
         "output.writing",
         "reports",
         "running.pool",
+        "running.run",
     },
     "library": {
         *READ,

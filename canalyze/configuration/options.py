@@ -88,6 +88,8 @@ class NetworkOptions(TypedDict, total=False):
 
     eds: tuple[network.Description, ...]
     cob: tuple[network.Cob, ...]
+    pdo: tuple[network.PdoMapping, ...]
+    profile: tuple[network.NodeProfile, ...]
     sdo: tuple[network.SdoChannel, ...]
     sync_period: int | None
     sync_window: int | None
@@ -174,6 +176,8 @@ def network_options(words: Words) -> list[click.Parameter]:
     return [
         spelled(words, "--eds", network.description, "eds", "[[BUS:]NODE=]FILE", "opt.eds", multiple=True),
         spelled(words, "--cob", network.cob, "cob", "[BUS:]ID=NODE.PDO", "opt.cob", multiple=True),
+        spelled(words, "--pdo", network.pdo_mapping, "pdo", "[BUS:]PDO=MAPPING", "opt.pdo", multiple=True),
+        spelled(words, "--profile", network.profile, "profile", "[BUS:]NODE=401|402", "opt.profile", multiple=True),
         spelled(words, "--sdo", network.sdo_channel, "sdo", "[BUS:]ID,ID=NODE", "opt.sdo", multiple=True),
         spelled(words, "--sync-period", network.period, "period", "US", "opt.sync_period"),
         spelled(words, "--sync-window", network.period, "period", "US", "opt.sync_window"),
@@ -286,6 +290,8 @@ def known_of(given: CaptureOptions) -> network.Known:
         given.get("sync_window"),
         given.get("jitter"),
         given.get("bitrate"),
+        given.get("pdo", ()),
+        given.get("profile", ()),
     )
 
 

@@ -47,6 +47,8 @@ class Known(TypedDict, total=False):
 
     eds: Descriptions
     cob: Iterable[str]
+    pdo: Iterable[str]
+    profile: Iterable[str]
     sdo: Iterable[str]
     sync_period: str | int | None
     sync_window: str | int | None
@@ -74,6 +76,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     *,
     eds: Descriptions = (),
     cob: Iterable[str] = (),
+    pdo: Iterable[str] = (),
+    profile: Iterable[str] = (),
     sdo: Iterable[str] = (),
     sync_period: str | int | None = None,
     sync_window: str | int | None = None,
@@ -100,6 +104,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     eds: which device is which, `{5: "drive.eds", ("can1", 6): "io.dcf"}`, or as --eds: `["5=drive.eds", "1-4=io.eds"]`.
     A `canopen.ObjectDictionary` may stand for a file.
     cob: which CAN-ID carries which PDO, as --cob: `["1A5=5.TPDO1"]`.
+    pdo: what a PDO carries, as --pdo: `["185=6041:16,6064:32"]`. profile: nodes with the default mappings of a profile,
+    as --profile: `["5=402"]`.
     sdo: further SDO channels, as --sdo: `["640,5C0=5"]`.
     sync_period, sync_window, jitter: in microseconds, or with a unit (`"10ms"`): 1006h, 1007h, and the error of the
     stamps to allow for. What the capture shows overrules the first two.
@@ -124,6 +130,8 @@ def open(  # noqa: A001  canalyze.open, as tarfile.open
     given = Options(
         eds=eds,
         cob=cob,
+        pdo=pdo,
+        profile=profile,
         sdo=sdo,
         sync_period=sync_period,
         sync_window=sync_window,

@@ -108,6 +108,8 @@ def plan(who: str, options: Known | Options) -> Plan:
         amount("sync_window", network.period, "period"),
         amount("jitter", network.tolerance, "tolerance"),
         amount("bitrate", network.bit_rate, "bit_rate"),
+        spelled("pdo", network.pdo_mapping),
+        spelled("profile", network.profile),
     )
     config = asked.get("config")
     filed = network.Known() if config is None else configuration.read(str(base / os.fspath(config))).known

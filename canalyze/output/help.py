@@ -43,7 +43,7 @@ _TOPICS: Final = {
     "own": (),
     "chosen": ("--filter", "--around", "--frame", "--since", "--node", "--bus", "--select"),
     "time": ("-t", "--stamps", "--sync-period", "--sync-window", "--jitter"),
-    "network": ("--eds", "--eds-from-traffic", "--cob", "--sdo", "--bitrate"),
+    "network": ("--eds", "--eds-from-traffic", "--cob", "--pdo", "--profile", "--sdo", "--bitrate"),
     "input": ("--input-format", "--merge", "--threads", "--topic", "--time-source", "--mcap-map"),
     "bus": ("--interface", "--data-bitrate", "--fd", "--option", "--reconnect", "--hardware-stamps"),
     "recording": ("--record", "--rotate", "--keep"),

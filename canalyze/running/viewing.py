@@ -97,7 +97,7 @@ def configuration(given: CaptureOptions) -> list[str]:
     """Give what was said of the network, so that one can be told from another."""
     filed = (click.get_current_context().find_object(Config) or Config()).known
     known: Known = filed.overruled(known_of(given))
-    return [str(one) for one in (*known.descriptions, *known.cobs, *known.sdos)]
+    return [str(one) for one in (*known.descriptions, *known.cobs, *known.pdos, *known.profiles, *known.sdos)]
 
 
 def open_viewer(given: ViewingOptions, path: str | None = None) -> Viewer:

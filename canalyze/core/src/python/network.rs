@@ -9,7 +9,7 @@ use super::choose;
 use super::dictionary::Dictionary;
 use crate::bytes::frame::CanId;
 use crate::session::known_pdos;
-use crate::world::network::{Cob, Description, Network as Known, Sdo};
+use crate::world::network::{Cob, Description, GivenProfile, GivenValue, Network as Known, Sdo};
 
 fn identifier(id: u32, extended: bool) -> CanId {
     if extended { CanId::extended(id) } else { CanId::standard((id & 0x7FF) as u16) }
@@ -23,11 +23,13 @@ pub(super) struct Network {
 #[pymethods]
 impl Network {
     #[new]
-    #[pyo3(signature = (*, descriptions = Vec::new(), cobs = Vec::new(), sdos = Vec::new(), sync_period_ns = None, sync_window_ns = None, jitter_ns = None, bitrate = None))]
+    #[pyo3(signature = (*, descriptions = Vec::new(), cobs = Vec::new(), values = Vec::new(), profiles = Vec::new(), sdos = Vec::new(), sync_period_ns = None, sync_window_ns = None, jitter_ns = None, bitrate = None))]
     #[allow(clippy::type_complexity, reason = "tuples of a Python call")]
     fn new(
         descriptions: Vec<(Option<String>, u8, PyRef<'_, Dictionary>)>,
         cobs: Vec<(Option<String>, u32, bool, u8, String, u16)>,
+        values: Vec<(Option<String>, u8, u16, u8, u64)>,
+        profiles: Vec<(Option<String>, u8, u16)>,
         sdos: Vec<(Option<String>, u32, bool, u32, bool, u8)>,
         sync_period_ns: Option<i64>,
         sync_window_ns: Option<i64>,
@@ -46,6 +48,11 @@ impl Network {
         let known = Known {
             descriptions: descriptions.into_iter().map(describe).collect(),
             cobs: cobs.into_iter().map(cob).collect::<PyResult<_>>()?,
+            values: values
+                .into_iter()
+                .map(|(bus, node, index, sub, value)| GivenValue { bus, node, index, sub, value })
+                .collect(),
+            profiles: profiles.into_iter().map(|(bus, node, number)| GivenProfile { bus, node, number }).collect(),
             sdos: sdos
                 .into_iter()
                 .map(|(bus, client, client_extended, server, server_extended, node)| Sdo {

@@ -88,6 +88,12 @@ impl Bus {
                 known(&mut nodes, one.node).configuration.set_option(index, 1, u64::from(one.id.raw()) | frame);
             }
         }
+        for one in network.values.iter().filter(|one| Network::holds(one.bus.as_ref(), name)) {
+            known(&mut nodes, one.node).configuration.set_option(one.index, one.sub, one.value);
+        }
+        for one in network.profiles.iter().filter(|one| Network::holds(one.bus.as_ref(), name)) {
+            known(&mut nodes, one.node).configuration.set_profile(one.number);
+        }
         for (_, node) in nodes.iter_mut() {
             node.compile_all();
         }

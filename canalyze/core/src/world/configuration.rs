@@ -31,6 +31,8 @@ pub enum Provenance {
     /// The capture, with this frame; but the value may have changed: frames were lost since, or it was written with a
     /// transfer whose result is unknown. Frames are still decoded by it, but no check uses it.
     Doubted(u64),
+    /// The default mapping of a profile that the user has named.
+    Profile,
     /// An EDS.
     Eds,
     /// A DCF, or a concise DCF seen in the capture.
@@ -46,6 +48,7 @@ impl Provenance {
     pub fn name(self) -> &'static str {
         match self {
             Self::Default => "default",
+            Self::Profile => "profile",
             Self::Eds => "eds",
             Self::Dcf => "dcf",
             Self::Option => "option",
@@ -99,12 +102,69 @@ struct Requested {
     unanswered: bool,
 }
 
+/// The default mapping of a PDO: its number, true for a TPDO, and its entries as in 1600h or 1A00h.
+type DefaultMapping = (u16, bool, &'static [u32]);
+
+/// The default mappings of CiA 401 for the first four PDOs, each of them with eight bytes.
+const OF_IO: &[DefaultMapping] = &[
+    (
+        1,
+        false,
+        &[0x6200_0108, 0x6200_0208, 0x6200_0308, 0x6200_0408, 0x6200_0508, 0x6200_0608, 0x6200_0708, 0x6200_0808],
+    ),
+    (2, false, &[0x6411_0110, 0x6411_0210, 0x6411_0310, 0x6411_0410]),
+    (3, false, &[0x6411_0510, 0x6411_0610, 0x6411_0710, 0x6411_0810]),
+    (4, false, &[0x6411_0910, 0x6411_0A10, 0x6411_0B10, 0x6411_0C10]),
+    (
+        1,
+        true,
+        &[0x6000_0108, 0x6000_0208, 0x6000_0308, 0x6000_0408, 0x6000_0508, 0x6000_0608, 0x6000_0708, 0x6000_0808],
+    ),
+    (2, true, &[0x6401_0110, 0x6401_0210, 0x6401_0310, 0x6401_0410]),
+    (3, true, &[0x6401_0510, 0x6401_0610, 0x6401_0710, 0x6401_0810]),
+    (4, true, &[0x6401_0910, 0x6401_0A10, 0x6401_0B10, 0x6401_0C10]),
+];
+
+/// The default mappings of CiA 402 for the first four PDOs: controlword and statusword, with the mode of operation, the
+/// position and the velocity.
+const OF_DRIVE: &[DefaultMapping] = &[
+    (1, false, &[0x6040_0010]),
+    (2, false, &[0x6040_0010, 0x6060_0008]),
+    (3, false, &[0x6040_0010, 0x607A_0020]),
+    (4, false, &[0x6040_0010, 0x60FF_0020]),
+    (1, true, &[0x6041_0010]),
+    (2, true, &[0x6041_0010, 0x6061_0008]),
+    (3, true, &[0x6041_0010, 0x6064_0020]),
+    (4, true, &[0x6041_0010, 0x606C_0020]),
+];
+
+/// The profiles whose default mappings are known, with them.
+const PROFILES: &[(u16, &[DefaultMapping])] = &[(401, OF_IO), (402, OF_DRIVE)];
+
+/// Returns the numbers of the profiles whose default mappings are known.
+pub fn profiles() -> impl Iterator<Item = u16> {
+    PROFILES.iter().map(|(number, _)| *number)
+}
+
+/// Returns the objects of a profile's default mappings with their values.
+fn profile_defaults(number: u16) -> impl Iterator<Item = (Address, u64)> {
+    let mappings = PROFILES.iter().filter(move |(of, _)| *of == number).flat_map(|(_, mappings)| *mappings);
+    let objects = mappings.flat_map(|(pdo, transmit, entries)| {
+        let index = if *transmit { 0x1A00 } else { 0x1600 } + (pdo - 1);
+        let count = std::iter::once(((index, 0), entries.len() as u64));
+        count.chain((1u8..).zip(*entries).map(move |(sub, entry)| ((index, sub), u64::from(*entry))))
+    });
+    objects.chain(std::iter::once(((0x1000, 0), u64::from(number))))
+}
+
 /// The configuration of one node.
 #[derive(Debug, Default)]
 pub struct Configuration {
     description: Option<Arc<Dictionary>>,
     /// By option.
     options: BTreeMap<Address, u64>,
+    /// The defaults of a profile that the user has named, for a node without a description.
+    profile: BTreeMap<Address, u64>,
     /// From a concise DCF (1F22h) that a configuration manager received for this node.
     concise: BTreeMap<Address, u64>,
     /// Values shown by the capture, with their frames.
@@ -175,6 +235,13 @@ impl Configuration {
         self.options.insert((index, sub), value);
     }
 
+    /// Sets the profile, whose default mappings hold unless a description says otherwise.
+    pub fn set_profile(&mut self, number: u16) {
+        if self.description.is_none() {
+            self.profile = profile_defaults(number).collect();
+        }
+    }
+
     /// An object of the description.
     pub fn object(&self, index: u16, sub: u8) -> Option<&Arc<Object>> {
         self.description.as_ref()?.get(index, sub)
@@ -201,7 +268,9 @@ impl Configuration {
         if let Some(value) = self.concise.get(&address) {
             return Some(KnownValue { value: *value, from: Provenance::Dcf });
         }
-        self.described(node, index, sub)
+        let of_profile =
+            || self.profile.get(&address).map(|value| KnownValue { value: *value, from: Provenance::Profile });
+        self.described(node, index, sub).or_else(of_profile)
     }
 
     /// Returns the description's value of an object.
@@ -228,9 +297,9 @@ impl Configuration {
     /// Returns true if something is known of an object.
     pub fn holds(&self, index: u16) -> bool {
         let span = (index, 0)..=(index, u8::MAX);
+        let values = [&self.options, &self.concise, &self.profile];
         self.observed.range(span.clone()).next().is_some()
-            || self.options.range(span.clone()).next().is_some()
-            || self.concise.range(span).next().is_some()
+            || values.into_iter().any(|values| values.range(span.clone()).next().is_some())
             || self.description.as_ref().is_some_and(|description| description.has(index))
     }
 
@@ -272,7 +341,8 @@ impl Configuration {
         let span = (*range.start(), 0)..=(*range.end(), u8::MAX);
         let mut found: BTreeSet<u16> = self.observed.range(span.clone()).map(|((index, _), _)| *index).collect();
         found.extend(self.options.range(span.clone()).map(|((index, _), _)| *index));
-        found.extend(self.concise.range(span).map(|((index, _), _)| *index));
+        found.extend(self.concise.range(span.clone()).map(|((index, _), _)| *index));
+        found.extend(self.profile.range(span).map(|((index, _), _)| *index));
         if let Some(description) = &self.description {
             found.extend(description.within(range).iter().map(|object| object.index));
         }

@@ -14,6 +14,10 @@ pub struct Network {
     pub descriptions: Vec<Description>,
     /// COB-IDs of PDOs (`--cob`).
     pub cobs: Vec<Cob>,
+    /// Values of objects (`--pdo`).
+    pub values: Vec<GivenValue>,
+    /// Profiles whose default mappings hold (`--profile`).
+    pub profiles: Vec<GivenProfile>,
     /// Further SDO channels (`--sdo`).
     pub sdos: Vec<Sdo>,
     /// Communication cycle period in ns (`--sync-period`), if no object defines it.
@@ -52,6 +56,32 @@ pub struct Cob {
     pub number: u16,
 }
 
+/// The value of an object by option.
+#[derive(Clone, Debug)]
+pub struct GivenValue {
+    /// The bus's name; `None`: every bus.
+    pub bus: Option<String>,
+    /// Node-ID, 1..=127.
+    pub node: u8,
+    /// The object.
+    pub index: u16,
+    /// Its sub-index.
+    pub sub: u8,
+    /// The value.
+    pub value: u64,
+}
+
+/// The profile of a node by option.
+#[derive(Clone, Debug)]
+pub struct GivenProfile {
+    /// The bus's name; `None`: every bus.
+    pub bus: Option<String>,
+    /// Node-ID, 1..=127.
+    pub node: u8,
+    /// Its number: 401, 402.
+    pub number: u16,
+}
+
 /// An SDO channel by option.
 #[derive(Clone, Debug)]
 pub struct Sdo {
@@ -70,9 +100,13 @@ impl Network {
     pub fn describes(&self, name: &[u8]) -> bool {
         let mut of = self.descriptions.iter().map(|one| one.bus.as_ref());
         let mut cobs = self.cobs.iter().map(|one| one.bus.as_ref());
+        let mut values = self.values.iter().map(|one| one.bus.as_ref());
+        let mut profiles = self.profiles.iter().map(|one| one.bus.as_ref());
         let mut sdos = self.sdos.iter().map(|one| one.bus.as_ref());
         of.any(|bus| Self::holds(bus, name))
             || cobs.any(|bus| Self::holds(bus, name))
+            || values.any(|bus| Self::holds(bus, name))
+            || profiles.any(|bus| Self::holds(bus, name))
             || sdos.any(|bus| Self::holds(bus, name))
     }
 

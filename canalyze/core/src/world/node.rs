@@ -18,6 +18,8 @@ use crate::world::od::DataType;
 const MOST_ENTRIES: u64 = 64;
 /// The object with the kind of device.
 const DEVICE_TYPE: u16 = 0x1000;
+/// Mapping parameters of RPDOs and TPDOs.
+const MAPPINGS: [std::ops::RangeInclusive<u16>; 2] = [0x1600..=0x17FF, 0x1A00..=0x1BFF];
 /// Maximum number of changes of a node's kind of device that are followed: real nodes do not change it, and all PDOs
 /// are compiled again for each.
 const TURNS: u8 = 16;
@@ -254,7 +256,7 @@ impl Node {
         found.ok().and_then(|place| self.unconfirmed.get(place))
     }
 
-    /// Returns its device profile, by its device type.
+    /// Returns its device profile, by its device type, else by what its PDOs carry.
     pub fn profile(&self) -> Profile {
         self.profile
     }
@@ -274,7 +276,8 @@ impl Node {
     pub fn compile(&mut self) {
         let changed = self.configuration.uncompiled();
         // It determines the types of mapped objects.
-        if changed.contains(&DEVICE_TYPE) && self.profile_now() != self.profile && self.turned < TURNS {
+        let shows = |index: &u16| *index == DEVICE_TYPE || MAPPINGS.iter().any(|range| range.contains(index));
+        if changed.iter().any(shows) && self.profile_now() != self.profile && self.turned < TURNS {
             self.turned += 1;
             return self.compile_all();
         }
@@ -382,7 +385,24 @@ impl Node {
     }
 
     fn profile_now(&self) -> Profile {
-        self.value(DEVICE_TYPE, 0).map_or(Profile::UNKNOWN, |(device, _)| Profile::of(device as u32))
+        self.value(DEVICE_TYPE, 0).map_or_else(|| self.profile_by_mappings(), |(device, _)| Profile::of(device as u32))
+    }
+
+    /// Returns the profile by what the node's PDOs carry: a drive has a controlword or a statusword, a device with inputs
+    /// and outputs their values, of eight or sixteen bits each.
+    fn profile_by_mappings(&self) -> Profile {
+        let mut found = Profile::UNKNOWN;
+        for index in MAPPINGS.into_iter().flat_map(|range| self.configuration.indices(range)) {
+            let count = self.value(index, 0).map_or(0, |(count, _)| count as u8).min(8);
+            for (word, _) in (1..=count).filter_map(|sub| self.value(index, sub)) {
+                match (word >> 16 & 0xFFFF, word >> 8 & 0xFF, word & 0xFF) {
+                    (0x6040 | 0x6041, 0, 16) => return Profile::DRIVE,
+                    (0x6000 | 0x6200, 1.., 8) | (0x6401 | 0x6411, 1.., 16) => found = Profile::IO,
+                    _ => {}
+                }
+            }
+        }
+        found
     }
 
     /// Returns an object of the node as the only entry of a multiplex PDO: from byte 4 on, as long as its type. It has

@@ -31,8 +31,8 @@ impl Assumed {
     #[inline]
     pub fn contradicts(&mut self, name: (u8, bool, u16), content: &Signals, frame: &Frame) -> bool {
         let (mapping, own) = match content {
-            Signals::Mapped(mapping, Provenance::Eds) => (mapping, true),
-            Signals::ByConsumer(mapping, Provenance::Eds, ..) => (mapping, false),
+            Signals::Mapped(mapping, Provenance::Eds | Provenance::Profile) => (mapping, true),
+            Signals::ByConsumer(mapping, Provenance::Eds | Provenance::Profile, ..) => (mapping, false),
             _ => return false,
         };
         if misfit(content, frame).is_none() {

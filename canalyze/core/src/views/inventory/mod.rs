@@ -51,7 +51,7 @@ pub enum TypeFrom {
     Eds,
     /// The standard: 1000h to 1FFFh.
     Standard,
-    /// The device profile that the device reports.
+    /// The device profile that the device reports or whose objects its PDOs carry.
     Profile,
     /// The size of its values, and the values.
     Inferred,

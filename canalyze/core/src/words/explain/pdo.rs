@@ -48,6 +48,7 @@ fn provenance(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
             en: "unconfirmed: SDO write requests in the capture, up to frame ", frame, ", no response seen"),
         Provenance::Option => say!(out, lang; zh: "命令行选项"; en: "command line option"),
         Provenance::Dcf => put!(out; "DCF"),
+        Provenance::Profile => say!(out, lang; zh: "设备规范默认值"; en: "defaults of the profile"),
         Provenance::Eds => say!(out, lang; zh: "EDS默认值"; en: "EDS defaults"),
         Provenance::Default => say!(out, lang; zh: "预定义连接集"; en: "pre-defined connection set"),
     }

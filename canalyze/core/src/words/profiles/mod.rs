@@ -2,7 +2,7 @@
 //! emergency error codes. Each profile is a table in `words/`.
 //!
 //! The tables hold only what is certain; everything else keeps its number. A name of the device's own description wins:
-//! that is the caller's part. The profile of a node comes from its device type (1000h). Frames are not looked at here.
+//! that is the caller's part. The profile of a node comes from its device type (1000h), else from its PDOs. Frames are not looked at here.
 
 use Shape::{Array, Own, Record, Var};
 

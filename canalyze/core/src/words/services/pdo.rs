@@ -84,6 +84,7 @@ pub fn multiplexed(out: &mut Vec<u8>, lang: Lang, content: &Multiplexed, mapping
 /// Appends a note on a mapping only preset or requested, which the device may not use.
 fn preset(out: &mut Vec<u8>, lang: Lang, from: Provenance) {
     match from {
+        Provenance::Profile => say!(out, lang; zh: " (设备规范默认映射)"; en: " (default mapping of the profile)"),
         Provenance::Eds => say!(out, lang; zh: " (EDS默认映射)"; en: " (EDS default mapping)"),
         Provenance::Unconfirmed(_) => say!(out, lang; zh: " (PDO配置未确认)"; en: " (PDO configuration unconfirmed)"),
         _ => {}
