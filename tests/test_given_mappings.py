@@ -88,7 +88,7 @@ def test_the_mapping_by_hand_is_the_users(canalyze: Runner, tmp_path: Path) -> N
     rows = _signals(canalyze, "--pdo", "185=6041:16", "--pdo", "5.TPDO3=0006:16,6064:32")
     assert rows == [(1, "TPDO1", "6041:00", 0x37, "option"), (2, "TPDO3", "6064:00", 256, "option")]
     done = canalyze("--lang", "en", "check", "a.log", "--pdo", "385=6041:16,6064:32,6061:8")
-    assert done.code == 1 and "PDO006" in done.out, "too short for what the user says"
+    assert done.code == 1 and "PDO001" in done.out, "too short for what the user says"
 
 
 def test_what_the_capture_shows_comes_first(canalyze: Runner, tmp_path: Path) -> None:

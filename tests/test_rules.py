@@ -60,6 +60,7 @@ RAISED: dict[str, list[Raised]] = {
     "EDS003": [("EDS003", 4, None)],
     "EDS003-sub": [("EDS003", 4, None)],
     "EDS004": [("EDS004", 2, None)],
+    "EDS004-controller": [("EDS004", 2, None)],
     "EDS005": [("SDO017", 4, None), ("EDS005", 4, None)],
     "EDS005-sub": [("SDO017", 4, None), ("EDS005", 4, None)],
     "EMC001": [("EMC008", 3, None), ("EMC001", 3, None), ("EMC009", 3, 3)],

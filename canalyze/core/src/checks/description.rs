@@ -23,6 +23,12 @@ const OBJECTS: u16 = 0x1000;
 /// Sub-index at which a server may offer the structure of any object.
 const STRUCTURE: u8 = 0xFF;
 
+/// The objects that identify a node, and those in which a controller holds what it expects, by the node-ID as sub-index
+/// (CiA 302-2).
+const EXPECTED: [(u16, u8, u16); 5] =
+    [(0x1000, 0, 0x1F84), (0x1018, 1, 0x1F85), (0x1018, 2, 0x1F86), (0x1018, 3, REVISIONS), (0x1018, 4, 0x1F88)];
+const REVISIONS: u16 = 0x1F87;
+
 /// Abort codes for a missing object and for a missing sub-index.
 const NO_INDEX: u32 = 0x0602_0000;
 const NO_SUB: u32 = 0x0609_0011;
@@ -36,6 +42,28 @@ pub struct Descriptions {
 }
 
 impl Descriptions {
+    /// Compares the identity that a node answers with the one that the configuration of its controller expects
+    /// (CiA 302-2, boot of an NMT slave).
+    pub fn expected(&mut self, nodes: &PerNode<Node>, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
+        let answered = transfer.direction == Direction::Upload;
+        let Some((_, _, index)) = EXPECTED.iter().find(|(of, sub, _)| answered && (*of, *sub) == (mux.index, mux.sub))
+        else {
+            return;
+        };
+        let Some(found) = number(&transfer.data.kept) else { return };
+        let expects = |controller: &Node| {
+            let (value, from) = controller.value(*index, transfer.node)?;
+            (value != 0 && from > Provenance::Eds).then_some((controller.id(), value))
+        };
+        let Some((controller, expected)) = nodes.iter().find_map(|(_, node)| expects(node)) else { return };
+        // Of a revision the minor number, in the lower half, may be another one.
+        let lower = if *index == REVISIONS { 0xFFFF } else { 0 };
+        if (found | lower) != (expected | lower) && self.first(transfer.node, mux) {
+            let (found, expected) = (found as u32, expected as u32);
+            cx.raise(Eds004::Expected { found, expected, controller: controller.into() }, Some(transfer.node), Some(mux), None);
+        }
+    }
+
     /// Judges a successful transfer before its value is taken.
     pub fn judge(&mut self, node: Option<&Node>, transfer: &Transfer, mux: Mux, cx: &mut Context<'_>) {
         let upload = transfer.direction == Direction::Upload;

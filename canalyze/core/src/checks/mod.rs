@@ -382,6 +382,7 @@ impl Checks {
     /// Takes a successful transfer before its value is learnt.
     pub fn transferred(&mut self, transfer: &Transfer, mux: Mux, nodes: &PerNode<Node>, cx: &mut Context<'_>) {
         let node = nodes.get(transfer.node);
+        self.descriptions.expected(nodes, transfer, mux, cx);
         self.descriptions.judge(node, transfer, mux, cx);
         if transfer.direction == Direction::Download
             && let Some(value) = configuration::number(&transfer.data.kept)

@@ -1,6 +1,6 @@
 //! Rules about differences between a description (EDS or DCF) and its device.
 
-use super::quantity::{Count, Quantity};
+use super::quantity::{Count, Hex8, Quantity};
 use super::{Verdict, rules};
 
 rules! {
@@ -42,8 +42,8 @@ rules! {
         SubIndex "访问成功, 但设备描述中该索引没有这个子索引" "sub-index accessed that the description does not list";
     }
 
-    /// 设备类型(1000h)、制造商ID或产品码(1018h)与设备描述中的不同: 这份描述很可能不是这台设备的。
-    /// Device type (1000h), vendor-ID or product code (1018h) are not those of the description: it probably is that of another device.
+    /// 设备类型(1000h)、制造商ID或产品码(1018h)与设备描述中的不同: 这份描述很可能不是这台设备的。或者与主站的描述所要求的(1F84h到1F88h)不同: 启动检查不通过。
+    /// Device type (1000h), vendor-ID or product code (1018h) are not those of the description: it probably is that of another device. Or they are not what the description of the controller expects (1F84h to 1F88h): the boot check fails.
     ///
     /// 给节点指定了错误的EDS, 节点ID弄混, 或者更换了设备。
     /// The wrong EDS was given for the node, node-IDs were mixed up, or the device was replaced.
@@ -51,6 +51,8 @@ rules! {
         message "设备标识与设备描述不符" "identity differs from the description";
         Value { found: Quantity, described: Quantity } "读到{found}, 设备描述中为{described}: EDS很可能不是这台设备的"
             "read {found}, the description has {described}: the EDS is probably for another device";
+        Expected { found: Hex8, expected: Hex8, controller: Count } "读到{found}, 主站节点{controller}要求{expected} (1F84h到1F88h): 启动检查不通过"
+            "read {found}, the controller (node {controller}) expects {expected} (1F84h to 1F88h): the boot check fails";
     }
 
     /// 设备以中止码06020000h或06090011h回答: 没有这个对象或子索引, 而设备描述中有。

@@ -334,7 +334,7 @@ fn behind_a_gap_nothing_holds() {
 7 value/can0/node5/TPDO3/Door_open%2Fclosed(2000:02) 0 0
 7 value/can0/node5/TPDO3/digital_inputs - 00000005h
 8 nmt/can0/node5 operational Operational
-9 emcy/can0/node5 active 3210h voltage inside the device
+9 emcy/can0/node5 active 3210h DC link over-voltage
 6 sdo/can0/node5 - -
 ";
     assert_eq!(text(&rows, &[""]), expected);
