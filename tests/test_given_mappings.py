@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 
 import pytest
-from captures import Row
+from captures import SAMPLES, Row
 from conftest import Runner
 
 from canalyze.configuration import network
@@ -117,3 +117,28 @@ def test_mappings_show_the_profile(canalyze: Runner, tmp_path: Path, mapped: str
     """A node without a device type is what its PDOs carry."""
     (tmp_path / "a.log").write_text("(1.0) can0 185#3700\n")
     assert name in canalyze("--lang", "en", "decode", "a.log", "--pdo", f"185={mapped}").out
+
+
+@pytest.mark.parametrize(
+    ("object_", "value", "raised"),
+    [
+        ("1018:01", "77000000", False),
+        ("1018:01", "78000000", True),
+        ("1018:02", "78000000", False),
+        ("1018:03", "05000200", False),
+        ("1018:03", "FFFF0200", False),
+        ("1018:03", "05000300", True),
+        ("1000:00", "92010200", False),
+    ],
+)
+def test_what_a_controller_expects(canalyze: Runner, tmp_path: Path, object_: str, value: str, raised: bool) -> None:
+    """The vendor-ID exactly, the major number of the revision, and nothing where its description has no value."""
+    index, _, sub = object_.partition(":")
+    where = f"{index[2:]}{index[:2]}{sub}"
+    lines = [f"(1.0) can0 604#40{where}00000000", f"(1.1) can0 584#43{where}{value}", ""]
+    (tmp_path / "a.log").write_text("\n".join(lines))
+    dcf = SAMPLES / "rules" / "EDS004-controller.dcf"
+    found = canalyze("check", "a.log", "--eds", f"5={dcf}", "--format", "jsonl").out
+    assert ("EDS004" in found) == raised
+    other = canalyze("check", "a.log", "--eds", f"4={dcf}", "--format", "jsonl").out
+    assert "controller" not in other, "a node expects nothing of itself"

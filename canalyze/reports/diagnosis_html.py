@@ -17,7 +17,7 @@ from canalyze.output import printable
 from canalyze.reports.diagnosis_axis import axis_of
 from canalyze.reports.diagnosis_chain import chain
 from canalyze.reports.diagnosis_lanes import KINDS, PLOTS, Beside, Lane, lanes, plots, tree_of
-from canalyze.reports.diagnosis_text import because, checks_of, extent, tree, verdict, worst
+from canalyze.reports.diagnosis_text import apart, because, checks_of, extent, tree, verdict, worst
 from canalyze.values import nanoseconds
 from canalyze.words import Words
 
@@ -104,6 +104,7 @@ def page(told: Mapping[str, Told], name: str, lang: str) -> bytes:
             style_hash=_hash(style),
             script_hash=_hash(script),
             verdict=_verdict(told, words),
+            apart=_both(told, lambda lang: " ".join(apart(told[lang].whole, words[lang]))),
             extent={one: extent(each.whole, words[one]) for one, each in told.items()},
             chain=Markup(chain({one: each.incidents for one, each in told.items()}, first.whole, axis, words)),
             lanes=Markup(lanes(of_lanes, first.incidents, first.whole, axis, words)),

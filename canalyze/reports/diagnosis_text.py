@@ -30,6 +30,8 @@ _COLUMN: Final = 100
 """Where the numbers of frames stand."""
 _NARROW: Final = 20
 """Columns that a text has, however narrow the terminal is."""
+_LOOSE: Final = 3
+"""Rules that are named whose findings belong to no problem."""
 _FRAMES: Final = 8
 """Frames that are named of one rule."""
 _APART: Final = frozenset({"no-sign", "berr-reporting", "cable-only", "wiring"})
@@ -66,8 +68,9 @@ def show(
     roots = [by_id[number] for number in whole["order"] if number in by_id]
     told = roots if everything else [one for one in roots if one["status"] != "harmless"]
     lines = [f"{verdict(roots, whole, words)}{_only(chosen, words)}   {extent(whole, words)}"]
+    loose = apart(whole, words) if chosen == Chosen(None, None, None) else []
     if not told:
-        lines += [*_healthy(whole, words), *_nodes(whole, by_id, words, chosen)]
+        lines += [*_healthy(whole, words), *loose, *_nodes(whole, by_id, words, chosen)]
         hidden = len(roots)
     else:
         if (notice := _notice(whole, words)) is not None:
@@ -78,9 +81,9 @@ def show(
             alike,
             by_id,
             words,
-            LINES - len(lines) - 3 if not everything else None,
+            LINES - len(lines) - len(loose) - 3 if not everything else None,
         )
-        lines += stories
+        lines += [*stories, *loose]
         lines += _nodes(whole, by_id, words, chosen)
     lines.append(_more(told, names, hidden, words))
     headings = {words.of("incident_heading", status): colour for status, colour in _COLOURS.items()}
@@ -357,6 +360,17 @@ def _healthy(whole: Record, words: Words) -> list[str]:
         slowest = f"{whole['slowest_ns'] / 1e6:.3g}"
         well.append(words("diagnose.well_responses", count=whole["responses"], slowest=slowest))
     return [words(key), *(["; ".join(well)] if well else [])]
+
+
+def apart(whole: Record, words: Words) -> list[str]:
+    """Say which findings above info belong to no problem, so that nobody takes a tick for a passed check."""
+    found = sorted(whole["loose"], key=lambda one: -one["count"])
+    if not found:
+        return []
+    rules = {rule.code: rule.message for rule in _rules(words.lang)}
+    said = [f"{one['code']} {rules[one['code']]}" + (f" ({one['count']})" if one["count"] > 1 else "") for one in found]
+    more = " …" if len(said) > _LOOSE else ""
+    return [words("diagnose.loose", said=words("diagnose.between").join(said[:_LOOSE]) + more)]
 
 
 def _stories(

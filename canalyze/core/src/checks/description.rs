@@ -53,14 +53,20 @@ impl Descriptions {
         let Some(found) = number(&transfer.data.kept) else { return };
         let expects = |controller: &Node| {
             let (value, from) = controller.value(*index, transfer.node)?;
-            (value != 0 && from > Provenance::Eds).then_some((controller.id(), value))
+            let counts = value != 0 && from > Provenance::Eds && controller.id() != transfer.node;
+            counts.then_some((controller.id(), value))
         };
         let Some((controller, expected)) = nodes.iter().find_map(|(_, node)| expects(node)) else { return };
         // Of a revision the minor number, in the lower half, may be another one.
         let lower = if *index == REVISIONS { 0xFFFF } else { 0 };
         if (found | lower) != (expected | lower) && self.first(transfer.node, mux) {
             let (found, expected) = (found as u32, expected as u32);
-            cx.raise(Eds004::Expected { found, expected, controller: controller.into() }, Some(transfer.node), Some(mux), None);
+            cx.raise(
+                Eds004::Expected { found, expected, controller: controller.into() },
+                Some(transfer.node),
+                Some(mux),
+                None,
+            );
         }
     }
 

@@ -2,10 +2,14 @@
 //!
 //! Memory is bounded: after [`KEPT`] incidents, further ones are only counted.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::incident::Grade;
 use super::incident::{Clue, Incident, IncidentId, Repeats, Status, Subject};
 use super::kinds::IncidentKind;
 use crate::bytes::frame::{BusId, FrameRef};
+use crate::rules::finding::Finding;
+use crate::rules::{Code, Severity};
 
 /// Maximum number of kept incidents (invariant 6).
 const KEPT: usize = 1024;
@@ -21,6 +25,8 @@ pub struct Ledger {
     pub(super) all: Vec<Incident>,
     /// Number of further ones.
     pub(super) beyond: u64,
+    /// Number of findings above info by rule, consequences apart.
+    found: BTreeMap<Code, u64>,
     /// Number of numbers assigned for people.
     numbered: u32,
     /// Incidents with new facts since their causes were last looked up.
@@ -175,6 +181,20 @@ impl Ledger {
         let mut told: Vec<_> = self.told().collect();
         told.sort_by_key(|one| one.number);
         told
+    }
+
+    /// Counts a finding.
+    pub(super) fn count(&mut self, finding: &Finding) {
+        if finding.severity() > Severity::Info {
+            *self.found.entry(finding.code).or_default() += 1;
+        }
+    }
+
+    /// Iterates over the rules with findings above info that no reported incident cites, with the number of findings: each
+    /// of them is no problem by itself.
+    pub fn loose(&self) -> impl Iterator<Item = (Code, u64)> {
+        let cited: BTreeSet<Code> = self.told().flat_map(|one| &one.findings).map(|cited| cited.code).collect();
+        self.found.iter().filter(move |(code, _)| !cited.contains(code)).map(|(code, count)| (*code, *count))
     }
 
     /// Iterates over all reported incidents in the order in which they were opened.

@@ -483,6 +483,7 @@ impl OfBus {
 
     /// Passes a finding to the tracker of its rule.
     fn finding(&mut self, finding: &Finding, id: BusId, at: FrameRef, bus: &Bus, ledger: &mut Ledger) -> bool {
+        ledger.count(finding);
         let scene = scene!(self, ledger, bus, id, at);
         match (finding.code, finding.node) {
             (Code::Hbt002, _) => {}

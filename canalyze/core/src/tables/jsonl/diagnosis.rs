@@ -162,6 +162,8 @@ fn whole<'a>(setting: Setting<'a>, diagnosis: &'a Diagnosis) -> impl WriteJson {
         /// The number of responses of default SDOs, and the longest time until one.
         "responses": responses,
         "slowest_ns": slowest,
+        /// Rules with findings above info that belong to no problem, with their number.
+        "loose": array(ledger.loose().map(|(code, count)| obj! { "code": code.rule().id, "count": count })),
         "beyond": ledger.beyond(),
         "error_frames": diagnosis.shown().error_frames,
     }
