@@ -24,6 +24,8 @@ T = TypeVar("T")
 
 _HELD: Final = 100
 """Complaints kept about a file in which no frame was found yet."""
+_FIRST: Final = 60
+"""Characters that are shown of a line."""
 _LISTED: Final = 20
 """Topics of a file without frames that are named."""
 _JOINED: Final = 4 << 20
@@ -228,7 +230,7 @@ class Reading:
                 return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
         # Of what could not be unpacked, or is said to be something, there is nothing to guess.
         if capture.format == "candump" and not self._given_format and not capture.damage:
-            return SourceError("source.nothing", name=capture.name)
+            return SourceError("source.nothing", name=capture.name, first=_first_line(capture.head))
         form = self._words.of("info.title", capture.kind)
         dialect = json.loads(self._session.contents())["dialect"]
         if dialect.get("identifiers") == "implausible":
@@ -256,6 +258,15 @@ class Reading:
         if self._more:
             self._reader.complain(self._words("source.more_complaints", name=self._name, count=self._more))
         self._held, self._more = [], 0
+
+
+def _first_line(head: bytes) -> str:
+    """Give the first line of a file that says something, shortened."""
+    from canalyze.output import printable
+
+    lines = (line.strip() for line in head.decode("utf-8", "backslashreplace").splitlines())
+    first = printable(next((line for line in lines if line), ""))
+    return f'"{first[:_FIRST]}..."' if len(first) > _FIRST else f'"{first}"'
 
 
 def _utf8(name: str) -> str:

@@ -150,6 +150,8 @@ class Capture:
         self.regular = source.regular
         """Whether it is a file of known end, not a pipe, a terminal or a device."""
         self._source = source
+        self.head = source.head
+        """The first bytes."""
         self._head = source.head
         self._behind_head = False
 
@@ -217,7 +219,7 @@ def identified(source: "Source | Memory", asked: str | None = None) -> "Capture 
             if inner in COMPRESSIONS:
                 raise SourceError("source.nested", name=source.name, outer=form, inner=inner)
             form = inner
-        if form.startswith("utf-16"):
+        if form.startswith("utf-16") or form == "gbk":
             opened.transcode(form)
             form = opened.told(asked)
         form = asked or form

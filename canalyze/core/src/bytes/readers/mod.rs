@@ -12,6 +12,7 @@ pub mod live;
 pub mod mcap;
 pub mod packed;
 pub mod pcap;
+pub mod rows;
 pub mod sniff;
 
 use self::asc::Asc;
@@ -20,6 +21,7 @@ use self::live::Live;
 use self::mcap::Mcap;
 use self::packed::Packed;
 use self::pcap::Pcap;
+use self::rows::Rows;
 use crate::bytes::frame::{BusId, Buses, Frame, Stamp};
 
 /// The formats that this crate reads. Their names are those of `--input-format`.
@@ -38,6 +40,8 @@ pub enum InputFormat {
     Mcap,
     /// pcap and pcapng, which the reader distinguishes.
     Pcap,
+    /// Rows that other programs list.
+    Rows,
 }
 
 impl InputFormat {
@@ -48,6 +52,7 @@ impl InputFormat {
         ("mcap", InputFormat::Mcap),
         ("pcap", InputFormat::Pcap),
         ("pcapng", InputFormat::Pcap),
+        ("rows", InputFormat::Rows),
     ];
 }
 
@@ -78,6 +83,8 @@ pub enum Reader {
     Mcap(Mcap),
     /// pcap and pcapng.
     Pcap(Pcap),
+    /// Rows of a listing.
+    Rows(Rows),
 }
 
 impl Reader {
@@ -90,6 +97,7 @@ impl Reader {
             InputFormat::Asc => Self::Asc(Asc::default()),
             InputFormat::Mcap => Self::Mcap(Mcap::new(settings.mcap.clone())),
             InputFormat::Pcap => Self::Pcap(Pcap::default()),
+            InputFormat::Rows => Self::Rows(Rows::default()),
         }
     }
 
@@ -108,6 +116,7 @@ impl Reader {
             Self::Asc(reader) => reader.feed(bytes, buses, sink),
             Self::Mcap(reader) => reader.feed(bytes, buses, sink),
             Self::Pcap(reader) => reader.feed(bytes, buses, sink),
+            Self::Rows(reader) => reader.feed(bytes, buses, sink),
         }
     }
 
@@ -121,6 +130,7 @@ impl Reader {
             Self::Asc(reader) => reader.finish(buses, sink),
             Self::Mcap(reader) => reader.finish(buses, sink),
             Self::Pcap(reader) => reader.finish(buses, sink),
+            Self::Rows(reader) => reader.finish(buses, sink),
         }
     }
 
@@ -134,6 +144,7 @@ impl Reader {
             Self::Asc(reader) => reader.interrupt(buses, sink),
             Self::Mcap(reader) => reader.interrupt(buses, sink),
             Self::Pcap(reader) => reader.interrupt(buses, sink),
+            Self::Rows(reader) => reader.interrupt(buses, sink),
         }
     }
 
@@ -145,6 +156,7 @@ impl Reader {
             Self::Asc(reader) => reader.contents(),
             Self::Mcap(reader) => reader.contents(),
             Self::Pcap(reader) => reader.contents(),
+            Self::Rows(reader) => reader.contents(),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 use super::candump;
 use super::listing::{numbered, unmarked, unquoted};
+use super::rows;
 use crate::bytes::frame::Buses;
 
 /// Maximum number of examined bytes.
@@ -34,12 +35,15 @@ const SIGNS: &[(usize, &[u8], &str)] = &[
 /// The beginning of a section header of pcapng. Text may begin with it, too, so the byte-order mark is also required.
 const BLOCK: &[u8] = b"\n\r\r\n";
 
+/// The words for identifier and data in headings of Chinese programs, in their encoding.
+const GBK: [&[&[u8]]; 2] = [&[b"\xD6\xA1ID", b"ID\xBA\xC5"], &[b"\xCA\xFD\xBE\xDD"]];
+
 /// Returns the name of the format that begins with `head`; `None` if more bytes are needed. `complete`: there are no
 /// more.
 ///
 /// Besides the names of [`super::Format`], returns formats that need other programs (`blf`, `mf4`, `sqlite`, `trc`,
 /// `csv`), compressed files (`gzip`, `xz`, `zstd`, `bzip2`), and text in another encoding (`utf-16`, `utf-16le`,
-/// `utf-16be`).
+/// `utf-16be`, `gbk`).
 pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
     let complete = complete || head.len() >= HEAD;
     for (offset, sign, name) in SIGNS {
@@ -60,6 +64,9 @@ pub fn sniff(head: &[u8], complete: bool) -> Option<&'static str> {
         }
     } else if !complete && BLOCK.starts_with(head) {
         return None;
+    }
+    if GBK.iter().all(|words| words.iter().any(|word| memchr::memmem::find(head, word).is_some())) {
+        return Some("gbk");
     }
     if let [first, second, third, fourth, ..] = head {
         // Text in UTF-16 without a byte-order mark: every other byte of the first two letters is zero.
@@ -86,7 +93,9 @@ fn text(head: &[u8], complete: bool) -> Option<&'static str> {
         if let Some(name) = line_of(line) {
             return Some(name);
         }
-        if line.first() == Some(&b';') {
+        if otherwise == "candump" && rows::is_row(line, true) {
+            otherwise = "rows"; // unless lines of another format follow
+        } else if line.first() == Some(&b';') {
             otherwise = "trc"; // a comment of PEAK's, unless frames of candump's follow
         }
         match after.get(1..) {
@@ -128,6 +137,9 @@ fn line_of(line: &[u8]) -> Option<&'static str> {
         && first.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.')
         && first.first().is_some_and(u8::is_ascii_digit)
         && first.last().is_some_and(u8::is_ascii_digit);
+    if rows::is_row(line, second == b"can") {
+        return Some("rows");
+    }
     if header || stamp && event {
         return Some("asc");
     }

@@ -27,9 +27,9 @@ pub(super) fn row(text: &[u8]) -> Option<LogRow> {
     }
 }
 
-/// Returns true for the heading of CanKing's columns.
+/// Returns true for the heading of CanKing's columns, and for its last line.
 pub(super) fn is_head(text: &[u8]) -> bool {
-    text.starts_with(b"Chn ") && skip_blanks(word(text).1).starts_with(b"Identifier ")
+    text.starts_with(b"Chn ") && skip_blanks(word(text).1).starts_with(b"Identifier ") || text == b"Logging stopped."
 }
 
 fn busmaster(time: &[u8], rest: &[u8]) -> Option<LogRow> {

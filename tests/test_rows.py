@@ -1,0 +1,198 @@
+"""Rows of frames that other programs list: every layout, with every frame exact.
+
+What it must not do: test formats that have a reader of their own.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+
+import pytest
+from captures import session_output
+from conftest import Runner
+
+from canalyze import _core
+
+FRAMES = [(0x70A, "00"), (0x60A, "4017100000000000"), (0x58A, "4B171000E8030000"), (0x080, ""), (0x70A, "7F")]
+"""A heartbeat, a transfer, a SYNC without data, and another heartbeat."""
+SPACED = [(can_id, " ".join(data[at : at + 2] for at in range(0, len(data), 2))) for can_id, data in FRAMES]
+SIDES = ("Rx", "Tx", "Rx", "Rx", "Rx")
+ZLG_KIND = {"Rx": "接收", "Tx": "发送"}
+
+
+def _numbered(form: str) -> str:
+    return "".join(
+        form.format(n=n, id=can_id, data=data, spaced=spaced, len=len(data) // 2, side=side, zh=ZLG_KIND[side])
+        for n, ((can_id, data), (_, spaced), side) in enumerate(zip(FRAMES, SPACED, SIDES, strict=True))
+    )
+
+
+def _savvy() -> str:
+    lines = ["Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n"]
+    for n, ((can_id, _), (_, spaced), side) in enumerate(zip(FRAMES, SPACED, SIDES, strict=True)):
+        cells = spaced.split()
+        lines.append(f"{166000000 + n * 1000},{can_id:08X},false,{side},0,{len(cells)},{','.join(cells)},\n")
+    return "".join(lines)
+
+
+TICKS = ["0x15A3F2", "无", "0x15A40F", "0x15A410", "0x15CB02"]
+
+
+def _zlg() -> str:
+    head = "序号\t传输方向\t时间标识\t帧ID\t帧格式\t帧类型\t数据长度\t数据(HEX)\n"
+    rows = _numbered("{n}\t{zh}\tTICK\t0x{id:08X}\t数据帧\t标准帧\t0x{len:02X}\t{spaced}\n").splitlines(keepends=True)
+    return head + "".join(row.replace("TICK", tick) for row, tick in zip(rows, TICKS, strict=True))
+
+
+LAYOUTS = {
+    "bare": _numbered("{id:03X} {spaced}\n"),
+    "with lengths": _numbered("{id:03X} {len} {spaced}\n"),
+    "with two digits of length": _numbered("{id:03X} {len:02X} {spaced}\n"),
+    "with a prefix": _numbered("0x{id:X} {len} {spaced}\n"),
+    "eight digits": _numbered("{id:08X} {len} {spaced}\n"),
+    "trace window": _numbered("0.00{n}000 CAN 1 {id:03X} {side} {len} {spaced}\n"),
+    "direction at the end": _numbered("can0 {id:03X} {len} {spaced} {n}.25 {side}\n"),
+    "printer": _numbered(
+        "Timestamp: {n}.500000    ID: {id:04x}    S {side}    DL: {len:2d}    {spaced}     Channel: can0\n"
+    ),
+    "printer in a log": _numbered(
+        "INFO root: Timestamp: {n}.5  ID: {id:04x}  S {side}  DL: {len}  {spaced}  Channel: can0\n"
+    ),
+    "semicolons": '"Time";"Identifier (hex)";"Format";"Flags";"Data (hex)"\n'
+    + _numbered('"00:30:0{n},866";"{id:03X}";"Std";"";"{spaced}"\n'),
+    "commas": '"Time","Identifier (hex)","Format","Flags","Data (hex)"\n'
+    + _numbered('"00:30:0{n}.866","{id:03X}","Std","","{spaced}"\n'),
+    "decimal identifiers": "Time (ms),ID (dec),DLC,Data\n" + _numbered("{n},{id},{len},{spaced}\n"),
+    "bars": "| Time | ID | DLC | Data |\n|---|---|---|---|\n" + _numbered("| 0.{n} | {id:03X} | {len} | {spaced} |\n"),
+    "wireshark": "No.     Time           Protocol Length ID         Data       Info\n"
+    + _numbered(
+        "      {n} 0.00{n}000000    CAN      32     {id} (0x{id:03x}) {data} ID: {id} (0x{id:03x}), Length: {len}\n"
+    ),
+    "wireshark's export": '"No.","Time","Protocol","Length","ID","Data"\n'
+    + _numbered('"{n}","0.00{n}","CAN","32","{id} (0x{id:03x})","{data}"\n'),
+    "savvycan": _savvy(),
+    "zlg": _zlg(),
+    "canpro": "序号,系统时间,时间标识,CAN通道,传输方向,ID号,帧类型,帧格式,长度,数据\n"
+    + _numbered('0000{n},="10:21:03.12{n}",0x0001A2B{n},ch1,{zh},0x0{id:03X},数据帧,标准帧,0x0{len},x| {spaced}\n'),
+    "slcan": _numbered("t{id:03X}{len}{data}\n"),
+    "socketcand": _numbered("< frame {id:X} {n}.500000 {spaced} >\n"),
+}
+
+
+def read(text: str | bytes, chunk: int = 0) -> list[dict[str, object]]:
+    data = text if isinstance(text, bytes) else text.encode()
+    pieces = [data] if not chunk else [data[at : at + chunk] for at in range(0, len(data), chunk)]
+    output = session_output(pieces, name="a.txt", input_format="rows", output_format="jsonl", lang="en")
+    return [row for row in map(json.loads, output.splitlines()) if row["kind"] == "frame"]
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_every_frame_is_exact(name: str) -> None:
+    rows = read(LAYOUTS[name])
+    assert [(int(str(row["id"]), 16), row["data"]) for row in rows] == FRAMES
+    assert all(row["line"] for row in rows)
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_its_format_is_seen(name: str) -> None:
+    assert _core.sniff(LAYOUTS[name].encode(), True) == "rows"
+    assert _core.sniff(f"Dear all, here is the trace:\n\n{LAYOUTS[name]}".encode(), True) == "rows"
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("chunk", [1, 7, 64])
+def test_however_it_is_cut(name: str, chunk: int) -> None:
+    assert read(LAYOUTS[name], chunk) == read(LAYOUTS[name])
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_prose_around_it_is_no_frame_and_no_damage(canalyze: Runner, tmp_path: Path, name: str) -> None:
+    lines = ["Hello, my node does not answer:", "", *LAYOUTS[name].splitlines(), "Logging stopped.", "Any idea?", ""]
+    (tmp_path / "a.txt").write_text("\n".join(lines))
+    done = canalyze("decode", "--format", "jsonl", "a.txt")
+    assert (done.code, done.err) == (0, "")
+    assert sum(line.startswith('{"kind":"frame"') for line in done.lines) == len(FRAMES)
+
+
+@pytest.mark.parametrize(
+    ("name", "times"),
+    [
+        ("trace window", ["0.000000", "0.001000", "0.002000", "0.003000", "0.004000"]),
+        ("semicolons", ["1800.866", "1801.866", "1802.866", "1803.866", "1804.866"]),
+        ("savvycan", ["166.000000", "166.001000", "166.002000", "166.003000", "166.004000"]),
+        ("zlg", ["141.8226", None, "141.8255", "141.8256", "142.8226"]),
+        ("canpro", ["10.7184", "10.7185", "10.7186", "10.7187", "10.7188"]),
+        ("decimal identifiers", ["0.000", "0.001", "0.002", "0.003", "0.004"]),
+        ("bare", [None] * 5),
+    ],
+)
+def test_times_are_exact(name: str, times: list[str | None]) -> None:
+    assert [row["t"] for row in read(LAYOUTS[name])] == times
+
+
+@pytest.mark.parametrize("name", ["trace window", "printer", "savvycan", "zlg", "canpro"])
+def test_directions(name: str) -> None:
+    assert [str(row["dir"]).title() for row in read(LAYOUTS[name])] == list(SIDES)
+
+
+def test_a_chinese_encoding_is_seen(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_bytes(LAYOUTS["zlg"].encode("gb18030"))
+    (tmp_path / "b.txt").write_text(LAYOUTS["zlg"], encoding="utf-8")
+    one, other = (canalyze("decode", name).out for name in ("a.txt", "b.txt"))
+    assert one == other and len(one.splitlines()) == len(FRAMES)
+
+
+@pytest.mark.parametrize("name", sorted({*LAYOUTS} - {"bare", "slcan", "socketcand", "printer", "printer in a log"}))
+def test_a_row_that_lacks_a_byte_is_no_frame(name: str) -> None:
+    """A length that does not fit is damage, not another frame; without a length nothing could tell."""
+    text = LAYOUTS[name]
+    if not any(word in text for word in ("LEN", "DLC", "长度")) and "," in text:
+        return
+    if name in ("wireshark", "wireshark's export", "semicolons", "commas"):
+        return
+    broken = text.replace("E8 03 00 00", "E8 03 00").replace("E8,03,00,00", "E8,03,00")
+    assert broken != text
+    assert [row["data"] for row in read(broken)] == [data for _, data in FRAMES if not data.startswith("4B")]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "the ID and the data of a node\n",
+        "601 is the request of node 1\n",
+        "00000000  7f 45 4c 46 02 01 01 00  00 00 00 00 00 00 00 00\n",
+        "total 24\ndrwxr-xr-x 2 root root 4096 May 1 10:00 src\n",
+        "add\nbad\nface\n",
+        "12 34 56 78\n",
+        "2024-05-09 10:00:00 INFO started\n",
+    ],
+)
+def test_prose_is_no_row(text: str) -> None:
+    assert read(text) == []
+    assert _core.sniff(text.encode(), True) == "candump"
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_any_bytes_do_not_fail(seed: int) -> None:
+    """Layouts with bytes changed, removed and doubled, in any pieces: the same result, and no panic."""
+    rng = random.Random(seed)
+    data = bytearray(rng.choice(list(LAYOUTS.values())).encode())
+    for _ in range(rng.randrange(1, 12)):
+        place = rng.randrange(len(data))
+        match rng.randrange(3):
+            case 0:
+                data[place] = rng.randrange(256)
+            case 1:
+                del data[place]
+            case _:
+                data[place:place] = data[place : place + rng.randrange(1, 40)]
+    assert read(bytes(data), rng.randrange(1, 50)) == read(bytes(data))
+
+
+def test_an_unknown_format_shows_its_first_line(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("\nDear Sir or Madam,\nno frames\n")
+    done = canalyze("--lang", "en", "decode", "a.txt")
+    assert done.code == 2 and len(done.complaints) == 1
+    assert 'first line: "Dear Sir or Madam,"' in done.err and "an identifier and bytes" in done.err
