@@ -121,6 +121,25 @@ class TestAscOfPythonCan(Text):
         return bare_error(replace(frame, bus=numbered(frame.bus)))
 
 
+class TestRowsOfPythonCan(Text):
+    """What `can.Printer` prints, as it stands in logs and posts."""
+
+    form = "rows"
+    suffix = "txt"
+    frame_line = rb"^Timestamp: "
+    tolerance_ns = 1000
+    backwards = False
+
+    def write(self, frames: Sequence[Recorded], path: Path) -> None:
+        other_writers.python_can(can.Printer)(frames, path)
+
+    def takes(self, frame: Recorded) -> bool:
+        return frame.kind != "error"
+
+    def keep(self, frame: Recorded) -> Recorded:
+        return frame
+
+
 class Mcap(ReaderSuite):
     """Topics as ros2_socketcan has them."""
 

@@ -262,10 +262,9 @@ class Reading:
 
 def _first_line(head: bytes) -> str:
     """Give the first line of a file that says something, shortened."""
-    from canalyze.output import printable
-
     lines = (line.strip() for line in head.decode("utf-8", "backslashreplace").splitlines())
-    first = printable(next((line for line in lines if line), ""))
+    said = next((line for line in lines if line), "")
+    first = "".join(char if char.isprintable() else "?" for char in said)
     return f'"{first[:_FIRST]}..."' if len(first) > _FIRST else f'"{first}"'
 
 

@@ -9,25 +9,25 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 59_690;
+const WHOLE: usize = 60_550;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
-    ("bytes", 8_660),
+    ("bytes", 9_330),
     ("checks", 7_450),
-    ("evidence", 3_110),
+    ("evidence", 3_340),
     ("lib", 50),
-    ("python", 1_100),
+    ("python", 1_110),
     ("rules", 1_700),
     ("sdo", 4_530),
     ("session", 2_780),
     ("settings", 1_300),
     ("stories", 6_080),
     ("tables", 6_100),
-    ("views", 7_860),
+    ("views", 7_680),
     ("wire", 2_550),
     ("words", 3_700),
-    ("world", 2_975),
+    ("world", 3_070),
 ];
 
 /// Adds the product lines below a folder, each under its room.

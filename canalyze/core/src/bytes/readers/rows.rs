@@ -16,8 +16,11 @@ use crate::bytes::frame::{Buses, CanId, Direction, Frame, Kind, Stamp, StampForm
 const LEARNT: usize = 64;
 /// Maximum number of cells of a row.
 const CELLS: usize = 96;
-/// Maximum number of bytes of a classic frame.
-const BYTES: usize = 8;
+/// Maximum number of bytes of a frame, and of a classic one.
+const BYTES: usize = 64;
+const CLASSIC: usize = 8;
+/// Lengths of CAN FD frames beyond those of classic ones, in bytes.
+const LONGER: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
 
 /// The content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +113,7 @@ const NAMES: &[(&str, Column)] = &[
     ("can通道", Channel),
 ];
 
-/// What separates the cells of a row.
+/// The separator of the cells of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Separator {
     Byte(u8),
@@ -119,7 +122,7 @@ enum Separator {
 
 /// The columns of a listing.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Layout {
+struct RowLayout {
     separator: Separator,
     columns: Vec<Column>,
     /// The listed identifiers with eight digits are standard ones that were filled up with zeros.
@@ -131,7 +134,7 @@ struct Layout {
 }
 
 /// The parts of a row.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Row<'a> {
     stamp: Option<Stamp>,
     id: Option<(u32, usize)>,
@@ -141,7 +144,26 @@ struct Row<'a> {
     count: usize,
     extended: Option<bool>,
     remote: bool,
+    /// CAN FD: bit rate switch, error state indicator.
+    fd: Option<(bool, bool)>,
     channel: &'a [u8],
+}
+
+impl Default for Row<'_> {
+    fn default() -> Self {
+        Self {
+            stamp: None,
+            id: None,
+            direction: None,
+            length: None,
+            data: [0; BYTES],
+            count: 0,
+            extended: None,
+            remote: false,
+            fd: None,
+            channel: b"",
+        }
+    }
 }
 
 /// A reader of one file of rows.
@@ -149,7 +171,7 @@ struct Row<'a> {
 pub struct Rows {
     begun: Begun,
     lines: u64,
-    layout: Option<Layout>,
+    layout: Option<RowLayout>,
     /// Rows without a heading, with their line numbers, until their layout is known.
     waiting: Vec<(u64, Vec<u8>)>,
 }
@@ -225,10 +247,10 @@ impl Rows {
         let count = |long: bool| texts().filter(|text| guess(text, long).is_some()).count();
         let counted = |text: &[u8]| guess(text, true).is_some_and(|(_, row)| row.count > 0);
         let long = count(true) >= count(false) && texts().any(counted);
-        let shows = |(_, row): &(Layout, Row<'_>)| row.count > 0 || row.length.is_some();
+        let shows = |(_, row): &(RowLayout, Row<'_>)| row.count > 0 || row.length.is_some();
         let Some((layout, _)) = texts().find_map(|text| guess(text, long).filter(shows)) else { return };
         let small = |text: &[u8]| guess(text, long).and_then(|(_, row)| row.id).is_some_and(|(id, _)| id <= 0x7FF);
-        self.layout = Some(Layout { filled: texts().all(small), ..layout });
+        self.layout = Some(RowLayout { filled: texts().all(small), ..layout });
         for (line, text) in &waiting {
             self.row(text, *line, buses, sink);
         }
@@ -253,9 +275,13 @@ impl Rows {
             true if value <= 0x1FFF_FFFF => CanId::extended(value),
             _ => return sink(unreadable(line, Unreadable::Identifier), buses),
         };
-        let mut frame = Frame::classic(id, row.data.get(..row.count).unwrap_or_default());
+        let mut frame = Frame::classic(id, &[]);
+        (frame.data, frame.len) = (row.data, row.count as u8);
         if row.remote {
-            (frame.kind, frame.len) = (Kind::Remote, row.length.unwrap_or(0).min(BYTES) as u8);
+            (frame.kind, frame.len) = (Kind::Remote, row.length.unwrap_or(0).min(CLASSIC) as u8);
+        } else if row.fd.is_some() || row.count > CLASSIC {
+            let (brs, esi) = row.fd.unwrap_or_default();
+            frame.kind = Kind::Fd { brs, esi };
         }
         frame.bus = buses.intern(row.channel);
         (frame.line, frame.stamp, frame.dir) = (Some(line), row.stamp, row.direction);
@@ -267,7 +293,7 @@ impl Rows {
 /// Returns true if a line of text is a heading or a row that only this reader reads; `alone`: whatever its columns.
 pub(super) fn is_row(text: &[u8], alone: bool) -> bool {
     let text = stripped(text);
-    let shows = |(_, row): &(Layout, Row<'_>)| row.count > 0 || row.length.is_some();
+    let shows = |(_, row): &(RowLayout, Row<'_>)| row.count > 0 || row.length.is_some();
     heading(text).is_some()
         || self_describing(text).is_some()
         || alone && guess(text, true).or_else(|| guess(text, false)).is_some_and(|found| shows(&found))
@@ -331,7 +357,7 @@ fn bare(mut cell: &[u8]) -> &[u8] {
 }
 
 /// Reads a line as a heading: it names an identifier and bytes.
-fn heading(text: &[u8]) -> Option<Layout> {
+fn heading(text: &[u8]) -> Option<RowLayout> {
     let separators = [b';', b',', b'\t', b'|'].map(Separator::Byte);
     separators.into_iter().chain([Separator::Blanks]).find_map(|separator| {
         let names = cells(text, separator);
@@ -354,11 +380,11 @@ fn heading(text: &[u8]) -> Option<Layout> {
             // The clock of the adapter is finer than that of the system.
             columns.iter_mut().filter(|column| matches!(column, Time(_))).for_each(|column| *column = Other);
         }
-        Some(Layout { separator, columns, filled: false, long_length: false, named: true })
+        Some(RowLayout { separator, columns, filled: false, long_length: false, named: true })
     })
 }
 
-impl Layout {
+impl RowLayout {
     /// Reads a row below a heading.
     fn read<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
         let mut row = Row::default();
@@ -367,7 +393,7 @@ impl Layout {
         for column in &self.columns {
             match (column, self.separator) {
                 (Data, Separator::Blanks) => {
-                    let wanted = row.length.unwrap_or(BYTES);
+                    let wanted = row.length.unwrap_or(CLASSIC);
                     while row.count < wanted
                         && let Some(cell) = rest.next_if(|cell| cell.len() % 2 == 0 && is_hex(cell))
                     {
@@ -481,12 +507,14 @@ impl<'a> Row<'a> {
     /// Returns the row if it is one: it has an identifier, and as many bytes as it says.
     fn whole(self) -> Option<Self> {
         let fits = self.length.is_none_or(|length| self.remote || length == self.count);
-        (self.id.is_some() && fits).then_some(self)
+        // Without a listed length many bytes may be a dump of something else.
+        let long = self.count <= CLASSIC || LONGER.contains(&self.count) && self.length.is_some();
+        (self.id.is_some() && fits && long).then_some(self)
     }
 }
 
 /// Reads a row without a heading by the form of its words. `long_length`: the first of the bytes is their number.
-fn guess(text: &[u8], long_length: bool) -> Option<(Layout, Row<'_>)> {
+fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_>)> {
     let separator = if text.contains(&b',') { Separator::Byte(b',') } else { Separator::Blanks };
     let mut words = cells(text, separator);
     let mut tail = Vec::new();
@@ -529,7 +557,7 @@ fn guess(text: &[u8], long_length: bool) -> Option<(Layout, Row<'_>)> {
     }
     // Letters alone are a word, and no frame without bytes.
     let word = head.get(place).is_some_and(|word| word.iter().all(u8::is_ascii_alphabetic));
-    let layout = Layout { separator, columns, filled: false, long_length, named: false };
+    let layout = RowLayout { separator, columns, filled: false, long_length, named: false };
     row.whole().filter(|row| !word || row.count > 0 || length.is_some()).map(|row| (layout, row))
 }
 
@@ -681,6 +709,9 @@ fn printed(text: &[u8]) -> Option<Row<'_>> {
         match word {
             b"S" | b"X" if !data => row.extended = Some(word == b"X"),
             b"R" if !data => row.remote = true,
+            b"F" if !data => row.fd = Some(row.fd.unwrap_or_default()),
+            b"BS" if !data => row.fd = row.fd.map(|(_, esi)| (true, esi)),
+            b"EI" if !data => row.fd = row.fd.map(|(brs, _)| (brs, true)),
             b"DL:" => {
                 row.take(Length, words.next()?)?;
                 data = true;
@@ -689,7 +720,7 @@ fn printed(text: &[u8]) -> Option<Row<'_>> {
                 row.take(Channel, words.next()?)?;
                 break;
             }
-            _ if data && word.len() == 2 && is_hex(word) => row.bytes(word)?,
+            _ if data && row.length.is_some_and(|length| row.count < length) && !row.remote => row.bytes(word)?,
             // Behind the bytes they are printed as text.
             _ if data => {}
             _ => row.direction = Some(direction(word)?),
