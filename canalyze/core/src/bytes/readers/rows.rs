@@ -39,7 +39,8 @@ enum Column {
     Byte,
     /// Words for standard or extended, data or remote.
     Attribute,
-    Channel,
+    /// The channel, counted from this number.
+    Channel(u8),
     Other,
 }
 
@@ -105,12 +106,12 @@ const NAMES: &[(&str, Column)] = &[
     ("frame type", Attribute),
     ("帧格式", Attribute),
     ("帧类型", Attribute),
-    ("bus", Channel),
-    ("channel", Channel),
-    ("chn", Channel),
-    ("通道", Channel),
-    ("通道号", Channel),
-    ("can通道", Channel),
+    ("bus", Channel(0)),
+    ("channel", Channel(1)),
+    ("chn", Channel(0)),
+    ("通道", Channel(1)),
+    ("通道号", Channel(1)),
+    ("can通道", Channel(1)),
 ];
 
 /// The separator of the cells of a row.
@@ -318,7 +319,7 @@ impl Column {
             Length => "length",
             Data | Self::Byte => "data",
             Attribute => "format",
-            Channel => "channel",
+            Channel(_) => "channel",
             Other => "-",
         }
     }
@@ -470,7 +471,7 @@ impl<'a> Row<'a> {
             Column::Byte if cell.is_empty() => {}
             Column::Byte => self.bytes(cell)?,
             Attribute => self.attribute(cell),
-            Channel => self.channel = channel(cell),
+            Channel(first) => self.channel = channel(cell, first),
             Other => {}
         }
         Some(())
@@ -580,11 +581,11 @@ fn leading(word: &[u8], number: usize) -> Option<Column> {
         b"r" | b"R" | b"s" | b"S" | b"x" | b"X" | b"Std" | b"Ext" | b"STD" | b"EXT" => Some(Attribute),
         // The first number of a row may count the rows.
         _ if number == 0 && word.len() > 2 && word.iter().all(u8::is_ascii_digit) => Some(Other),
-        _ if word.len() <= 2 && word.iter().all(u8::is_ascii_digit) => Some(Channel),
+        _ if word.len() <= 2 && word.iter().all(u8::is_ascii_digit) => Some(Channel(1)),
         _ => {
             let name = word.strip_prefix(b"v").unwrap_or(word);
             let of_bus = name.strip_prefix(b"can").or_else(|| name.strip_prefix(b"CAN"))?;
-            (of_bus.len() <= 3 && of_bus.iter().all(u8::is_ascii_digit)).then_some(Channel)
+            (of_bus.len() <= 3 && of_bus.iter().all(u8::is_ascii_digit)).then_some(Channel(1))
         }
     }
 }
@@ -624,15 +625,15 @@ fn is_absent(cell: &[u8]) -> bool {
     cell.is_empty() || cell == b"-" || cell == "无".as_bytes()
 }
 
-/// Returns the name of the bus of a channel.
-fn channel(cell: &[u8]) -> &[u8] {
+/// Returns the name of the bus of a channel; channels are counted from `first`.
+fn channel(cell: &[u8], first: u8) -> &[u8] {
     const BUSES: [&[u8]; 10] =
         [b"can0", b"can1", b"can2", b"can3", b"can4", b"can5", b"can6", b"can7", b"can8", b"can9"];
-    let number = cell.strip_prefix(b"ch").unwrap_or(cell);
-    match number {
-        [digit @ b'0'..=b'9'] => BUSES.get(usize::from(digit - b'0')).copied().unwrap_or(cell),
-        _ => cell,
-    }
+    let number = match cell.strip_prefix(b"ch").unwrap_or(cell) {
+        [digit @ b'0'..=b'9'] => (digit - b'0').checked_sub(first),
+        _ => None,
+    };
+    number.and_then(|number| BUSES.get(usize::from(number))).copied().unwrap_or(cell)
 }
 
 /// Parses a whole word as a number, with or without `0x`, which makes it hexadecimal.
@@ -717,7 +718,7 @@ fn printed(text: &[u8]) -> Option<Row<'_>> {
                 data = true;
             }
             b"Channel:" => {
-                row.take(Channel, words.next()?)?;
+                row.take(Channel(0), words.next()?)?;
                 break;
             }
             _ if data && row.length.is_some_and(|length| row.count < length) && !row.remote => row.bytes(word)?,
