@@ -196,3 +196,74 @@ def test_an_unknown_format_shows_its_first_line(canalyze: Runner, tmp_path: Path
     done = canalyze("--lang", "en", "decode", "a.txt")
     assert done.code == 2 and len(done.complaints) == 1
     assert 'first line: "Dear Sir or Madam,"' in done.err and "an identifier and bytes" in done.err
+
+
+SDO = (0x60A, "4017100000000000")
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        # Lengths, channels, row numbers and counts are told apart.
+        ("1,0.001,705,1,05\n2,0.002,705,1,7F\n", [(0x705, "05"), (0x705, "7F")]),
+        ("705 8 05 00\n705 8 7F 00\n", []),
+        ("181 4 20 30 40\n", []),
+        ("60Ah 8 40 17 10 00 00 00 00 00 100.2 12\n", []),
+        # Decimal numbers, as the heading says or as they show.
+        ("1546 8 64 23 16 0 0 0 0 0\n1418 8 75 23 16 0 232 3 0 0\n", []),
+        ("time,id,dlc,data\n0.1,1546,8,64 23 16 0 0 0 0 0\n0.2,1418,8,75 23 16 0 232 3 0 0\n",
+         [SDO, (0x58A, "4B171000E8030000")]),
+        ("Time;ID (dec);Len;Data (dec)\n0,001;1546;8;64 23 16 0 0 0 0 0\n", [SDO]),
+        # Forms of identifiers and bytes.
+        ("60A: 40 17 10 00 00 00 00 00\n", [SDO]),
+        ("060Ah 8 40 17 10 00 00 00 00 00 \n0.5 705 Rx 1 05\n", [SDO]),
+        ('Time,ID,Data\n0.1,0x60A,"40,17,10,00,00,00,00,00"\n', [SDO]),
+        ("Time,ID,Data\n0.1,0x60A,40-17-10-00-00-00-00-00\n", [SDO]),
+        ("ID,Data\n0x705,0x05\n080,\n", [(0x705, "05"), (0x080, "")]),
+        ("80\n705 05\n80\n", [(0x080, ""), (0x705, "05"), (0x080, "")]),
+        ("705 05\n80\n705 05\n", [(0x705, "05"), (0x080, ""), (0x705, "05")]),
+        # Texts that are no frames.
+        ("id,name,count\n1,foo,12\n2,bar,34\n3,bad,56\n", []),
+        ("dad 1 aa\n", []),
+        ("100 10 20 30\n200 11 21 31\n", []),
+        ("100  7f 45 4c 46 02 01 01 00\n108  01 02 03 04 05 06 07 08\n", []),
+        ("600  40 45 4c 46 02 01 01 00\n608  01 02 03 04 05 06 07 08\n610  01 02 03 04 05 06 07 08\n", []),
+        ("404 10\n200 20\n", []),
+    ],
+)  # fmt: skip
+def test_what_a_row_says(text: str, frames: list[tuple[int, str]]) -> None:
+    assert [(int(str(row["id"]), 16), row["data"]) for row in read(text)] == frames
+
+
+@pytest.mark.parametrize(
+    ("cell", "t"),
+    [
+        ("15:23:01.123", "55381.123"),
+        ("15:23:01:123", "55381.123"),
+        ("3:23:01 PM", "55381"),
+        ("12:00:01 AM", "00001"),
+        ("2024-03-12 15:23:01.123", "1710256981.123"),
+        ("1710238272123456", "1710238272.123456"),
+        ("1710238272123", "1710238272.123"),
+        ("0.5", "0.5"),
+        ("when", None),
+        ("", None),
+    ],
+)
+def test_times_of_cells(cell: str, t: str | None) -> None:
+    """A time that cannot be read is none; the frame is there."""
+    (row,) = read(f"Timestamp,ID,DLC,Data\n{cell},705,1,05\n")
+    assert (row["id"], row["data"]) == ("705", "05")
+    assert row["t"] == t or (t is not None and float(str(row["t"])) == float(t))
+
+
+@pytest.mark.parametrize(("ext", "extended"), [("1", True), ("0", False), ("true", True), ("False", False)])
+def test_a_column_says_that_an_identifier_is_long(ext: str, extended: bool) -> None:
+    (row,) = read(f"Time,ID,Ext,Data\n0.1,705,{ext},05\n")
+    assert row["id"] == ("00000705" if extended else "705")
+
+
+def test_a_length_that_does_not_fit_is_said(canalyze: Runner, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("Time,ID,DLC,Data\n0.1,60A,8,40 17\n0.2,705,1,05\n")
+    done = canalyze("--lang", "en", "decode", "a.csv")
+    assert len(done.lines) == 1 and done.complaints == ["a.csv:2: cannot be read: data bytes do not match the length"]

@@ -15,11 +15,12 @@ from test_diagnosis import lost
 from canalyze.sources.recordings import APART_NS, Span, recordings
 
 S = 1_000_000_000
+T = 1_700_000_000 * S
 CAN0 = frozenset({"can0"})
 
 
-def _span(name: str, begin: int | None, end: int | None, buses: frozenset[str] = CAN0) -> Span:
-    return Span(name, begin, end, buses)
+def _span(name: str, begin: int | None, end: int | None, buses: frozenset[str] = CAN0, at: int = T) -> Span:
+    return Span(name, None if begin is None else at + begin, None if end is None else at + end, buses)
 
 
 @pytest.mark.parametrize("apart_ns", [0, 1, S, APART_NS])
@@ -41,6 +42,18 @@ def test_files_that_follow_one_another_are_one_recording(apart_ns: int) -> None:
 )
 def test_others_are_recordings_of_their_own(second: Span) -> None:
     assert recordings([_span("a", 0, 5 * S), second]) == [("a",), ("b",)]
+
+
+def test_clocks_that_begin_at_zero_tell_nothing() -> None:
+    assert recordings([_span("a", 0, 5 * S, at=0), _span("b", 5 * S, 9 * S, at=0)]) == [("a",), ("b",)]
+
+
+def test_a_file_of_the_same_time_is_no_part_and_parts_nothing() -> None:
+    """Of two networks with one name of their bus nobody knows which part follows which."""
+    parts = [_span("a", 0, 5 * S), _span("b", 5 * S, 9 * S), _span("other", 6 * S, 9 * S)]
+    assert recordings(parts) == [("a",), ("b",), ("other",)]
+    later = _span("later", 20 * S, 30 * S)
+    assert recordings([*parts[:2], later]) == [("a", "b"), ("later",)]
 
 
 def test_two_recorders_that_were_split_are_told_apart() -> None:

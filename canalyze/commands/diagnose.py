@@ -166,7 +166,7 @@ def _recordings(names: tuple[str, ...], given: CaptureOptions, words: Words, out
     """Give the files of each recording: files that follow one another are one."""
     every = [one.name for one in expanded(names)]
     if len(every) < 2 or STDIN in every:
-        return [names]
+        return [tuple(dict.fromkeys(names))]
     progress = Progress(words, out, total_size(names))
     return recordings(_span(name, given, words, progress) for name in every)
 

@@ -123,7 +123,7 @@ def show_each(
     cells = []
     for row in [] if totals else ordered:
         first, *further = (printable(name) for name in row.names)
-        name = f"{first} +{len(further)}" if further else first
+        name = f"{first} ... {further[-1]} ({len(row.names)})" if further else first
         headline = next((printable(one["message"]) for one in row.roots if one["status"] != "harmless"), "")
         cells.append((verdict(row.roots, row.whole, words), name, headline))
     said, named = (max((width(cell[place]) for cell in cells), default=0) for place in (0, 1))

@@ -10,6 +10,10 @@ APART_NS: Final = 5_000_000_000
 """Longest time from the end of a part to the beginning of the next, in ns: a slow bus is silent for so long."""
 
 
+EPOCH_NS: Final = 100_000_000 * 1_000_000_000
+"""Least stamp of a calendar's clock, in ns (1973); smaller ones count from a beginning of their own."""
+
+
 class Span(NamedTuple):
     """The time and the buses of one file."""
 
@@ -20,10 +24,16 @@ class Span(NamedTuple):
     buses: frozenset[str]
 
     def follows(self, before: "Span") -> bool:
-        """Return true if it goes on where another one has ended."""
+        """Return true if it goes on where another one has ended. Only stamps of a calendar's clock can tell."""
         if self.begin_ns is None or before.end_ns is None or not self.buses & before.buses:
             return False
-        return 0 <= self.begin_ns - before.end_ns <= APART_NS
+        return self.begin_ns >= EPOCH_NS and 0 <= self.begin_ns - before.end_ns <= APART_NS
+
+    def overlaps(self, other: "Span") -> bool:
+        """Return true if another file has frames of the same bus and time: they are no parts of one recording."""
+        if self.begin_ns is None or self.end_ns is None or other.begin_ns is None or other.end_ns is None:
+            return False
+        return bool(self.buses & other.buses) and self.begin_ns < other.end_ns and other.begin_ns < self.end_ns
 
 
 def recordings(spans: Iterable[Span]) -> list[tuple[str, ...]]:
@@ -31,8 +41,10 @@ def recordings(spans: Iterable[Span]) -> list[tuple[str, ...]]:
     every = list(spans)
     timed = sorted((one for one in every if one.begin_ns is not None), key=lambda one: one.begin_ns or 0)
     chains: list[list[Span]] = []
+    alone = {one.name for one in timed if any(one.overlaps(other) for other in timed if other is not one)}
     for span in timed:
-        chain = next((one for one in reversed(chains) if span.follows(one[-1])), None)
+        chains_before = (one for one in reversed(chains) if span.follows(one[-1]) and one[-1].name not in alone)
+        chain = None if span.name in alone else next(chains_before, None)
         if chain is None:
             chains.append([span])
         else:

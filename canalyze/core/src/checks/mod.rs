@@ -32,7 +32,7 @@ use crate::sdo::wire::{Mux, Side};
 use crate::wire::lss::Command;
 use crate::wire::message::Message;
 use crate::wire::pdo::communication_parameter;
-use crate::world::configuration;
+use crate::world::configuration::{self, Provenance};
 use crate::world::context::Context;
 use crate::world::event::{Signals, Unmapped};
 use crate::world::network::Network;
@@ -248,7 +248,10 @@ impl Checks {
         let fit = Fit::of(&content, frame);
         if self.assumed.contradicts((name.node, name.transmit, name.number), &content, frame) {
             let fit = Fit { read: false, contradicted: true, ..fit };
-            return (Signals::None(Unmapped::Contradicted), fit);
+            // Of a device without a description nothing is known then.
+            let of_profile = matches!(content, Signals::Mapped(_, from) | Signals::ByConsumer(_, from, ..) if from == Provenance::Profile);
+            let why = if of_profile { Unmapped::Unknown } else { Unmapped::Contradicted };
+            return (Signals::None(why), fit);
         }
         (content, fit)
     }
@@ -284,7 +287,7 @@ impl Checks {
         self.nodes.pdo(transmit, number, node, cx);
         self.pdo_identifiers.used(frame.id, nodes, cx);
         self.sync.process_data(name, known, cx);
-        let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= configuration::Provenance::Eds);
+        let used = known.is_none_or(|pdo| pdo.cob.0.valid || pdo.cob.1 <= Provenance::Eds);
         if let Some(misfit) = fit.misfit.filter(|_| used) {
             self.pdo_length.judge(transmit, number, node, nodes.get(node), misfit, cx);
         } else if fit.fits {

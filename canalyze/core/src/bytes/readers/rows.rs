@@ -10,6 +10,7 @@ use super::candump::stamp::{digits, fraction, nanoseconds};
 use super::lines::Begun;
 use super::listing::{unmarked, unquoted};
 use super::{Contents, FilePlace, Item, Unreadable};
+use crate::bytes::calendar::{days_of, days_to};
 use crate::bytes::frame::{Buses, CanId, Direction, Frame, Kind, Stamp, StampForm};
 
 /// Number of rows that wait until their layout is known.
@@ -39,44 +40,34 @@ enum Column {
     Byte,
     /// Words for standard or extended, data or remote.
     Attribute,
+    /// True for an extended identifier.
+    Extended,
     /// The channel, counted from this number.
     Channel(u8),
     Other,
 }
 
-use Column::{Attribute, Channel, Data, Id, Length, Other, Ticks, Time};
+use Column::{Attribute, Channel, Data, Extended, Id, Length, Other, Ticks, Time};
 
 const SECOND: i64 = 1_000_000_000;
 const MILLISECOND: i64 = 1_000_000;
 const MICROSECOND: i64 = 1_000;
 
-/// The names of columns in headings, in lower case. A name that is no row is a column without a meaning.
+/// The names of columns in headings, in lower case and without what brackets say of them. Others have no meaning.
 const NAMES: &[(&str, Column)] = &[
     ("time", Time(SECOND)),
-    ("time (s)", Time(SECOND)),
-    ("time(s)", Time(SECOND)),
-    ("time [s]", Time(SECOND)),
-    ("time (ms)", Time(MILLISECOND)),
-    ("time(ms)", Time(MILLISECOND)),
-    ("time [ms]", Time(MILLISECOND)),
-    ("time (us)", Time(MICROSECOND)),
     ("timestamp", Time(SECOND)),
     ("time stamp", Time(MICROSECOND)),
+    ("time offset", Time(SECOND)),
     ("时间", Time(SECOND)),
     ("系统时间", Time(SECOND)),
     ("时间标识", Ticks),
     ("id", Id(16)),
-    ("id (hex)", Id(16)),
-    ("id(hex)", Id(16)),
-    ("id (dec)", Id(10)),
-    ("id(dec)", Id(10)),
     ("can id", Id(16)),
     ("can-id", Id(16)),
     ("canid", Id(16)),
     ("cob-id", Id(16)),
     ("identifier", Id(16)),
-    ("identifier (hex)", Id(16)),
-    ("identifier (dec)", Id(10)),
     ("message id", Id(16)),
     ("arbitration id", Id(16)),
     ("帧id", Id(16)),
@@ -94,13 +85,12 @@ const NAMES: &[(&str, Column)] = &[
     ("数据长度", Length),
     ("长度", Length),
     ("data", Data),
-    ("data (hex)", Data),
-    ("data(hex)", Data),
     ("data bytes", Data),
     ("payload", Data),
     ("数据", Data),
-    ("数据(hex)", Data),
-    ("extended", Attribute),
+    ("extended", Extended),
+    ("ext", Extended),
+    ("ide", Extended),
     ("format", Attribute),
     ("type", Attribute),
     ("frame type", Attribute),
@@ -111,6 +101,7 @@ const NAMES: &[(&str, Column)] = &[
     ("chn", Channel(0)),
     ("通道", Channel(1)),
     ("通道号", Channel(1)),
+    ("源通道", Channel(1)),
     ("can通道", Channel(1)),
 ];
 
@@ -132,6 +123,10 @@ struct RowLayout {
     long_length: bool,
     /// The heading named the columns.
     named: bool,
+    /// Identifiers and bytes are decimal.
+    decimal: bool,
+    /// The first numbers count the rows, and name no channel.
+    counted: bool,
 }
 
 /// The parts of a row.
@@ -147,7 +142,11 @@ struct Row<'a> {
     remote: bool,
     /// CAN FD: bit rate switch, error state indicator.
     fd: Option<(bool, bool)>,
+    /// The channel as written, and the number of the first one.
     channel: &'a [u8],
+    first: u8,
+    /// Identifiers and bytes are decimal.
+    decimal: bool,
 }
 
 impl Default for Row<'_> {
@@ -163,6 +162,8 @@ impl Default for Row<'_> {
             remote: false,
             fd: None,
             channel: b"",
+            first: 0,
+            decimal: false,
         }
     }
 }
@@ -173,8 +174,10 @@ pub struct Rows {
     begun: Begun,
     lines: u64,
     layout: Option<RowLayout>,
-    /// Rows without a heading, with their line numbers, until their layout is known.
+    /// The first rows, with their line numbers, until their layout is known.
     waiting: Vec<(u64, Vec<u8>)>,
+    /// The layout is complete.
+    learnt: bool,
 }
 
 impl Rows {
@@ -226,13 +229,14 @@ impl Rows {
         }
         if let Some(layout) = heading(text) {
             self.decide(buses, sink);
-            self.layout = Some(layout);
+            (self.layout, self.learnt) = (Some(layout), false);
             return;
         }
-        if self.layout.is_some() {
+        if self.learnt {
             return self.row(text, self.lines, buses, sink);
         }
-        if guess(text, true).or_else(|| guess(text, false)).is_some() {
+        let named = self.layout.is_some();
+        if named || is_alone(text) || guess(text, true).or_else(|| guess(text, false)).is_some() {
             self.waiting.push((self.lines, text.to_vec()));
             if self.waiting.len() >= LEARNT {
                 self.decide(buses, sink);
@@ -240,18 +244,14 @@ impl Rows {
         }
     }
 
-    /// Learns the layout of the rows that wait, and reads them.
+    /// Learns from the rows that wait what their layout is, and reads them.
     fn decide(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
         let waiting = std::mem::take(&mut self.waiting);
-        let texts = || waiting.iter().map(|(_, text)| text.as_slice());
-        // A first byte that is the number of those behind it in every row is a length.
-        let count = |long: bool| texts().filter(|text| guess(text, long).is_some()).count();
-        let counted = |text: &[u8]| guess(text, true).is_some_and(|(_, row)| row.count > 0);
-        let long = count(true) >= count(false) && texts().any(counted);
-        let shows = |(_, row): &(RowLayout, Row<'_>)| row.count > 0 || row.length.is_some();
-        let Some((layout, _)) = texts().find_map(|text| guess(text, long).filter(shows)) else { return };
-        let small = |text: &[u8]| guess(text, long).and_then(|(_, row)| row.id).is_some_and(|(id, _)| id <= 0x7FF);
-        self.layout = Some(RowLayout { filled: texts().all(small), ..layout });
+        let texts: Vec<&[u8]> = waiting.iter().map(|(_, text)| text.as_slice()).collect();
+        let Some(layout) = self.layout.take().map(|layout| layout.completed(&texts)).or_else(|| learn(&texts)) else {
+            return;
+        };
+        (self.layout, self.learnt) = (Some(layout), true);
         for (line, text) in &waiting {
             self.row(text, *line, buses, sink);
         }
@@ -261,10 +261,11 @@ impl Rows {
         let Some(layout) = &self.layout else { return };
         let found = if layout.named { layout.read(text) } else { layout.reads_again(text) };
         match found {
-            Some(row) => self.give(&row, line, layout.filled, buses, sink),
+            Some(row) if row.whole().is_some() => self.give(&row, line, layout.filled, buses, sink),
+            Some(_) if layout.is_meant(text) => sink(unreadable(line, Unreadable::Data), buses),
             // As many cells as a row has, and an identifier: it was meant as one.
             None if layout.is_meant(text) => sink(unreadable(line, Unreadable::NoFrame), buses),
-            None => {}
+            _ => {}
         }
     }
 
@@ -284,17 +285,48 @@ impl Rows {
             let (brs, esi) = row.fd.unwrap_or_default();
             frame.kind = Kind::Fd { brs, esi };
         }
-        frame.bus = buses.intern(row.channel);
+        frame.bus = buses.intern(channel(row.channel, row.first));
         (frame.line, frame.stamp, frame.dir) = (Some(line), row.stamp, row.direction);
         frame.t_ns = row.stamp.map(|stamp| stamp.ns);
         sink(Item::Frame(frame), buses);
     }
 }
 
+/// Learns the layout of rows without a heading; `None` if nothing shows that they are frames.
+fn learn(texts: &[&[u8]]) -> Option<RowLayout> {
+    // A first byte that is the number of those behind it in every row is a length.
+    let count = |long: bool| texts.iter().filter(|text| guess(text, long).is_some()).count();
+    let counted = |text: &&[u8]| guess(text, true).is_some_and(|(_, row)| row.count > 0);
+    let long = count(true) >= count(false) && texts.iter().any(counted);
+    let rows: Vec<(RowLayout, Row<'_>)> = texts.iter().filter_map(|text| guess(text, long)).collect();
+    if !rows.iter().any(|(layout, row)| layout.is_evident(row)) || rises_by_length(&rows) {
+        return None;
+    }
+    let (layout, _) = rows.iter().find(|(_, row)| row.count > 0 || row.length.is_some())?;
+    let small = rows.iter().all(|(_, row)| row.id.is_some_and(|(id, _)| id <= 0x7FF));
+    // Numbers that rise by one from row to row count the rows.
+    let channels: Vec<u32> = rows.iter().filter_map(|(_, row)| number(row.channel, 10)).collect();
+    let rising = channels.len() > 1 && channels.iter().zip(channels.iter().skip(1)).all(|(one, next)| one + 1 == *next);
+    let counted = rising || channels.iter().any(|channel| *channel > 8);
+    Some(RowLayout { filled: small, counted, ..layout.clone() })
+}
+
+/// Returns true if a line is an identifier alone, as of a SYNC without data.
+fn is_alone(text: &[u8]) -> bool {
+    matches!(text.len(), 1..=3) && is_hex(text) && text.iter().any(u8::is_ascii_digit)
+}
+
+/// Returns true if each identifier is that of the row before plus the number of its bytes, as in a dump of memory.
+fn rises_by_length(rows: &[(RowLayout, Row<'_>)]) -> bool {
+    let ids: Vec<(u32, usize)> = rows.iter().filter_map(|(_, row)| Some((row.id?.0, row.count))).collect();
+    let pairs = ids.iter().zip(ids.iter().skip(1));
+    ids.len() > 1 && pairs.into_iter().all(|((id, count), (next, _))| *count > 0 && id + *count as u32 == *next)
+}
+
 /// Returns true if a line of text is a heading or a row that only this reader reads; `alone`: whatever its columns.
 pub(super) fn is_row(text: &[u8], alone: bool) -> bool {
     let text = stripped(text);
-    let shows = |(_, row): &(RowLayout, Row<'_>)| row.count > 0 || row.length.is_some();
+    let shows = |(layout, row): &(RowLayout, Row<'_>)| layout.is_evident(row);
     heading(text).is_some()
         || self_describing(text).is_some()
         || alone && guess(text, true).or_else(|| guess(text, false)).is_some_and(|found| shows(&found))
@@ -318,7 +350,7 @@ impl Column {
             Self::Direction => "direction",
             Length => "length",
             Data | Self::Byte => "data",
-            Attribute => "format",
+            Attribute | Extended => "format",
             Channel(_) => "channel",
             Other => "-",
         }
@@ -327,8 +359,21 @@ impl Column {
     /// Returns the column with this name in a heading.
     fn named(name: &[u8]) -> Self {
         let name = String::from_utf8_lossy(name).to_lowercase();
-        if let Some((_, column)) = NAMES.iter().find(|(known, _)| *known == name) {
-            return *column;
+        let (bare, said) = name.split_once(['(', '[']).unwrap_or((&name, ""));
+        let said = said.trim_end_matches([')', ']']);
+        let (bare, said) = match bare.trim().rsplit_once('_') {
+            Some((bare, unit @ ("s" | "ms" | "us" | "ns"))) => (bare, unit),
+            _ => (bare.trim(), said),
+        };
+        if let Some((_, column)) = NAMES.iter().find(|(known, _)| *known == bare) {
+            return match (column, said) {
+                (Id(_), "dec") => Id(10),
+                (Time(_), "s") => Time(SECOND),
+                (Time(_), "ms") => Time(MILLISECOND),
+                (Time(_), "us" | "µs") => Time(MICROSECOND),
+                (Time(_), "ns") => Time(1),
+                _ => *column,
+            };
         }
         let number = ["data", "byte", "d", "b"].iter().find_map(|prefix| name.strip_prefix(prefix));
         let number = number.map(str::trim).filter(|number| !number.is_empty() && number.len() <= 2);
@@ -339,7 +384,14 @@ impl Column {
 /// Returns the cells of a line, without quotation marks and blanks around them.
 fn cells(text: &[u8], separator: Separator) -> Vec<&[u8]> {
     let parts: Vec<&[u8]> = match separator {
-        Separator::Byte(sign) => text.split(|byte| *byte == sign).take(CELLS).collect(),
+        Separator::Byte(sign) => {
+            let mut quoted = false;
+            let between = |byte: &u8| {
+                quoted ^= *byte == b'"';
+                *byte == sign && !quoted
+            };
+            text.split(between).take(CELLS).collect()
+        }
         Separator::Blanks => text.split(|byte| is_blank(*byte)).filter(|cell| !cell.is_empty()).take(CELLS).collect(),
     };
     parts.into_iter().map(bare).collect()
@@ -369,7 +421,7 @@ fn heading(text: &[u8]) -> Option<RowLayout> {
         let known = count(|column| *column != Other);
         // Between blanks there may be prose.
         let prose = separator == Separator::Blanks && (known < 3 || known * 2 < names.len());
-        if ids != 1 || bytes == 0 || names.len() < 3 || prose {
+        if ids != 1 || bytes == 0 || prose {
             return None;
         }
         let has = |name: &[u8]| names.iter().any(|known| known.eq_ignore_ascii_case(name));
@@ -381,14 +433,19 @@ fn heading(text: &[u8]) -> Option<RowLayout> {
             // The clock of the adapter is finer than that of the system.
             columns.iter_mut().filter(|column| matches!(column, Time(_))).for_each(|column| *column = Other);
         }
-        Some(RowLayout { separator, columns, filled: false, long_length: false, named: true })
+        Some(RowLayout { separator, columns, named: true, ..RowLayout::new(separator) })
     })
 }
 
 impl RowLayout {
-    /// Reads a row below a heading.
+    fn new(separator: Separator) -> Self {
+        let (filled, long_length, named, decimal, counted) = Default::default();
+        Self { separator, columns: Vec::new(), filled, long_length, named, decimal, counted }
+    }
+
+    /// Reads a row below a heading, whose length may not be that of its bytes.
     fn read<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
-        let mut row = Row::default();
+        let mut row = Row { decimal: self.decimal, ..Row::default() };
         let found = cells(text, self.separator);
         let mut rest = found.iter().copied().peekable();
         for column in &self.columns {
@@ -413,13 +470,48 @@ impl RowLayout {
                 }
             }
         }
-        row.whole()
+        row.id.is_some().then_some(row)
+    }
+
+    /// Completes the layout of a heading by the rows below it.
+    fn completed(self, texts: &[&[u8]]) -> Self {
+        let mut small = true;
+        let (mut letters, mut decimal) = (false, false);
+        for text in texts {
+            let Some(found) = self.read(text) else { continue };
+            small &= found.id.is_some_and(|(id, _)| id <= 0x7FF);
+        }
+        for text in texts {
+            let found = cells(text, self.separator);
+            let data = self.columns.iter().zip(&found).filter(|(column, _)| matches!(column, Data | Column::Byte));
+            let parts = data.flat_map(|(_, cell)| cell.split(|byte| is_blank(*byte))).filter(|part| !part.is_empty());
+            for part in parts.filter(|_| self.separator != Separator::Blanks) {
+                letters |= part.iter().any(|byte| !byte.is_ascii_digit());
+                // Bytes in hexadecimal digits have two of them.
+                decimal |= matches!(part.len(), 1 | 3);
+            }
+        }
+        Self { filled: small, decimal: decimal && !letters, ..self }
+    }
+
+    /// Returns true if a row without a heading shows that it is a frame: by its length and a time, a direction or the word
+    /// CAN, or by a service of CANopen.
+    fn is_evident(&self, row: &Row<'_>) -> bool {
+        let told = self.columns.iter().any(|column| matches!(column, Time(_) | Column::Direction));
+        let (id, data) = (row.id.map_or(0, |(id, _)| id), row.data.get(..row.count).unwrap_or_default());
+        let sdo = matches!(id, 0x581..=0x5FF | 0x601..=0x67F) && data.len() == 8;
+        let control = matches!(id, 0x701..=0x77F) && matches!(data, [0 | 4 | 5 | 0x7F]);
+        row.length.is_some() && told || sdo || control
     }
 
     /// Reads a row without a heading, which must have the columns of the first one.
     fn reads_again<'a>(&self, text: &'a [u8]) -> Option<Row<'a>> {
+        if self.columns == [Id(16), Data] && is_alone(text) {
+            return number(text, 16).map(|id| Row { id: Some((id, 3)), ..Row::default() });
+        }
         let (layout, row) = guess(text, self.long_length)?;
-        (layout.columns == self.columns).then_some(row)
+        let channel = if self.counted { &b""[..] } else { row.channel };
+        (layout.columns == self.columns).then_some(Row { channel, ..row })
     }
 
     /// Returns true if a line has as many cells as a row, one of them an identifier.
@@ -439,9 +531,11 @@ impl<'a> Row<'a> {
     /// Takes the cell of a column; `None` if it cannot be one.
     fn take(&mut self, column: Column, cell: &'a [u8]) -> Option<()> {
         match column {
-            Time(unit) => self.stamp = if is_absent(cell) { None } else { Some(time(cell, unit)?) },
+            // A time that cannot be read is none, and the frame is there.
+            Time(unit) => self.stamp = time(cell, unit),
+            Ticks if !cell.starts_with(b"0x") => self.stamp = time(cell, SECOND),
             Ticks => {
-                let ticks = if is_absent(cell) { None } else { Some(number(cell, 16)?) };
+                let ticks = number(cell, 16);
                 let ns = |ticks| i64::from(ticks) * (MILLISECOND / 10);
                 self.stamp =
                     ticks.map(|ticks| Stamp { form: StampForm::Seconds, ns: ns(ticks), width: 1, decimals: 4 });
@@ -452,11 +546,12 @@ impl<'a> Row<'a> {
                 let cell = inner.or(hex).unwrap_or(cell);
                 let (word, extended) = match cell {
                     [word @ .., b'x' | b'X'] if word.len() >= 3 => (word, Some(true)),
-                    [word @ .., b'h' | b'H'] => (word, None),
+                    [word @ .., b'h' | b'H' | b':'] => (word, None),
                     _ => (cell, None),
                 };
                 self.extended = self.extended.or(extended);
                 let digits = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X")).unwrap_or(word);
+                let base = if self.decimal { 10 } else { base };
                 self.id = Some((number(word, base)?, if base == 16 { digits.len() } else { 0 }));
             }
             Column::Direction if is_absent(cell) => {}
@@ -464,14 +559,16 @@ impl<'a> Row<'a> {
             Length if cell.is_empty() => {}
             Length => self.length = Some(number(cell, 10).filter(|length| *length <= 64)? as usize),
             Data => {
-                for part in cell.split(|byte| is_blank(*byte)).filter(|part| !part.is_empty()) {
+                let between = |byte: &u8| is_blank(*byte) || matches!(byte, b',' | b'-' | b':');
+                for part in cell.split(between).filter(|part| !part.is_empty()) {
                     self.bytes(part)?;
                 }
             }
             Column::Byte if cell.is_empty() => {}
             Column::Byte => self.bytes(cell)?,
             Attribute => self.attribute(cell),
-            Channel(first) => self.channel = channel(cell, first),
+            Extended => self.extended = Some(matches!(cell, b"1" | b"x" | b"X") || cell.eq_ignore_ascii_case(b"true")),
+            Channel(first) => (self.channel, self.first) = (cell, first),
             Other => {}
         }
         Some(())
@@ -480,6 +577,12 @@ impl<'a> Row<'a> {
     /// Adds bytes: two digits each, or one digit.
     fn bytes(&mut self, text: &[u8]) -> Option<()> {
         let text = text.strip_prefix(b"0x").unwrap_or(text);
+        if self.decimal {
+            let byte = u8::try_from(number(text, 10)?).ok()?;
+            *self.data.get_mut(self.count)? = byte;
+            self.count += 1;
+            return Some(());
+        }
         let pairs: Vec<u8> = match text {
             [digit] => vec![Some(nibble(*digit)).filter(|digit| *digit < 16)?],
             _ if text.len() % 2 == 0 => {
@@ -516,7 +619,8 @@ impl<'a> Row<'a> {
 
 /// Reads a row without a heading by the form of its words. `long_length`: the first of the bytes is their number.
 fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_>)> {
-    let separator = if text.contains(&b',') { Separator::Byte(b',') } else { Separator::Blanks };
+    let sign = [b';', b','].into_iter().find(|sign| text.contains(sign));
+    let separator = sign.map_or(Separator::Blanks, Separator::Byte);
     let mut words = cells(text, separator);
     let mut tail = Vec::new();
     while let Some(column) = words.last().and_then(|word| trailing(word)) {
@@ -541,6 +645,11 @@ fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_>)> {
     let place = head.iter().rposition(|word| identifier(word))?;
     for (number, word) in head.iter().enumerate() {
         let column = if number == place { Id(16) } else { leading(word, number)? };
+        // A number behind the identifier would be a length, and a second one of a kind is something else.
+        let again = column != Other && columns.contains(&column);
+        if again || number > place && matches!(column, Channel(_) | Other) {
+            return None;
+        }
         row.take(column, word)?;
         columns.push(column);
     }
@@ -556,10 +665,10 @@ fn guess(text: &[u8], long_length: bool) -> Option<(RowLayout, Row<'_>)> {
         row.take(column, word)?;
         columns.push(column);
     }
-    // Letters alone are a word, and no frame without bytes.
+    // Letters alone are a word.
     let word = head.get(place).is_some_and(|word| word.iter().all(u8::is_ascii_alphabetic));
-    let layout = RowLayout { separator, columns, filled: false, long_length, named: false };
-    row.whole().filter(|row| !word || row.count > 0 || length.is_some()).map(|row| (layout, row))
+    let layout = RowLayout { columns, long_length, ..RowLayout::new(separator) };
+    row.whole().filter(|_| !word).map(|row| (layout, row))
 }
 
 /// Returns the column of a word behind the bytes.
@@ -594,8 +703,10 @@ fn leading(word: &[u8], number: usize) -> Option<Column> {
 fn identifier(word: &[u8]) -> bool {
     let prefixed = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X"));
     let digits = prefixed.unwrap_or(word);
+    let digits = digits.strip_suffix(b":").unwrap_or(digits);
     let digits = digits.strip_suffix(b"h").or_else(|| digits.strip_suffix(b"x")).unwrap_or(digits);
-    let long = matches!(digits.len(), 3 | 8) || prefixed.is_some() && (1..=8).contains(&digits.len());
+    let padded = digits.len() == 4 && digits.starts_with(b"0");
+    let long = padded || matches!(digits.len(), 3 | 8) || prefixed.is_some() && (1..=8).contains(&digits.len());
     long && is_hex(digits)
 }
 
@@ -629,7 +740,12 @@ fn is_absent(cell: &[u8]) -> bool {
 fn channel(cell: &[u8], first: u8) -> &[u8] {
     const BUSES: [&[u8]; 10] =
         [b"can0", b"can1", b"can2", b"can3", b"can4", b"can5", b"can6", b"can7", b"can8", b"can9"];
-    let number = match cell.strip_prefix(b"ch").unwrap_or(cell) {
+    let (digit, first) = match cell {
+        [b'C' | b'c', b'A' | b'a', b'N' | b'n', digit] => (&[*digit][..], 0),
+        [b'C', b'A', b'N', b' ', digit] => (&[*digit][..], 1),
+        _ => (cell.strip_prefix(b"ch").unwrap_or(cell), first),
+    };
+    let number = match digit {
         [digit @ b'0'..=b'9'] => (digit - b'0').checked_sub(first),
         _ => None,
     };
@@ -647,14 +763,26 @@ fn number(word: &[u8], base: u32) -> Option<u32> {
     if digits.is_empty() { None } else { digits.iter().fold(Some(0), add) }
 }
 
-/// Parses a time: a number in units of so many ns, or a time of day with a point or comma before the fraction.
+/// Parses a time: a number in units of so many ns; or a time of day, with a date before it or not, with a point, comma or
+/// colon before the fraction, of 24 hours or with AM or PM behind it.
 fn time(word: &[u8], unit: i64) -> Option<Stamp> {
+    let (word, half) = match word {
+        [rest @ .., b' ', b'A' | b'a', b'M' | b'm'] => (rest, Some(0)),
+        [rest @ .., b' ', b'P' | b'p', b'M' | b'm'] => (rest, Some(12)),
+        _ => (word, None),
+    };
+    if let Some(place) = word.iter().position(|byte| is_blank(*byte) || *byte == b'T') {
+        let (day, rest) = word.split_at_checked(place)?;
+        let stamp = time(rest.get(1..)?, unit).filter(|_| rest.contains(&b':'))?;
+        return Some(Stamp { form: StampForm::Calendar, ns: date(day)?.checked_add(stamp.ns)?, ..stamp });
+    }
     let mut parts = word.split(|byte| *byte == b':');
-    let (first, second, third) = (parts.next()?, parts.next(), parts.next());
+    let (first, second, third, fourth) = (parts.next()?, parts.next(), parts.next(), parts.next());
     let last = third.or(second).unwrap_or(first);
     let (whole, count, rest) = digits(last);
-    let (part, decimals, rest) = match rest {
-        [b'.' | b',', rest @ ..] => fraction(rest)?,
+    let (part, decimals, rest) = match (rest, fourth) {
+        ([b'.' | b',', rest @ ..], None) => fraction(rest)?,
+        ([], Some(after)) => fraction(after)?,
         _ => (0, 0, rest),
     };
     if count == 0 || count > 18 || !rest.is_empty() || parts.next().is_some() {
@@ -667,18 +795,41 @@ fn time(word: &[u8], unit: i64) -> Option<Stamp> {
     };
     let (ns, decimals, width) = match (second, third) {
         (Some(minutes), Some(_)) => {
-            let seconds = small(first, 23)? * 3600 + small(minutes, 59)? * 60 + whole;
-            (nanoseconds(seconds, part), decimals, 5)
+            let hours = small(first, 23)?;
+            let hours = half.map_or(hours, |half| hours % 12 + half);
+            (nanoseconds(hours * 3600 + small(minutes, 59)? * 60 + whole, part), decimals, 5)
         }
         (Some(_), None) => (nanoseconds(small(first, 59)? * 60 + whole, part), decimals, 4),
+        // A whole number this large counts smaller units since 1970.
+        (None, _) if decimals == 0 && unit == SECOND && whole >= 100_000_000_000 => {
+            let (unit, decimals) = match whole {
+                100_000_000_000_000_000.. => (1, 9),
+                100_000_000_000_000.. => (MICROSECOND, 6),
+                _ => (MILLISECOND, 3),
+            };
+            (whole.checked_mul(unit)?, decimals, 10)
+        }
         (None, _) if unit == SECOND => (nanoseconds(whole, part), decimals, count.min(20) as u8),
         (None, _) => {
-            let more = if unit == MILLISECOND { 3 } else { 6 };
+            let more = match unit {
+                MILLISECOND => 3,
+                MICROSECOND => 6,
+                _ => 9,
+            };
             let ns = whole.checked_mul(unit)?.checked_add(part / (SECOND / unit))?;
             (ns, (decimals + more).min(9), 1)
         }
     };
     Some(Stamp { form: StampForm::Seconds, ns, width, decimals })
+}
+
+/// Parses a date, `2024-03-12` or `2024/3/12`, as ns since 1970.
+fn date(text: &[u8]) -> Option<i64> {
+    let mut parts = text.split(|byte| matches!(byte, b'-' | b'/'));
+    let mut next = || number(parts.next()?, 10).map(i64::from);
+    let (year, month, day) = (next()?, next()?, next()?);
+    let known = (1970..=2200).contains(&year) && (1..=12).contains(&month) && (1..=days_of(year, month)).contains(&day);
+    known.then(|| days_to(year, month, day) * 86_400 * SECOND)
 }
 
 /// Reads rows whose words say what they are: of python-can's printer, of socketcand, and of slcan.

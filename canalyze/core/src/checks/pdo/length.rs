@@ -130,6 +130,9 @@ impl PdoLength {
         {
             return;
         }
+        if from == Provenance::Profile {
+            return; // nobody says that the device has that mapping
+        }
         let trusted = from > Provenance::Eds;
         if !trusted && (consumer.is_some() || known.is_none_or(|known| mixed(known, transmit, number))) {
             return;
