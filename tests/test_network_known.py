@@ -248,10 +248,14 @@ def test_two_descriptions_of_one_node(recorded: None) -> None:
 def test_everything_else_as_the_core_wants_it(recorded: None) -> None:
     cob, sdo = network.cob("can1:000001A5=5.RPDO2"), network.sdo_channel("640,5C0=5")
     assert cob and sdo
-    known = Known((), (cob,), (sdo,), 1_000_000, 500_000, 0, 125_000)
+    pdo, profile = network.pdo_mapping("185=6041:16"), network.profile("5-6=402")
+    assert pdo and profile
+    known = Known((), (cob,), (sdo,), 1_000_000, 500_000, 0, 125_000, (pdo,), (profile,))
     assert tell(given=known) == {
         "descriptions": [],
         "cobs": [("can1", 0x1A5, True, 5, "rpdo", 2)],
+        "values": [(None, 5, 0x1A00, 0, 1), (None, 5, 0x1A00, 1, 0x60410010)],
+        "profiles": [(None, 5, 402), (None, 6, 402)],
         "sdos": [(None, 0x640, False, 0x5C0, False, 5)],
         "sync_period_ns": 1_000_000,
         "sync_window_ns": 500_000,

@@ -230,7 +230,7 @@ class Reading:
                 return SourceError("source.no_topic", name=capture.name, topics=f"{listed}{more}")
         # Of what could not be unpacked, or is said to be something, there is nothing to guess.
         if capture.format == "candump" and not self._given_format and not capture.damage:
-            return SourceError("source.nothing", name=capture.name, first=_first_line(capture.head))
+            return SourceError("source.nothing", name=capture.name, first=_first_line(getattr(capture, "head", b"")))
         form = self._words.of("info.title", capture.kind)
         dialect = json.loads(self._session.contents())["dialect"]
         if dialect.get("identifiers") == "implausible":
