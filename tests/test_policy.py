@@ -304,7 +304,8 @@ def test_check_of_canalyze_toml(tmp_path: Path) -> None:
         (
             "[check]\nfailon = 'error'\n",
             ":2",
-            "unknown key check.failon (did you mean fail_on?); allowed: fail_on, problems, incidents, select, ignore, baseline",
+            "unknown key check.failon (did you mean fail_on?); allowed: fail_on, problems, incidents, select, ignore, "
+            "baseline",
         ),
         ("check = 1\n", ":1", "[check]"),
         ("[check]\noverride = 1\n", ":2", "[[check.override]]"),

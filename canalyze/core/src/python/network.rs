@@ -24,7 +24,7 @@ pub(super) struct Network {
 impl Network {
     #[new]
     #[pyo3(signature = (*, descriptions = Vec::new(), cobs = Vec::new(), values = Vec::new(), profiles = Vec::new(), sdos = Vec::new(), sync_period_ns = None, sync_window_ns = None, jitter_ns = None, bitrate = None))]
-    #[allow(clippy::type_complexity, reason = "tuples of a Python call")]
+    #[allow(clippy::type_complexity, clippy::too_many_arguments, reason = "tuples and keywords of a Python call")]
     fn new(
         descriptions: Vec<(Option<String>, u8, PyRef<'_, Dictionary>)>,
         cobs: Vec<(Option<String>, u32, bool, u8, String, u16)>,

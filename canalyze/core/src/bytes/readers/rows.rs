@@ -453,7 +453,7 @@ impl RowLayout {
                 (Data, Separator::Blanks) => {
                     let wanted = row.length.unwrap_or(CLASSIC);
                     while row.count < wanted
-                        && let Some(cell) = rest.next_if(|cell| cell.len() % 2 == 0 && is_hex(cell))
+                        && let Some(cell) = rest.next_if(|cell| cell.len().is_multiple_of(2) && is_hex(cell))
                     {
                         row.bytes(cell)?;
                     }
@@ -585,7 +585,7 @@ impl<'a> Row<'a> {
         }
         let pairs: Vec<u8> = match text {
             [digit] => vec![Some(nibble(*digit)).filter(|digit| *digit < 16)?],
-            _ if text.len() % 2 == 0 => {
+            _ if text.len().is_multiple_of(2) => {
                 let pair = |pair: &[u8]| byte(*pair.first()?, *pair.get(1)?);
                 text.chunks(2).map(pair).collect::<Option<_>>()?
             }
