@@ -58,6 +58,6 @@ rules! {
     Grd005 "GRD005" "life-guarding" Error "CiA 301 7.2.8.3.2.1" [ErrorControl, Nmt] {
         message "寿命保护" "life guarding";
         Expired { age: Ns, limit: Ns }
-            "此后{age}没有节点保护请求, 超过节点寿命时间{limit}" "no node guarding request for {age} since then (node life time {limit})";
+            "{age}没有节点保护请求, 超过节点寿命时间{limit}" "no node guarding request for {age} (node life time {limit})";
     }
 }

@@ -411,6 +411,11 @@ fn bare(mut cell: &[u8]) -> &[u8] {
 
 /// Reads a line as a heading: it names an identifier and bytes.
 fn heading(text: &[u8]) -> Option<RowLayout> {
+    // Each name of an identifier has these letters, and rows mostly begin with a digit.
+    let named = text.windows(2).any(|pair| pair.eq_ignore_ascii_case(b"id"));
+    if !named || text.first().is_some_and(u8::is_ascii_digit) {
+        return None;
+    }
     let separators = [b';', b',', b'\t', b'|'].map(Separator::Byte);
     separators.into_iter().chain([Separator::Blanks]).find_map(|separator| {
         let names = cells(text, separator);
