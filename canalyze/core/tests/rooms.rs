@@ -9,11 +9,11 @@ use std::fs;
 use std::path::Path;
 
 /// Most lines of the core.
-const WHOLE: usize = 60_680;
+const WHOLE: usize = 60_690;
 
 /// A room and its most lines.
 const BUDGETS: &[(&str, usize)] = &[
-    ("bytes", 9_440),
+    ("bytes", 9_450),
     ("checks", 7_450),
     ("evidence", 3_340),
     ("lib", 50),
