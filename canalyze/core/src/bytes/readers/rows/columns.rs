@@ -1,0 +1,163 @@
+//! The columns of a listing: their names in headings, and the cells of a line.
+
+use crate::bytes::readers::candump::lex::is_blank;
+
+/// Maximum number of cells of a row.
+const CELLS: usize = 96;
+
+/// The content of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Column {
+    /// A time in units of so many ns, as a decimal number or a time of day.
+    Time(i64),
+    /// Ticks of 0.1 ms, in hexadecimal digits (ZLG's adapters).
+    Ticks,
+    /// The identifier, in this base.
+    Id(u32),
+    Direction,
+    Length,
+    /// All bytes.
+    Data,
+    /// One byte.
+    Byte,
+    /// Words for standard or extended, data or remote.
+    Attribute,
+    /// True for an extended identifier.
+    Extended,
+    /// The channel, counted from this number.
+    Channel(u8),
+    Other,
+}
+
+use Column::{Attribute, Channel, Data, Extended, Id, Length, Other, Ticks, Time};
+
+pub(super) const SECOND: i64 = 1_000_000_000;
+pub(super) const MILLISECOND: i64 = 1_000_000;
+pub(super) const MICROSECOND: i64 = 1_000;
+
+/// The names of columns in headings, in lower case and without what brackets say of them. Others have no meaning.
+pub(super) const NAMES: &[(&str, Column)] = &[
+    ("time", Time(SECOND)),
+    ("timestamp", Time(SECOND)),
+    ("time stamp", Time(MICROSECOND)),
+    ("time offset", Time(SECOND)),
+    ("时间", Time(SECOND)),
+    ("系统时间", Time(SECOND)),
+    ("时间标识", Ticks),
+    ("id", Id(16)),
+    ("can id", Id(16)),
+    ("can-id", Id(16)),
+    ("canid", Id(16)),
+    ("cob-id", Id(16)),
+    ("identifier", Id(16)),
+    ("message id", Id(16)),
+    ("arbitration id", Id(16)),
+    ("帧id", Id(16)),
+    ("id号", Id(16)),
+    ("dir", Column::Direction),
+    ("direction", Column::Direction),
+    ("rx/tx", Column::Direction),
+    ("tx/rx", Column::Direction),
+    ("传输方向", Column::Direction),
+    ("方向", Column::Direction),
+    ("len", Length),
+    ("length", Length),
+    ("dlc", Length),
+    ("dl", Length),
+    ("数据长度", Length),
+    ("长度", Length),
+    ("data", Data),
+    ("data bytes", Data),
+    ("payload", Data),
+    ("数据", Data),
+    ("extended", Extended),
+    ("ext", Extended),
+    ("ide", Extended),
+    ("format", Attribute),
+    ("type", Attribute),
+    ("frame type", Attribute),
+    ("帧格式", Attribute),
+    ("帧类型", Attribute),
+    ("bus", Channel(0)),
+    ("channel", Channel(1)),
+    ("chn", Channel(0)),
+    ("通道", Channel(1)),
+    ("通道号", Channel(1)),
+    ("源通道", Channel(1)),
+    ("can通道", Channel(1)),
+];
+
+/// The separator of the cells of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Separator {
+    Byte(u8),
+    Blanks,
+}
+
+impl Column {
+    /// The word in `info`.
+    pub(super) fn word(self) -> &'static str {
+        match self {
+            Time(_) | Ticks => "time",
+            Id(_) => "id",
+            Self::Direction => "direction",
+            Length => "length",
+            Data | Self::Byte => "data",
+            Attribute | Extended => "format",
+            Channel(_) => "channel",
+            Other => "-",
+        }
+    }
+
+    /// Returns the column with this name in a heading.
+    pub(super) fn named(name: &[u8]) -> Self {
+        let name = String::from_utf8_lossy(name).to_lowercase();
+        let (bare, said) = name.split_once(['(', '[']).unwrap_or((&name, ""));
+        let said = said.trim_end_matches([')', ']']);
+        let (bare, said) = match bare.trim().rsplit_once('_') {
+            Some((bare, unit @ ("s" | "ms" | "us" | "ns"))) => (bare, unit),
+            _ => (bare.trim(), said),
+        };
+        if let Some((_, column)) = NAMES.iter().find(|(known, _)| *known == bare) {
+            return match (column, said) {
+                (Id(_), "dec") => Id(10),
+                (Time(_), "s") => Time(SECOND),
+                (Time(_), "ms") => Time(MILLISECOND),
+                (Time(_), "us" | "µs") => Time(MICROSECOND),
+                (Time(_), "ns") => Time(1),
+                _ => *column,
+            };
+        }
+        let number = ["data", "byte", "d", "b"].iter().find_map(|prefix| name.strip_prefix(prefix));
+        let number = number.map(str::trim).filter(|number| !number.is_empty() && number.len() <= 2);
+        if number.is_some_and(|number| number.bytes().all(|digit| digit.is_ascii_digit())) { Self::Byte } else { Other }
+    }
+}
+
+/// Returns the cells of a line, without quotation marks and blanks around them.
+pub(super) fn cells(text: &[u8], separator: Separator) -> Vec<&[u8]> {
+    let parts: Vec<&[u8]> = match separator {
+        Separator::Byte(sign) => {
+            let mut quoted = false;
+            let between = |byte: &u8| {
+                quoted ^= *byte == b'"';
+                *byte == sign && !quoted
+            };
+            text.split(between).take(CELLS).collect()
+        }
+        Separator::Blanks => text.split(|byte| is_blank(*byte)).filter(|cell| !cell.is_empty()).take(CELLS).collect(),
+    };
+    parts.into_iter().map(bare).collect()
+}
+
+/// Returns a cell without what spreadsheets put around it: blanks, quotation marks, `=`, `x|`.
+pub(super) fn bare(mut cell: &[u8]) -> &[u8] {
+    loop {
+        cell = cell.trim_ascii();
+        cell = match cell {
+            [b'=', b'"', inner @ .., b'"'] | [b'"', inner @ .., b'"'] => inner,
+            [b'x' | b'X', b'|', inner @ ..] => inner,
+            _ => return cell,
+        };
+    }
+}

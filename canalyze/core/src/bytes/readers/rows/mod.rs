@@ -1,0 +1,166 @@
+//! Rows of frames that other programs list: an identifier and bytes, with time, direction, length and channel in some order.
+//!
+//! A heading names the columns (`columns`), in a table with commas, semicolons, tabs, bars or blanks between them. Without
+//! one, the rows themselves show their columns: the first rows wait until all of them agree on a layout. A length that
+//! is listed must be the number of the bytes. Lines around the rows are prose and no damage; a line that looks like a
+//! row and does not fit is unreadable.
+
+mod columns;
+mod layout;
+mod marked;
+mod row;
+mod times;
+
+use self::columns::Column::Other;
+use self::layout::{RowLayout, guess, heading, is_alone, learn};
+use self::marked::self_describing;
+use self::row::{CLASSIC, Row, channel};
+use super::lines::Begun;
+use super::listing::{unmarked, unquoted};
+use super::{Contents, FilePlace, Item, Unreadable};
+use crate::bytes::frame::{Buses, CanId, Frame, Kind};
+
+/// Number of rows that wait until their layout is known.
+const LEARNT: usize = 64;
+
+/// A reader of one file of rows.
+#[derive(Debug, Default)]
+pub struct Rows {
+    begun: Begun,
+    lines: u64,
+    layout: Option<RowLayout>,
+    /// The first rows, with their line numbers, until their layout is known.
+    waiting: Vec<(u64, Vec<u8>)>,
+    /// The layout is complete.
+    learnt: bool,
+}
+
+impl Rows {
+    /// Feeds the next bytes, in any chunking.
+    pub fn feed(&mut self, bytes: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let mut begun = std::mem::take(&mut self.begun);
+        begun.cut(bytes, &mut |line| {
+            self.lines += 1;
+            match line {
+                Some(line) => self.line(line, buses, sink),
+                None => sink(unreadable(self.lines, Unreadable::NoFrame), buses),
+            }
+        });
+        self.begun = begun;
+    }
+
+    /// Ends the file.
+    pub fn finish(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let last = self.begun.end();
+        if !last.is_empty() {
+            self.lines += 1;
+            self.line(&last, buses, sink);
+        }
+        self.decide(buses, sink);
+    }
+
+    /// Ends an interrupted file, ignoring an incomplete last line.
+    pub fn interrupt(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        self.begun.end();
+        self.decide(buses, sink);
+    }
+
+    /// Returns the columns, for `info`.
+    pub fn contents(&self) -> Contents {
+        let columns = self.layout.iter().flat_map(|layout| &layout.columns).filter(|column| **column != Other);
+        let mut words: Vec<&str> = columns.map(|column| column.word()).collect();
+        words.dedup();
+        let dialect = if words.is_empty() { Vec::new() } else { vec![("columns", words.join(" ").into_bytes())] };
+        Contents { dialect, ..Contents::default() }
+    }
+
+    fn line(&mut self, text: &[u8], buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let text = stripped(text);
+        if text.is_empty() || text.first() == Some(&b'#') {
+            return;
+        }
+        if let Some(row) = self_describing(text) {
+            return self.give(&row, self.lines, false, buses, sink);
+        }
+        if let Some(layout) = heading(text) {
+            self.decide(buses, sink);
+            (self.layout, self.learnt) = (Some(layout), false);
+            return;
+        }
+        if self.learnt {
+            return self.row(text, self.lines, buses, sink);
+        }
+        let named = self.layout.is_some();
+        if named || is_alone(text) || guess(text, true).or_else(|| guess(text, false)).is_some() {
+            self.waiting.push((self.lines, text.to_vec()));
+            if self.waiting.len() >= LEARNT {
+                self.decide(buses, sink);
+            }
+        }
+    }
+
+    /// Learns from the rows that wait what their layout is, and reads them.
+    fn decide(&mut self, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let waiting = std::mem::take(&mut self.waiting);
+        let texts: Vec<&[u8]> = waiting.iter().map(|(_, text)| text.as_slice()).collect();
+        let Some(layout) = self.layout.take().map(|layout| layout.completed(&texts)).or_else(|| learn(&texts)) else {
+            return;
+        };
+        (self.layout, self.learnt) = (Some(layout), true);
+        for (line, text) in &waiting {
+            self.row(text, *line, buses, sink);
+        }
+    }
+
+    fn row(&self, text: &[u8], line: u64, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some(layout) = &self.layout else { return };
+        let found = if layout.named { layout.read(text) } else { layout.reads_again(text) };
+        match found {
+            Some(row) if row.whole().is_some() => self.give(&row, line, layout.filled, buses, sink),
+            Some(_) if layout.is_meant(text) => sink(unreadable(line, Unreadable::Data), buses),
+            // As many cells as a row has, and an identifier: it was meant as one.
+            None if layout.is_meant(text) => sink(unreadable(line, Unreadable::NoFrame), buses),
+            _ => {}
+        }
+    }
+
+    fn give(&self, row: &Row<'_>, line: u64, filled: bool, buses: &mut Buses, sink: &mut impl FnMut(Item, &Buses)) {
+        let Some((value, count)) = row.id else { return };
+        let extended = row.extended.unwrap_or(value > 0x7FF || count > 4 && !filled);
+        let id = match extended {
+            false if value <= 0x7FF => CanId::standard(value as u16),
+            true if value <= 0x1FFF_FFFF => CanId::extended(value),
+            _ => return sink(unreadable(line, Unreadable::Identifier), buses),
+        };
+        let mut frame = Frame::classic(id, &[]);
+        (frame.data, frame.len) = (row.data, row.count as u8);
+        if row.remote {
+            (frame.kind, frame.len) = (Kind::Remote, row.length.unwrap_or(0).min(CLASSIC) as u8);
+        } else if row.fd.is_some() || row.count > CLASSIC {
+            let (brs, esi) = row.fd.unwrap_or_default();
+            frame.kind = Kind::Fd { brs, esi };
+        }
+        frame.bus = buses.intern(channel(row.channel, row.first));
+        (frame.line, frame.stamp, frame.dir) = (Some(line), row.stamp, row.direction);
+        frame.t_ns = row.stamp.map(|stamp| stamp.ns);
+        sink(Item::Frame(frame), buses);
+    }
+}
+
+/// Returns true if a line of text is a heading or a row that only this reader reads; `alone`: whatever its columns.
+pub(in crate::bytes::readers) fn is_row(text: &[u8], alone: bool) -> bool {
+    let text = stripped(text);
+    let shows = |(layout, row): &(RowLayout, Row<'_>)| layout.is_evident(row);
+    heading(text).is_some()
+        || self_describing(text).is_some()
+        || alone && guess(text, true).or_else(|| guess(text, false)).is_some_and(|found| shows(&found))
+}
+
+fn unreadable(line: u64, reason: Unreadable) -> Item {
+    Item::Unreadable { place: FilePlace::Line(line), reason }
+}
+
+fn stripped(text: &[u8]) -> &[u8] {
+    let text = unquoted(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text).trim_ascii());
+    if matches!(text.first(), Some(b'|' | b'`' | b'<')) { unmarked(text) } else { text }
+}

@@ -1,0 +1,184 @@
+//! One row: what its cells say of a frame.
+
+use super::columns::Column::{self, Attribute, Channel, Data, Extended, Id, Length, Other, Ticks, Time};
+use super::columns::{MILLISECOND, SECOND};
+use super::times::{number, time};
+use crate::bytes::frame::{Direction, Stamp, StampForm};
+use crate::bytes::readers::candump::lex::{byte, is_blank, nibble};
+
+/// Maximum number of bytes of a frame, and of a classic one.
+const BYTES: usize = 64;
+pub(super) const CLASSIC: usize = 8;
+/// Lengths of CAN FD frames beyond those of classic ones, in bytes.
+const LONGER: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
+
+/// The parts of a row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row<'a> {
+    pub(super) stamp: Option<Stamp>,
+    pub(super) id: Option<(u32, usize)>,
+    pub(super) direction: Option<Direction>,
+    pub(super) length: Option<usize>,
+    pub(super) data: [u8; BYTES],
+    pub(super) count: usize,
+    pub(super) extended: Option<bool>,
+    pub(super) remote: bool,
+    /// CAN FD: bit rate switch, error state indicator.
+    pub(super) fd: Option<(bool, bool)>,
+    /// The channel as written, and the number of the first one.
+    pub(super) channel: &'a [u8],
+    pub(super) first: u8,
+    /// Identifiers and bytes are decimal.
+    pub(super) decimal: bool,
+}
+
+impl Default for Row<'_> {
+    fn default() -> Self {
+        Self {
+            stamp: None,
+            id: None,
+            direction: None,
+            length: None,
+            data: [0; BYTES],
+            count: 0,
+            extended: None,
+            remote: false,
+            fd: None,
+            channel: b"",
+            first: 0,
+            decimal: false,
+        }
+    }
+}
+
+impl<'a> Row<'a> {
+    /// Takes the cell of a column; `None` if it cannot be one.
+    pub(super) fn take(&mut self, column: Column, cell: &'a [u8]) -> Option<()> {
+        match column {
+            // A time that cannot be read is none, and the frame is there.
+            Time(unit) => self.stamp = time(cell, unit),
+            Ticks if !cell.starts_with(b"0x") => self.stamp = time(cell, SECOND),
+            Ticks => {
+                let ticks = number(cell, 16);
+                let ns = |ticks| i64::from(ticks) * (MILLISECOND / 10);
+                self.stamp =
+                    ticks.map(|ticks| Stamp { form: StampForm::Seconds, ns: ns(ticks), width: 1, decimals: 4 });
+            }
+            Id(base) => {
+                let inner = cell.strip_prefix(b"(").and_then(|cell| cell.strip_suffix(b")"));
+                let hex = cell.split(|byte| *byte == b'(').nth(1).and_then(|cell| cell.strip_suffix(b")"));
+                let cell = inner.or(hex).unwrap_or(cell);
+                let (word, extended) = match cell {
+                    [word @ .., b'x' | b'X'] if word.len() >= 3 => (word, Some(true)),
+                    [word @ .., b'h' | b'H' | b':'] => (word, None),
+                    _ => (cell, None),
+                };
+                self.extended = self.extended.or(extended);
+                let digits = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X")).unwrap_or(word);
+                let base = if self.decimal { 10 } else { base };
+                self.id = Some((number(word, base)?, if base == 16 { digits.len() } else { 0 }));
+            }
+            Column::Direction if is_absent(cell) => {}
+            Column::Direction => self.direction = Some(direction(cell)?),
+            Length if cell.is_empty() => {}
+            Length => self.length = Some(number(cell, 10).filter(|length| *length <= 64)? as usize),
+            Data => {
+                let between = |byte: &u8| is_blank(*byte) || matches!(byte, b',' | b'-' | b':');
+                for part in cell.split(between).filter(|part| !part.is_empty()) {
+                    self.bytes(part)?;
+                }
+            }
+            Column::Byte if cell.is_empty() => {}
+            Column::Byte => self.bytes(cell)?,
+            Attribute => self.attribute(cell),
+            Extended => self.extended = Some(matches!(cell, b"1" | b"x" | b"X") || cell.eq_ignore_ascii_case(b"true")),
+            Channel(first) => (self.channel, self.first) = (cell, first),
+            Other => {}
+        }
+        Some(())
+    }
+
+    /// Adds bytes: two digits each, or one digit.
+    pub(super) fn bytes(&mut self, text: &[u8]) -> Option<()> {
+        let text = text.strip_prefix(b"0x").unwrap_or(text);
+        if self.decimal {
+            let byte = u8::try_from(number(text, 10)?).ok()?;
+            *self.data.get_mut(self.count)? = byte;
+            self.count += 1;
+            return Some(());
+        }
+        let pairs: Vec<u8> = match text {
+            [digit] => vec![Some(nibble(*digit)).filter(|digit| *digit < 16)?],
+            _ if text.len().is_multiple_of(2) => {
+                let pair = |pair: &[u8]| byte(*pair.first()?, *pair.get(1)?);
+                text.chunks(2).map(pair).collect::<Option<_>>()?
+            }
+            _ => return None,
+        };
+        for byte in pairs {
+            *self.data.get_mut(self.count)? = byte;
+            self.count += 1;
+        }
+        Some(())
+    }
+
+    fn attribute(&mut self, cell: &[u8]) {
+        let word = String::from_utf8_lossy(cell).to_lowercase();
+        match word.as_str() {
+            "true" | "ext" | "extended" | "x" | "扩展帧" | "扩展" => self.extended = Some(true),
+            "false" | "std" | "standard" | "s" | "标准帧" | "标准" => self.extended = Some(false),
+            "远程帧" | "远程" | "remote" | "rtr" | "r" => self.remote = true,
+            _ => {}
+        }
+    }
+
+    /// Returns the row if it is one: it has an identifier, and as many bytes as it says.
+    pub(super) fn whole(self) -> Option<Self> {
+        let fits = self.length.is_none_or(|length| self.remote || length == self.count);
+        // Without a listed length many bytes may be a dump of something else.
+        let long = self.count <= CLASSIC || LONGER.contains(&self.count) && self.length.is_some();
+        (self.id.is_some() && fits && long).then_some(self)
+    }
+}
+
+/// Parses a length: `8`, `[8]`, `DLC=8`.
+pub(super) fn length(word: &[u8]) -> Option<usize> {
+    let inner = word.strip_prefix(b"[").and_then(|word| word.strip_suffix(b"]"));
+    let named = word.strip_prefix(b"DLC=").or_else(|| word.strip_prefix(b"DLC:"));
+    match inner.or(named).unwrap_or(word) {
+        [digit @ b'0'..=b'8'] => Some(usize::from(digit - b'0')),
+        _ => None,
+    }
+}
+
+/// Parses a direction, seen from the host.
+pub(super) fn direction(word: &[u8]) -> Option<Direction> {
+    match word {
+        b"Rx" | b"RX" | b"rx" | b"Receive" => Some(Direction::Rx),
+        b"Tx" | b"TX" | b"tx" | b"Transmit" => Some(Direction::Tx),
+        _ if word == "接收".as_bytes() => Some(Direction::Rx),
+        _ if word == "发送".as_bytes() => Some(Direction::Tx),
+        _ => None,
+    }
+}
+
+/// Returns true if a cell says that it has no value.
+pub(super) fn is_absent(cell: &[u8]) -> bool {
+    cell.is_empty() || cell == b"-" || cell == "无".as_bytes()
+}
+
+/// Returns the name of the bus of a channel; channels are counted from `first`.
+pub(super) fn channel(cell: &[u8], first: u8) -> &[u8] {
+    const BUSES: [&[u8]; 10] =
+        [b"can0", b"can1", b"can2", b"can3", b"can4", b"can5", b"can6", b"can7", b"can8", b"can9"];
+    let (digit, first) = match cell {
+        [b'C' | b'c', b'A' | b'a', b'N' | b'n', digit] => (&[*digit][..], 0),
+        [b'C', b'A', b'N', b' ', digit] => (&[*digit][..], 1),
+        _ => (cell.strip_prefix(b"ch").unwrap_or(cell), first),
+    };
+    let number = match digit {
+        [digit @ b'0'..=b'9'] => (digit - b'0').checked_sub(first),
+        _ => None,
+    };
+    number.and_then(|number| BUSES.get(usize::from(number))).copied().unwrap_or(cell)
+}

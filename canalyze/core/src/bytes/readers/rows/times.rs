@@ -1,0 +1,87 @@
+//! Numbers and times in cells: seconds and other units, times of day, dates.
+
+use super::columns::{MICROSECOND, MILLISECOND, SECOND};
+use crate::bytes::calendar::{days_of, days_to};
+use crate::bytes::frame::{Stamp, StampForm};
+use crate::bytes::readers::candump::lex::{is_blank, nibble};
+use crate::bytes::readers::candump::stamp::{digits, fraction, nanoseconds};
+
+/// Parses a whole word as a number, with or without `0x`, which makes it hexadecimal.
+pub(super) fn number(word: &[u8], base: u32) -> Option<u32> {
+    let prefixed = word.strip_prefix(b"0x").or_else(|| word.strip_prefix(b"0X"));
+    let (digits, base) = prefixed.map_or((word, base), |digits| (digits, 16));
+    let add = |sum: Option<u32>, digit: &u8| {
+        let digit = Some(u32::from(nibble(*digit))).filter(|digit| *digit < base)?;
+        sum?.checked_mul(base)?.checked_add(digit)
+    };
+    if digits.is_empty() { None } else { digits.iter().fold(Some(0), add) }
+}
+
+/// Parses a time: a number in units of so many ns; or a time of day, with a date before it or not, with a point, comma or
+/// colon before the fraction, of 24 hours or with AM or PM behind it.
+pub(super) fn time(word: &[u8], unit: i64) -> Option<Stamp> {
+    let (word, half) = match word {
+        [rest @ .., b' ', b'A' | b'a', b'M' | b'm'] => (rest, Some(0)),
+        [rest @ .., b' ', b'P' | b'p', b'M' | b'm'] => (rest, Some(12)),
+        _ => (word, None),
+    };
+    if let Some(place) = word.iter().position(|byte| is_blank(*byte) || *byte == b'T') {
+        let (day, rest) = word.split_at_checked(place)?;
+        let stamp = time(rest.get(1..)?, unit).filter(|_| rest.contains(&b':'))?;
+        return Some(Stamp { form: StampForm::Calendar, ns: date(day)?.checked_add(stamp.ns)?, ..stamp });
+    }
+    let mut parts = word.split(|byte| *byte == b':');
+    let (first, second, third, fourth) = (parts.next()?, parts.next(), parts.next(), parts.next());
+    let last = third.or(second).unwrap_or(first);
+    let (whole, count, rest) = digits(last);
+    let (part, decimals, rest) = match (rest, fourth) {
+        ([b'.' | b',', rest @ ..], None) => fraction(rest)?,
+        ([], Some(after)) => fraction(after)?,
+        _ => (0, 0, rest),
+    };
+    if count == 0 || count > 18 || !rest.is_empty() || parts.next().is_some() {
+        return None;
+    }
+    let whole = i64::try_from(whole).ok()?;
+    let small = |part: &[u8], most: u64| {
+        let (value, count, rest) = digits(part);
+        ((1..=2).contains(&count) && rest.is_empty() && value <= most).then_some(value as i64)
+    };
+    let (ns, decimals, width) = match (second, third) {
+        (Some(minutes), Some(_)) => {
+            let hours = small(first, 23)?;
+            let hours = half.map_or(hours, |half| hours % 12 + half);
+            (nanoseconds(hours * 3600 + small(minutes, 59)? * 60 + whole, part), decimals, 5)
+        }
+        (Some(_), None) => (nanoseconds(small(first, 59)? * 60 + whole, part), decimals, 4),
+        // A whole number this large counts smaller units since 1970.
+        (None, _) if decimals == 0 && unit == SECOND && whole >= 100_000_000_000 => {
+            let (unit, decimals) = match whole {
+                100_000_000_000_000_000.. => (1, 9),
+                100_000_000_000_000.. => (MICROSECOND, 6),
+                _ => (MILLISECOND, 3),
+            };
+            (whole.checked_mul(unit)?, decimals, 10)
+        }
+        (None, _) if unit == SECOND => (nanoseconds(whole, part), decimals, count.min(20) as u8),
+        (None, _) => {
+            let more = match unit {
+                MILLISECOND => 3,
+                MICROSECOND => 6,
+                _ => 9,
+            };
+            let ns = whole.checked_mul(unit)?.checked_add(part / (SECOND / unit))?;
+            (ns, (decimals + more).min(9), 1)
+        }
+    };
+    Some(Stamp { form: StampForm::Seconds, ns, width, decimals })
+}
+
+/// Parses a date, `2024-03-12` or `2024/3/12`, as ns since 1970.
+fn date(text: &[u8]) -> Option<i64> {
+    let mut parts = text.split(|byte| matches!(byte, b'-' | b'/'));
+    let mut next = || number(parts.next()?, 10).map(i64::from);
+    let (year, month, day) = (next()?, next()?, next()?);
+    let known = (1970..=2200).contains(&year) && (1..=12).contains(&month) && (1..=days_of(year, month)).contains(&day);
+    known.then(|| days_to(year, month, day) * 86_400 * SECOND)
+}
